@@ -32,7 +32,8 @@ from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import PointOptions, Refusal, TouchCollector
 from ocmm_core.simulation.scene import Part, VirtualRig, load_part
 from ocmm_core.storage import JobFile, make_head
-from ocmm_core.tolerances.zones import FORMS, Characteristic
+from ocmm_core.tolerances.kinds import spec_of
+from ocmm_core.tolerances.zones import Characteristic
 from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe
 
 FRAME_RATE_HZ = 500
@@ -97,7 +98,7 @@ def more_characteristics(plan: Plan) -> Plan:
         _extra("Ball z", "coordinate", ["SPHERE"], "z"),
         _extra("Edge y", "coordinate", ["EDGE_1"], "y"),
     ]
-    kept = [item for item in plan.characteristics if item.kind not in FORMS]
+    kept = [item for item in plan.characteristics if not spec_of(item.kind).form_alone]
     return msgspec.structs.replace(plan, characteristics=kept + extra)
 
 

@@ -12,7 +12,7 @@ from ocmm_core.alignment import AnyAlignment, BoundAlignment, DatumAlignment
 from ocmm_core.features.shapes import NominalFeature, Shape, nominal_geometry
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.tolerances.zones import Association, Characteristic, Kind
+from ocmm_core.tolerances.zones import Association, Characteristic
 
 TIP = 1.5
 WHITE_MM, PLACE_MM, SCALE, RADIUS_MM = 0.004, 0.006, 1e-5, 0.001
@@ -221,7 +221,7 @@ def group_of(name: str) -> Group:
 
 
 def asked(
-    name: str, kind: Kind, features: list[str], association: Association = "", *,
+    name: str, kind: str, features: list[str], association: Association = "", *,
     axis: str = "", datums: Sequence[str] = (),
 ) -> Characteristic:  # fmt: skip
     """Return a characteristic; its limits are put elsewhere."""

@@ -41,7 +41,7 @@ from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.decisions import RULES, Verdict, decide
-from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.kinds import evaluate, spec_of
 from ocmm_core.tolerances.uncertainty import (
     Spread,
     expanded,
@@ -274,7 +274,7 @@ def _is_zone(name: str) -> bool:
     asked: dict[str, Characteristic] = {
         item.name: item for group in GROUPS for item in group_of(group).characteristics
     }
-    return asked[name].one_sided
+    return spec_of(asked[name].kind).one_sided
 
 
 def print_table(counts: Counts) -> None:

@@ -16,7 +16,6 @@ from ocmm_core.calibration.records import (
     ProbeStore,
     ProbeView,
     judge,
-    judge_probe,
     open_calibration,
     open_probe,
     record_hash,
@@ -67,7 +66,7 @@ class Store:
             cameras = open_calibration(RIG_DOCUMENT, self.folder.parent)
             return lambda: judge(cameras, NOW)
         probe = open_probe(PROBE_DOCUMENT, self.folder.parent)
-        return lambda: judge_probe(probe, NOW)
+        return lambda: judge(probe, NOW)
 
     def role(self, name: str) -> str:
         """Return what a file is."""

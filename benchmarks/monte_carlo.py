@@ -32,7 +32,7 @@ from ocmm_core.tolerances.monte_carlo import (
     factor_of,
     simulate_elsewhere,
 )
-from ocmm_core.tolerances.zones import Characteristic, Kind
+from ocmm_core.tolerances.zones import Characteristic
 
 LIMIT_S = 10.0
 TIP = 3.0
@@ -117,7 +117,7 @@ def characteristics() -> tuple[Characteristic, ...]:
 
 
 def _asked(
-    name: str, kind: Kind, features: list[str], nominal: float, axis: Literal["", "x", "z"] = ""
+    name: str, kind: str, features: list[str], nominal: float, axis: Literal["", "x", "z"] = ""
 ) -> Characteristic:
     return Characteristic(
         name=name, kind=kind, features=features, nominal=nominal, lower=-0.1, upper=0.1, axis=axis

@@ -1,3 +1,15 @@
-"""The measuring core of OCMM: cameras on a bus to toleranced features, without a screen."""
+"""The measuring core of OCMM: cameras on a bus to toleranced features, without a screen.
+
+In: spots of the cameras, a plan, the documents of rig and probe, records of calibration.
+Out: points, features, verdicts with their uncertainty, job files and reports.
+
+Read the rooms along the data: `camera` and `fieldbus`, `acquisition`, `tracking`, `calibration`,
+`measuring`, `features`, `alignment`, `tolerances`, `storage`, `inspection`, `export`, `station`,
+`composition`, `cli`. `simulation` stands beside them. The files here are rooms of one file that
+everybody may use: errors, geometry, documents and the door itself.
+A room never imports a later one, and the core does not know Qt. docs/architecture.md is the map.
+"""
 
 __version__ = "0.1.0"
+
+__all__ = ["__version__"]

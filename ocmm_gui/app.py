@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtWidgets import QApplication, QLabel
 
+from ocmm_core.composition import DEFAULT_SOURCE
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
@@ -143,7 +144,7 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 out=options.export,
             )
             _show(window, options)
-            if parsed.serial is None and parsed.source != "simulated":
+            if parsed.serial is None and parsed.source != DEFAULT_SOURCE:
                 # Who measures which part comes before the first point.
                 window.sheets.open_job()
             bridge.start()
@@ -261,8 +262,8 @@ def _parser() -> argparse.ArgumentParser:
         help="the true part, for virtual rigs",
     )  # fmt: skip
     add(
-        "--source", default="simulated",
-        help="simulated, ethercat:virtual, ethercat:pixels, ethercat:IFACE or replay:FILE",
+        "--source", default=DEFAULT_SOURCE,
+        help="where frames come from, as 'ocmm measure --help' lists it",
     )  # fmt: skip
     add("--seed", type=int, default=3, help="seed of the virtual rig")
     add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")

@@ -1,4 +1,13 @@
-"""The command line: ``ocmm``."""
+"""The command line: ``ocmm``.
+
+In: arguments. Out: files, tables on the terminal, and an exit code.
+
+Read `_app` (which commands there are) and `_entry` (every fault becomes a sentence and an exit
+code). The commands stand in `measure` (jobs, plans, reports, recall), `calibrate` (cameras, probes
+and tips), `bus` (cameras on the wire) and `study` (fits, speeds, simulations); `terminal` is what
+they share. `calibrate` and `study` do not know each other, nor do `bus` and `measure`.
+Nobody imports it: the window starts from `composition`, as the commands do.
+"""
 
 from __future__ import annotations
 

@@ -77,14 +77,16 @@ from ocmm_core.cli.terminal import (
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
+    DEFAULT_SOURCE,
     DEMO_PART,
     DEMO_PLAN,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
-    VIRTUAL_BUSES,
     ClimateRequest,
+    Origin,
     StationRequest,
     build_station,
+    origin_of,
     stream_options,
     true_values,
 )
@@ -166,7 +168,7 @@ def demo(
     headless: Annotated[
         bool, typer.Option("--headless", help="Measure on the terminal, without the window.")
     ] = False,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     plan: PlanOption = DEMO_PLAN,
     out: OutOption = _OUT,
     seed: SeedOption = DEFAULT_SEED,
@@ -208,7 +210,7 @@ def measure(
             help="Folder for the job file and the report; that of the job for --continue.",
         ),
     ] = None,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     reference: ReferenceOption = None,
@@ -307,7 +309,7 @@ def measure(
 def record(
     *,
     out: Annotated[Path, typer.Option("--out", help="File for the recording.")],
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     plan: PlanOption = DEMO_PLAN,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
@@ -373,9 +375,10 @@ def _measure(
     for part in range(parts):
         if part:
             request = replace(request, serial=next_serial(request.serial))
-            if request.source not in ("simulated", *VIRTUAL_BUSES):
+            origin = origin_of(request.source)
+            if origin is not Origin.VIRTUAL:
                 # The virtual rig puts a new part in place by itself; nothing else does.
-                replayed = request.source.startswith("replay:")
+                replayed = origin is Origin.RECORDING
                 await_part(console, part + 1, parts, request.serial, replayed=replayed)
         built = build_station(request)
         view = run_job(built, request.out, console, incomplete=incomplete)

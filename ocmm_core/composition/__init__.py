@@ -1,4 +1,14 @@
-"""The composition root: from names and numbers to sources, calibrations and a station."""
+"""The composition root: from names and numbers to sources, calibrations and a station.
+
+In: names and numbers as a command or the window got them: a plan, a source, temperatures.
+Out: a source made ready, the calibration that belongs to it, and a station ready to start.
+
+Read `_compose` first, it puts all together; then `_sources`, `_feed_makers` and `_feeds` (where
+frames come from), `_calibration_choice` (which records belong to a source), `_climate`,
+`_stream_options`, `_defaults`. `_calibrate_scenes`, `_tip_scenes` and `_truth` are what the virtual
+rig needs.
+The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
+"""
 
 from __future__ import annotations
 
@@ -22,20 +32,25 @@ if TYPE_CHECKING:
     from ocmm_core.composition._compose import BuiltStation, build_station, calibration_of
     from ocmm_core.composition._defaults import (
         DEFAULT_SEED,
+        DEFAULT_SOURCE,
         DEMO_PART,
         DEMO_PLAN,
         RECOMMENDED_RIG,
         STANDARD_PROBE,
     )
-    from ocmm_core.composition._feeds import (
-        Feed,
-        StationRequest,
-        identities,
+    from ocmm_core.composition._feed_makers import identities, script_of, segment_of
+    from ocmm_core.composition._feeds import Feed, StationRequest
+    from ocmm_core.composition._sources import (
+        SOURCES,
+        Origin,
+        Source,
+        SourceSpec,
         make_feed,
-        script_of,
-        segment_of,
+        names_in_words,
+        origin_of,
+        source_help,
+        source_of,
     )
-    from ocmm_core.composition._source_names import VIRTUAL_BUSES
     from ocmm_core.composition._stream_options import stream_options
     from ocmm_core.composition._tip_scenes import scene_of_tip
     from ocmm_core.composition._truth import true_values
@@ -48,9 +63,13 @@ else:
         _calibration_choice="checked_for_replay choose_calibration choose_probe",
         _climate="ClimateRequest climate_in_use",
         _compose="BuiltStation build_station calibration_of",
-        _defaults="DEFAULT_SEED DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
-        _feeds="Feed StationRequest identities make_feed script_of segment_of",
-        _source_names="VIRTUAL_BUSES",
+        _defaults="DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
+        _feed_makers="identities script_of segment_of",
+        _feeds="Feed StationRequest",
+        _sources=(
+            "Origin SOURCES Source SourceSpec make_feed names_in_words origin_of source_help "
+            "source_of"
+        ),
         _stream_options="stream_options",
         _tip_scenes="scene_of_tip",
         _truth="true_values",
@@ -58,14 +77,18 @@ else:
 
 __all__ = [
     "DEFAULT_SEED",
+    "DEFAULT_SOURCE",
     "DEMO_PART",
     "DEMO_PLAN",
     "RECOMMENDED_RIG",
+    "SOURCES",
     "STANDARD_PROBE",
-    "VIRTUAL_BUSES",
     "BuiltStation",
     "ClimateRequest",
     "Feed",
+    "Origin",
+    "Source",
+    "SourceSpec",
     "StationRequest",
     "VirtualSite",
     "build_station",
@@ -76,12 +99,16 @@ __all__ = [
     "climate_in_use",
     "identities",
     "make_feed",
+    "names_in_words",
+    "origin_of",
     "scene_of_tip",
     "scenes_of_known_points",
     "scenes_of_relocation",
     "scenes_of_verification",
     "script_of",
     "segment_of",
+    "source_help",
+    "source_of",
     "stream_options",
     "true_values",
 ]

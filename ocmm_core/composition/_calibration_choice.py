@@ -17,7 +17,7 @@ from ocmm_core.calibration.records import (
     open_probe,
     open_probe_design,
 )
-from ocmm_core.composition._source_names import VIRTUAL_BUSES, VIRTUAL_NAMES
+from ocmm_core.composition._sources import VIRTUAL_NAMES, Origin, origin_of
 from ocmm_core.errors import InputError
 
 
@@ -41,7 +41,7 @@ def choose_calibration(
     Raises
     ------
     InputError
-        The rig document cannot be used.
+        There is no such source, or the rig document cannot be used.
     """
     if folder is None and is_real(source):
         folder = default_folder()
@@ -72,7 +72,8 @@ def choose_probe(
     Raises
     ------
     InputError
-        The probe document cannot be used, or a tip is named without records.
+        There is no such source, the probe document cannot be used, or a tip is named without
+        records.
     """
     if folder is None and is_real(source):
         folder = default_probe_folder()
@@ -88,8 +89,8 @@ def choose_probe(
 
 
 def is_real(source: str) -> bool:
-    """Return whether frames come from real cameras."""
-    return source.startswith("ethercat:") and source not in VIRTUAL_BUSES
+    """Return whether frames come from real cameras; raise InputError for no source."""
+    return origin_of(source) is Origin.CAMERAS
 
 
 def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> CalibrationInUse:

@@ -20,13 +20,8 @@ from ocmm_core.composition._calibration_choice import (
     choose_probe,
 )
 from ocmm_core.composition._climate import climate_in_use
-from ocmm_core.composition._feeds import Feed as Feed
-from ocmm_core.composition._feeds import StationRequest as StationRequest
-from ocmm_core.composition._feeds import identities as identities
-from ocmm_core.composition._feeds import make_feed as make_feed
-from ocmm_core.composition._feeds import script_of as script_of
-from ocmm_core.composition._feeds import segment_of as segment_of
-from ocmm_core.composition._source_names import VIRTUAL_BUSES as VIRTUAL_BUSES
+from ocmm_core.composition._feeds import StationRequest
+from ocmm_core.composition._sources import make_feed
 from ocmm_core.documents import digest
 from ocmm_core.errors import StorageError
 from ocmm_core.inspection.archive import place_of_part_before, require_new_serial

@@ -16,8 +16,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.simulation.scene import Part, TrueFeature, sample
-from ocmm_core.tolerances.kinds import evaluate, geometry_value, taken_again
-from ocmm_core.tolerances.zones import FORMS, ZONES
+from ocmm_core.tolerances.kinds import evaluate, geometry_value, spec_of, taken_again
 
 TOUCHES = 40
 """Exact touches of a surface: the zone of a tilted face depends on how far out it is touched."""
@@ -40,9 +39,10 @@ def true_values(plan: Plan, part: Part) -> dict[str, float]:
             geometries[construction.name] = actual[construction.name].fit.geometry
     found = {}
     for item in plan.characteristics:
-        if item.kind in FORMS:
+        spec = spec_of(item.kind)
+        if spec.form_alone:
             found[item.name] = 0.0
-        elif item.kind in ZONES or taken_again(item, actual, plan.bound_alignment):
+        elif spec.geometry is None or taken_again(item, actual, plan.bound_alignment):
             # A datum out of square turns the frame as its surface says, not as its normal does.
             try:
                 found[item.name] = evaluate(item, actual, plan.bound_alignment).value

@@ -1,4 +1,13 @@
-"""Results as files for other programs."""
+"""Results as files for other programs.
+
+In: a job as it is evaluated. Out: files of a report, read back and compared before they count.
+
+Read `_registry` first: all formats, and the one way to write them. `report` holds the data of a
+report and its text, JSON, workbook, Q-DAS and PolyWorks files; `qif` holds QIF 3.0.
+`_completeness` asks before a report of an unfinished job is made, `_files` writes several files as
+one.
+It must not know a station or a screen. The PDF is drawn in `ocmm_gui.reports`.
+"""
 
 from __future__ import annotations
 
@@ -10,17 +19,35 @@ if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
     from ocmm_core.export._completeness import missing_of, missing_words, require_complete
     from ocmm_core.export._files import write_together
-    from ocmm_core.export._registry import EXPORTERS, preview, preview_text, write_report
+    from ocmm_core.export._registry import (
+        ALL,
+        DEFAULT_FORMAT,
+        EXPORTERS,
+        FORMATS,
+        PDF,
+        chosen_formats,
+        preview,
+        preview_text,
+        write_report,
+    )
 else:
     __getattr__ = door(
         __name__,
         _completeness="missing_of missing_words require_complete",
         _files="write_together",
-        _registry="EXPORTERS preview preview_text registry write_report",
+        _registry=(
+            "ALL DEFAULT_FORMAT EXPORTERS FORMATS PDF chosen_formats preview preview_text registry "
+            "write_report"
+        ),
     )
 
 __all__ = [
+    "ALL",
+    "DEFAULT_FORMAT",
     "EXPORTERS",
+    "FORMATS",
+    "PDF",
+    "chosen_formats",
     "missing_of",
     "missing_words",
     "preview",

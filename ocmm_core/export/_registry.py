@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from ocmm_core.errors import InputError, StorageError
@@ -19,14 +19,49 @@ from ocmm_core.export.report import (
     Number,
     Profile,
     ReportData,
+    ReportFormat,
     Table,
     polyworks_profile,
 )
 
 EXPORTERS: dict[str, Exporter] = {item.name: item for item in (POLYWORKS, QIF, AQDEF, XLSX, JSON)}
-"""By the name on the command line."""
+"""What this room writes, by the name on the command line."""
+
+PDF = ReportFormat(
+    name="pdf",
+    title="PDF",
+    purpose="paper; the JSON file is inside",
+    suffixes=("_report.pdf",),
+    profile="",
+)
+"""Pages with pictures: they need Qt, which the core does not know. The window draws them."""
+
+FORMATS: dict[str, ReportFormat] = {**EXPORTERS, PDF.name: PDF}
+"""All formats of a report, by the name on the command line."""
+
+DEFAULT_FORMAT = POLYWORKS.name
+"""What is written where nobody names a format."""
+
+ALL = "all"
+"""Stands for all of them on the command line."""
 
 _MOST_TOLD = 3
+
+
+def chosen_formats(names: Sequence[str]) -> tuple[str, ...]:
+    """Return names of `FORMATS`, each once; `ALL` stands for all of them.
+
+    Raises
+    ------
+    InputError
+        There is no such format.
+    """
+    found: list[str] = []
+    for name in names:
+        if name != ALL and name not in FORMATS:
+            raise _no_format(name, (*FORMATS, ALL))
+        found += FORMATS if name == ALL else [name]
+    return tuple(dict.fromkeys(found))
 
 
 def write_report(
@@ -138,14 +173,18 @@ def _parts(
         )
     for name in dict.fromkeys(formats):
         if name not in EXPORTERS:
-            raise InputError(
-                "export.format",
-                f"There is no format {name!r} of a report.",
-                f"Choose among {', '.join(EXPORTERS)}.",
-            )
+            raise _no_format(name, EXPORTERS)
         exporter = EXPORTERS[name]
         for part in [jobs] if exporter.batch else [[job] for job in jobs]:
             yield exporter, part
+
+
+def _no_format(name: str, known: Iterable[str]) -> InputError:
+    return InputError(
+        "export.format",
+        f"There is no format {name!r} of a report.",
+        f"Choose among {', '.join(known)}.",
+    )
 
 
 def _require_same(exporter: Exporter, differences: Sequence[str]) -> None:

@@ -1,8 +1,13 @@
 """Shapes, their fits, and features as nominal and as measured.
 
 What is named in `__all__` is the face for other programs (docs/python.md). The rooms behind it are
-for the product: `shapes` (words), `search` (what every fit shares), `elements` (least squares, one
-module a shape), `zones` (minimum zones and bounding elements), `measured` (features from points).
+for the product.
+In: points (mm), or ball centres with their joint covariance. Out: elements with their Jacobian.
+
+Read `shapes` (words and nominals), `search` (what every fit shares), `elements` (least squares,
+one file a shape), `zones` (minimum zones and bounding elements), `measured` (features from points,
+with the ball taken off, and constructions). None imports a later one.
+It must not know tolerances, plans or where a point came from.
 """
 
 from __future__ import annotations

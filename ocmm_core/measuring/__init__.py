@@ -1,4 +1,14 @@
-"""Tips to measured points, or the reason why there is none."""
+"""Tips to measured points, or the reason why there is none.
+
+In: tracked frames, triggers, temperatures, and the covariance of rig and probe.
+Out: a point with probe side and compensation, or a refusal; the joint covariance of all points.
+
+Read `_trigger` (when a point is asked for), `_stable_point` (from a window of frames to one ball
+centre), `_point` (what is kept of it), `_compensation` (from which side the ball touched),
+`_temperature`, then `_uncertainty` and `_contributions` (what each error does to all points) with
+`_contact`. `_probe_report`, `_probe_budget` and `_probe_maps` say it before anything is measured.
+It must not know features or plans: a point does not know what it is for.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""The measuring station: everything that runs while a job is measured."""
+"""The measuring station: everything that runs while a job is measured.
+
+In: a source, rig, probe, plan and records in force, and commands of the inspector.
+Out: live snapshots, views of the job, the job file, and the live stream for other programs.
+
+Read `_station` (what runs together), `_frame_loop` (the thread from ring to touches), `_live`
+(what the machine sees now), `_faults` (a defect stays until a new start), `_jobs` and
+`_plan_change`. The watches: `_calibration_watch`, `_change_watch`, `_probe_watch`,
+`_reference_watch`, `_bus_watch`. `stream` is the room for other programs.
+Numbers come from the rooms below. It must not know a screen.
+"""
 
 from __future__ import annotations
 

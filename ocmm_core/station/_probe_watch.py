@@ -22,7 +22,7 @@ from ocmm_core.calibration.records import (
     ProbeStore,
     ProbeView,
     Word,
-    judge_probe,
+    judge,
 )
 from ocmm_core.errors import CalibrationError
 from ocmm_core.inspection.archive import last_good_utc, settle_tip
@@ -165,7 +165,7 @@ class ProbeWatch:
         return self.in_use.store if self.in_use.records is not None else None
 
     def _judge(self) -> ProbeView:
-        view = judge_probe(self.in_use, self._clock())
+        view = judge(self.in_use, self._clock())
         if view.obstacle is None and self._dropped is not None:
             return replace(view, word=Word.SUSPECT, obstacle=self._dropped)
         return view

@@ -42,7 +42,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.documents import digest
 from ocmm_core.errors import MeasuringError, OcmmError
-from ocmm_core.export import write_report, write_together
+from ocmm_core.export import DEFAULT_FORMAT, write_report, write_together
 from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
 from ocmm_core.failure import contained
 from ocmm_core.fieldbus.report import BusReport
@@ -469,7 +469,10 @@ class MeasuringStation:
         except Exception as error:
             told = self._faults.fail(error, "The watch over the calibration")
             return CalibrationView(
-                Word.UNUSABLE, self.rig.name, self.rig.identity, Obstacle(told.what, told.remedy)
+                word=Word.UNUSABLE,
+                rig=self.rig.name,
+                identity=self.rig.identity,
+                obstacle=Obstacle(told.what, told.remedy),
             )
 
     def calibration_overview(self) -> CalibrationOverview:
@@ -488,12 +491,12 @@ class MeasuringStation:
         except Exception as error:
             told = self._faults.fail(error, "The watch over the probe")
             return ProbeView(
-                Word.UNUSABLE,
-                self.body.name,
-                self._probe.in_use.tip,
-                self.body.identity,
-                2.0 * self.body.tip_radius,
-                Obstacle(told.what, told.remedy),
+                word=Word.UNUSABLE,
+                probe=self.body.name,
+                tip=self._probe.in_use.tip,
+                identity=self.body.identity,
+                diameter_mm=2.0 * self.body.tip_radius,
+                obstacle=Obstacle(told.what, told.remedy),
             )
 
     def probe_overview(self) -> ProbeOverview:
@@ -737,7 +740,7 @@ class MeasuringStation:
     def export(
         self,
         directory: Path,
-        formats: Sequence[str] = ("polyworks",),
+        formats: Sequence[str] = (DEFAULT_FORMAT,),
         profile: Profile | None = None,
         *,
         incomplete: bool = False,

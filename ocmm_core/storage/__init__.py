@@ -1,4 +1,13 @@
-"""What is kept: job files that lose no point and change none."""
+"""What is kept: job files that lose no point and change none.
+
+In: points, events, documents of a job. Out: one SQLite file per job, and the same read back.
+
+Read `_job_file` (the file and its promises), `_tables` and `_rows` (what stands in it, bit for
+bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked chain),
+`_connection` and `_faults` (what is the matter, in one sentence), `_migrations` (versions),
+`_glance` (a summary without opening it to write).
+It must not know plans, features or verdicts: it keeps what it is given.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,15 @@
-"""Spots to labelled targets, pose and tip."""
+"""Spots to labelled targets, pose and tip.
+
+In: blocks of frames, the rig, the documents of probe and reference body.
+Out: for every frame labels, pose, tip in mm with covariance and chi-square, or a status why not.
+
+Read `_body` (LEDs and ball of a probe) with `_led_document`, `_identify` (which slot follows which
+LED), `_body_tracker` (one body through blocks of frames), `_pipeline` (probe and reference body),
+`_result` (what is said of each frame), `_pose` (the same in plain numpy, to compare with). Then
+`_sensitivity`, `_stillness`, `_ambiguity`, `_strobe`, and the reference body: `_reference_body`,
+`_reference`, `_reference_filter`, `_reference_home`.
+`kernels` is the compiled hot path. It must not know calibration records, touches or points.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +18,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, REVERSED, Ambiguity
+    from ocmm_core.tracking._ambiguity import AMBIGUITY_LIMIT_MM, Ambiguity
     from ocmm_core.tracking._body import (
         SCHEMA,
         LedBody,
@@ -52,7 +63,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _ambiguity="AMBIGUITY_LIMIT_MM Ambiguity REVERSED",
+        _ambiguity="AMBIGUITY_LIMIT_MM Ambiguity",
         _body=(
             "LedBody ProbeBody ProbeDocument SCHEMA body_of check_labels load_probe "
             "nearest_ambiguity satisfies_rules"
@@ -77,7 +88,6 @@ else:
 __all__ = [
     "AMBIGUITY_LIMIT_MM",
     "ARRAYS",
-    "REVERSED",
     "SCHEMA",
     "Ambiguity",
     "FrameStatus",

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations, permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ocmm_core.errors import InputError
-from ocmm_core.geometry import Float, rigid_fit
+from ocmm_core.geometry import Float, Int, rigid_fit
 
 if TYPE_CHECKING:
     from ocmm_core.tracking._body import LedBody
 
 AMBIGUITY_LIMIT_MM = 1.0
 """A wrong labelling must leave at least this rigid residual (RMS), or the labels are in doubt."""
+
+_FIRST = 50
+"""So many labellings that change the distances least are fitted before others are left out."""
 
 REVERSED = -0.99
 """Cosine between an axis and where a motion takes it, below which the motion reverses it."""
@@ -29,7 +32,8 @@ class Ambiguity:
     Attributes
     ----------
     labels
-        LED number that stands at the place of LED 0, 1, 2 ..., -1 where none does.
+        LED number that is believed at the place of LED 0, 1, 2 ... (of `nearest`: of those seen),
+        -1 where none is.
     residual_mm
         RMS distance of the LEDs after the best rigid motion.
     tip_error_mm
@@ -41,10 +45,16 @@ class Ambiguity:
     tip_error_mm: float
 
 
-def nearest(leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]]) -> Ambiguity | None:
-    """Return the wrong labelling of all LEDs with the smallest residual that no rule excludes.
+def nearest(
+    leds: Float,
+    tip: Float,
+    rules: Sequence[tuple[Float, Float]],
+    seen: Sequence[int] | None = None,
+) -> Ambiguity | None:
+    """Return the wrong labelling of LEDs with the smallest residual that no rule excludes.
 
-    A rule excludes a labelling if the body, turned by that labelling's motion, breaks the rule in
+    Every LED of the body may be believed at every place, for nobody tells which ones are hidden. A
+    rule excludes a labelling if the body, turned by that labelling's motion, breaks the rule in
     every attitude that keeps it; that is so when the motion reverses the rule's axis.
 
     Parameters
@@ -53,21 +63,26 @@ def nearest(leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]]) -> Am
         (L, 3) and (3,), mm, body frame.
     rules
         ``(body_axis, world_direction)`` pairs, each (3,).
+    seen
+        Numbers of the LEDs that are seen; None where all are. The labels of the result name what
+        is believed at their places, in this order.
     """
-    worst: Ambiguity | None = None
-    identity = tuple(range(len(leds)))
+    places = tuple(range(len(leds)) if seen is None else seen)
+    orders = np.array(
+        [order for order in permutations(range(len(leds)), len(places)) if order != places]
+    )
     between = _distances(leds)
-    for labels in permutations(identity):
-        if labels == identity:
-            continue
-        spread = np.abs(between[np.ix_(labels, labels)] - between).max()
+    spread = _spread(orders, between, between[np.ix_(places, places)])
+    best: Ambiguity | None = None
+    for rank, index in enumerate(np.argsort(spread, kind="stable")):
         # A rigid residual of r (RMS) changes no distance by more than 2 r sqrt(n), n at most 8.
-        if worst is not None and spread > 6.0 * worst.residual_mm + 1e-9:
-            continue
-        found = _judge(leds, tip, rules, labels)
-        if found is not None and (worst is None or found.residual_mm < worst.residual_mm):
-            worst = found
-    return worst
+        if best is not None and rank > _FIRST and spread[index] > 6.0 * best.residual_mm + 1e-9:
+            break
+        labels = tuple(int(label) for label in orders[index])
+        found = _judge(leds, tip, rules, places, labels)
+        if found is not None and (best is None or found.residual_mm < best.residual_mm):
+            best = found
+    return best
 
 
 def confused(
@@ -86,11 +101,12 @@ def confused(
     for labels in _alike(_distances(leds), slack, hidden):
         if all(label in (-1, led) for led, label in enumerate(labels)):
             continue
-        found = _judge(leds, tip, rules, labels)
+        believed = [led for led, label in enumerate(labels) if label >= 0]
+        found = _judge(leds, tip, rules, believed, [labels[led] for led in believed])
         if found is None or found.residual_mm >= AMBIGUITY_LIMIT_MM:
             continue
         if worst is None or found.residual_mm < worst.residual_mm:
-            worst = found
+            worst = replace(found, labels=labels)
     return worst
 
 
@@ -117,18 +133,31 @@ def check_distinct(bodies: Sequence[LedBody]) -> None:
 
 
 def _judge(
-    leds: Float, tip: Float, rules: Sequence[tuple[Float, Float]], labels: Sequence[int]
+    leds: Float,
+    tip: Float,
+    rules: Sequence[tuple[Float, Float]],
+    places: Sequence[int],
+    labels: Sequence[int],
 ) -> Ambiguity | None:
-    """Return a labelling with its residual, or None where a rule excludes it."""
-    believed = [led for led, label in enumerate(labels) if label >= 0]
-    true = leds[[labels[led] for led in believed]]
-    rotation, translation = rigid_fit(leds[believed], true)
+    """Return what LEDs ``labels`` believed at ``places`` do; None where a rule excludes them."""
+    at, true = leds[list(places)], leds[list(labels)]
+    rotation, translation = rigid_fit(at, true)
     if any(float(axis @ rotation @ axis) < REVERSED for axis, _ in rules):
         return None
-    miss = leds[believed] @ rotation.T + translation - true
+    miss = at @ rotation.T + translation - true
     residual = float(np.sqrt(np.mean(np.sum(miss**2, axis=1))))
     moved = rotation @ tip + translation
     return Ambiguity(tuple(labels), residual, float(np.linalg.norm(moved - tip)))
+
+
+def _spread(orders: Int, distances: Float, true: Float) -> Float:
+    """Return the largest change of a distance of each labelling (k, n), mm, pair by pair."""
+    spread = np.zeros(len(orders))
+    for first in range(len(true)):
+        for second in range(first):
+            between = distances[orders[:, first], orders[:, second]]
+            np.maximum(spread, np.abs(between - true[first, second]), out=spread)
+    return spread
 
 
 def _alike(between: Float, slack: float, hidden: int) -> Iterator[tuple[int, ...]]:

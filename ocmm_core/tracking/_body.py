@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -198,12 +199,14 @@ def satisfies_rules(
     return kept
 
 
-def nearest_ambiguity(body: ProbeBody | LedBody) -> Ambiguity | None:
-    """Return the wrong labelling with the smallest rigid residual, see `ambiguity.nearest`.
+def nearest_ambiguity(
+    body: ProbeBody | LedBody, seen: Sequence[int] | None = None
+) -> Ambiguity | None:
+    """Return the wrong labelling of the LEDs ``seen``, or of all, with the smallest rigid residual.
 
-    Where the body has no tip, the error is that of the middle of its LEDs.
+    See `ambiguity.nearest`. Where the body has no tip, the error is that of the middle of its LEDs.
     """
-    return nearest(*_shape(body))
+    return nearest(*_shape(body), seen)
 
 
 def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None:

@@ -1,4 +1,11 @@
-"""Between the measuring station and Qt: state by signals, live values by a timer."""
+"""Between the measuring station and Qt: state by signals, live values by a timer.
+
+In: a station with its threads. Out: signals on the window's thread, and commands to the station.
+
+Read `_bridge` (signals, timer, commands) and `_evaluator` (the job evaluated on a thread of its
+own, no more often than somebody can look).
+Nothing long runs on the window's thread. It must not know a single screen.
+"""
 
 from __future__ import annotations
 

@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.tolerances.decisions import CharacteristicResult
-from ocmm_core.tolerances.zones import ZONES
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui.kit import Painted, digit_font, millimetres
 
 _MARGIN_SHARE = 0.4
@@ -57,7 +57,7 @@ def make_scale(result: CharacteristicResult) -> BarScale:
     width = max(result.upper - result.lower, 1e-6)
     guarded = result.rule.partition("/")[0] != "simple"
     guard = result.uncertainty if guarded and result.uncertainty is not None else 0.0
-    one_sided = result.kind in ZONES and result.lower <= 0.0
+    one_sided = spec_of(result.kind).one_sided and result.lower <= 0.0
     return BarScale(
         low=result.lower - (0.0 if one_sided else _MARGIN_SHARE * width),
         high=result.upper + _MARGIN_SHARE * width,

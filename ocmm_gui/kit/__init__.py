@@ -1,4 +1,14 @@
-"""What every screen is made of: looks, words, sheets, parts, keys, sounds, notices."""
+"""What every screen is made of: looks, words, sheets, parts, keys, sounds, notices.
+
+In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
+notices.
+
+Read `_theme` (three themes from one table), `_words` (numbers and sentences), `_marks` (a shape
+for each outcome), `_actions` (every key as one table), `_sheet` (pages that Esc closes), `_parts`
+and `_painted`. Long work: `_side_process`, `_worker`, `_work_line`. Questions without dialogs:
+`_answer_panel`, `_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
+It is the first room of the window and must not know any screen or the station.
+"""
 
 from __future__ import annotations
 
@@ -32,7 +42,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, Sheet, caption, form_field
-    from ocmm_gui.kit._side_process import SideProcess, Tell, Teller
+    from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT,
@@ -99,7 +109,7 @@ else:
         _path_panel="OwnKeysField PathPanel",
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox Sheet caption form_field",
-        _side_process="SideProcess Tell Teller",
+        _side_process="SideProcess Tell Teller Work",
         _sound="Approach Sound SoundPlayer verdict_sound",
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font far_type "
@@ -159,6 +169,7 @@ __all__ = [
     "Teller",
     "Theme",
     "Themed",
+    "Work",
     "WorkLine",
     "Worker",
     "active_feature",

@@ -16,7 +16,7 @@ from ocmm_core.inspection.evaluation import (
     job_states,
 )
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, VerdictSummary
-from ocmm_core.tolerances.zones import ZONES
+from ocmm_core.tolerances.kinds import spec_of
 
 DASHES = "———"
 """Stands for every number that is not known or not trusted."""
@@ -138,7 +138,7 @@ def quantity(result: CharacteristicResult, value: float | None, *, signed: bool 
 def limit_words(result: CharacteristicResult) -> str:
     """Return the limits of the deviation; one of them for a zone."""
     upper = quantity(result, result.upper, signed=True)
-    if result.kind in ZONES and result.lower <= 0.0:
+    if spec_of(result.kind).one_sided and result.lower <= 0.0:
         return f"≤ {upper.lstrip('+')}"
     if result.lower == -result.upper:
         return f"±{upper.lstrip('+')}"

@@ -1,4 +1,13 @@
-"""The Maintain mode: what keeps the machine in order, one page for each subject."""
+"""The Maintain mode: what keeps the machine in order, one page for each subject.
+
+In: records and histories of rig and probe, the report of the bus, older jobs.
+Out: pages, and actions that cannot be taken back, whose key is wanted twice.
+
+Read `_maintain_view` (the list of pages), then the pages: `_calibration_page`, `_probe_page`,
+`_bus_page`, `_probe_design_page`, `_fits_page`, `_recall_sheet`. `_standing` is what the pages of
+calibration and probe share, `_deeds` the actions, the others are tables and pictures of one page.
+It must not know the inspector's screens, results, plan editor or wizards.
+"""
 
 from __future__ import annotations
 

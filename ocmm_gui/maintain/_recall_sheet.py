@@ -7,9 +7,6 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QLabel, QProgressBar
-
 from ocmm_core.errors import InputError
 from ocmm_core.export import write_together
 from ocmm_core.inspection.archive import (
@@ -41,6 +38,8 @@ from ocmm_gui.kit import (
     Table,
     Teller,
     Theme,
+    Work,
+    WorkLine,
     mark_colour,
     sentence_label,
 )
@@ -177,20 +176,13 @@ class RecallSheet(Sheet):
         self.table = RecallTable()
         self.about_job = sentence_label("What the chosen verdict rests on", 14)
         self.about_job.setProperty("role", "muted")
-        self._progress = QProgressBar()
-        self._progress.setAccessibleName("Recalculating the jobs")
-        self._progress.setRange(0, 100)
-        self._progress.hide()
-        self._step = QLabel()
-        self._step.setTextFormat(Qt.TextFormat.PlainText)
-        self._step.hide()
+        self.working = WorkLine("Recalculating the jobs")
         self._work = SideProcess(self)
-        for widget in (self.file, self.pages, self._step, self._progress, self._headline,
-                       self.totals):  # fmt: skip
+        for widget in (self.file, self.pages, self.working, self._headline, self.totals):
             self.body.addWidget(widget)
         self.body.addWidget(self.table, 1)
         self.body.addWidget(self.about_job)
-        self._work.advanced.connect(self._advance)
+        self._work.advanced.connect(self.working.advance)
         self._work.finished.connect(self._show)
         self._work.failed.connect(self._fail)
         self.file.given.connect(self.read)
@@ -216,15 +208,14 @@ class RecallSheet(Sheet):
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder; the window stays free."""
         self._asked = Places((folder,), self._calibrations(), self._probes())
-        self._work.start(_Recalling(self._asked))
-        self._advance("Starting", 0.0)
-        self.say(f"Looks through the jobs of {folder}. Job files are not written to. F9 stops.")
+        self._begin("Starting", _Recalling(self._asked))
+        self.say(f"Looks through the jobs of {folder}. Job files are not written to.")
         self.table.setFocus()
 
     def stop(self) -> None:
         """Give up recalculating; what was shown stays."""
         if self._work.is_running() and self._work.give_up():
-            self._end()
+            self.working.end()
             self.say("Stopped; nothing was changed.")
 
     def release(self) -> None:
@@ -232,8 +223,8 @@ class RecallSheet(Sheet):
         record, places = self._shown()
         if record is None or places is None:
             return
-        self._work.start(_Deciding(record, places, self._who()))
-        self._advance("Storing the recall", 0.5)
+        self._asked = places
+        self._begin("Storing the recall", _Deciding(record, places, self._who()))
 
     def ask_for_pages(self) -> None:
         """Ask where the pages go."""
@@ -245,8 +236,7 @@ class RecallSheet(Sheet):
         """Write the recall as pages."""
         record, _ = self._shown()
         if record is not None:
-            self._work.start(_Writing(record, path))
-            self._advance("Drawing the pages", 0.1)
+            self._begin("Drawing the pages", _Writing(record, path))
 
     def close_work(self) -> None:
         """Give up what is calculated; call it before the window goes."""
@@ -288,23 +278,17 @@ class RecallSheet(Sheet):
             return None, None
         return self._record, self._places
 
-    def _advance(self, what: str, share: float) -> None:
-        self._step.setText(what)
-        self._step.show()
-        self._progress.setValue(round(100.0 * share))
-        self._progress.show()
-
-    def _end(self) -> None:
-        self._step.hide()
-        self._progress.hide()
+    def _begin(self, what: str, work: Work) -> None:
+        self._work.start(work)
+        self.working.begin(what, "F9 stops.")
 
     def _fail(self, error: object) -> None:
-        self._end()
+        self.working.end()
         self.say("It could not be done; what was shown stays.")
         self.failed.emit(error)
 
     def _show(self, answer: object) -> None:
-        self._end()
+        self.working.end()
         if isinstance(answer, Path):
             self.pages.hide()
             self.told.emit(f"The recall is in {answer}.")

@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
 
 from ocmm_core.inspection.evaluation import FeatureView, JobView
 from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, Verdict
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui.charts import ToleranceBar
 from ocmm_gui.kit import (
     DASHES,
@@ -259,8 +260,7 @@ class FeaturePanel(QFrame):
 
 def subject(result: CharacteristicResult) -> str:
     """Return what a characteristic is about, in words."""
-    what = {"form": "form deviation"}.get(result.kind, result.kind)
-    return f"{what} {' – '.join(result.features)}"
+    return f"{spec_of(result.kind).words} {' – '.join(result.features)}"
 
 
 def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:

@@ -1,4 +1,13 @@
-"""A plan is written in the window: features, characteristics, alignment, pictures."""
+"""A plan is written in the window: features, characteristics, alignment, pictures.
+
+In: a plan, keys, tables, STEP files, a job to teach from. Out: a plan that is checked and saved.
+
+Read `_plan_sheet` (the editor), `_draft` (the plan that is written, with its past), `_plan_items`
+and `_item_form` (the list, and the form of one item) with `_form_lines`, which makes the fields
+from the types of the core. `_field_text` and `_field_words` are what stands beside them.
+`_plan_checks`, `_proposals`, `_importing`, `_teaching` and `_drawn` do what their names say.
+Rules of plans are in `inspection.plan`. It must not know the other sheets.
+"""
 
 from __future__ import annotations
 

@@ -6,6 +6,9 @@ from collections.abc import Mapping
 
 import msgspec
 
+from ocmm_core.tolerances.kinds import KINDS
+from ocmm_core.tolerances.zones import Characteristic
+
 Words = tuple[str, str]
 """Label and explanation."""
 
@@ -139,3 +142,8 @@ def words_of(struct: type[msgspec.Struct], field: str) -> Words:
     """Return label and explanation of a field; KeyError where nobody wrote them."""
     own = _OF_TYPE.get(struct.__name__, {})
     return own[field] if field in own else _ALL[field]
+
+
+def choices_of(struct: type[msgspec.Struct], field: str) -> tuple[str, ...]:
+    """Return the words that are possible in a text field; none where every text is."""
+    return tuple(KINDS) if (struct, field) == (Characteristic, "kind") else ()

@@ -15,7 +15,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 import msgspec
 
-from ocmm_gui.plan_editor._field_words import Words, words_of
+from ocmm_gui.plan_editor._field_words import Words, choices_of, words_of
 
 GIVEN = "given"
 """Stands for the field that tells whether a struct without a tag is there."""
@@ -178,6 +178,8 @@ def _is_structs(make: Any) -> bool:
 def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str) -> FormLine:
     label, tip = words_of(struct, item.name)
     kind, choices, neutral = _held(item.type)
+    if kind is Kind.TEXT and (words := choices_of(struct, item.name)):
+        kind, choices, neutral = Kind.CHOICE, words, words[0]
     parts = get_args(item.type)[0].__struct_fields__ if kind is Kind.PLACES else ()
     if item.default is not msgspec.NODEFAULT:
         neutral = item.default

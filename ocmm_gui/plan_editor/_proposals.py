@@ -7,7 +7,7 @@ import msgspec
 from ocmm_core.features.measured import Construction, PartOf
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import Plan, add_feature, new_plan, usual_points
-from ocmm_core.tolerances.zones import Characteristic, Kind
+from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor._plan_items import ItemKey, item_of
 
 
@@ -62,9 +62,7 @@ def new_characteristic(plan: Plan, chosen: ItemKey) -> Characteristic | None:
     return _of(plan, [feature.name], "form", 0.0, 0.0)
 
 
-def _of(
-    plan: Plan, features: list[str], kind: Kind, nominal: float, lower: float
-) -> Characteristic:
+def _of(plan: Plan, features: list[str], kind: str, nominal: float, lower: float) -> Characteristic:
     return Characteristic(
         name=_free_name(plan, f"{features[-1]} {kind}"),
         kind=kind,

@@ -1,4 +1,13 @@
-"""The report on paper: PDF with symbols, plots and a picture, all drawn as paths."""
+"""The report on paper: PDF with symbols, plots and a picture, all drawn as paths.
+
+In: the frozen data of a report, or of a recall. Out: a PDF, read back before it counts, or a
+preview.
+
+Read `_pdf` (the report), `_sections` (its parts), `_canvas` (pages that fill) and `_drawing`
+(without a window), `_symbols`, `_plots`, `_words`, `_pdf_writer` (the file with other files in
+it), `_recall`, `_preview`. `_side` writes in a process of its own.
+Numbers come from `export.report`, none is computed here. It must not know sheets or the station.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +19,17 @@ if TYPE_CHECKING:
     from ocmm_gui.reports._drawing import drawing
     from ocmm_gui.reports._preview import PagePreview
     from ocmm_gui.reports._recall import pdf_bytes
-    from ocmm_gui.reports._side import PDF, FormatText, PagePicture, Previewing, Writing
+    from ocmm_gui.reports._side import FormatText, PagePicture, Previewing, Writing
 else:
     __getattr__ = door(
         __name__,
         _drawing="drawing",
         _preview="PagePreview",
         _recall="pdf_bytes",
-        _side="FormatText PDF PagePicture Previewing Writing",
+        _side="FormatText PagePicture Previewing Writing",
     )
 
 __all__ = [
-    "PDF",
     "FormatText",
     "PagePicture",
     "PagePreview",

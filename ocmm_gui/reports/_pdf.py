@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
-from ocmm_core.export import EXPORTERS, require_complete, write_together
+from ocmm_core.export import EXPORTERS, PDF, require_complete, write_together
 from ocmm_core.export.report import ReportData, polyworks_profile
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, WIDTH, Canvas, Style, paint_text
@@ -68,7 +68,7 @@ def pdf_bytes(data: ReportData, attachments: Mapping[str, bytes]) -> bytes:
 def pdf_file(data: ReportData) -> tuple[str, bytes]:
     """Return name and content of ``<job>_report.pdf``; errors as `pdf_bytes`."""
     attachments = EXPORTERS["json"].contents((data,), polyworks_profile())
-    return f"{data.stem}_report.pdf", pdf_bytes(data, attachments)
+    return f"{data.stem}{PDF.suffixes[0]}", pdf_bytes(data, attachments)
 
 
 def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Path:

@@ -11,6 +11,7 @@ from ocmm_core.export.report import ReportData, ReportedResult
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.evaluation import INCOMPLETE, NO_REAL_PART, SIMULATED
 from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, PartWord, Verdict, VerdictSummary
+from ocmm_core.tolerances.kinds import Symbol, symbol_of
 from ocmm_gui.kit import verdict_colour
 from ocmm_gui.reports._canvas import (
     BODY,
@@ -25,7 +26,7 @@ from ocmm_gui.reports._canvas import (
     Style,
     paint_text,
 )
-from ocmm_gui.reports._symbols import has_symbol, paint_symbol
+from ocmm_gui.reports._symbols import paint_symbol
 from ocmm_gui.reports._words import count_words, element_words, measurand
 
 _MARKS = {
@@ -125,7 +126,7 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
         if item.result.note:
             remarks.append(f"{len(remarks) + 1}) {item.result.name}: {item.result.note}")
             mark = f" {len(remarks)})"
-        rows.append(_result_row(item, mark, symbol_of(item, data)))
+        rows.append(_result_row(item, mark, _symbol(item, data)))
     canvas.table(_RESULT_COLUMNS, rows)
     canvas.skip(12.0)
     for remark in remarks:
@@ -251,16 +252,13 @@ def _fact(canvas: Canvas, name: str, value: str, style: Style = BODY) -> None:
     canvas.pages[-1].append(lambda painter: paint_text(painter, box, name, muted))
 
 
-def symbol_of(item: ReportedResult, data: ReportData) -> str:
-    """Return the kind whose symbol stands for a result: form is that of its feature's shape."""
-    if item.result.kind != "form":
-        return item.result.kind
+def _symbol(item: ReportedResult, data: ReportData) -> Symbol | None:
+    """Return the symbol that stands for a result; None where it is written as words."""
     shapes = {feature.name: feature.shape for feature in data.features}
-    shape = shapes.get(item.result.features[0])
-    return "surface profile" if shape is None else shape.spec.form_symbol
+    return symbol_of(item.result.kind, shapes.get(item.result.features[0]))
 
 
-def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
+def _result_row(item: ReportedResult, mark: str, symbol: Symbol | None) -> list[Field]:
     result = item.result
     places, unit = 4, "°" if item.unit == "deg" else ""
     limits = f"{result.upper:+.{places}f}\n{result.lower:+.{places}f}"
@@ -270,9 +268,7 @@ def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
         letter = "L" if item.asked is not None and "least" in item.asked.modifier else "M"
         limits += f"\n({letter}) +{result.bonus:.{places}f}"
     colour = verdict_colour(INK, result.verdict)
-    symbol = None
-    if has_symbol(kind):
-        symbol = partial(_paint_symbol, kind=kind)
+    draw = None if symbol is None else partial(_paint_symbol, symbol=symbol)
     numbers = ("–", "–", "–")
     if result.stated is not None:
         measured, deviation, uncertainty = result.stated
@@ -285,7 +281,7 @@ def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
     if result.leaning:
         word += f", leaning {result.leaning}"
     return [
-        Field(draw=symbol),
+        Field(draw=draw),
         Field(f"{result.name}{mark}\n{measurand(item)}"),
         Field(" | ".join(item.datums)),
         Field("–" if item.one_sided else f"{result.nominal:z.{places}f}"),
@@ -297,10 +293,10 @@ def _result_row(item: ReportedResult, mark: str, kind: str) -> list[Field]:
     ]
 
 
-def _paint_symbol(painter: QPainter, box: QRectF, *, kind: str) -> None:
+def _paint_symbol(painter: QPainter, box: QRectF, *, symbol: Symbol) -> None:
     side = 36.0
     paint_symbol(
-        painter, kind, QRectF(box.left(), box.center().y() - 0.5 * side, side, side),
+        painter, symbol, QRectF(box.left(), box.center().y() - 0.5 * side, side, side),
         Qt.GlobalColor.black,
     )  # fmt: skip
 

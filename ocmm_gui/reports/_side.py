@@ -8,14 +8,11 @@ from pathlib import Path
 from PySide6.QtGui import QImage
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.export import EXPORTERS, preview, preview_text, write_report
+from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report
 from ocmm_core.export.report import ReportData
 from ocmm_gui.kit import Teller
 from ocmm_gui.reports._drawing import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
-
-PDF = "pdf"
-"""Drawn here; the other formats come from the core."""
 
 _MOST_LINES = 400
 """A cloud of points is shown by its beginning."""
@@ -30,7 +27,7 @@ class Writing:
     data
         The job, frozen.
     formats
-        Names of `EXPORTERS`, and `PDF`.
+        Names of `FORMATS`.
     folder
         Where the files go.
     incomplete
@@ -45,12 +42,12 @@ class Writing:
     def __call__(self, tell: Teller) -> tuple[Path, ...]:
         """Return the paths of the files; errors as `write_report` and `pdf_file`."""
         beside: dict[str, bytes] = {}
-        if PDF in self.formats:
+        if PDF.name in self.formats:
             tell("Drawing the PDF", 0.3)
             with drawing():
                 name, content = pdf_file(self.data)
             beside[name] = content
-        tables = tuple(name for name in self.formats if name != PDF)
+        tables = tuple(name for name in self.formats if name != PDF.name)
         tell("Writing the files and reading them back", 0.7)
         tell.commit()
         return write_report(

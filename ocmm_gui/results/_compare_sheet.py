@@ -6,8 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QProgressBar, QVBoxLayout
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.inspection.archive import Comparison, Trend, compare_folder
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
@@ -20,6 +19,7 @@ from ocmm_gui.kit import (
     Table,
     Tell,
     Theme,
+    WorkLine,
     digit_font,
     sentence_label,
 )
@@ -104,13 +104,7 @@ class CompareSheet(Sheet):
         self.words = sentence_label("What the chart says", 15)
         self.left_out = sentence_label("What is not counted", 14)
         self.left_out.setProperty("role", "muted")
-        self._progress = QProgressBar()
-        self._progress.setAccessibleName("Reading the jobs")
-        self._progress.setRange(0, 100)
-        self._progress.hide()
-        self._step = QLabel()
-        self._step.setTextFormat(Qt.TextFormat.PlainText)
-        self._step.hide()
+        self.reading = WorkLine("Reading the jobs")
         self._work = SideProcess(self)
         right = QVBoxLayout()
         right.addWidget(self.chart, 1)
@@ -121,12 +115,11 @@ class CompareSheet(Sheet):
         row.addWidget(self.table, 50)
         row.addLayout(right, 50)
         self.body.addWidget(self.file)
-        self.body.addWidget(self._step)
-        self.body.addWidget(self._progress)
+        self.body.addWidget(self.reading)
         self.body.addLayout(row, 1)
         self._folder = Path.home()
         self._left_out: tuple[str, ...] = ()
-        self._work.advanced.connect(self._advance)
+        self._work.advanced.connect(self.reading.advance)
         self._work.finished.connect(self._show)
         self._work.failed.connect(self._fail)
         self.file.given.connect(self.read)
@@ -145,13 +138,13 @@ class CompareSheet(Sheet):
         """Read the jobs of a folder; the window stays free."""
         self._folder = folder
         self._work.start(_Reading(folder, *self._records()))
-        self._advance("Starting", 0.0)
+        self.reading.begin("Starting", "F9 stops.")
 
     def stop(self) -> None:
         """Give up reading; what was shown stays."""
         if self._work.is_running():
             self._work.cancel()
-            self._end()
+            self.reading.end()
             self.say("Reading was stopped; nothing was changed.")
 
     def close_work(self) -> None:
@@ -167,22 +160,12 @@ class CompareSheet(Sheet):
         self.table.set_theme(theme)
         self.chart.set_theme(theme)
 
-    def _advance(self, what: str, share: float) -> None:
-        self._step.setText(what)
-        self._step.show()
-        self._progress.setValue(round(100.0 * share))
-        self._progress.show()
-
-    def _end(self) -> None:
-        self._step.hide()
-        self._progress.hide()
-
     def _fail(self, error: object) -> None:
-        self._end()
+        self.reading.end()
         self.failed.emit(error)
 
     def _show(self, answer: object) -> None:
-        self._end()
+        self.reading.end()
         if not isinstance(answer, Comparison):
             return
         jobs = answer.jobs

@@ -15,7 +15,7 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
 )
 
-from ocmm_core.export import EXPORTERS
+from ocmm_core.export import DEFAULT_FORMAT, FORMATS, PDF
 from ocmm_core.export.report import ReportData
 from ocmm_gui.kit import (
     ActionInfo,
@@ -28,7 +28,7 @@ from ocmm_gui.kit import (
     form_field,
     text_font,
 )
-from ocmm_gui.reports import PDF, FormatText, PagePicture, PagePreview, Previewing
+from ocmm_gui.reports import FormatText, PagePicture, PagePreview, Previewing
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.results._report_writer import ReportWriter
 
@@ -37,8 +37,6 @@ _KEYS = (
     ActionInfo("write", "Write", "Write the marked formats into the folder", ("F8", "E")),
 )
 _NAME = Qt.ItemDataRole.UserRole
-_TITLES = {**{name: item.title for name, item in EXPORTERS.items()}, PDF: "PDF"}
-"""By the name of the format."""
 _LIST_PX, _ROW_PX = 320, 36
 _GIVE_UP = "F8 gives it up."
 _SETTLE_MS = 300
@@ -65,11 +63,11 @@ class ReportSheet(Sheet):
         self.formats.setAccessibleName("Formats")
         self.formats.setAccessibleDescription("Up and down show a preview, Space marks a format")
         self.formats.setFont(text_font(16))
-        for name in _TITLES:
+        for name in FORMATS:
             item = QListWidgetItem(self.formats)
             item.setData(_NAME, name)
             item.setSizeHint(QSize(_LIST_PX - 20, _ROW_PX))
-        self._marked = {"polyworks"} & set(EXPORTERS)
+        self._marked = {DEFAULT_FORMAT}
         self._write_marks()
         self.formats.setCurrentRow(0)
         self.formats.setFixedWidth(_LIST_PX)
@@ -186,7 +184,7 @@ class ReportSheet(Sheet):
 
     def marked(self) -> tuple[str, ...]:
         """Return the names of the marked formats."""
-        return tuple(name for name in _TITLES if name in self._marked)
+        return tuple(name for name in FORMATS if name in self._marked)
 
     def write(self) -> None:
         """Write the marked formats, or give up what is being written.
@@ -209,7 +207,7 @@ class ReportSheet(Sheet):
         for row in range(self.formats.count()):
             item = self.formats.item(row)
             name = str(item.data(_NAME))
-            item.setText(f"{'☑' if name in self._marked else '☐'}  {_TITLES[name]}")
+            item.setText(f"{'☑' if name in self._marked else '☐'}  {FORMATS[name].title}")
 
     def _chosen(self) -> str:
         row = self.formats.currentRow()
@@ -217,7 +215,7 @@ class ReportSheet(Sheet):
 
     def _show_chosen(self) -> None:
         name = self._chosen()
-        self.shown.setCurrentWidget(self.pages if name == PDF else self.text)
+        self.shown.setCurrentWidget(self.pages if name == PDF.name else self.text)
         self.text.setPlainText(self._texts.get(name, ""))
 
     def _on_part(self, part: object) -> None:

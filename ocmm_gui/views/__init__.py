@@ -1,4 +1,13 @@
-"""Pictures of the machine at work: the camera images and the 3-D view."""
+"""Pictures of the machine at work: the camera images and the 3-D view.
+
+In: spots with their labels, poses, points, features. Out: painted widgets; no graphics card is
+needed.
+
+Read `_scene` (a small 3-D scene: numpy projects, QPainter draws), `_shapes` (wire shapes in mm,
+world frame), `_contents` (what is shown), `_point_view` (the 3-D view), `_camera_view` (spots of
+each camera), `_step_picture` (the picture of a step).
+It must not know the station or the bridge: it is given what it draws.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""The main window and what it opens: sheets, the pages of Maintain, and its files."""
+"""The main window and what it opens: sheets, the pages of Maintain, and its files.
+
+In: the bridge of a station, and settings of the start. Out: one window with all screens.
+
+Read `_main_window` (the inspector's views of one running job), `_sheets` (results, reports, plan,
+alignment, job), `_maintenance` (Maintain and the wizards, and what they lead to), `_output` (files
+that a key writes), `_keys_sheet` (all keys on one page).
+It joins rooms that do not know each other. Only `ocmm_gui.app` imports it.
+"""
 
 from __future__ import annotations
 

@@ -9,11 +9,10 @@ from pathlib import Path
 from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.errors import OcmmError
+from ocmm_core.export import DEFAULT_FORMAT
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import AnswerPanel, NoticeCentre, PathPanel, WorkLine
 from ocmm_gui.results import JobSource, ReportWriter, Written
-
-_FORMATS = ("polyworks",)
 
 
 class Output(QObject):
@@ -100,7 +99,7 @@ class Output(QObject):
             self.export_panel.ask(self.folder())
 
     def _export_to(self, folder: Path) -> None:
-        self._writer.write(self._source, _FORMATS, folder)
+        self._writer.write(self._source, (DEFAULT_FORMAT,), folder)
 
     def _save_bus_text(self) -> None:
         path = self._new_text("bus")

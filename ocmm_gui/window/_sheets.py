@@ -10,7 +10,7 @@ from typing import Any
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QWidget
 
-from ocmm_core.calibration.records import EventFolder, default_folder
+from ocmm_core.calibration.records import RecordStore, default_folder
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre, Sheet
@@ -165,7 +165,7 @@ def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
     return _folder_of(station.probe_in_use.store), _folder_of(station.calibration_in_use.store)
 
 
-def _folder_of(store: EventFolder[Any] | None) -> Path | None:
+def _folder_of(store: RecordStore[Any] | None) -> Path | None:
     """Return the folder that holds a store and those of other rigs or probes."""
     return None if store is None else store.folder.parent
 

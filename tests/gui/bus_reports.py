@@ -21,7 +21,6 @@ from ocmm_core.composition import StationRequest, script_of
 from ocmm_core.documents import resource
 from ocmm_core.fieldbus.report import (
     EDGES_US,
-    TEXTS,
     Alarm,
     BusEvent,
     BusPhase,
@@ -60,7 +59,7 @@ def event(number: int, alarm: Alarm | str, camera: str, what: str, cycles: int =
         code=str(alarm),
         camera=camera,
         what=what,
-        remedy=TEXTS[alarm].remedy if isinstance(alarm, Alarm) else "",
+        remedy=alarm.spec.remedy if isinstance(alarm, Alarm) else "",
         cycles=cycles,
     )
 

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PySide6.QtWidgets import QLineEdit
 from pytestqt.qtbot import QtBot
 
 from benchmarks.recall_scenes import DIAMETER, TruePart, World, base_points
@@ -52,7 +53,9 @@ def test_totals_table_and_decision(
     assert errors[-1].code == "recall.nothing"
     sheet.open()
     assert sheet.is_working()
+    assert "F9 stops." in sheet.working.words()
     qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
+    assert sheet.working.words() == ""
     assert sheet.headline() == "0 CANNOT BE KNOWN   1 CHANGES   1 HOLDS"
     # What needs somebody stands first.
     assert sheet.table.rowCount() == 4
@@ -71,10 +74,16 @@ def test_totals_table_and_decision(
     world.store.refresh()
     assert world.store.events[-1].kind is EventKind.RECALLED
     assert world.store.events[-1].who == "Ada"
+    # The folder that was given up is not that of what is shown.
+    sheet.keys["pages"].trigger()
+    field = sheet.pages.findChild(QLineEdit, "path")
+    assert field is not None
+    assert Path(field.text()).parent == tmp_path / "jobs"
     pages = tmp_path / "recall.pdf"
     sheet.write(pages)
-    qtbot.waitUntil(pages.exists, timeout=HANG_MS)
+    qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
     assert pages.read_bytes().startswith(b"%PDF")
+    assert sheet.working.words() == ""
     assert [one.code for one in errors] == ["recall.nothing", "recall.busy"]
 
 
@@ -83,3 +92,4 @@ def test_it_is_given_up_at_once(sheet: RecallSheet) -> None:
     sheet.keys["stop"].trigger()
     assert not sheet.is_working()
     assert "nothing was changed" in sheet.about()
+    assert sheet.working.words() == ""

@@ -23,7 +23,7 @@ from ocmm_gui.window import MainWindow
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.host import HANG_MS
 
-VIEW = ProbeView(Word.VALID, "standard", TIP, "0" * 64, 5.9981)
+VIEW = ProbeView(word=Word.VALID, probe="standard", tip=TIP, identity="0" * 64, diameter_mm=5.9981)
 MOUNTED = Obstacle("Tip '6 mm' was mounted and not checked since.", "Check it.")
 
 

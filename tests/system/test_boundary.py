@@ -110,7 +110,7 @@ PLACES = (
     # Monitor and watches.
     Place("ocmm_core.calibration.monitor._monitor.CalibrationMonitor.feed", ValueError),
     Place("ocmm_core.calibration.guided._blows.BlowSense.feed", OSError),
-    Place("ocmm_core.station._probe_watch.judge_probe", LookupError),
+    Place("ocmm_core.station._probe_watch.judge", LookupError),
     Place("ocmm_core.station._calibration_watch.judge", AssertionError),
     Place("ocmm_core.station.stream._probe_button.ButtonWatch.feed", NotImplementedError),
     # Acquisition.

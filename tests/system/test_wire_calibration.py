@@ -25,7 +25,7 @@ import msgspec
 from ocmm_core.calibration.records._history import CalibrationStore
 from ocmm_core.calibration.records._in_use import default_folder, store_folder
 from ocmm_core.camera._rig import load_rig
-from ocmm_core.composition._compose import StationRequest, build_station, segment_of
+from ocmm_core.composition import StationRequest, build_station, segment_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.plan._plan import load_plan
 from ocmm_core.inspection.evaluation._view import StatusWord

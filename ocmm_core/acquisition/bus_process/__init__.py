@@ -1,4 +1,14 @@
-"""The camera bus as a process of its own: its commands, its rights, and the side that starts it."""
+"""The camera bus as a process of its own: its commands, its rights, and the side that starts it.
+
+In: a configuration as JSON, and requests for objects of cameras, line by line.
+Out: frames in the shared ring, the report of the bus, answers, and the reason of its end.
+
+Inside the process: `_start` (one thread, least rights), `_process` (the program ``ocmm-acq``),
+`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`, `_scan_process`.
+In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for
+a bus that runs as a service.
+It must not know tracking or any later room: a crash there must not stop the bus.
+"""
 
 from __future__ import annotations
 

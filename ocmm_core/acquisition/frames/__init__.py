@@ -1,4 +1,13 @@
-"""Frames of all cameras at one exposure, the ring they wait in, and the worker that fills it."""
+"""Frames of all cameras at one exposure, the ring they wait in, and the worker that fills it.
+
+In: what a source yields, block by block: spots of each camera with the time of their exposure.
+Out: the same frames in a ring of fixed size, for one reader, and the books of the acquisition.
+
+Read `_frames` (what a frame holds), `_source` (the protocol that every source serves), `_ring`
+(shared memory, overruns counted), then `_worker`, which moves frames from the one to the other.
+`_join` puts the cameras of one exposure together, `_exposures` counts across bring-ups.
+It must not know where frames come from: bus, virtual rig and replay look alike to it.
+"""
 
 from __future__ import annotations
 

@@ -12,7 +12,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.cameras._known_points_session import (
     KnownPointsBegun,
@@ -36,14 +35,13 @@ from ocmm_core.calibration.guided import (
     KnownPointsView,
     Live,
     RestingSpots,
+    SessionFormat,
     SessionLine,
     Spots,
     Step,
     conclude,
-    first_line,
     from_spots,
     hash_of,
-    session_path,
     to_spots,
     utc_text,
 )
@@ -56,6 +54,8 @@ EVALUATION_FROM = 80
 """A list of so many points gives a part of them for evaluation."""
 
 PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
+
+_SESSIONS = SessionFormat(Kind.KNOWN_POINTS, SessionLine[KnownPointsEvent], KnownPointsBegun)
 
 
 class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]):
@@ -126,13 +126,12 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
                 f"{evaluation} of {count} points for evaluation leave none for the calibration.",
                 "Keep fewer points for evaluation.",
             )
-        begun = KnownPointsBegun(
-            utc=utc_text(now),
-            rig=rig.name,
-            rig_identity=rig.identity,
+        chain, begun = _SESSIONS.begin(
+            folder,
+            rig,
+            now,
             running=store.active_hash or "",
             who=who,
-            software=__version__,
             temperature_c=temperature_c,
             names=points.names,
             positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()),
@@ -143,8 +142,6 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             valid_days=valid_days,
             artefacts=artefacts,
         )
-        chain = _chain(session_path(folder, cls.kind, now))
-        chain.append(SessionLine(begun))
         return cls(chain, begun, rig, store)
 
     @classmethod
@@ -158,10 +155,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         CalibrationError
             It is empty, or was begun with another rig.
         """
-        chain = _chain(path)
-        begun = first_line(chain)
-        assert isinstance(begun, KnownPointsBegun)  # noqa: S101 - the only first line of this kind
-        return cls(chain, begun, rig, store)
+        return cls(*_SESSIONS.resume(path), rig, store)
 
     @property
     def points(self) -> ReferencePoints:
@@ -358,10 +352,6 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
-
-
-def _chain(path: Path) -> ChainFile[SessionLine[KnownPointsEvent]]:
-    return ChainFile(path, SessionLine[KnownPointsEvent])
 
 
 def _listed(serials: tuple[int, ...]) -> str:

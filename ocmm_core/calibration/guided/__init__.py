@@ -1,4 +1,14 @@
-"""What all guided procedures share: steps, sessions, collecting, seats, and their outcome."""
+"""What all guided procedures share: steps, sessions, collecting, seats, and their outcome.
+
+In: frames while somebody works, commands (next, take, repeat), lines of a session file.
+Out: snapshots of the procedure for any screen, averaged observations, a record to accept.
+
+Read `_procedure` (steps and their gates) and `_procedure_views` (the snapshots), `_session` and
+`_session_events` (state follows from a file), `_collecting` (from frames to observations),
+`_labelling` (LEDs before cameras are known), `_seats`, `_repeats`, `_session_drift` and `_blows`
+(did something move), `_coverage`, then `_outcome` and `_conclusion` (the record).
+It must not know which procedure uses it, nor Qt: a script runs a procedure as a window does.
+"""
 
 from __future__ import annotations
 
@@ -86,11 +96,12 @@ if TYPE_CHECKING:
         Decided,
         Entered,
         SessionEvent,
+        SessionFormat,
         SessionLine,
         Spots,
-        first_line,
         from_spots,
         is_ended,
+        require_probe,
         session_path,
         sessions,
         to_spots,
@@ -126,8 +137,8 @@ else:
         _session="CameraProcedure O ProbeProcedure",
         _session_drift="Rest camera_step rest_of step_finding",
         _session_events=(
-            "Begun CommonEvent Decided Entered SessionEvent SessionLine Spots first_line "
-            "from_spots is_ended session_path sessions to_spots utc_text"
+            "Begun CommonEvent Decided Entered SessionEvent SessionFormat SessionLine Spots "
+            "from_spots is_ended require_probe session_path sessions to_spots utc_text"
         ),
         _shot_table="Shot load_shots write_shots",
         _table_text="Row Table read_table",
@@ -180,6 +191,7 @@ __all__ = [
     "Row",
     "SeatVisited",
     "SessionEvent",
+    "SessionFormat",
     "SessionLine",
     "Shot",
     "Spots",
@@ -197,7 +209,6 @@ __all__ = [
     "coverage",
     "first_gate",
     "first_instruction",
-    "first_line",
     "from_spots",
     "handle_axis",
     "hash_of",
@@ -216,6 +227,7 @@ __all__ = [
     "read_table",
     "repeat_finding",
     "require_no_doubt_since",
+    "require_probe",
     "rest_of",
     "session_path",
     "sessions",

@@ -298,6 +298,28 @@ class GuidedProcedure(ABC, Generic[E, O]):
         for line in self._chain.items[1:]:
             self._change(line.event)
 
+    def _refuse_older(self, which: str) -> None:
+        """Refuse to go on with a session that an earlier version began and that lacks something.
+
+        Parameters
+        ----------
+        which
+            What that version did not do, as a relative clause; without it nobody could tell
+            whether something moved meanwhile. A session that has ended may still be looked at.
+
+        Raises
+        ------
+        CalibrationError
+            It has not ended.
+        """
+        if self._decided is None:
+            raise CalibrationError(
+                "session.older",
+                f"{self._chain.path}: this session was begun by an earlier version, which {which}: "
+                f"nobody could tell whether something moved meanwhile.",
+                "Begin a new session.",
+            )
+
     def _append(self, event: E | CommonEvent) -> None:
         if self._decided is not None:
             raise self._ended(self._decided)

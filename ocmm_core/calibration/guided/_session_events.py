@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Generic, TypeAlias, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 import msgspec
 import numpy as np
 
+from ocmm_core import __version__
 from ocmm_core.calibration.guided._procedure import Decision, Kind
 from ocmm_core.calibration.probe_design import require_temperature
+from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
 
 Spots: TypeAlias = tuple[tuple[tuple[float, float] | None, ...], ...]
 """Averaged spots (C, n) of all cameras, px; None where a spot was not seen."""
@@ -104,20 +108,108 @@ class SessionLine(msgspec.Struct, Generic[E], frozen=True, forbid_unknown_fields
     event: E | CommonEvent
 
 
-def first_line(chain: ChainFile[SessionLine[E]]) -> E:
-    """Return the first event of a session.
+B = TypeVar("B", bound=Begun)
+
+
+class SessionFormat(Generic[E, B]):
+    """How the sessions of a procedure begin and go on, the same for all procedures.
+
+    Parameters
+    ----------
+    kind
+        Of the procedure.
+    lines
+        Type of the lines.
+    first
+        Type of the first line.
+    """
+
+    def __init__(self, kind: Kind, lines: type[SessionLine[E]], first: type[B]) -> None:
+        self._kind, self._lines, self._first = kind, lines, first
+
+    def begin(
+        self,
+        folder: Path,
+        rig: Rig,
+        now: datetime,
+        *,
+        running: str,
+        who: str,
+        temperature_c: float | None,
+        **own: object,
+    ) -> tuple[ChainFile[SessionLine[E]], B]:
+        """Return the file of a new session with its first line, which is on the disk.
+
+        Parameters
+        ----------
+        folder
+            Of session files.
+        running, who, temperature_c
+            See `Begun`.
+        own
+            What only the first line of this procedure has.
+
+        Raises
+        ------
+        StorageError
+            The file cannot be written.
+        """
+        first: Callable[..., B] = self._first
+        begun = first(
+            utc=utc_text(now),
+            rig=rig.name,
+            rig_identity=rig.identity,
+            running=running,
+            who=who,
+            software=__version__,
+            temperature_c=temperature_c,
+            **own,
+        )
+        chain = ChainFile(session_path(folder, self._kind, now), self._lines)
+        line: SessionLine[Any] = SessionLine(begun)
+        chain.append(line)
+        return chain, begun
+
+    def resume(self, path: Path) -> tuple[ChainFile[SessionLine[E]], B]:
+        """Return the file of a session and its first line.
+
+        Raises
+        ------
+        CalibrationError
+            The file has no first line: the power went before it was on the disk.
+        StorageError
+            The file cannot be read, or is not as it was written.
+        """
+        chain = ChainFile(path, self._lines)
+        begun = chain.items[0].event if chain.items else None
+        if not isinstance(begun, self._first):
+            raise CalibrationError(
+                "session.empty", f"{path}: this session has no beginning.", "Begin a new one."
+            )
+        return chain, begun
+
+
+def require_probe(path: Path, begun_with: str, body: ProbeBody) -> None:
+    """Refuse to go on with another probe than the one that a session was begun with.
+
+    Parameters
+    ----------
+    path
+        Of the session.
+    begun_with
+        Hash of the document of that probe.
 
     Raises
     ------
     CalibrationError
-        The file holds nothing: the power went before the first line was on the disk.
+        It is another one.
     """
-    event = chain.items[0].event if chain.items else None
-    if event is None or isinstance(event, CommonEvent):
+    if begun_with != body.identity:
         raise CalibrationError(
-            "session.empty", f"{chain.path}: this session has no beginning.", "Begin a new one."
+            "session.probe",
+            f"{path}: this session was begun with another probe.",
+            "Continue it with that probe, or begin a new one.",
         )
-    return event
 
 
 def utc_text(now: datetime) -> str:

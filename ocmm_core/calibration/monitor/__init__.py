@@ -1,4 +1,13 @@
-"""The watch over a calibration in use: has a camera, the probe or the part moved."""
+"""The watch over a calibration in use: has a camera, the probe or the part moved.
+
+In: residuals of tracked frames while points are taken, and a baseline that was learnt before.
+Out: a verdict with its score: nothing has changed, or what did, and which camera.
+
+Read `_looks` (residuals averaged while the probe hardly moves), `_baseline` with `_pattern_fit`
+and `_baseline_file` (what is normal for these sensors), `_change_rows` (what would move the
+spots), `_change_score`, `_change_verdict` and `_change_words`; `_monitor` runs it.
+It must not know the station, threads or jobs: who holds points back is `station`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,13 @@
-"""The geometry of a probe from a sweep about its ball, and how far it can be wrong."""
+"""The geometry of a probe from a sweep about its ball, and how far it can be wrong.
+
+In: spots of a probe that is turned about its resting ball, and calibrated cameras.
+Out: places of the LEDs about the ball, the covariance of the tip, and what speaks against it.
+
+Read `_data` (what comes and goes), `_centre` and `_start` (first values), `_bundle` with `_kernel`
+(one rotation a pose), `_robust` (wrong frames), `_covariance` and `_pattern`, then `_pivot`, which
+puts them in order. `_guards`, `_coverage`, `_validation` (a second sweep) and `_culprit` judge.
+It must not know steps, sessions or screens; the guided form is `sweeping`.
+"""
 
 from __future__ import annotations
 

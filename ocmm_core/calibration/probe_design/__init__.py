@@ -1,4 +1,13 @@
-"""How a probe is built, how it bends and grows, and how well its LEDs will show the tip."""
+"""How a probe is built, how it bends and grows, and how well its LEDs will show the tip.
+
+In: a document of sections, materials and LEDs; temperatures, weight and force; a rig.
+Out: displacements of LEDs and tip, the least possible uncertainty of the tip, confusions of LEDs.
+
+Read `_design` (the document), `_definition` (a probe that is being written), `_beam` (bending)
+and `_thermal` (growth), `_shape` (both together, and the tip that is computed from it), then
+`_layout` and `_layout_labels` (how well a rig sees it).
+It imports no other room of calibration, and must not know records or procedures.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""Records of cameras, probes and tips, sealed and chained, and whether they may be used."""
+"""Records of cameras, probes and tips, sealed and chained, and whether they may be used.
+
+In: outcomes of procedures, certificates of artefacts, events such as a blow or a mounted tip.
+Out: what is in force, its status and why, its history, and whether a point may be taken.
+
+Read `_sealed` (a record is written once), `_chain_seal` and `_event_folder` (the chain of events),
+`_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips), then
+`_in_use` and `_probe_in_use` (may it be used now). `_evidence` and `_seen_histories` find files
+that were exchanged; `_findings`, `_artefacts`, `_trends` and the overviews serve the pages.
+It must not know how a calibration is computed; it keeps numbers and their provenance.
+"""
 
 from __future__ import annotations
 
@@ -14,44 +24,42 @@ if TYPE_CHECKING:
         write_to_cameras,
     )
     from ocmm_core.calibration.records._chain_seal import NAME
-    from ocmm_core.calibration.records._event_folder import EventFolder
-    from ocmm_core.calibration.records._findings import Finding, let_pass
-    from ocmm_core.calibration.records._history import (
-        CalibrationStore,
+    from ocmm_core.calibration.records._events import (
         Event,
         EventKind,
-        State,
+        TipEvent,
+        TipEventKind,
+        TipRecords,
         judgements,
     )
+    from ocmm_core.calibration.records._findings import Finding, let_pass
+    from ocmm_core.calibration.records._history import CalibrationStore
     from ocmm_core.calibration.records._in_use import (
         CalibrationInUse,
         CalibrationView,
-        Obstacle,
-        Word,
         default_folder,
-        judge,
         open_calibration,
         open_design,
         require_record,
         store_folder,
     )
-    from ocmm_core.calibration.records._overview import CalibrationOverview, overview
+    from ocmm_core.calibration.records._overview import (
+        CalibrationOverview,
+        ProbeOverview,
+        TipState,
+        overview,
+        probe_overview,
+    )
     from ocmm_core.calibration.records._probe_in_use import (
         TEXT_SCHEMA,
         ProbeInUse,
         ProbeText,
         ProbeView,
         default_probe_folder,
-        judge_probe,
         open_probe,
         open_probe_design,
         probe_store_folder,
         require_records,
-    )
-    from ocmm_core.calibration.records._probe_overview import (
-        ProbeOverview,
-        TipState,
-        probe_overview,
     )
     from ocmm_core.calibration.records._probe_records import (
         CHECK_SCHEMA,
@@ -64,13 +72,8 @@ if TYPE_CHECKING:
         TipRecord,
         probe_from_records,
     )
-    from ocmm_core.calibration.records._probe_store import (
-        MONITOR,
-        ProbeStore,
-        TipEvent,
-        TipEventKind,
-        TipRecords,
-    )
+    from ocmm_core.calibration.records._probe_store import MONITOR, ProbeStore
+    from ocmm_core.calibration.records._record_store import RecordStore, State
     from ocmm_core.calibration.records._records import (
         SCHEMA,
         VERIFICATION_SCHEMA,
@@ -96,30 +99,31 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.records._serials import rests_on, same_serial
     from ocmm_core.calibration.records._trends import Course, Sample
+    from ocmm_core.calibration.records._usable import Obstacle, Word, judge
 else:
     __getattr__ = door(
         __name__,
         _artefacts="LengthBar Sphere load_bar load_sphere",
         _camera_memory="compare_with_cameras judge_warmth write_to_cameras",
         _chain_seal="NAME",
-        _event_folder="EventFolder",
+        _events="Event EventKind TipEvent TipEventKind TipRecords judgements",
         _findings="Finding let_pass",
-        _history="CalibrationStore Event EventKind State judgements",
+        _history="CalibrationStore",
         _in_use=(
-            "CalibrationInUse CalibrationView Obstacle Word default_folder judge open_calibration "
-            "open_design require_record store_folder"
+            "CalibrationInUse CalibrationView default_folder open_calibration open_design "
+            "require_record store_folder"
         ),
-        _overview="CalibrationOverview overview",
+        _overview="CalibrationOverview ProbeOverview TipState overview probe_overview",
         _probe_in_use=(
-            "ProbeInUse ProbeText ProbeView TEXT_SCHEMA default_probe_folder judge_probe "
-            "open_probe open_probe_design probe_store_folder require_records"
+            "ProbeInUse ProbeText ProbeView TEXT_SCHEMA default_probe_folder open_probe "
+            "open_probe_design probe_store_folder require_records"
         ),
-        _probe_overview="ProbeOverview TipState probe_overview",
         _probe_records=(
             "CHECK_SCHEMA MadeRecord PROBE_SCHEMA PivotCheck ProbeRecord TIP_SCHEMA "
             "TipCheckRecord TipRecord probe_from_records"
         ),
-        _probe_store="MONITOR ProbeStore TipEvent TipEventKind TipRecords",
+        _probe_store="MONITOR ProbeStore",
+        _record_store="RecordStore State",
         _records=(
             "ArtefactUse CameraRecord Check Corner Method Objection RepeatedSeat ResidualMap "
             "SCHEMA VERIFICATION_SCHEMA VerificationRecord entry_of rig_from_record"
@@ -127,6 +131,7 @@ else:
         _sealed="canonical load load_named record_hash save seal",
         _serials="rests_on same_serial",
         _trends="Course Sample",
+        _usable="Obstacle Word judge",
     )
 
 __all__ = [
@@ -148,7 +153,6 @@ __all__ = [
     "Corner",
     "Course",
     "Event",
-    "EventFolder",
     "EventKind",
     "Finding",
     "LengthBar",
@@ -163,6 +167,7 @@ __all__ = [
     "ProbeStore",
     "ProbeText",
     "ProbeView",
+    "RecordStore",
     "RepeatedSeat",
     "ResidualMap",
     "Sample",
@@ -182,7 +187,6 @@ __all__ = [
     "default_probe_folder",
     "entry_of",
     "judge",
-    "judge_probe",
     "judge_warmth",
     "judgements",
     "let_pass",

@@ -11,9 +11,9 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from datetime import datetime
 
-from ocmm_core.calibration.records._in_use import Obstacle
 from ocmm_core.calibration.records._records import CameraRecord
 from ocmm_core.calibration.records._sealed import record_hash
+from ocmm_core.calibration.records._usable import Obstacle
 from ocmm_core.camera import CameraEntry, camera_of
 from ocmm_core.fieldbus.device import Intrinsics
 from ocmm_core.fieldbus.objects import ObjectAccess, read_intrinsics, write_intrinsics

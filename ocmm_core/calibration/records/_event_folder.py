@@ -1,8 +1,8 @@
-"""A folder of records with the chain of what happened to them, its seal, and what they rest on.
+"""A folder with the chain of what happened to the records in it, and its seal.
 
 The chain (`chain_file`) shows every changed line, its seal (`chain_seal`) every line that is
-missing at the end, the memory of this computer (`seen_histories`) a folder that was set back as a
-whole, and the files that the events name are looked at again (`evidence`).
+missing at the end, and the memory of this computer (`seen_histories`) a folder that was set back as
+a whole. The files that the events name are the matter of `record_store`.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ from typing import Generic, TypeVar
 import msgspec
 
 from ocmm_core.calibration.records._chain_seal import NAME, RESTORE, fault_of, read_seal, write_seal
-from ocmm_core.calibration.records._evidence import EvidenceCheck, KeptFile, Stamp, stamp_of
+from ocmm_core.calibration.records._evidence import KeptFile, Stamp, stamp_of
 from ocmm_core.calibration.records._seen_histories import recall, remember
 from ocmm_core.chain_file import ChainFile
-from ocmm_core.errors import CalibrationError, OcmmError, StorageError
+from ocmm_core.errors import OcmmError, StorageError
 
 
 class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -81,13 +81,11 @@ class EventFolder(ABC, Generic[T]):
         self._folder = folder
         self._kind = kind
         self._lock = threading.Lock()
-        self._evidence = EvidenceCheck(folder)
         self._stamps: tuple[Stamp | None, Stamp | None] = (None, None)
         self._fault: StorageError | None = None
         seen = recall(folder)
         self._seen: tuple[int, str] = (0, "") if seen is None else (seen.count, seen.link)
         self._chain: ChainFile[T]
-        self._wanted_by: dict[str | None, tuple[tuple[str, ...], dict[KeptFile, int]]] = {}
         self._read_at = -float("inf")
         self._unfinished = False
         self._read()
@@ -122,77 +120,9 @@ class EventFolder(ABC, Generic[T]):
             "check the tip, anew.",
         )
 
-    def defect(
-        self, about: str | None = None, *, thorough: bool = False
-    ) -> CalibrationError | None:
-        """Return what is wrong with the files that the events name; None where nothing is.
-
-        Parameters
-        ----------
-        about
-            Only those of a tip, where the folder is that of a probe.
-        thorough
-            Read all of them: some milliseconds. Otherwise only those that look changed, and one
-            of the others now and then.
-        """
-        wanted = self._wanted(about)
-        found = self._evidence.defect(tuple(wanted), thorough=thorough)
-        if found is None:
-            return None
-        one, what = found
-        return CalibrationError(
-            "evidence.defect",
-            f"{one.words(self._folder)} {what}.",
-            f"Restore the file from a backup. Without one, {self._renewals[wanted[one]]}: from "
-            f"then on the file is not needed.",
-        )
-
-    def wanted(self, about: str | None = None) -> tuple[KeptFile, ...]:
-        """Return the files that must be there, see `defect`."""
-        return tuple(self._wanted(about))
-
-    def _wanted(self, about: str | None) -> dict[KeptFile, int]:
-        """Return the files that must be there, and which of `_renewals` makes up for each."""
-        chain = self._chain
-        known = self._wanted_by.get(about)
-        if known is not None and known[0] is chain.links:
-            return known[1]
-        wanted: dict[str, tuple[KeptFile, int]] = {}
-        for event in chain.items:
-            if not self._is_about(event, about):
-                continue
-            for name in event.lost:
-                wanted.pop(name, None)
-            for one in self._files_of(event):
-                wanted[one.name] = one, self._renewed_by(event)
-        found = dict(wanted.values())
-        self._wanted_by[about] = chain.links, found
-        return found
-
-    _renewals: tuple[str, ...]
-    """What makes up for files that are lost, the most thorough first; each stands in for those
-    behind it as well."""
-
-    @abstractmethod
-    def _renewed_by(self, event: T) -> int:
-        """Return the index of the renewal that makes up for lost files of an event."""
-
-    @abstractmethod
-    def _files_of(self, event: T) -> Sequence[KeptFile]:
-        """Return the files that an event names."""
-
-    @abstractmethod
-    def _is_about(self, event: T, about: str | None) -> bool:
-        """Return whether an event belongs to what is asked for."""
-
     @abstractmethod
     def _doubts(self, reason: str, utc: str) -> Sequence[T]:
         """Return the events that put everything in doubt."""
-
-    def _lost(self, renewal: int, about: str | None = None) -> tuple[str, ...]:
-        """Return the files that are lost and that a renewal makes up for."""
-        wanted = self._wanted(about)
-        return self._evidence.lost([one for one, by in wanted.items() if by >= renewal])
 
     def _append_event(self, event: T) -> None:
         """Add an event and return when it is on the disk; StorageError where it is not."""

@@ -1,13 +1,21 @@
-"""Everything that is kept about the calibrations of a rig, for a page to show."""
+"""Everything that is kept about the calibrations of a rig, or a probe with its tips, for a page."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import datetime
 
-from ocmm_core.calibration.records._history import CalibrationStore, Event
+import numpy as np
+
+from ocmm_core.calibration.records._events import Event, TipEvent, TipRecords
+from ocmm_core.calibration.records._history import CalibrationStore
+from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
+from ocmm_core.calibration.records._probe_store import ProbeStore
+from ocmm_core.calibration.records._record_store import Standing
 from ocmm_core.calibration.records._records import VerificationRecord
-from ocmm_core.calibration.records._trends import CalibrationTrends, trends
+from ocmm_core.calibration.records._sealed import record_hash
+from ocmm_core.calibration.records._trends import CalibrationTrends, Course, Sample, trends
 from ocmm_core.errors import OcmmError
 
 NO_TRENDS = trends([], [])
@@ -51,3 +59,161 @@ def overview(store: CalibrationStore | None) -> CalibrationOverview:
     # Of every calibration, because a job may still be measured with one that was replaced since.
     last = {record.calibration: record for record in verifications}
     return CalibrationOverview(store.events, found, last)
+
+
+@dataclass(frozen=True, slots=True)
+class TipState:
+    """One tip as it stands.
+
+    Attributes
+    ----------
+    tip
+        Name.
+    mounted
+        It is on the probe.
+    standing
+        Whether it may be trusted.
+    calibration
+        In force.
+    qualification
+        In force; None where it was not qualified since.
+    check
+        The last quick check of this qualification; None where there was none.
+    """
+
+    tip: str
+    mounted: bool
+    standing: Standing
+    calibration: ProbeRecord
+    qualification: TipRecord | None
+    check: TipCheckRecord | None
+
+    @property
+    def due_utc(self) -> str:
+        """Return until when its records hold, ISO 8601 text."""
+        return TipRecords(self.calibration, self.qualification).due_utc
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeTrends:
+    """What is worth watching over the years; one course for each tip.
+
+    Attributes
+    ----------
+    diameter, form
+        Of the ball, mm, of all qualifications.
+    place
+        Distance of the tip from where its first calibration had it, mm.
+    check
+        Of each quick check, the error that came nearest to its limit, as a part of that limit.
+    """
+
+    diameter: tuple[Course, ...] = ()
+    form: tuple[Course, ...] = ()
+    place: tuple[Course, ...] = ()
+    check: tuple[Course, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeOverview:
+    """What the store of a probe holds.
+
+    Attributes
+    ----------
+    tips
+        All that were ever calibrated, the mounted one first.
+    events
+        What happened, oldest first.
+    trends
+        Over all records.
+    fault
+        Why a part of it cannot be shown; empty where all can.
+    """
+
+    tips: tuple[TipState, ...] = ()
+    events: tuple[TipEvent, ...] = ()
+    trends: ProbeTrends = ProbeTrends()
+    fault: str = ""
+
+
+def probe_overview(store: ProbeStore | None, now: datetime) -> ProbeOverview:
+    """Return what a store holds at a moment; reads all its records, some milliseconds for each.
+
+    A record that was changed is a fault, not an error: the rest is worth being seen.
+    """
+    if store is None:
+        return ProbeOverview()
+    try:
+        store.refresh()
+        checks = store.checks()
+        tips = [_state(store, tip, checks, now) for tip in store.tips]
+        found = _trends(store.calibrations(), store.qualifications(), checks)
+    except OcmmError as error:
+        return ProbeOverview(events=store.events, fault=str(store.defect(thorough=True) or error))
+    ordered = sorted((one for one in tips if one is not None), key=lambda one: not one.mounted)
+    return ProbeOverview(tuple(ordered), store.events, found)
+
+
+def _state(
+    store: ProbeStore, tip: str, checks: Sequence[TipCheckRecord], now: datetime
+) -> TipState | None:
+    active = store.active(tip)
+    if active is None:
+        return None
+    check = None
+    if active.qualification is not None:
+        digest = record_hash(active.qualification)
+        own = [one for one in checks if one.qualification == digest]
+        check = own[-1] if own else None
+    return TipState(
+        tip=tip,
+        mounted=tip == store.mounted,
+        standing=store.standing_of(active, now, thorough=True),
+        calibration=active.calibration,
+        qualification=active.qualification,
+        check=check,
+    )
+
+
+def _trends(
+    calibrations: Sequence[ProbeRecord],
+    qualifications: Sequence[TipRecord],
+    checks: Sequence[TipCheckRecord],
+) -> ProbeTrends:
+    first = {one.tip: np.array(one.tip_mm) for one in reversed(calibrations)}
+    moved = [
+        (
+            one.tip,
+            Sample(
+                datetime.fromisoformat(one.made_utc),
+                float(np.linalg.norm(np.array(one.tip_mm) - first[one.tip])),
+                one.tip_sigma_mm,
+            ),
+        )
+        for one in calibrations
+    ]
+    diameters, forms = [], []
+    for one in qualifications:
+        when = datetime.fromisoformat(one.made_utc)
+        diameters.append((one.tip, Sample(when, one.diameter_mm, one.diameter_sigma_mm)))
+        forms.append((one.tip, Sample(when, one.form_mm, 0.0)))
+    return ProbeTrends(
+        diameter=_courses(diameters),
+        form=_courses(forms),
+        place=_courses(moved),
+        check=_courses([(one.tip, _nearest(one)) for one in checks if one.checks]),
+    )
+
+
+def _nearest(record: TipCheckRecord) -> Sample:
+    worst = max(record.checks, key=lambda one: abs(one.error_mm) / one.limit_mm)
+    return Sample(
+        datetime.fromisoformat(record.made_utc),
+        worst.error_mm / worst.limit_mm,
+        0.5 * worst.expanded_mm / worst.limit_mm,
+    )
+
+
+def _courses(samples: Sequence[tuple[str, Sample]]) -> tuple[Course, ...]:
+    names = dict.fromkeys(name for name, _ in samples)
+    return tuple(Course(name, tuple(one for tip, one in samples if tip == name)) for name in names)

@@ -14,16 +14,20 @@ from pathlib import Path
 import msgspec
 import platformdirs
 
-from ocmm_core.calibration.records._in_use import (
+from ocmm_core.calibration.records._events import TipEventKind, TipRecords
+from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord, probe_from_records
+from ocmm_core.calibration.records._probe_store import ProbeStore
+from ocmm_core.calibration.records._record_store import Standing
+from ocmm_core.calibration.records._sealed import canonical, record_hash
+from ocmm_core.calibration.records._usable import (
+    InUse,
     Obstacle,
+    ViewInUse,
     Word,
     named_folder,
     obstacle_of,
-    words_of,
+    replaced_in,
 )
-from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord, probe_from_records
-from ocmm_core.calibration.records._probe_store import ProbeStore, TipEventKind, TipRecords
-from ocmm_core.calibration.records._sealed import canonical, record_hash
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.tracking import ProbeBody, load_probe
@@ -50,81 +54,24 @@ class ProbeText(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     qualification: TipRecord | None
 
 
-@dataclass(frozen=True, slots=True)
-class ProbeInUse:
-    """The probe that a job was begun with.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ProbeView(ViewInUse):
+    """What is to be said about the probe at a moment; see also `ViewInUse`.
 
     Attributes
     ----------
-    body
-        What is measured with.
-    probe_text
-        The complete text that it comes from, for the job file; its SHA-256 is ``body.identity``.
-    design
-        The probe by its document; records are compared with its identity.
-    tip
-        Name of the tip; empty where no record names it.
-    records
-        What the geometry comes from; None where it comes from the document.
-    store
-        The records of the probe; None for designs, and where they are damaged.
-    fault
-        Word and reason why it must not be used, found when it was opened; None where it may.
-    uncalibrated
-        Somebody insists on measuring all the same.
-    """
-
-    body: ProbeBody
-    probe_text: str
-    design: ProbeBody
-    tip: str = ""
-    records: TipRecords | None = None
-    store: ProbeStore | None = None
-    fault: tuple[Word, Obstacle] | None = None
-    uncalibrated: bool = False
-
-
-@dataclass(frozen=True, slots=True)
-class ProbeView:
-    """What is to be said about the probe at a moment.
-
-    Attributes
-    ----------
-    word
-        In one word.
     probe, tip
         Names; that of the tip is empty where no record names it.
-    identity
-        Hash of what the geometry comes from.
     diameter_mm
         Of the ball, as it is compensated.
-    obstacle
-        Why no points may be taken; None where they may.
-    uncalibrated
-        They are taken all the same, and prove nothing.
-    warnings
-        What somebody should know who measures.
-    since_utc
-        For SUSPECT: points since then are in doubt. Empty otherwise.
     records
         None where the geometry comes from the document.
     """
 
-    word: Word
     probe: str
     tip: str
-    identity: str
     diameter_mm: float
-    obstacle: Obstacle | None = None
-    uncalibrated: bool = False
-    warnings: tuple[str, ...] = ()
-    since_utc: str = ""
     records: TipRecords | None = None
-
-    @property
-    def hindrance(self) -> Obstacle | None:
-        """Return why no points may be taken; None where they may, or are taken all the same."""
-        return None if self.uncalibrated else self.obstacle
 
     @property
     def title(self) -> str:
@@ -134,13 +81,7 @@ class ProbeView:
     @property
     def due_utc(self) -> str:
         """Return until when the records hold, ISO 8601 text; empty where there are none."""
-        if self.records is None:
-            return ""
-        calibration, qualification = self.records.calibration, self.records.qualification
-        ends = [calibration.valid_until_utc]
-        if qualification is not None:
-            ends.append(qualification.valid_until_utc)
-        return min(ends, key=datetime.fromisoformat)
+        return "" if self.records is None else self.records.due_utc
 
     @property
     def note(self) -> str:
@@ -161,6 +102,66 @@ class ProbeView:
         plain = "".join(sign if sign.isascii() and sign.isprintable() else "?" for sign in names)
         due = f" due {self.due_utc[:10]}" if self.due_utc else ""
         return f"{word} {plain.replace(',', ' ')} {self.identity[:12]}{due}"
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeInUse(InUse[ProbeStore, ProbeView]):
+    """The probe that a job was begun with; see also `InUse`.
+
+    Attributes
+    ----------
+    body
+        What is measured with.
+    probe_text
+        The complete text that it comes from, for the job file; its SHA-256 is ``body.identity``.
+    design
+        The probe by its document; records are compared with its identity.
+    tip
+        Name of the tip; empty where no record names it.
+    records
+        What the geometry comes from; None where it comes from the document.
+    """
+
+    body: ProbeBody
+    probe_text: str
+    design: ProbeBody
+    tip: str = ""
+    records: TipRecords | None = None
+
+    @property
+    def is_design(self) -> bool:
+        """Return whether it comes from the probe document alone."""
+        return self.records is None
+
+    @property
+    def as_opened(self) -> ProbeView:
+        """Return what is said of it before anything was judged."""
+        return ProbeView(
+            word=Word.DESIGN,
+            probe=self.body.name,
+            tip=self.tip,
+            identity=self.body.identity,
+            diameter_mm=2.0 * self.body.tip_radius,
+            uncalibrated=self.uncalibrated,
+            records=self.records,
+        )
+
+    def overtaken(self, store: ProbeStore) -> Obstacle | None:
+        """Return what was put in its place since the job was begun; None where nothing was."""
+        if _is_replaced(self._used, store):
+            return replaced_in(store, _replaced(self.tip))
+        if store.mounted != self.tip:
+            return _other_mounted(self.tip, store.mounted or "")
+        return None
+
+    def standing(self, store: ProbeStore, now: datetime) -> Standing:
+        """Return whether its records may be trusted."""
+        return store.standing_of(self._used, now, thorough=False)
+
+    @property
+    def _used(self) -> TipRecords:
+        assert self.records is not None  # noqa: S101 - only asked where it is no design
+        return self.records
 
 
 def default_probe_folder() -> Path:
@@ -254,9 +255,7 @@ def require_records(in_use: ProbeInUse) -> TipRecords:
     CalibrationError
         There are none, or none that may be used.
     """
-    if in_use.fault is not None:
-        _, obstacle = in_use.fault
-        raise CalibrationError("probe_record.not_usable", obstacle.what, obstacle.remedy)
+    in_use.refuse_fault("probe_record.not_usable")
     if in_use.records is None:
         raise CalibrationError(
             "probe_record.design",
@@ -264,39 +263,6 @@ def require_records(in_use: ProbeInUse) -> TipRecords:
             "Give the folder of records of probes: --probes.",
         )
     return in_use.records
-
-
-def judge_probe(in_use: ProbeInUse, now: datetime) -> ProbeView:
-    """Return what is to be said about a probe at a moment; the first time as `in_use.judge`."""
-    view = ProbeView(
-        Word.DESIGN,
-        in_use.body.name,
-        in_use.tip,
-        in_use.body.identity,
-        2.0 * in_use.body.tip_radius,
-        uncalibrated=in_use.uncalibrated,
-        records=in_use.records,
-    )
-    if in_use.fault is not None:
-        word, obstacle = in_use.fault
-        return replace(view, word=word, obstacle=obstacle)
-    if in_use.records is None or in_use.store is None:
-        return view
-    store, records = in_use.store, in_use.records
-    try:
-        store.refresh()
-    except (OcmmError, OSError) as error:
-        return replace(view, word=Word.UNUSABLE, obstacle=obstacle_of(error))
-    if _is_replaced(records, store):
-        exchanged = store.exchanged
-        other = _replaced(in_use.tip) if exchanged is None else obstacle_of(exchanged)
-        return replace(view, word=Word.UNUSABLE, obstacle=other)
-    if store.mounted != in_use.tip:
-        other = _other_mounted(in_use.tip, store.mounted or "")
-        return replace(view, word=Word.UNUSABLE, obstacle=other)
-    found = store.standing_of(records, now, thorough=False)
-    word, doubt, warnings, since = words_of(found)
-    return replace(view, word=word, obstacle=doubt, warnings=warnings, since_utc=since)
 
 
 def _is_replaced(records: TipRecords, store: ProbeStore) -> bool:

@@ -8,81 +8,40 @@ these events alone, so that it is the same after a crash.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from datetime import UTC, datetime
-from enum import StrEnum
+from datetime import datetime
 from pathlib import Path
 
-from ocmm_core.calibration.records._event_folder import EventFolder, StoredEvent
-from ocmm_core.calibration.records._evidence import KeptFile, record_file, session_files
-from ocmm_core.calibration.records._history import (
-    DUE_BEFORE,
-    THIS_COMPUTER,
-    Standing,
-    State,
-    clock_fault,
-    doubt_of_folder,
-    unsealed,
+from ocmm_core.calibration.records._events import (
+    TipEvent,
+    TipEventKind,
+    TipRecords,
+    standing_of_tip,
 )
+from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
+from ocmm_core.calibration.records._record_store import (
+    THIS_COMPUTER,
+    RecordStore,
+    Standing,
+)
 from ocmm_core.calibration.records._records import Check
-from ocmm_core.calibration.records._sealed import load_named, record_hash, save
+from ocmm_core.calibration.records._sealed import load_named, record_hash
 from ocmm_core.errors import CalibrationError
 
 MONITOR = "monitor"
 """Who puts a tip in doubt where no person does."""
 
 
-class TipEventKind(StrEnum):
-    """What can happen to a tip."""
-
-    CALIBRATED = "probe calibrated"
-    QUALIFIED = "tip qualified"
-    NOT_QUALIFIED = "qualification failed"
-    PASSED = "tip check passed"
-    FAILED = "tip check failed"
-    MOUNTED = "tip mounted"
-    DOUBTED = "put in doubt"
+_CHECK = 2
+_RENEWALS = {
+    TipEventKind.CALIBRATED: 0,
+    TipEventKind.QUALIFIED: 1,
+    TipEventKind.NOT_QUALIFIED: 1,
+}
+"""Index in `ProbeStore._renewals` of what makes up for lost files of an event; others `_CHECK`."""
 
 
-class TipEvent(StoredEvent, frozen=True, kw_only=True):
-    """One line of the chain; see also `StoredEvent`.
-
-    Attributes
-    ----------
-    kind
-        A `TipEventKind`.
-    tip
-        Name of the tip it is about.
-    record
-        Hash of the record that belongs to it; empty where there is none.
-    since_utc
-        For a doubt: last time at which all was well; empty otherwise.
-    """
-
-    kind: TipEventKind
-    tip: str
-    record: str = ""
-    since_utc: str = ""
-
-
-@dataclass(frozen=True, slots=True)
-class TipRecords:
-    """What is in force for a tip.
-
-    Attributes
-    ----------
-    calibration
-        Accepted last for it.
-    qualification
-        The last one that passed with this calibration; None where there is none.
-    """
-
-    calibration: ProbeRecord
-    qualification: TipRecord | None
-
-
-class ProbeStore(EventFolder[TipEvent]):
+class ProbeStore(RecordStore[TipEvent]):
     """The records of one probe, in a folder of their own; one process writes at a time.
 
     Its methods may be called from any thread.
@@ -149,24 +108,17 @@ class ProbeStore(EventFolder[TipEvent]):
 
         Those that were lost, which the history says, are left out.
         """
-        return tuple(
-            load_named(self._folder, name, ProbeRecord)
-            for name in self._named(TipEventKind.CALIBRATED)
-        )
+        return self._loaded(self._named(TipEventKind.CALIBRATED), ProbeRecord)
 
     def qualifications(self) -> tuple[TipRecord, ...]:
         """Return all qualifications, also failed ones; lost ones and errors as `calibrations`."""
-        return tuple(
-            load_named(self._folder, name, TipRecord)
-            for name in self._named(TipEventKind.QUALIFIED, TipEventKind.NOT_QUALIFIED)
+        return self._loaded(
+            self._named(TipEventKind.QUALIFIED, TipEventKind.NOT_QUALIFIED), TipRecord
         )
 
     def checks(self) -> tuple[TipCheckRecord, ...]:
         """Return all quick checks, oldest first; lost ones and errors as `calibrations`."""
-        return tuple(
-            load_named(self._folder, name, TipCheckRecord)
-            for name in self._named(TipEventKind.PASSED, TipEventKind.FAILED)
-        )
+        return self._loaded(self._named(TipEventKind.PASSED, TipEventKind.FAILED), TipCheckRecord)
 
     def calibrate(
         self,
@@ -186,8 +138,7 @@ class ProbeStore(EventFolder[TipEvent]):
         session
             The file of the session that it comes from.
         """
-        lost = self._lost(0, record.tip)
-        return self._put(TipEventKind.CALIBRATED, record, who, reason, now, session, lost)
+        return self._keep(TipEventKind.CALIBRATED, record, who, reason, now, session)
 
     def qualify(self, record: TipRecord, now: datetime, session: Path | None = None) -> str:
         """Store a qualification, also one that failed, and return its hash.
@@ -204,8 +155,7 @@ class ProbeStore(EventFolder[TipEvent]):
         """
         self._require(record.tip, record.calibration)
         kind = TipEventKind.QUALIFIED if record.passed else TipEventKind.NOT_QUALIFIED
-        said, lost = _said(record.checks), self._lost(1, record.tip)
-        return self._put(kind, record, record.made_by, said, now, session, lost)
+        return self._keep(kind, record, record.made_by, _said(record.checks), now, session)
 
     def check(self, record: TipCheckRecord, now: datetime, session: Path | None = None) -> str:
         """Store a quick check, also one that failed, and return its hash.
@@ -226,8 +176,7 @@ class ProbeStore(EventFolder[TipEvent]):
         ):
             raise _other(record.tip)
         kind = TipEventKind.PASSED if record.passed else TipEventKind.FAILED
-        said, lost = _said(record.checks), self._lost(2, record.tip)
-        return self._put(kind, record, record.made_by, said, now, session, lost)
+        return self._keep(kind, record, record.made_by, _said(record.checks), now, session)
 
     def mount(self, tip: str, who: str, now: datetime) -> None:
         """Say that another tip, or the same one again, was screwed on; it must be checked.
@@ -239,13 +188,13 @@ class ProbeStore(EventFolder[TipEvent]):
         """
         if tip not in self.tips:
             raise _never(tip)
-        self._append(TipEventKind.MOUNTED, tip, who, "Mounted.", now)
+        self._happened(now, who, "Mounted.", kind=TipEventKind.MOUNTED, tip=tip)
 
     def doubt(self, who: str, reason: str, since: datetime, now: datetime) -> None:
         """Put the mounted tip in doubt, for all points since a moment, until it is checked."""
         tip = self.mounted
         if tip is not None:
-            self._append(TipEventKind.DOUBTED, tip, who, reason, now, since=since)
+            self._happened(now, who, reason, since=since, kind=TipEventKind.DOUBTED, tip=tip)
 
     def standing(self, tip: str, now: datetime) -> Standing:
         """Return whether a tip may be trusted, with all its files read again.
@@ -270,7 +219,7 @@ class ProbeStore(EventFolder[TipEvent]):
         thorough
             See `defect`.
         """
-        doubt = doubt_of_folder(self, active.calibration.tip, thorough=thorough)
+        doubt = self._doubt(active.calibration.tip, thorough=thorough)
         return doubt or standing_of_tip(active, self.events, now)
 
     def _files_of(self, event: TipEvent) -> Sequence[KeptFile]:
@@ -298,15 +247,13 @@ class ProbeStore(EventFolder[TipEvent]):
         return active
 
     def _named(self, *kinds: TipEventKind) -> tuple[str, ...]:
-        kept = set(self.wanted())
-        named = dict.fromkeys(one.record for one in self.events if one.kind in kinds)
-        return tuple(one for one in named if record_file(one) in kept)
+        return tuple(dict.fromkeys(one.record for one in self.events if one.kind in kinds))
 
     def _last(self, tip: str, kind: TipEventKind) -> str | None:
         found = [one.record for one in self.events if one.tip == tip and one.kind is kind]
         return found[-1] if found else None
 
-    def _put(
+    def _keep(
         self,
         kind: TipEventKind,
         record: ProbeRecord | TipRecord | TipCheckRecord,
@@ -314,105 +261,16 @@ class ProbeStore(EventFolder[TipEvent]):
         reason: str,
         now: datetime,
         session: Path | None,
-        lost: tuple[str, ...],
     ) -> str:
-        save(self._folder, record)
         digest = record_hash(record)
-        self._append(kind, record.tip, who, reason, now, record=digest, session=session, lost=lost)
+        self._put(
+            record, now, who, reason, renewal=_RENEWALS.get(kind, _CHECK), about=record.tip,
+            session=session, kind=kind, tip=record.tip, record=digest,
+        )  # fmt: skip
         return digest
 
     def _renewed_by(self, event: TipEvent) -> int:
-        return {
-            TipEventKind.CALIBRATED: 0,
-            TipEventKind.QUALIFIED: 1,
-            TipEventKind.NOT_QUALIFIED: 1,
-        }.get(event.kind, 2)
-
-    def _append(
-        self,
-        kind: TipEventKind,
-        tip: str,
-        who: str,
-        reason: str,
-        now: datetime,
-        *,
-        record: str = "",
-        since: datetime | None = None,
-        session: Path | None = None,
-        lost: tuple[str, ...] = (),
-    ) -> None:
-        event = TipEvent(
-            utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
-            sealed=True,
-            files=session_files(self._folder, session),
-            lost=lost,
-            kind=kind,
-            tip=tip,
-            record=record,
-            since_utc="" if since is None else since.astimezone(UTC).isoformat(),
-            who=who,
-            reason=reason,
-        )
-        self._append_event(event)
-
-
-def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime) -> Standing:
-    """Return the state of a tip at a moment by its events alone."""
-    calibration, qualification = active.calibration, active.qualification
-    tip = calibration.tip
-    fault = clock_fault(events[-1].utc, now) if events else None
-    if fault is not None:
-        return fault
-    if qualification is None:
-        return Standing(
-            State.SUSPECT,
-            f"Tip '{tip}' was not qualified since the probe was calibrated.",
-            "Qualify the tip on the sphere.",
-            calibration.made_utc,
-        )
-    last = [one for one in events if one.tip == tip][-1]
-    if last.kind not in (TipEventKind.QUALIFIED, TipEventKind.PASSED):
-        why = {
-            TipEventKind.MOUNTED: f"Tip '{tip}' was mounted and not checked since.",
-            TipEventKind.FAILED: f"The last check of tip '{tip}' failed.",
-            TipEventKind.NOT_QUALIFIED: f"The last qualification of tip '{tip}' failed.",
-        }.get(last.kind, last.reason)
-        return Standing(
-            State.SUSPECT,
-            why,
-            "Make the quick tip check: one minute. If it fails, qualify the tip or calibrate the "
-            "probe.",
-            last.since_utc or _last_good(events, tip, calibration.made_utc),
-        )
-    if not last.sealed:
-        return unsealed("check", "Make the quick tip check: one minute.")
-    ends = (
-        (calibration.valid_until_utc, "calibration", "Calibrate the probe"),
-        (qualification.valid_until_utc, "qualification of the tip", "Qualify the tip"),
-    )
-    until, name, remedy = min(ends)
-    end = datetime.fromisoformat(until)
-    if now >= end:
-        return Standing(
-            State.EXPIRED, f"The {name} was valid until {end.date().isoformat()}.", f"{remedy}."
-        )
-    made = datetime.fromisoformat(
-        calibration.made_utc if name == "calibration" else qualification.made_utc
-    )
-    # What holds for days only would always be due two weeks before its end.
-    if now >= end - min(DUE_BEFORE, (end - made) / 5):
-        return Standing(
-            State.DUE,
-            f"The {name} ends on {end.date().isoformat()}.",
-            f"{remedy} before that day.",
-        )
-    return Standing(State.VALID)
-
-
-def _last_good(events: Sequence[TipEvent], tip: str, otherwise: str) -> str:
-    good = (TipEventKind.QUALIFIED, TipEventKind.PASSED)
-    found = [one.utc for one in events if one.tip == tip and one.kind in good]
-    return found[-1] if found else otherwise
+        return _RENEWALS.get(event.kind, _CHECK)
 
 
 def _said(checks: Sequence[Check]) -> str:

@@ -1,4 +1,14 @@
-"""Cameras calibrated where they stand: a waved probe, a length bar, one adjustment."""
+"""Cameras calibrated where they stand: a waved probe, a length bar, one adjustment.
+
+In: frames of a waved probe, placements of a length bar, two seats visited first and last.
+Out: cameras in a world that was chosen, their covariance, findings, and a record to accept.
+
+Read `_data` (what comes and goes), `_problem` (from observations to a bundle), `_relocation` (the
+adjustment), `_frame` (where the world is), `_quality`, `_guards`, `_findings`, `_repeats` and
+`_culprit` (may it be used, and who lied). `_procedure_relocation` with `_steps` and `_state`
+guides somebody through it.
+The adjustment itself is in `bundle`. It must not know the probe's own calibration.
+"""
 
 from __future__ import annotations
 

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.cameras import ReferencePoints
 from ocmm_core.calibration.guided import (
@@ -27,21 +26,20 @@ from ocmm_core.calibration.guided import (
     CameraProcedure,
     Circumstances,
     Decided,
-    Decision,
     Kind,
     Live,
     ProbeSpots,
     RelocationView,
     RestingSpots,
     SeatVisited,
+    SessionFormat,
     SessionLine,
     Step,
     conclude,
-    first_line,
     from_spots,
     hash_of,
     length_sigma,
-    session_path,
+    require_probe,
     to_spots,
     utc_text,
 )
@@ -81,6 +79,8 @@ _POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
 _SEAT_APART_MM = 5.0
 _LENGTH_OF_VOLUME = 0.9
 
+_SESSIONS = SessionFormat(Kind.RELOCATION, SessionLine[RelocationEvent], RelocationBegun)
+
 
 class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
@@ -97,12 +97,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         store: CalibrationStore,
     ) -> None:
         super().__init__(chain, begun, rig, store)
-        if begun.probe_identity != body.identity:
-            raise CalibrationError(
-                "session.probe",
-                f"{chain.path}: this session was begun with another probe.",
-                "Continue it with that probe, or begin a new one.",
-            )
+        require_probe(chain.path, begun.probe_identity, body)
         self._begun = begun
         self._state = RelocationState(rig, body, begun)
         self._length_sigma: float | None = None
@@ -121,6 +116,8 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         )
         self._bar = RestingSpots(rig, 2)
         self._fold()
+        if begun.seats is None:
+            self._refuse_older("visited no seats first and last")
 
     @classmethod
     def begin(
@@ -183,13 +180,12 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             )
         known = control if world == "points" and control is not None else None
         diagonal = float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
-        begun = RelocationBegun(
-            utc=utc_text(now),
-            rig=rig.name,
-            rig_identity=rig.identity,
+        chain, begun = _SESSIONS.begin(
+            folder,
+            rig,
+            now,
             running=store.active_hash or "",
             who=who,
-            software=__version__,
             temperature_c=temperature_c,
             probe_identity=body.identity,
             bar=bar,
@@ -208,8 +204,6 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             valid_days=valid_days,
             seats=SEATS if seats else 0,
         )
-        chain = _chain(session_path(folder, cls.kind, now))
-        chain.append(SessionLine(begun))
         return cls(chain, begun, rig, body, store)
 
     @classmethod
@@ -226,18 +220,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             It is empty, or was begun with another rig or probe, or by a version that asked for no
             seats and it has not ended.
         """
-        chain = _chain(path)
-        begun = first_line(chain)
-        assert isinstance(begun, RelocationBegun)  # noqa: S101 - the only first line of this kind
-        procedure = cls(chain, begun, rig, body, store)
-        if begun.seats is None and procedure.base.decision is Decision.OPEN:
-            raise CalibrationError(
-                "session.older",
-                f"{path}: this session was begun by an earlier version, which visited no seats "
-                f"first and last: nobody could tell whether something moved meanwhile.",
-                "Begin a new session.",
-            )
-        return procedure
+        return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
     def bar(self) -> LengthBar:
@@ -466,7 +449,3 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     def _put(self, outcome: CalibrationOutcome, decided: Decided) -> None:
         now = datetime.fromisoformat(decided.utc)
         self._store.accept(outcome.record, self._begun.who, decided.reason, now, self._chain.path)
-
-
-def _chain(path: Path) -> ChainFile[SessionLine[RelocationEvent]]:
-    return ChainFile(path, SessionLine[RelocationEvent])

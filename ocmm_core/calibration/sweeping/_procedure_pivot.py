@@ -16,20 +16,18 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import (
     CommonEvent,
     Decided,
-    Decision,
     Entered,
     Kind,
     Live,
     ProbeProcedure,
+    SessionFormat,
     SessionLine,
     Step,
-    first_line,
-    session_path,
+    require_probe,
     to_spots,
     utc_text,
 )
@@ -63,6 +61,8 @@ TIP_SIGMA_MM = 0.01
 VALID_DAYS = 365
 _RECORDED_BATCH = 200
 
+_SESSIONS = SessionFormat(Kind.PIVOT, SessionLine[PivotEvent], PivotBegun)
+
 
 class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     """See `procedure`; made by `begin` and `resume`.
@@ -83,12 +83,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         store: ProbeStore,
     ) -> None:
         super().__init__(chain, begun, rig, store, begun.tip)
-        if begun.probe_identity != body.identity:
-            raise CalibrationError(
-                "session.probe",
-                f"{chain.path}: this session was begun with another probe.",
-                "Continue it with that probe, or begin a new one.",
-            )
+        require_probe(chain.path, begun.probe_identity, body)
         self._begun = begun
         self._state = PivotState(rig, body, begun)
         # While many lines come at once, the progress after each of them would be computed in vain.
@@ -96,6 +91,8 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         self._watch = self._state.watch(FIRST)
         self._cone = self._state.cone_spots()
         self._fold()
+        if begun.again is None:
+            self._refuse_older("did not come back to the first cone")
         self._watching = True
         self._rewatch()
 
@@ -168,13 +165,12 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         expected = expected_tip(
             body, None if active is None else active.calibration, tip_unknown=tip_unknown
         )
-        begun = PivotBegun(
-            utc=utc_text(now),
-            rig=rig.name,
-            rig_identity=rig.identity,
+        chain, begun = _SESSIONS.begin(
+            folder,
+            rig,
+            now,
             running=store.active_hash(tip) or "",
             who=who,
-            software=__version__,
             temperature_c=temperature_c,
             probe=body.name,
             probe_identity=body.identity,
@@ -188,8 +184,6 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             valid_days=valid_days,
             again=again,
         )
-        chain = _chain(session_path(folder, cls.kind, now))
-        chain.append(SessionLine(begun))
         return cls(chain, begun, rig, body, store)
 
     @classmethod
@@ -204,18 +198,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         StorageError
             The file cannot be read, or was changed.
         """
-        chain = _chain(path)
-        begun = first_line(chain)
-        assert isinstance(begun, PivotBegun)  # noqa: S101 - the type of the first line
-        procedure = cls(chain, begun, rig, body, store)
-        if begun.again is None and procedure.base.decision is Decision.OPEN:
-            raise CalibrationError(
-                "session.older",
-                f"{path}: this session was begun by an earlier version, which did not come back "
-                f"to the first cone: nobody could tell whether something moved meanwhile.",
-                "Begin a new session.",
-            )
-        return procedure
+        return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
     def view(self) -> PivotView:
@@ -422,7 +405,3 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         record = msgspec.structs.replace(outcome.record, change_reason=reason)
         now = datetime.fromisoformat(decided.utc)
         self._store.calibrate(record, self._begun.who, decided.reason, now, self._chain.path)
-
-
-def _chain(path: Path) -> ChainFile[SessionLine[PivotEvent]]:
-    return ChainFile(path, SessionLine[PivotEvent])

@@ -1,4 +1,14 @@
-"""Qualification and quick check of a tip: a sphere touched all around, the ball in a cone."""
+"""Qualification and quick check of a tip: a sphere touched all around, the ball in a cone.
+
+In: frames while somebody touches a calibrated sphere and rests the ball in a cone.
+Out: diameter of the ball with its uncertainty and form, or whether the tip is still the same.
+
+Read `_sphere_layout` (where to touch), `_fit` (the ball from its points) and `_errors` (what is
+uncertain, kept apart), `_qualification` and `_check` (what must be shown).
+`_touch_session` is the guided procedure; `_procedure_tip` and `_procedure_tip_check` say what
+differs.
+It must not know bundle, relocation or pivot; it takes the cameras as they are.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +26,8 @@ if TYPE_CHECKING:
         frame_about,
         sphere_layout,
     )
-    from ocmm_core.calibration.tip._touch_session import CONE, POLE, SPHERE
+    from ocmm_core.calibration.tip._steps import CONE, SPHERE
+    from ocmm_core.calibration.tip._touch_session import POLE
     from ocmm_core.calibration.tip._views import (
         CheckVerdict,
         ConeProgress,
@@ -36,7 +47,8 @@ else:
         _procedure_tip_check="TipCheckProcedure",
         _qualification="TipLimits conforms qualification_checks",
         _sphere_layout="CHECK_RINGS QUALIFICATION_RINGS frame_about sphere_layout",
-        _touch_session="CONE POLE SPHERE",
+        _steps="CONE SPHERE",
+        _touch_session="POLE",
         _views=(
             "CheckVerdict ConeProgress Countdown Phase SphereProgress TipCheckOutcome "
             "TipCheckView TipOutcome TipView TouchView"

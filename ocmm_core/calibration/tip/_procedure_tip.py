@@ -6,19 +6,16 @@ yet known well enough), ``cone`` (five attitudes), ``result``.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from ocmm_core import __version__
 from ocmm_core.calibration.guided import (
     Decided,
     Gate,
     Kind,
+    SessionFormat,
     SessionLine,
     articulate,
-    first_line,
-    session_path,
     utc_text,
 )
 from ocmm_core.calibration.records import (
@@ -28,13 +25,11 @@ from ocmm_core.calibration.records import (
     ProbeStore,
     Sphere,
     TipRecord,
-    TipRecords,
-    probe_from_records,
-    record_hash,
 )
 from ocmm_core.calibration.tip._errors import sigma_with_sphere
 from ocmm_core.calibration.tip._events import TipBegun, TouchEvent
 from ocmm_core.calibration.tip._fit import fit_ball_on
+from ocmm_core.calibration.tip._opening import mounted_records
 from ocmm_core.calibration.tip._qualification import (
     TipLimits,
     conforms,
@@ -49,62 +44,25 @@ from ocmm_core.calibration.tip._sphere_layout import (
     sphere_layout,
 )
 from ocmm_core.calibration.tip._state import Wanted
-from ocmm_core.calibration.tip._touch_hints import attitudes_gate, places_gate
+from ocmm_core.calibration.tip._touch_hints import attitudes_gate
 from ocmm_core.calibration.tip._touch_session import (
     POLE,
     TouchProcedure,
-    continued_records,
-    judge_sphere,
-    mounted_records,
-    open_chain,
 )
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
 from ocmm_core.camera import Rig
-from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody
 
 VALID_DAYS = 30
 
 
-class TipQualificationProcedure(TouchProcedure[TipOutcome]):
-    """See `procedure`; made by `begin` and `resume`.
-
-    Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`;
-    when the gate of the step is open, `advance`; in the last step `compute`, then `accept` (which
-    stores the qualification, also one that failed) or `keep`. `drop` takes the last point back,
-    `take_back` any.
-    """
+class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
+    """See `TouchProcedure`; made by `begin` and `resume`."""
 
     kind = Kind.QUALIFICATION
 
-    def __init__(
-        self,
-        chain: ChainFile[SessionLine[TouchEvent]],
-        begun: TipBegun,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
-        records: TipRecords,
-        cameras: CalibrationStore | None,
-        hold_s: float,
-    ) -> None:
-        self._begun = begun
-        frame, limits = frame_about(POLE, rig), begun.limits
-        calibrated = probe_from_records(body, records.calibration, None)
-        wanted = Wanted(
-            frame=frame,
-            places=sphere_layout(QUALIFICATION_RINGS, frame),
-            attitudes=cone_layout(frame),
-            points=limits.points,
-            places_needed=limits.places,
-            sigma_of=lambda errors: sigma_with_sphere(
-                errors, begun.sphere, begun.temperature_c, rig, calibrated
-            ),
-            diameter_sigma=limits.diameter_sigma,
-            artefact_limit=limits.nominal,
-        )
-        super().__init__(chain, begun, rig, body, store, records, wanted, cameras, hold_s)
+    sessions = SessionFormat(kind, SessionLine[TouchEvent], TipBegun)
 
     @classmethod
     def begin(
@@ -162,53 +120,25 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome]):
         StorageError
             The session file cannot be written.
         """
-        records, chosen = mounted_records(store, tip), limits or TipLimits()
-        judge_sphere(sphere, chosen.nominal, now, temperature_c)
-        begun = TipBegun(
-            utc=utc_text(now),
-            rig=rig.name,
-            rig_identity=rig.identity,
-            running=record_hash(records.calibration),
+        chosen = limits or TipLimits()
+        return cls._begin(
+            folder,
+            rig,
+            body,
+            store,
+            mounted_records(store, tip),
+            sphere,
+            now,
+            limit_mm=chosen.nominal,
             who=who,
-            software=__version__,
             temperature_c=temperature_c,
-            tip=tip,
-            probe_identity=body.identity,
-            sphere=sphere,
             cone=cone,
             nominal_mm=2.0 * body.tip_radius if nominal_mm is None else nominal_mm,
+            cameras=cameras,
+            hold_s=hold_s,
             limits=chosen,
             valid_days=valid_days,
         )
-        chain = open_chain(session_path(folder, cls.kind, now))
-        chain.append(SessionLine(begun))
-        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
-
-    @classmethod
-    def resume(
-        cls,
-        path: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
-        *,
-        cameras: CalibrationStore | None = None,
-        hold_s: float = 0.0,
-    ) -> TipQualificationProcedure:
-        """Continue the session of a file where it stopped; the file names tip and sphere.
-
-        Raises
-        ------
-        CalibrationError
-            It is empty, or was begun with another rig, probe or calibration.
-        StorageError
-            The file is not as it was written.
-        """
-        chain = open_chain(path)
-        begun = first_line(chain)
-        assert isinstance(begun, TipBegun)  # noqa: S101 - the only first line of this kind
-        records = continued_records(store, begun, path)
-        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
 
     @property
     def view(self) -> TipView:
@@ -216,25 +146,31 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome]):
         with self._lock:
             return self._snapshot(TipView, outcome=self._outcome)
 
-    def _sphere_said(self) -> Gate:
-        gate = places_gate(self._state)
-        progress = self._state.sphere
-        if not gate.open or progress.diameter_sigma_mm <= progress.diameter_sigma_limit_mm:
-            return gate
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+        begun, frame = self._begun, frame_about(POLE, rig)
+        return Wanted(
+            frame=frame,
+            places=sphere_layout(QUALIFICATION_RINGS, frame),
+            attitudes=cone_layout(frame),
+            points=begun.limits.points,
+            places_needed=begun.limits.places,
+            sigma_of=lambda errors: sigma_with_sphere(
+                errors, begun.sphere, begun.temperature_c, rig, calibrated
+            ),
+            diameter_sigma=begun.limits.diameter_sigma,
+            artefact_limit=begun.limits.nominal,
+        )
+
+    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
         return Gate(
             False,
-            f"The diameter is known to {1e3 * progress.diameter_sigma_mm:.1f} um only, and "
-            f"{1e3 * progress.diameter_sigma_limit_mm:.1f} um are wanted.",
+            f"The diameter is known to {1e3 * sigma_mm:.1f} um only, and {1e3 * limit_mm:.1f} um "
+            f"are wanted.",
             f"Go closer to the equator: touch the sphere {self._state.next_words()}.",
         )
 
     def _cone_said(self) -> Gate:
         return attitudes_gate(self._state)
-
-    def _calculation(self) -> Callable[[], TipOutcome]:
-        # Quick: there is nothing to be calculated apart from the state.
-        outcome = self._concluded()
-        return lambda: outcome
 
     def _concluded(self) -> TipOutcome:
         for gate in (self._sphere_said(), self._cone_said()):

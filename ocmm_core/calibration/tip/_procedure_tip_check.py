@@ -6,20 +6,16 @@ cannot tell asks for more points; it never passes because of too large an uncert
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
-from ocmm_core import __version__
 from ocmm_core.calibration.guided import (
     OPEN,
     Decided,
     Gate,
     Kind,
+    SessionFormat,
     SessionLine,
-    first_line,
-    session_path,
-    utc_text,
 )
 from ocmm_core.calibration.records import (
     CHECK_SCHEMA,
@@ -30,7 +26,6 @@ from ocmm_core.calibration.records import (
     TipCheckRecord,
     TipRecord,
     TipRecords,
-    probe_from_records,
     record_hash,
 )
 from ocmm_core.calibration.tip._check import (
@@ -43,6 +38,7 @@ from ocmm_core.calibration.tip._check import (
 )
 from ocmm_core.calibration.tip._errors import sigma_of_difference
 from ocmm_core.calibration.tip._events import TipCheckBegun, TouchEvent
+from ocmm_core.calibration.tip._opening import mounted_records
 from ocmm_core.calibration.tip._qualification import doubtful_warning, nearest_to_limit
 from ocmm_core.calibration.tip._sphere_layout import (
     CHECK_RINGS,
@@ -55,62 +51,22 @@ from ocmm_core.calibration.tip._touch_hints import attitudes_gate, places_gate
 from ocmm_core.calibration.tip._touch_session import (
     POLE,
     TouchProcedure,
-    continued_records,
-    judge_sphere,
-    mounted_records,
-    open_chain,
 )
 from ocmm_core.calibration.tip._views import CheckVerdict, TipCheckOutcome, TipCheckView
 from ocmm_core.camera import Rig
-from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody
 
 _ARTEFACT_LIMIT_MM = 0.5 * DIAMETER_DEFECT_MM
 
 
-class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
-    """See `procedure`; made by `begin` and `resume`.
-
-    Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`;
-    when the gate of the step is open, `advance`; in the last step `compute`, then `accept` (which
-    stores the check, also one that failed) or `keep`. `drop` takes the last point back, `take_back`
-    any.
-    """
+class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
+    """See `TouchProcedure`; made by `begin` and `resume`."""
 
     kind = Kind.TIP_CHECK
 
-    def __init__(
-        self,
-        chain: ChainFile[SessionLine[TouchEvent]],
-        begun: TipCheckBegun,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
-        records: TipRecords,
-        cameras: CalibrationStore | None,
-        hold_s: float,
-    ) -> None:
-        self._begun = begun
-        self._qualification = _qualified(records, begun.qualification)
-        frame = frame_about(POLE, rig)
-        calibrated = probe_from_records(body, records.calibration, None)
-        places = sphere_layout(CHECK_RINGS, frame)
-        wanted = Wanted(
-            frame=frame,
-            places=places,
-            attitudes=cone_layout(frame),
-            points=len(places.names),
-            places_needed=len(places.names) - 2,
-            sigma_of=lambda errors: sigma_of_difference(
-                errors, begun.sphere, begun.temperature_c, self._qualification, rig, calibrated
-            ),
-            diameter_sigma=DIAMETER_SIGMA_MM,
-            artefact_limit=_ARTEFACT_LIMIT_MM,
-            chance=CHANCE,
-        )
-        self._decision: tuple[int, TipCheckDecision] | None = None
-        super().__init__(chain, begun, rig, body, store, records, wanted, cameras, hold_s)
+    sessions = SessionFormat(kind, SessionLine[TouchEvent], TipCheckBegun)
+    _decision: tuple[int, TipCheckDecision] | None = None
 
     @classmethod
     def begin(
@@ -131,26 +87,8 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
     ) -> TipCheckProcedure:
         """Begin a session.
 
-        Parameters
-        ----------
-        folder
-            Of session files.
-        rig
-            With the calibration in force.
-        body
-            The probe by its document.
-        store
-            Records of this probe.
-        tip
-            Name of the tip that is mounted.
-        sphere
-            On which the ball is measured.
-        cone
-            Where it has a name.
-        cameras
-            Calibrations of the rig: a sphere that was used there is warned of.
-        hold_s
-            The ball must rest for so long after it is seen well, so that a hand has time to settle.
+        The parameters are those of `TipQualificationProcedure.begin`; diameter and limits are
+        those of the qualification.
 
         Raises
         ------
@@ -161,51 +99,23 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
         """
         records = mounted_records(store, tip)
         qualification = _qualified(records, None)
-        judge_sphere(sphere, _ARTEFACT_LIMIT_MM, now, temperature_c)
-        begun = TipCheckBegun(
-            utc=utc_text(now),
-            rig=rig.name,
-            rig_identity=rig.identity,
-            running=record_hash(records.calibration),
+        return cls._begin(
+            folder,
+            rig,
+            body,
+            store,
+            records,
+            sphere,
+            now,
+            limit_mm=_ARTEFACT_LIMIT_MM,
             who=who,
-            software=__version__,
             temperature_c=temperature_c,
-            tip=tip,
-            probe_identity=body.identity,
-            sphere=sphere,
             cone=cone,
             nominal_mm=qualification.diameter_mm,
+            cameras=cameras,
+            hold_s=hold_s,
             qualification=record_hash(qualification),
         )
-        chain = open_chain(session_path(folder, cls.kind, now))
-        chain.append(SessionLine(begun))
-        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
-
-    @classmethod
-    def resume(
-        cls,
-        path: Path,
-        rig: Rig,
-        body: ProbeBody,
-        store: ProbeStore,
-        *,
-        cameras: CalibrationStore | None = None,
-        hold_s: float = 0.0,
-    ) -> TipCheckProcedure:
-        """Continue the session of a file where it stopped; the file names tip and sphere.
-
-        Raises
-        ------
-        CalibrationError
-            It is empty, or was begun with another rig, probe, calibration or qualification.
-        StorageError
-            The file is not as it was written.
-        """
-        chain = open_chain(path)
-        begun = first_line(chain)
-        assert isinstance(begun, TipCheckBegun)  # noqa: S101 - the only first line of this kind
-        records = continued_records(store, begun, path)
-        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
 
     @property
     def view(self) -> TipCheckView:
@@ -229,23 +139,37 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
             self._decision = (self._version, decision)
         return self._decision[1]
 
-    def _sphere_said(self) -> Gate:
-        gate = places_gate(self._state)
-        progress = self._state.sphere
-        if not gate.open or progress.diameter_sigma_mm <= progress.diameter_sigma_limit_mm:
-            return gate
-        reason = (
-            "Inconclusive: the diameter can be compared to "
-            f"{1e3 * progress.diameter_sigma_mm:.1f} um only, and "
-            f"{1e3 * progress.diameter_sigma_limit_mm:.1f} um are needed."
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+        begun, frame = self._begun, frame_about(POLE, rig)
+        places = sphere_layout(CHECK_RINGS, frame)
+        self._qualification = qualified = _qualified(self._records, begun.qualification)
+        return Wanted(
+            frame=frame,
+            places=places,
+            attitudes=cone_layout(frame),
+            points=len(places.names),
+            places_needed=len(places.names) - 2,
+            sigma_of=lambda errors: sigma_of_difference(
+                errors, begun.sphere, begun.temperature_c, qualified, rig, calibrated
+            ),
+            diameter_sigma=DIAMETER_SIGMA_MM,
+            artefact_limit=_ARTEFACT_LIMIT_MM,
+            chance=CHANCE,
         )
+
+    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
         if never_conclusive(self._qualification):
             return Gate(
                 False,
                 "The qualification knows the diameter too badly: no check can compare with it.",
                 "Qualify the tip again.",
             )
-        return Gate(False, reason, f"More points: touch the sphere {self._state.next_words()}.")
+        return Gate(
+            False,
+            f"Inconclusive: the diameter can be compared to {1e3 * sigma_mm:.1f} um only, and "
+            f"{1e3 * limit_mm:.1f} um are needed.",
+            f"More points: touch the sphere {self._state.next_words()}.",
+        )
 
     def _cone_said(self) -> Gate:
         gate = attitudes_gate(self._state)
@@ -253,11 +177,6 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome]):
         if gate.open and decision.verdict is CheckVerdict.INCONCLUSIVE:
             return Gate(False, "The check is inconclusive.", decision.advice)
         return OPEN if gate.open else gate
-
-    def _calculation(self) -> Callable[[], TipCheckOutcome]:
-        # Quick: there is nothing to be calculated apart from the state.
-        outcome = self._concluded()
-        return lambda: outcome
 
     def _concluded(self) -> TipCheckOutcome:
         gate = attitudes_gate(self._state)

@@ -8,35 +8,33 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Callable
-from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TypeVar
+from typing import Generic, Self, TypeVar
 
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import (
-    OPEN,
-    STILL_FRAMES,
     Average,
     BlowSense,
     Gate,
     Live,
-    O,
     ProbeProcedure,
-    ProbeSpots,
+    SessionFormat,
     SessionLine,
     Step,
     from_spots,
     hash_of,
     note_blow,
     require_no_doubt_since,
+    require_probe,
     to_spots,
     touch_of,
     utc_text,
 )
 from ocmm_core.calibration.records import (
+    ArtefactUse,
     CalibrationStore,
     Finding,
     MadeRecord,
@@ -45,112 +43,172 @@ from ocmm_core.calibration.records import (
     TipRecords,
     let_pass,
     probe_from_records,
+    record_hash,
 )
 from ocmm_core.calibration.tip._events import (
     BallInCone,
     BallOnSphere,
     TakenBack,
-    TipBegun,
-    TipCheckBegun,
+    TouchBegun,
     TouchEvent,
 )
+from ocmm_core.calibration.tip._opening import continued_records
 from ocmm_core.calibration.tip._qualification import sphere_warnings
+from ocmm_core.calibration.tip._sight import Sight
 from ocmm_core.calibration.tip._state import TouchState, Wanted
-from ocmm_core.calibration.tip._touch_hints import judge_in_cone, judge_on_sphere
+from ocmm_core.calibration.tip._steps import CONE, PREPARE, RESULT, SPHERE, TAKING, steps_of
+from ocmm_core.calibration.tip._touch_hints import places_gate
 from ocmm_core.calibration.tip._views import (
-    Countdown,
-    Phase,
     TipCheckOutcome,
     TipOutcome,
     TouchView,
 )
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
-from ocmm_core.errors import CalibrationError, TrackingError
+from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
-PREPARE, SPHERE, CONE, RESULT = "prepare", "sphere", "cone", "result"
 POLE = np.array([0.0, 0.0, 1.0])
 """Of the sphere: its stem is below."""
 
-_APART_MM, _APART_RAD = 2.0, np.radians(8.0)
-
 V = TypeVar("V", bound=TouchView)
 R = TypeVar("R", bound=MadeRecord)
+Q = TypeVar("Q", bound=TipOutcome | TipCheckOutcome)
+B = TypeVar("B", bound=TouchBegun)
 
 
-class TouchProcedure(ProbeProcedure[TouchEvent, O]):
-    """See the module; made by ``begin`` and ``resume`` of the two procedures.
+class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
+    """See the module; what differs between the two procedures is asked of them.
+
+    Drive it like every procedure: `watch` frames; whenever ``view.base.live.ready`` is set, `take`;
+    when the gate of the step is open, `advance`; in the last step `compute`, then `accept` (which
+    stores the result, also one that failed) or `keep`. `drop` takes the last point back,
+    `take_back` any.
 
     Parameters
     ----------
     records
         In force for the tip.
-    wanted
-        Layouts and limits.
     cameras
         Calibrations of the rig; None where nobody says.
     hold_s
         The ball must rest for so long after it could be taken.
     """
 
+    sessions: SessionFormat[TouchEvent, B]
     step_names = (PREPARE, SPHERE, CONE, RESULT)
 
     def __init__(
         self,
         chain: ChainFile[SessionLine[TouchEvent]],
-        begun: TipBegun | TipCheckBegun,
+        begun: B,
         rig: Rig,
         body: ProbeBody,
         store: ProbeStore,
         records: TipRecords,
-        wanted: Wanted,
         cameras: CalibrationStore | None,
         hold_s: float,
     ) -> None:
-        super().__init__(chain, begun, rig, store, begun.tip)
-        if begun.probe_identity != body.identity:
-            raise CalibrationError(
-                "session.probe",
-                f"{chain.path}: this session was begun with another probe.",
-                "Continue it with that probe, or begin a new one.",
-            )
-        self._touching, self._records, self._wanted = begun, records, wanted
-        self._cameras, self._hold_s = cameras, hold_s
+        # Before anything else: another qualification in force is the better reason to refuse.
+        self._begun, self._records, self._cameras = begun, records, cameras
         calibrated = probe_from_records(body, records.calibration, None)
-        self._state = TouchState(rig, calibrated, begun, wanted)
-        self._probe = ProbeSpots(
-            rig, calibrated, STILL_FRAMES, resting=True, distance_mm=_APART_MM,
-            turn_rad=_APART_RAD, inside=True,
-        )  # fmt: skip
+        self._wanted = self._wanting(rig, calibrated)
+        super().__init__(chain, begun, rig, store, begun.tip)
+        require_probe(chain.path, begun.probe_identity, body)
+        self._state = TouchState(rig, calibrated, begun, self._wanted)
+        self._sight = Sight(self._state, hold_s)
         self._blows = BlowSense()
-        self._watched, self._now_ns = 0, 0
-        self._ready_ns: int | None = None
-        self._sight: tuple[tuple[int, int, str], Live] | None = None
         self._fold()
+
+    @classmethod
+    def _begin(
+        cls,
+        folder: Path,
+        rig: Rig,
+        body: ProbeBody,
+        store: ProbeStore,
+        records: TipRecords,
+        sphere: Sphere,
+        now: datetime,
+        *,
+        limit_mm: float,
+        who: str,
+        temperature_c: float | None,
+        cone: ArtefactUse | None,
+        nominal_mm: float,
+        cameras: CalibrationStore | None,
+        hold_s: float,
+        **own: object,
+    ) -> Self:
+        """Begin a session with what is in force for the tip.
+
+        Parameters
+        ----------
+        limit_mm
+            Permissible error of a diameter that the certificate of the sphere is held against.
+        own
+            What only the first line of this procedure has.
+
+        Raises
+        ------
+        CalibrationError
+            The certificate of the sphere does not hold now, or is not good enough for the limit.
+        StorageError
+            The session file cannot be written.
+        """
+        let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
+        chain, begun = cls.sessions.begin(
+            folder,
+            rig,
+            now,
+            running=record_hash(records.calibration),
+            who=who,
+            temperature_c=temperature_c,
+            tip=records.calibration.tip,
+            probe_identity=body.identity,
+            sphere=sphere,
+            cone=cone,
+            nominal_mm=nominal_mm,
+            **own,
+        )
+        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
+
+    @classmethod
+    def resume(
+        cls,
+        path: Path,
+        rig: Rig,
+        body: ProbeBody,
+        store: ProbeStore,
+        *,
+        cameras: CalibrationStore | None = None,
+        hold_s: float = 0.0,
+    ) -> Self:
+        """Continue the session of a file where it stopped; the file names tip and sphere.
+
+        Raises
+        ------
+        CalibrationError
+            It is empty, or was begun with another rig, probe, calibration or qualification.
+        StorageError
+            The file is not as it was written.
+        """
+        chain, begun = cls.sessions.resume(path)
+        records = continued_records(store, begun, path)
+        return cls(chain, begun, rig, body, store, records, cameras, hold_s)
 
     @property
     def sphere(self) -> Sphere:
         """Return the sphere that the session was begun with."""
-        return self._touching.sphere
+        return self._begun.sphere
 
     def watch(self, block: FrameBlock) -> None:
         """Look at frames."""
         with self._lock:
-            self._probe.feed(block)
-            if not len(block):
-                return
-            if len(self._blows.feed(block)):
+            self._sight.feed(block, self._step, self._version)
+            if len(block) and len(self._blows.feed(block)):
                 note_blow(self._store, datetime.now(UTC))
-            self._watched += len(block)
-            self._now_ns = int(block.time_ns[-1])
-            if not self._hold_s:
-                return
-            if not self._judged().ready:
-                self._ready_ns = None
-            elif self._ready_ns is None:
-                self._ready_ns = self._now_ns
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Take recorded averaged spots (C, L, 2), px, as the next observation.
@@ -191,16 +249,35 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
             self._append(TakenBack(utc=utc_text(now), step=self._step, point=point))
 
     @abstractmethod
-    def _sphere_said(self) -> Gate:
-        """Return whether the sphere was touched enough."""
+    def _wanting(self, rig: Rig, calibrated: ProbeBody) -> Wanted:
+        """Return layouts and limits; asked once, before there is any state."""
+
+    @abstractmethod
+    def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
+        """Return what is said where the diameter is not known well enough yet."""
 
     @abstractmethod
     def _cone_said(self) -> Gate:
         """Return whether the probe was held in enough attitudes."""
 
+    @abstractmethod
+    def _concluded(self) -> Q:
+        """Return the result of what was taken; raise CalibrationError where it is not enough."""
+
+    def _sphere_said(self) -> Gate:
+        """Return whether the sphere was touched enough."""
+        gate, progress = places_gate(self._state), self._state.sphere
+        known, limit = progress.diameter_sigma_mm, progress.diameter_sigma_limit_mm
+        return gate if not gate.open or known <= limit else self._diameter_unknown(known, limit)
+
+    def _calculation(self) -> Callable[[], Q]:
+        # Quick: there is nothing to be calculated apart from the state.
+        outcome = self._concluded()
+        return lambda: outcome
+
     def _snapshot(self, kind: Callable[..., V], **own: object) -> V:
         """Return the snapshot of a kind: `TouchView` and what only it has."""
-        state, begun = self._state, self._touching
+        state, begun = self._state, self._begun
         certified, expanded = begun.sphere.artefact.at(begun.sphere.diameter, begun.temperature_c)
         return kind(
             base=self.base,
@@ -212,21 +289,20 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
             nominal_mm=begun.nominal_mm,
             sphere=state.sphere,
             cone=state.cone,
-            countdown=self._countdown(),
+            countdown=self._sight.countdown(self._step, self._version),
             **own,
         )
 
-    def _check(self, outcome: O) -> None:
+    def _check(self, outcome: Q) -> None:
         # Another process may have put something else in force.
         self._store.refresh()
         super()._check(outcome)
-        passed = isinstance(outcome, TipOutcome | TipCheckOutcome) and outcome.record.passed
-        if passed and not self._is_stored():
+        if outcome.record.passed and not self._is_stored():
             require_no_doubt_since(self._store, self.tip, datetime.fromisoformat(self._first.utc))
 
     def _warned(self) -> tuple[Finding, ...]:
         """Return what makes the result weaker: the sphere, and how well it is known."""
-        begun = self._touching
+        begun = self._begun
         known = begun.sphere.artefact.judge(
             begun.sphere.diameter,
             self._wanted.artefact_limit,
@@ -246,7 +322,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
     def _record(self, kind: Callable[..., R], **own: object) -> R:
         """Return a record of what was taken, with what only its kind has."""
         taken = self._state.taken
-        cone = self._touching.cone
+        cone = self._begun.cone
         return kind(
             probe=self._records.calibration.probe,
             tip=self.tip,
@@ -262,59 +338,16 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
             **own,
         )
 
-    # What is seen now.
-
-    def _seen(self) -> Live:
-        live = self._judged()
-        left = self._left_s(live)
-        if left > 0.0:
-            return replace(live, ready=False, hint=f"Hold still: {left:.1f} s.")
-        return live
-
-    def _judged(self) -> Live:
-        """Return what is seen, judged against what is wanted, without the time it must rest."""
-        key = (self._watched, self._version, self._step)
-        if self._sight is None or self._sight[0] != key:
-            live = self._probe.live()
-            hint = self._misplaced() if live.ready and self._wants() else ""
-            self._sight = (key, replace(live, ready=False, hint=hint) if hint else live)
-        return self._sight[1]
-
-    def _left_s(self, live: Live) -> float:
-        if not live.ready or not self._hold_s:
-            return 0.0
-        since = self._now_ns if self._ready_ns is None else self._ready_ns
-        return max(0.0, self._hold_s - 1e-9 * (self._now_ns - since))
-
-    def _countdown(self) -> Countdown:
-        live = self._judged()
-        if live.ready and self._wants():
-            left = self._left_s(live)
-            share = 1.0 - left / self._hold_s if self._hold_s else 1.0
-            return Countdown(Phase.RESTING if left else Phase.READY, left, share)
-        if live.hint.startswith("Hold still") and live.wanted:
-            left = (live.wanted - live.frames) / self.rig.frame_rate_hz + self._hold_s
-            return Countdown(Phase.RESTING, left, live.frames / live.wanted)
-        taken = live.hint.startswith("This place was taken")
-        return Countdown(Phase.TAKEN if taken else Phase.SEARCHING, 0.0, 0.0)
-
-    def _misplaced(self) -> str:
-        """Return why what rests now is not what is wanted; empty where it is."""
-        average = self._probe.average()
-        try:
-            touch = touch_of(average.uv, average.sigma_px, self._state.rig, self._state.body)
-        except TrackingError as error:
-            return error.remedy
-        judge = judge_on_sphere if self._step == SPHERE else judge_in_cone
-        return judge(self._state, touch)
-
     # What `GuidedProcedure` asks for.
 
+    def _seen(self) -> Live:
+        return self._sight.live(self._step, self._version)
+
     def _wants(self) -> bool:
-        return self._step in (SPHERE, CONE)
+        return self._step in TAKING
 
     def _observation(self, utc: str) -> TouchEvent:
-        return self._event(self._probe.average(), utc)
+        return self._event(self._sight.average(), utc)
 
     def _event(self, average: Average, utc: str) -> BallOnSphere | BallInCone:
         kind = BallOnSphere if self._step == SPHERE else BallInCone
@@ -325,8 +358,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
             self._state.remove(event.step, event.point)
         elif isinstance(event, BallOnSphere | BallInCone):
             self._state.add(event)
-            self._probe.taken(Average(from_spots(event.uv), event.sigma_px))
-            self._ready_ns = None
+            self._sight.taken(Average(from_spots(event.uv), event.sigma_px))
 
     def _count(self, step: str) -> int:
         held = {SPHERE: len(self._state.on_sphere), CONE: len(self._state.in_cone)}
@@ -339,96 +371,4 @@ class TouchProcedure(ProbeProcedure[TouchEvent, O]):
         self._state.remove(step, -1)
 
     def _steps(self) -> tuple[Step, ...]:
-        state, wanted = self._state, self._wanted
-        use, words = self.sphere.artefact.use, self._state.next_words()
-        attitude = state.cone.next_attitude
-        hold = "more" if attitude is None else state.cone.attitudes[attitude].name
-        return (
-            Step(
-                PREPARE,
-                "Prepare",
-                f"Clamp sphere '{use.name}' (serial {use.serial}) and a cone where the cameras see "
-                f"them well; clean sphere, cone and ball. Tip '{self.tip}' must be on the probe.",
-                OPEN,
-            ),
-            Step(
-                SPHERE,
-                "Sphere",
-                f"Touch the sphere {words}." if words else "The sphere was touched enough.",
-                self._sphere_said(),
-                len(state.on_sphere),
-                wanted.points,
-            ),
-            Step(
-                CONE,
-                "Cone",
-                f"Put the ball into the cone and hold the probe {hold}."
-                if not self._cone_said().open
-                else "The probe was held in enough attitudes.",
-                self._cone_said(),
-                len(state.in_cone),
-                len(wanted.attitudes.names),
-            ),
-            Step(
-                RESULT,
-                "Result",
-                "Look at the result, and store it.",
-                Gate(False, "This is the last step.", "Store the result."),
-            ),
-        )
-
-
-def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
-    """Return what is in force for the tip that is on the probe.
-
-    Raises
-    ------
-    CalibrationError
-        It was never calibrated, or another one is mounted.
-    """
-    store.refresh()
-    records = store.active(tip)
-    if records is None:
-        raise CalibrationError(
-            "probe_record.none",
-            f"The probe was never calibrated with tip '{tip}'.",
-            "Calibrate the probe with this tip.",
-        )
-    if store.mounted != tip:
-        raise CalibrationError(
-            "tip.not_mounted",
-            f"Tip '{store.mounted}' is said to be on the probe, not '{tip}'.",
-            "Say which tip is mounted.",
-        )
-    return records
-
-
-def judge_sphere(
-    sphere: Sphere, limit_mm: float, now: datetime, temperature_c: float | None
-) -> None:
-    """Refuse a sphere whose certificate does not hold now or is not good enough for a limit."""
-    let_pass(sphere.artefact.judge(sphere.diameter, limit_mm, now, temperature_c), force=False)
-
-
-def continued_records(store: ProbeStore, begun: TipBegun | TipCheckBegun, path: Path) -> TipRecords:
-    """Return the records that a session was begun with.
-
-    Raises
-    ------
-    CalibrationError
-        Another calibration is in force now.
-    """
-    records = store.active(begun.tip)
-    if records is None or store.active_hash(begun.tip) != begun.running:
-        raise CalibrationError(
-            "session.calibration",
-            f"{path}: this session was begun with another calibration of the probe than is in "
-            f"force now.",
-            "Begin a new session.",
-        )
-    return records
-
-
-def open_chain(path: Path) -> ChainFile[SessionLine[TouchEvent]]:
-    """Return the session file."""
-    return ChainFile(path, SessionLine[TouchEvent])
+        return steps_of(self._state, self._sphere_said(), self._cone_said())

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core import __version__
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import (
     OPEN,
@@ -31,15 +30,15 @@ from ocmm_core.calibration.guided import (
     Live,
     ProbeSpots,
     SeatVisited,
+    SessionFormat,
     SessionLine,
     Step,
     VerificationOutcome,
     VerificationView,
     again_instruction,
     first_instruction,
-    first_line,
     from_spots,
-    session_path,
+    require_probe,
     to_spots,
     utc_text,
 )
@@ -75,6 +74,8 @@ PREPARE, SEATS_FIRST, LINES, SPHERES = "prepare", "seats", "lines", "spheres"
 SEATS_AGAIN, RESULT = "again", "result"
 _APART_MM = 5.0
 
+_SESSIONS = SessionFormat(Kind.VERIFICATION, SessionLine[VerificationEvent], VerificationBegun)
+
 
 class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
@@ -91,12 +92,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         store: CalibrationStore,
     ) -> None:
         super().__init__(chain, begun, rig, store)
-        if begun.probe_identity != body.identity:
-            raise CalibrationError(
-                "session.probe",
-                f"{chain.path}: this session was begun with another probe.",
-                "Continue it with that probe, or begin a new one.",
-            )
+        require_probe(chain.path, begun.probe_identity, body)
         self._begun = begun
         planning = plan_lines(rig.volume_world, begun.bar.nests[-1] - begun.bar.nests[0])
         self._state = VerificationState(rig, body, begun, planning)
@@ -164,13 +160,14 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         artefacts: tuple[LengthBar | Sphere, ...] = (bar, *spheres)
         findings += judge_independence([one.artefact.use for one in artefacts], store.active())
         let_pass(findings, force=False)
-        begun = VerificationBegun(
-            utc=utc_text(now),
-            rig=rig.name,
-            rig_identity=rig.identity,
+        # A bar that does not suit the volume is refused before there is a session.
+        plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
+        chain, begun = _SESSIONS.begin(
+            folder,
+            rig,
+            now,
             running=rig.identity,
             who=who,
-            software=__version__,
             temperature_c=temperature_c,
             probe_identity=body.identity,
             bar=bar,
@@ -178,9 +175,6 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             places=tuple(place for _ in spheres for place in (PLACES if two_places else ("",))),
             limits=chosen,
         )
-        plan_lines(rig.volume_world, bar.nests[-1] - bar.nests[0])
-        chain = _chain(session_path(folder, cls.kind, now))
-        chain.append(SessionLine(begun))
         return cls(chain, begun, rig, body, store)
 
     @classmethod
@@ -196,10 +190,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         CalibrationError
             It is empty, or was begun with another calibration or probe.
         """
-        chain = _chain(path)
-        begun = first_line(chain)
-        assert isinstance(begun, VerificationBegun)  # noqa: S101 - the only first line of this kind
-        return cls(chain, begun, rig, body, store)
+        return cls(*_SESSIONS.resume(path), rig, body, store)
 
     @property
     def bar(self) -> LengthBar:
@@ -486,7 +477,3 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
 
 def _bare(corner: str) -> str:
     return "".join(corner.split()).upper()
-
-
-def _chain(path: Path) -> ChainFile[SessionLine[VerificationEvent]]:
-    return ChainFile(path, SessionLine[VerificationEvent])

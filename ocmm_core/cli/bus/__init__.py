@@ -1,4 +1,13 @@
-"""``ocmm bus`` and ``ocmm rig``: the cameras on the wire, real or software."""
+"""``ocmm bus`` and ``ocmm rig``: the cameras on the wire, real or software.
+
+In: a network interface or a source, a camera, an object. Out: tables, pictures and files.
+
+Read `_bus` (who is there, what they hold) with `_session` (the bus brought up, asked, given back)
+and `_options`. `_watch` shows the report of a running bus, `_camera` makes snapshots and black
+images, `_decode` accounts for a recording of tcpdump. `_rig` makes software cameras on named
+interfaces.
+It holds no protocol: that is `fieldbus`, run by `acquisition.bus_process`.
+"""
 
 from __future__ import annotations
 

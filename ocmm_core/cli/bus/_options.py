@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from ocmm_core.cli.terminal import make_console
+from ocmm_core.composition import SOURCES, source_help
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 
@@ -15,9 +16,7 @@ BusOption = Annotated[
     str,
     typer.Option(
         "--source",
-        help="'ethercat:IFACE' (cameras on that network interface), 'ethercat:IFACE+IFACE' (a ring "
-        "with a redundancy cable), 'ethercat:virtual', or 'ethercat:pixels' (software cameras that "
-        "compute their pictures, at 1 kHz).",
+        help=source_help([spec for spec in SOURCES if spec.on_bus]),
     ),
 ]
 CameraArgument = Annotated[str, typer.Argument(help="Name of the camera in the rig.")]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,11 +15,13 @@ from ocmm_core.camera import CameraModel, Rig, load_rig
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.composition import (
     DEMO_PLAN,
-    VIRTUAL_BUSES,
+    SOURCES,
     Feed,
+    SourceSpec,
     StationRequest,
     make_feed,
-    segment_of,
+    names_in_words,
+    source_of,
 )
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
@@ -31,6 +33,7 @@ _START_S = 60.0
 """The bus process gives up by itself where starting is of no use."""
 _SCAN_S = 30.0
 _POLL_S = 0.01
+_NO_BUS = "which is no camera bus"
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +97,8 @@ def open_bus(
     BusError
         It cannot be brought to operation.
     """
-    if not source.startswith("ethercat:"):
-        raise _no_bus(source)
+    if not source_of(source).spec.on_bus:
+        raise _wrong_source(source, _NO_BUS, [spec for spec in SOURCES if spec.on_bus])
     rig = load_rig(rig_path)
     if camera:
         camera_of(rig, camera)
@@ -104,7 +107,7 @@ def open_bus(
     try:
         process = feed.acquisition
         if not isinstance(process, ChildProcess):
-            raise _no_bus(source)
+            raise TypeError(f"the process of {source} cannot be asked anything")
         process.start()
         session = BusSession(rig, feed, process)
         if wait:
@@ -117,17 +120,18 @@ def open_bus(
 
 def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDevice, ...]:
     """Return who is on the bus of a source, without configuring it; errors as `open_bus`."""
-    kind, _, name = source.partition(":")
-    if kind != "ethercat" or not name:
-        raise _no_bus(source)
-    if source in VIRTUAL_BUSES:
+    named = source_of(source)
+    if not _may_scan(named.spec):
+        what = "whose bus is its own" if named.spec.on_bus else _NO_BUS
+        raise _wrong_source(source, what, [spec for spec in SOURCES if _may_scan(spec)])
+    if named.spec.segment is not None:
         request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
         command, first_lines = scan_virtual(
-            segment_of(request, load_plan(DEMO_PLAN), load_rig(rig_path))
+            named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path))
         )
     else:
         command = scan_command()
-        first_lines = ScanConfig(interface=name, force=force).to_json()
+        first_lines = ScanConfig(interface=named.value, force=force).to_json()
     return decode_scan(_ask(command, first_lines))
 
 
@@ -176,10 +180,14 @@ def _await_operation(session: BusSession) -> None:
         time.sleep(_POLL_S)
 
 
-def _no_bus(source: str) -> InputError:
+def _may_scan(spec: SourceSpec) -> bool:
+    """Return whether a scan may use the wire: a service keeps its own for itself."""
+    return spec.on_bus and (spec.segment is not None or spec.takes_value)
+
+
+def _wrong_source(source: str, what: str, possible: Sequence[SourceSpec]) -> InputError:
     return InputError(
         "bus.source",
-        f"--source is {source!r}, which is no camera bus.",
-        "Give ethercat:IFACE for the cameras on a network interface, ethercat:virtual or "
-        "ethercat:pixels.",
+        f"--source is {source!r}, {what}.",
+        f"Give {names_in_words(possible)}.",
     )

@@ -28,7 +28,6 @@ from ocmm_core.calibration.verification import Limits, VerificationProcedure
 from ocmm_core.cli.calibrate._options import (
     VERIFICATION_BAR,
     VIRTUAL_BAR,
-    VIRTUAL_SOURCES,
     BarOption,
     CheckBarOption,
     DecisionOption,
@@ -81,9 +80,12 @@ from ocmm_core.cli.terminal import (
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
+    DEFAULT_SOURCE,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
+    Origin,
     VirtualSite,
+    origin_of,
     scenes_of_known_points,
     scenes_of_relocation,
     scenes_of_verification,
@@ -143,7 +145,7 @@ def cameras(
         int | None,
         typer.Option("--evaluation", min=0, help="Points kept for evaluation; a quarter without."),
     ] = None,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     calibrations: FolderOption = None,
     who: WhoOption = "unnamed",
@@ -228,7 +230,7 @@ def relocate(
             "--seats/--no-seats", help="Without: a recording lacks them (--source replay:)."
         ),
     ] = True,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     probes: ProbesOption = None,
@@ -291,7 +293,7 @@ def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
     """Return whether two seats are visited first and last; only what was recorded may lack them."""
     if recorded:
         return any(shot.kind == "repeat" for shot in recorded)
-    if not seats and not source.startswith("replay:"):
+    if not seats and origin_of(source) is not Origin.RECORDING:
         raise CalibrationError(
             "calibrate.seats",
             "--no-seats is for recordings that lack them, and the source is none.",
@@ -342,7 +344,7 @@ def verify(
         RuleChoice,
         typer.Option("--rule", help="Uncertainty of the artefact off the limit, or only stated."),
     ] = RuleChoice.GUARDED,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     probes: ProbesOption = None,
@@ -411,7 +413,7 @@ def sensors(
     seconds: Annotated[
         float, typer.Option("--seconds", min=10.0, help="How long the probe is waved.")
     ] = WAVE_S,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     probes: ProbesOption = None,
@@ -430,7 +432,7 @@ def sensors(
     console, site = make_console(), open_site(rig, calibrations)
     body = body_in_use_of(source, probe, probes, tip)
     calibration = require_usable(site, now())
-    if source in VIRTUAL_SOURCES:
+    if origin_of(source) is Origin.VIRTUAL:
         scenes = (Wave(ways=round(seconds / WAY_S), seed=seed),)
         feed = virtual_feed(VirtualSite(rig, probe, seed, move).script(scenes), source, speed)
     else:

@@ -9,7 +9,6 @@ import typer
 
 from ocmm_core.documents import resource
 
-VIRTUAL_SOURCES = ("simulated", "ethercat:virtual")
 VIRTUAL_BAR = resource("artefacts", "bar.toml")
 VERIFICATION_BAR = resource("artefacts", "verification_bar.toml")
 """Another one: a verification needs a length that did not give the calibration its scale."""

@@ -24,7 +24,6 @@ from ocmm_core.calibration.sweeping import (
     PivotProcedure,
 )
 from ocmm_core.cli.calibrate._options import (
-    VIRTUAL_SOURCES,
     DecisionOption,
     FolderOption,
     NewOption,
@@ -60,7 +59,15 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     make_console,
 )
-from ocmm_core.composition import DEFAULT_SEED, RECOMMENDED_RIG, STANDARD_PROBE, VirtualSite
+from ocmm_core.composition import (
+    DEFAULT_SEED,
+    DEFAULT_SOURCE,
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    Origin,
+    VirtualSite,
+    origin_of,
+)
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.calibration_scenes import Jump, SweepProbe
@@ -138,7 +145,7 @@ def probe_command(
     scene: Annotated[
         SceneChoice, typer.Option("--scene", help="What happens on the virtual rig.")
     ] = SceneChoice.GOOD,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     calibrations: FolderOption = None,
@@ -237,7 +244,7 @@ def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
     """Return whether the first cone is visited again; only what was recorded may lack it."""
     if sweeps is not None:
         return False
-    if not again and not source.startswith("replay:"):
+    if not again and origin_of(source) is not Origin.RECORDING:
         raise CalibrationError(
             "calibrate.again",
             "--no-again is for recordings that lack it, and the source is none.",
@@ -277,7 +284,7 @@ def _collect(
     console: Console,
 ) -> None:
     source, frames = options.source, None
-    if source in VIRTUAL_SOURCES:
+    if origin_of(source) is Origin.VIRTUAL:
         if options.scene is SceneChoice.OTHER_PROBE:
             probe = _OTHER_PROBE
         step, wanted = procedure.base.step.name, procedure.view.first.poses_wanted

@@ -23,9 +23,8 @@ from ocmm_core.calibration.records import (
     store_folder,
 )
 from ocmm_core.camera import load_rig
-from ocmm_core.cli.calibrate._options import VIRTUAL_SOURCES
 from ocmm_core.cli.calibrate._run import SESSIONS, Site, collect, make_recorder
-from ocmm_core.composition import Feed, checked_for_replay, choose_calibration
+from ocmm_core.composition import Feed, Origin, checked_for_replay, choose_calibration, origin_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, load_probe
 
@@ -116,7 +115,7 @@ def about_tip(procedure: P, tip: str) -> P:
 def own_folder(source: str) -> Path:
     """Return the folder of records without one given; virtual probes must not pass for real."""
     folder = default_probe_folder()
-    return folder.with_name("virtual-probes") if source in VIRTUAL_SOURCES else folder
+    return folder.with_name("virtual-probes") if origin_of(source) is Origin.VIRTUAL else folder
 
 
 def require_cameras(cameras: CalibrationInUse, console: Console) -> None:

@@ -14,7 +14,7 @@ from rich.table import Table
 from ocmm_core.calibration.guided import CalibrationOutcome, Comparison, VerificationOutcome
 from ocmm_core.calibration.records import (
     CalibrationStore,
-    EventFolder,
+    RecordStore,
     VerificationRecord,
     Word,
     judge,
@@ -153,7 +153,7 @@ def print_standing(console: Console, document: Path, folder: Path, now: datetime
     return view.obstacle is None
 
 
-def evidence_words(store: EventFolder[Any], about: str | None = None) -> str:
+def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:
     """Return what was read again and found whole."""
     wanted = store.wanted(about)
     records = sum(one.is_record for one in wanted)

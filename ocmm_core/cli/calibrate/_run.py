@@ -9,16 +9,11 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TypeVar
 
-import msgspec
 from rich.console import Console
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-from ocmm_core.acquisition.bus_process import BusConfig
 from ocmm_core.acquisition.frames import (
     AcquisitionState,
-    AcquisitionWorker,
-    FrameRing,
-    SourceDescription,
     StopReason,
     read_status,
 )
@@ -41,12 +36,19 @@ from ocmm_core.calibration.records import (
 from ocmm_core.calibration.relocation import BAR, RelocationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.composition import DEMO_PLAN, Feed, StationRequest, identities, make_feed
+from ocmm_core.composition import (
+    DEMO_PLAN,
+    SOURCES,
+    Feed,
+    StationRequest,
+    make_feed,
+    names_in_words,
+    source_of,
+)
 from ocmm_core.errors import CalibrationError, InputError, StorageError
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
-from ocmm_core.simulation.calibration_scenes import CalibratingScript, CalibratingSource
+from ocmm_core.simulation.calibration_scenes import CalibratingScript
 
 _BATCH = 80
 _IDLE_S = 0.002
@@ -120,42 +122,17 @@ def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
     Raises
     ------
     InputError
-        The source is none of the virtual rig.
+        The source plays no scenes of calibrations.
     """
-    rig = script.build()
-    cameras = rig.rig
-    if source == "simulated":
-        frames = CalibratingSource(rig, speed)
-        ring = FrameRing.create(len(cameras.cameras), 4 * _BATCH)
-        return Feed(AcquisitionWorker(frames, ring), ring, frames.description, live=False)
-    if source != "ethercat:virtual":
+    scenes = source_of(source).spec.scenes
+    if scenes is None:
+        possible = [spec for spec in SOURCES if spec.scenes is not None]
         raise InputError(
             "calibrate.source",
-            f"--source is {source!r}, which the virtual rig has not.",
-            "Give simulated or ethercat:virtual.",
+            f"--source is {source!r}, which plays no scenes of calibrations.",
+            f"Give {names_in_words(possible)}.",
         )
-    ring = FrameRing.create(len(cameras.cameras))
-    bus = BusConfig(
-        interface="",
-        ring_path=str(ring.path),
-        cameras=identities(cameras),
-        frame_period_ns=rig.frame_period_ns,
-        force=False,
-    )
-    segment = SegmentConfig(
-        interface="",
-        cameras=identities(cameras),
-        provider=msgspec.Raw(script.to_json().encode("utf-8")),
-    )
-    description = SourceDescription(
-        name=f"EtherCAT, virtual wire ({cameras.name}, seed {rig.seed})",
-        camera_serials=tuple(camera.serial for camera in cameras.cameras),
-        frame_period_ns=bus.frame_period_ns,
-        cycle_period_ns=bus.cycle_period_ns,
-        live=True,
-        simulated=True,
-    )
-    return Feed(VirtualBus(bus, segment, ring), ring, description, live=True)
+    return scenes(script, speed)
 
 
 def real_feed(rig: Path, design: Rig, source: str, *, force: bool) -> Feed:

@@ -10,9 +10,8 @@ from rich.console import Console
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import Decision, Procedure
-from ocmm_core.calibration.records import Word, judge_probe, require_records
+from ocmm_core.calibration.records import Word, judge, require_records
 from ocmm_core.calibration.relocation import RelocationProcedure
-from ocmm_core.cli.calibrate._options import VIRTUAL_SOURCES
 from ocmm_core.cli.calibrate._report import print_standing
 from ocmm_core.cli.calibrate._run import (
     Site,
@@ -25,7 +24,7 @@ from ocmm_core.cli.calibrate._run import (
 )
 from ocmm_core.cli.calibrate._write_cameras import write_accepted
 from ocmm_core.cli.terminal import make_console
-from ocmm_core.composition import VirtualSite, choose_probe
+from ocmm_core.composition import Origin, VirtualSite, choose_probe, origin_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.calibration_scenes import Scene
 from ocmm_core.tracking import ProbeBody
@@ -57,7 +56,7 @@ def collect_from(
 ) -> None:
     """Take what a source shows; with ``record`` keep its frames as well."""
     frames = None
-    if source in VIRTUAL_SOURCES:
+    if origin_of(source) is Origin.VIRTUAL:
         script = virtual.script(scenes)
         frames = script.build().n_frames
         feed = virtual_feed(script, source, speed)
@@ -92,7 +91,7 @@ def finish(
 def store_in_cameras(site: Site, source: str, rig: Path, force: bool, console: Console) -> None:
     """Write what was accepted into real cameras; virtual ones forget it when they end."""
     record = site.store.active()
-    if record is not None and source.startswith("ethercat:") and source not in VIRTUAL_SOURCES:
+    if record is not None and origin_of(source) is Origin.CAMERAS:
         write_accepted(record, source, rig, console, force=force)
 
 
@@ -111,7 +110,7 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
         defect = None if in_use.store is None else in_use.store.defect(in_use.tip, thorough=True)
         if defect is not None:
             raise defect
-        view = judge_probe(in_use, now())
+        view = judge(in_use, now())
         make_console().print(f"Probe  {view.label}", highlight=False)
     return in_use.body
 

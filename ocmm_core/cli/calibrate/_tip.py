@@ -21,7 +21,6 @@ from ocmm_core.calibration.tip import (
     TipQualificationProcedure,
 )
 from ocmm_core.cli.calibrate._options import (
-    VIRTUAL_SOURCES,
     DecisionOption,
     FolderOption,
     NewOption,
@@ -58,9 +57,12 @@ from ocmm_core.cli.terminal import (
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
+    DEFAULT_SOURCE,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
+    Origin,
     VirtualSite,
+    origin_of,
     scene_of_tip,
 )
 from ocmm_core.documents import resource
@@ -115,7 +117,7 @@ def tip_command(
     ] = VALID_DAYS,
     shots: ShotsOption = None,
     scene: SceneOption = TipChoice.GOOD,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     calibrations: FolderOption = None,
@@ -163,7 +165,7 @@ def check_tip_command(
     cone: ConeOption = "",
     shots: ShotsOption = None,
     scene: SceneOption = TipChoice.GOOD,
-    source: SourceOption = "simulated",
+    source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
     probe: ProbeOption = STANDARD_PROBE,
     calibrations: FolderOption = None,
@@ -259,7 +261,7 @@ def _take(
         require_end(procedure)
     elif is_lacking(procedure):
         frames = None
-        if source.source in VIRTUAL_SOURCES:
+        if origin_of(source.source) is Origin.VIRTUAL:
             scene = scene_of_tip(
                 procedure.view, procedure.sphere, place.site.rig, source.seed,
                 _FAULTS[source.scene],

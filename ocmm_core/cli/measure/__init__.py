@@ -1,4 +1,11 @@
-"""Jobs on the command line: measured, aligned, compared, reported, recalled."""
+"""Jobs on the command line: measured, aligned, compared, reported, recalled.
+
+In: a plan and a source, or job files. Out: job files, reports, tables, an exit code.
+
+Read `_headless` (a whole job without a window), `_measure_parts` (a batch), `_plan` (check, new,
+import), `_align`, `_report`, `_compare`, `_recall`, and `_recording` (raw frames to a file).
+It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
+"""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import INCOMPLETE, JobHeader, JobView, state_lines
 from ocmm_core.measuring import Refusal
 from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, CharacteristicResult, PartWord, Verdict
-from ocmm_core.tolerances.zones import FORMS
+from ocmm_core.tolerances.kinds import spec_of
 
 _POLL_S = 0.05
 _STYLE = {
@@ -288,7 +288,7 @@ def _held(view: JobView, truth: Mapping[str, float]) -> tuple[int, int]:
         for result in view.characteristics
         if result.measured is not None
         and result.uncertainty is not None
-        and result.kind not in FORMS
+        and not spec_of(result.kind).form_alone
         and result.name in truth
     ]
     return sum(inside), len(inside)

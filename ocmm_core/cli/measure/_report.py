@@ -10,13 +10,24 @@ from typing import Annotated
 import typer
 from rich.console import Console
 
-from ocmm_core.errors import InputError, StorageError
-from ocmm_core.export import EXPORTERS, preview, preview_text, require_complete, write_report
+from ocmm_core.errors import StorageError
+from ocmm_core.export import (
+    ALL,
+    DEFAULT_FORMAT,
+    EXPORTERS,
+    FORMATS,
+    PDF,
+    chosen_formats,
+    preview,
+    preview_text,
+    require_complete,
+    write_report,
+)
 from ocmm_core.export.report import ReportData, load_profile, report_of_job
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import job_states, part_line
 
-_ALL, _PDF = "all", "pdf"
+_PROFILED = ", ".join(name for name, one in FORMATS.items() if one.profile)
 
 
 def report_command(
@@ -26,7 +37,7 @@ def report_command(
         list[str] | None,
         typer.Option(
             "--format",
-            help=f"One of {', '.join(EXPORTERS)}, pdf or all; may be given several times.",
+            help=f"One of {', '.join(FORMATS)} or {ALL}; may be given several times.",
         ),
     ] = None,
     profile: Annotated[
@@ -34,7 +45,7 @@ def report_command(
         typer.Option(
             "--profile",
             help="Profile document of the text files: delimiter, decimal sign, unit, columns. "
-            "Default: that for PolyWorks.",
+            f"Used by {_PROFILED}. Default: that for PolyWorks.",
         ),
     ] = None,
     out: Annotated[
@@ -74,15 +85,15 @@ def report_command(
     older one. Several jobs of one plan become several values in a Q-DAS file.
     """
     console = Console(soft_wrap=True)
-    chosen = _formats(formats or ["polyworks"])
+    chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
     data = [_data(path, probes, calibrations, console) for path in jobs]
-    written = [name for name in chosen if name != _PDF]
+    written = [name for name in chosen if name in EXPORTERS]
     if preview_only:
         for name in written:
             typer.echo(f"== {EXPORTERS[name].title}")
             typer.echo(preview_text(preview(data, name, layout)))
-        if _PDF in chosen:
+        if PDF.name in chosen:
             typer.echo("The pages of the PDF report are shown by the window (Results, Report).")
         return
     folder = out if out is not None else jobs[0].parent
@@ -92,7 +103,7 @@ def report_command(
     if written:
         for path in write_report(data, written, folder, layout, incomplete=incomplete):
             console.print(f"Report  {path}", highlight=False, markup=False)
-    if _PDF in chosen:
+    if PDF.name in chosen:
         for line in _print_pages(jobs, folder, probes, calibrations, incomplete=incomplete):
             console.print(f"Report  {line}", highlight=False, markup=False)
 
@@ -123,20 +134,6 @@ def _print_pages(
             "The other formats are not affected.",
         )
     return done.stdout.splitlines()
-
-
-def _formats(names: list[str]) -> list[str]:
-    """Return the formats that are meant; raise InputError for one that is none."""
-    found = []
-    for name in names:
-        if name not in (_ALL, _PDF) and name not in EXPORTERS:
-            raise InputError(
-                "export.format",
-                f"There is no format {name!r} of a report.",
-                f"Choose among {', '.join(EXPORTERS)}, pdf and all.",
-            )
-        found += [*EXPORTERS, _PDF] if name == _ALL else [name]
-    return list(dict.fromkeys(found))
 
 
 def _data(

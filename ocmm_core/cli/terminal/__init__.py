@@ -1,4 +1,11 @@
-"""What the commands share: the console, options, and pictures as files."""
+"""What the commands share: the console, options, and pictures as files.
+
+In: texts, tables, arrays of pixels, points. Out: a terminal that copes with pipes, PNG, PGM, SVG.
+
+Read `_console` (how anything is printed) and `_options` (options that several commands have), then
+`_pictures` (16 bit images), `_svg` and `_svg_maps` (small plots without a plotting library).
+It must not know any command.
+"""
 
 from __future__ import annotations
 

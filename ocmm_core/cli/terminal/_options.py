@@ -7,13 +7,9 @@ from typing import Annotated
 
 import typer
 
-SOURCE_HELP = (
-    "Where frames come from: 'simulated' (virtual rig in this process), 'ethercat:virtual' "
-    "(virtual rig over a whole EtherCAT wire, without root), 'ethercat:pixels' (the same, down to "
-    "the pixels of the sensors, at 1 kHz), 'ethercat:IFACE' (cameras on that network interface), "
-    "'ethercat:IFACE+IFACE' (a ring with a redundancy cable), 'ethercat:service' (those of the "
-    "service of this computer), 'replay:FILE' (a recording made with ocmm record)."
-)
+from ocmm_core.composition import source_help
+
+SOURCE_HELP = f"Where frames come from. {source_help()}"
 
 PlanOption = Annotated[Path, typer.Option("--plan", help="Plan document (TOML): what to measure.")]
 SourceOption = Annotated[str, typer.Option("--source", help=SOURCE_HELP)]

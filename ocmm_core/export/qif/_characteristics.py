@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 
 from ocmm_core.export.qif._features import FeatureIds
-from ocmm_core.export.qif._words import Kind, kind_of
+from ocmm_core.export.qif._words import characteristic_word
 from ocmm_core.export.qif._writer import Lists, Writer, finite, text_of
 from ocmm_core.export.report import (
     ReportData,
@@ -20,8 +20,7 @@ from ocmm_core.export.report import (
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.tolerances.decisions import Verdict
-from ocmm_core.tolerances.kinds import zone_of_axis
-from ocmm_core.tolerances.zones import COAXIAL, ORIENTATIONS, Characteristic
+from ocmm_core.tolerances.kinds import KindSpec, spec_for
 
 STATUS = {
     Verdict.CONFORM: "PASS",
@@ -59,18 +58,18 @@ def add_characteristics(
     for reported in data.reported:
         result = reported.result
         name = check_name("characteristic", result.name)
-        kind = kind_of(result.kind, shapes.get(result.features[0]), len(result.features))
-        definition = writer.add(
-            lists.definitions, f"{kind.word}CharacteristicDefinition", own_id=True
-        )
+        shape = shapes.get(result.features[0])
+        kind = spec_for(result.kind, shape)
+        word = characteristic_word(result.kind, shape, len(result.features))
+        definition = writer.add(lists.definitions, f"{word}CharacteristicDefinition", own_id=True)
         _define(writer, definition, reported, kind, frames, shapes)
-        nominal = writer.add(lists.nominals, f"{kind.word}CharacteristicNominal", own_id=True)
+        nominal = writer.add(lists.nominals, f"{word}CharacteristicNominal", own_id=True)
         writer.add(nominal, "CharacteristicDefinitionId", str(definition.get("id")))
-        _target(writer, nominal, reported, kind)
-        if kind.word == "LineProfile":
+        _target(writer, nominal, reported, kind, word)
+        if word == "LineProfile":
             run = [features[one] for one in result.features if one in features]
             writer.add(nominal, "Vector", _plane_of_profile(run, data.frame))
-        item = writer.add(lists.items, f"{kind.word}CharacteristicItem", own_id=True)
+        item = writer.add(lists.items, f"{word}CharacteristicItem", own_id=True)
         writer.add(item, "Name", name)
         writer.add(writer.add(item, "CharacteristicDesignator"), "Designator", name)
         writer.add_ids(item, "FeatureItemIds", _known(result.features, ids.items))
@@ -79,13 +78,13 @@ def add_characteristics(
         if result.stated is None:
             continue
         measured, _, uncertainty = result.stated
-        element = writer.add(measurements, f"{kind.word}CharacteristicMeasurement", own_id=True)
+        element = writer.add(measurements, f"{word}CharacteristicMeasurement", own_id=True)
         writer.add_attributes(element, _told_beside(reported))
         status = writer.add(element, "Status")
         writer.add(status, "CharacteristicStatusEnum", STATUS[result.verdict])
         writer.add(element, "CharacteristicItemId", str(item.get("id")))
         writer.add_ids(element, "FeatureMeasurementIds", _known(result.features, ids.measurements))
-        if kind.word == "LinearCoordinate":
+        if word == "LinearCoordinate":
             kinds = writer.add(element, "TypeOfCoordinates")
             writer.add(kinds, "CoordinateEnum", "CARTESIAN_3D")
         value = writer.add(element, "Value", finite(name, measured))
@@ -99,12 +98,12 @@ def _define(
     writer: Writer,
     definition: etree._Element,
     reported: ReportedResult,
-    kind: Kind,
+    kind: KindSpec,
     frames: Mapping[tuple[str, ...], str],
     shapes: Mapping[str, Shape],
 ) -> None:
     result, asked = reported.result, reported.asked
-    if not kind.is_zone:
+    if not kind.one_sided:
         tolerance = writer.add(definition, "Tolerance")
         writer.add(tolerance, "MaxValue", finite(result.name, result.upper))
         writer.add(tolerance, "MinValue", finite(result.name, result.lower))
@@ -113,46 +112,18 @@ def _define(
     writer.add(definition, "ToleranceValue", finite(result.name, result.upper))
     if reported.datums in frames:
         writer.add(definition, "DatumReferenceFrameId", frames[reported.datums])
-    if kind.has_modifier:
+    if kind.qif.has_modifier:
         modifier = "" if asked is None else asked.modifier
         writer.add(definition, "MaterialCondition", _MODIFIERS.get(modifier, "NONE"))
-    if kind.has_shape:
-        zone = _zone_of(result.kind, asked, [shapes.get(one) for one in result.features], shapes)
-        flat = "PlanarZone" if result.kind in ORIENTATIONS else "NonDiametricalZone"
-        words = {"planes": flat, "cylinder": "DiametricalZone", "sphere": "SphericalZone"}
+    if kind.zone_of is not None:
+        datums = tuple(shapes[name] for name in reported.datums if name in shapes)
+        zone = kind.zone_of(asked, shapes.get(result.features[0]), datums)
+        words = {
+            "planes": kind.qif.planes,
+            "cylinder": "DiametricalZone",
+            "sphere": "SphericalZone",
+        }
         writer.add(writer.add(definition, "ZoneShape"), words[zone])
-
-
-def _zone_of(
-    kind: str,
-    asked: Characteristic | None,
-    own: Sequence[Shape | None],
-    shapes: Mapping[str, Shape],
-) -> str:
-    """Return the zone that counted, in the words of a plan: as asked, else what is usual.
-
-    Parameters
-    ----------
-    kind
-        Of the characteristic, in the words of a plan.
-    asked
-        The characteristic of the plan; None where it is not known.
-    own
-        Shapes of the toleranced features.
-    shapes
-        Of all features, by their names.
-    """
-    shape = own[0] if own else None
-    datums = [] if asked is None else [shapes[name] for name in asked.datums if name in shapes]
-    if kind in COAXIAL:
-        balls = kind == "concentricity" and {shape, *datums} == {Shape.SPHERE}
-        return "sphere" if balls else "cylinder"
-    if kind == "straightness" or shape is Shape.PLANE:
-        return "cylinder" if shape is Shape.CYLINDER else "planes"
-    if kind in ORIENTATIONS:
-        return zone_of_axis(asked, datums[0]) if asked is not None and datums else "planes"
-    usual = "cylinder" if shape is None or shape.spec.has_direction else "sphere"
-    return usual if asked is None else asked.zone or usual
 
 
 def _plane_of_profile(run: Sequence[ReportedFeature], frame: RigidTransform) -> Float:
@@ -174,17 +145,23 @@ def _plane_of_profile(run: Sequence[ReportedFeature], frame: RigidTransform) -> 
     return normal
 
 
-def _target(writer: Writer, nominal: etree._Element, reported: ReportedResult, kind: Kind) -> None:
-    if kind.is_zone:
+def _target(
+    writer: Writer,
+    nominal: etree._Element,
+    reported: ReportedResult,
+    kind: KindSpec,
+    word: str,
+) -> None:
+    if kind.one_sided:
         return
     writer.add(nominal, "TargetValue", finite(reported.result.name, reported.result.nominal))
-    if kind.word == "LinearCoordinate":
+    if word == "LinearCoordinate":
         axis = "x" if reported.asked is None else reported.asked.axis
         writer.add(nominal, "Direction", f"{axis.upper()}AXIS")
-    elif kind.word == "DistanceBetween" and reported.asked is not None and reported.asked.axis:
+    elif word == "DistanceBetween" and reported.asked is not None and reported.asked.axis:
         writer.add(nominal, "AnalysisVector", np.eye(3)["xyz".index(reported.asked.axis)])
         writer.add(nominal, "AnalysisMode", "ONEDIMENSIONAL")
-    elif kind.word in ("DistanceBetween", "AngleBetween"):
+    elif word in ("DistanceBetween", "AngleBetween"):
         writer.add(nominal, "AnalysisMode", "THREEDIMENSIONAL")
 
 

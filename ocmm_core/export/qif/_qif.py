@@ -136,4 +136,14 @@ def _file_name(data: ReportData) -> str:
     return f"{data.stem}.qif"
 
 
-QIF = Exporter("qif", "QIF 3.0 results", _contents, _differences, _preview)
+QIF = Exporter(
+    name="qif",
+    title="QIF 3.0 results",
+    purpose="any program that reads QIF 3.0 results (ISO 23952)",
+    suffixes=(".qif",),
+    profile="",
+    contents=_contents,
+    differences=_differences,
+    preview=_preview,
+    batch=False,
+)

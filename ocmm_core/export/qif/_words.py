@@ -2,69 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ocmm_core.export.report import Element
-from ocmm_core.features.shapes import QifWords, Shape
+from ocmm_core.features.shapes import QifShape, Shape
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.kinds import spec_for
 
 Value = float | Float | str
 Pair = tuple[str, "Value | list[Pair]"]
 """Name of an XML element and what it holds: a number, a vector, text, or elements."""
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """A kind of characteristic.
-
-    Attributes
-    ----------
-    word
-        Begins the names of its elements.
-    is_zone
-        It is toleranced by the width of a zone, not by limits of a size.
-    has_shape
-        The shape of its zone must be told.
-    has_modifier
-        Its material condition must be told.
-    """
-
-    word: str
-    is_zone: bool = False
-    has_shape: bool = False
-    has_modifier: bool = False
-
-
-_KINDS = {
-    "diameter": Kind("Diameter"),
-    "radius": Kind("Radius"),
-    "length": Kind("Length"),
-    "width": Kind("Width"),
-    "distance": Kind("DistanceBetween"),
-    "coordinate": Kind("LinearCoordinate"),
-    "angle": Kind("AngleBetween"),
-    "straightness": Kind("Straightness", is_zone=True, has_shape=True),
-    "flatness": Kind("Flatness", is_zone=True),
-    "roundness": Kind("Circularity", is_zone=True),
-    "cylindricity": Kind("Cylindricity", is_zone=True),
-    "parallelism": Kind("Parallelism", is_zone=True, has_shape=True, has_modifier=True),
-    "perpendicularity": Kind("Perpendicularity", is_zone=True, has_shape=True, has_modifier=True),
-    "angularity": Kind("Angularity", is_zone=True, has_shape=True, has_modifier=True),
-    "position": Kind("Position", is_zone=True, has_shape=True, has_modifier=True),
-    "concentricity": Kind("Concentricity", is_zone=True, has_shape=True),
-    "coaxiality": Kind("Coaxiality", is_zone=True, has_shape=True),
-    "symmetry": Kind("Symmetry", is_zone=True),
-    "line profile": Kind("LineProfile", is_zone=True),
-    "surface profile": Kind("SurfaceProfile", is_zone=True),
-    "circular runout": Kind("CircularRunout", is_zone=True),
-    "total runout": Kind("TotalRunout", is_zone=True),
-}
-
-_BY_WORD = {kind.word: kind for kind in _KINDS.values()}
-_OTHER_FORM = Kind("OtherForm", is_zone=True)
-_OF_BALLS = {"diameter": Kind("SphericalDiameter"), "radius": Kind("SphericalRadius")}
 
 
 def feature_word(shape: Shape) -> str:
@@ -77,26 +26,22 @@ def is_told_from_start(shape: Shape) -> bool:
     return shape.spec.qif.extent in ("nominal", "definition")
 
 
-def kind_of(kind: str, shape: Shape | None, count: int) -> Kind:
-    """Return a kind of characteristic.
+def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
+    """Return how the names of the elements of a characteristic begin.
 
     Parameters
     ----------
     kind
-        In the words of a plan; ``"form"`` is that of its shape.
+        In the words of a plan.
     shape
-        Of its first feature.
+        Of its first feature; None where it is not known.
     count
         Of its features.
     """
-    if kind == "form":
-        word = _OTHER_FORM.word if shape is None else shape.spec.qif.form
-        return _BY_WORD.get(word, Kind(word, is_zone=True))
-    if kind == "angle" and count == 1:
-        return Kind("Angle")
-    if shape is Shape.SPHERE and kind in _OF_BALLS:
-        return _OF_BALLS[kind]
-    return _KINDS.get(kind, _OTHER_FORM)
+    words = spec_for(kind, shape).qif
+    if count == 1 and words.of_one:
+        return words.of_one
+    return words.word if shape is None else words.of_shape.get(shape, words.word)
 
 
 def definition_of(shape: Shape, element: Element, side: str) -> list[Pair]:
@@ -159,7 +104,7 @@ def measured_of(shape: Shape, element: Element) -> list[Pair]:
     return [*_told(*before), *place_of(shape, element), *_told(*after)]
 
 
-def _sizes(words: QifWords, element: Element) -> list[tuple[str, float | None]]:
+def _sizes(words: QifShape, element: Element) -> list[tuple[str, float | None]]:
     """Return the sizes of an element by their names; None where one is not known."""
     known = {
         "diameter": element.diameter,

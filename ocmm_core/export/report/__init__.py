@@ -1,4 +1,12 @@
-"""The data of a report, and its text, JSON, workbook, Q-DAS and PolyWorks files."""
+"""The data of a report, and its text, JSON, workbook, Q-DAS and PolyWorks files.
+
+In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of files made from it.
+
+Read `_report_data` (all that a report can say) and `_exporter` (what every format can do).
+`_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
+`_json_file` with `_json_schema`, `_xlsx`, `_aqdef`. `_profile` says how text files are written.
+Every format has a reader of its own. It must not know the registry or QIF.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +17,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.export.report._aqdef import AQDEF
     from ocmm_core.export.report._elements import Element
-    from ocmm_core.export.report._exporter import Exporter
+    from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import read_report
@@ -39,7 +47,7 @@ else:
         __name__,
         _aqdef="AQDEF",
         _elements="Element",
-        _exporter="Exporter",
+        _exporter="Exporter ReportFormat",
         _head="head_table",
         _json_file="JSON",
         _json_schema="read_report",
@@ -65,6 +73,7 @@ __all__ = [
     "Number",
     "Profile",
     "ReportData",
+    "ReportFormat",
     "ReportedFeature",
     "ReportedResult",
     "Table",

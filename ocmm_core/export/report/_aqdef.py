@@ -172,9 +172,7 @@ def _states(jobs: Sequence[ReportData]) -> tuple[str, ...]:
 
 def _remarks(data: ReportData) -> Iterator[Line]:
     """Yield the verdict on the part, and that on each characteristic that is not CONFORM."""
-    part = data.part
-    words = [*data.states, part.word.value, *part.reasons]
-    yield Line(_REMARK, 0, _remark("; ".join(words)))
+    yield Line(_REMARK, 0, _remark("; ".join((*data.states, *data.part.lines))))
     for index, reported in enumerate(data.reported, start=1):
         if reported.result.verdict is not Verdict.CONFORM:
             yield Line(_REMARK, index, reported.result.verdict.value)
@@ -316,4 +314,14 @@ def _text(text: str) -> str:
     return clean_text(text).encode(_ENCODING, "replace").decode(_ENCODING)
 
 
-AQDEF = Exporter("dfq", "Q-DAS (AQDEF)", _contents, _differences, _preview, batch=True)
+AQDEF = Exporter(
+    name="dfq",
+    title="Q-DAS (AQDEF)",
+    purpose="Q-DAS and other programs for statistics; one or several parts",
+    suffixes=(".dfq",),
+    profile="unit and digits",
+    contents=_contents,
+    differences=_differences,
+    preview=_preview,
+    batch=True,
+)

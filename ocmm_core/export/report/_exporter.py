@@ -10,16 +10,40 @@ from ocmm_core.export.report._report_data import ReportData
 from ocmm_core.export.report._tables import Table
 
 
-@dataclass(frozen=True, slots=True)
-class Exporter:
-    """One format.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ReportFormat:
+    """What people and commands know of a format.
+
+    A report of an incomplete job is refused in every format alike (`require_complete`), so no
+    format has a rule of its own.
 
     Attributes
     ----------
     name
         As on the command line.
     title
-        For people.
+        In the window.
+    purpose
+        Whom the files are for.
+    suffixes
+        How the names of its files end, behind the name of the job.
+    profile
+        What it takes from the profile; empty where it takes nothing.
+    """
+
+    name: str
+    title: str
+    purpose: str
+    suffixes: tuple[str, ...]
+    profile: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Exporter(ReportFormat):
+    """A format that the core writes.
+
+    Attributes
+    ----------
     contents
         The files of jobs, bytes by file name.
     differences
@@ -32,9 +56,7 @@ class Exporter:
         the functions get one job at a time.
     """
 
-    name: str
-    title: str
     contents: Callable[[Sequence[ReportData], Profile], dict[str, bytes]]
     differences: Callable[[Sequence[ReportData], Profile, Mapping[str, bytes]], list[str]]
     preview: Callable[[Sequence[ReportData], Profile], tuple[Table, ...]]
-    batch: bool = False
+    batch: bool

@@ -311,4 +311,14 @@ def _seen(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-JSON = Exporter("json", "JSON with raw observations", _contents, _differences, _preview)
+JSON = Exporter(
+    name="json",
+    title="JSON with raw observations",
+    purpose="programs of your own; everything, with raw observations",
+    suffixes=(".json",),
+    profile="",
+    contents=_contents,
+    differences=_differences,
+    preview=_preview,
+    batch=False,
+)

@@ -166,4 +166,23 @@ def _numbers(cells: Sequence[object]) -> list[str]:
     return [cell.text() for cell in cells if isinstance(cell, Number)]
 
 
-POLYWORKS = Exporter("polyworks", "PolyWorks|Inspector", _contents, _differences, _preview)
+POLYWORKS = Exporter(
+    name="polyworks",
+    title="PolyWorks|Inspector",
+    purpose="PolyWorks|Inspector, spreadsheets",
+    suffixes=(
+        "_job.csv",
+        "_points.csv",
+        "_features.csv",
+        "_report.csv",
+        "_cloud.asc",
+        "_import.pwmacro",
+        "_points_centres.csv",
+        "_cloud_centres.asc",
+    ),
+    profile="everything",
+    contents=_contents,
+    differences=_differences,
+    preview=_preview,
+    batch=False,
+)

@@ -21,6 +21,7 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import Climate, MeasuredPoint
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult, PartVerdict, rule_id, rule_words
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_core.tracking import ReferenceBody
 
@@ -97,12 +98,12 @@ class ReportedResult:
     @property
     def unit(self) -> Literal["mm", "deg"]:
         """Return the unit of nominal, limits, value and uncertainty."""
-        return self.result.unit if self.asked is None else self.asked.unit
+        return self.result.unit if self.asked is None else spec_of(self.asked.kind).unit
 
     @property
     def one_sided(self) -> bool:
         """Return whether only the upper limit counts."""
-        return self.asked is not None and self.asked.one_sided
+        return self.asked is not None and spec_of(self.asked.kind).one_sided
 
     @property
     def datums(self) -> tuple[str, ...]:

@@ -297,4 +297,14 @@ def _begun(data: ReportData) -> datetime:
         return datetime(1980, 1, 1, tzinfo=UTC)
 
 
-XLSX = Exporter("xlsx", "Workbook (XLSX)", _contents, _differences, _preview)
+XLSX = Exporter(
+    name="xlsx",
+    title="Workbook (XLSX)",
+    purpose="people",
+    suffixes=(".xlsx",),
+    profile="unit and digits",
+    contents=_contents,
+    differences=_differences,
+    preview=_preview,
+    batch=False,
+)

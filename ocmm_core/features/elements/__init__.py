@@ -1,4 +1,13 @@
-"""Least squares by orthogonal distance, one module a shape, and the registry of them."""
+"""Least squares by orthogonal distance, one module a shape; `_registry` names them all.
+
+In: points (n, 3), mm. Out: a `Fit`: geometry vector, residuals, Jacobian by all points.
+
+Read `_line` and `_plane` (closed form), `_ball` with `_circle` and `_sphere`, then `_cylinder`,
+`_cone` and `_torus` (cold: nothing is known of the axis), `_flat` with `_ellipse` and `_slot`.
+`_oriented` and `_oriented_search` fit with a direction that is given; `_distances` says how
+residuals move with the points. `_ellipse_starts` and `_torus_starts` are families of starts.
+It must not know nominals or tolerances: no fit is helped by what a plan hopes for.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,13 @@
-"""What every fit shares: starts, guarded Newton steps, rivals, and the compiled loops."""
+"""What every fit shares: starts, guarded Newton steps, rivals, and the compiled loops.
+
+In: points, centred and scaled, and a kind of distance. Out: the best minimum, and its rivals.
+
+Read `_common` (checked points, centring), `_axes` and `_curvature` (starts), `_solver` and
+`_newton_kernel` (guarded steps), `_search` (many starts, the best minimum), `_rivals` (elements
+between which the points cannot decide). The distances are in `_axis_kernel`, `_flat_kernel`,
+`_ellipse_kernel`, `_tube_kernel` and `_point_kernel`.
+It must not know one shape's fit: that is `elements`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,11 @@
-"""The words of shapes and of nominal features, and points of a text file."""
+"""The words of shapes and of nominal features, and points of a text file.
+
+In: what a plan says of a feature, or a text file of points. Out: checked nominals, arrays in mm.
+
+Read `_shapes` (which shapes there are, what their geometry vector holds, the form of every fit),
+`_nominal` and `_nominal_checks` (can what a plan says exist), `_points_file`.
+It is the first room of features and must not know how anything is fitted.
+"""
 
 from __future__ import annotations
 
@@ -28,7 +35,7 @@ if TYPE_CHECKING:
         SECOND,
         BallWay,
         Criterion,
-        QifWords,
+        QifShape,
         ShapeSpec,
         Size,
     )
@@ -41,7 +48,7 @@ else:
         _nominal_checks="shape_fault",
         _points_file="COMMENT FIELDS NUMBER PointsFile decoded number_of read_points_file",
         _shape_spec=(
-            "ACROSS BallWay Criterion DIRECTION GEOMETRY_SIZE HALF_ANGLE POINT QifWords RADIUS "
+            "ACROSS BallWay Criterion DIRECTION GEOMETRY_SIZE HALF_ANGLE POINT QifShape RADIUS "
             "SECOND ShapeSpec Size"
         ),
         _shapes="Fit GEOMETRY_NAMES element make_fit",
@@ -67,7 +74,7 @@ __all__ = [
     "Fit",
     "NominalFeature",
     "PointsFile",
-    "QifWords",
+    "QifShape",
     "Shape",
     "ShapeSpec",
     "Size",

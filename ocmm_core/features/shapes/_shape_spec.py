@@ -94,7 +94,7 @@ class Size:
 
 
 @dataclass(frozen=True, slots=True)
-class QifWords:
+class QifShape:
     """A shape in the words of a QIF file.
 
     Attributes
@@ -109,7 +109,7 @@ class QifWords:
         What else bounds it: ``nominal`` and ``definition`` hold its length and tell it from its
         start; ``cone`` has both ends along its axis, ``flat`` ends that are straight.
     form
-        Begins the name of its characteristic of form.
+        Begins the name of its characteristic of form, where no kind of ISO 1101 is that.
     before
         How many of the sizes a measurement tells before the place.
     """
@@ -173,8 +173,8 @@ class ShapeSpec:
         How its points should be spread.
     is_round
         Its points are shown along its direction, on a dial.
-    form_symbol
-        The kind of characteristic whose symbol stands for its form.
+    form_kind
+        The kind of characteristic that its form is, or whose symbol stands for it.
     qif
         Its words in a QIF file.
     """
@@ -202,8 +202,8 @@ class ShapeSpec:
     criteria: frozenset[Criterion]
     spread: Spread
     is_round: bool
-    form_symbol: str
-    qif: QifWords
+    form_kind: str
+    qif: QifShape
 
     @property
     def has_direction(self) -> bool:

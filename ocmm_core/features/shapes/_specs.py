@@ -11,7 +11,7 @@ from ocmm_core.features.shapes._shape_spec import (
     RADIUS,
     SECOND,
     Criterion,
-    QifWords,
+    QifShape,
     ShapeSpec,
     Size,
     SizeField,
@@ -52,8 +52,8 @@ _POINT = ShapeSpec(
     has_sense=False, is_long=False, is_flat=False, has_across=False, has_sides=False,
     is_curved=False, has_normals=False, planned_direction=True, may_be_free=False,
     sizes=(), sizes_text="no size", often_ambiguous=False, ball="approach", criteria=_SQUARES,
-    spread="point", is_round=False, form_symbol="position",
-    qif=QifWords("Point", "location, normal"),
+    spread="point", is_round=False, form_kind="position",
+    qif=QifShape("Point", "location, normal"),
 )  # fmt: skip
 _LINE = ShapeSpec(
     minimum_points=2, usual_points=5, recommended_points=5,
@@ -61,8 +61,8 @@ _LINE = ShapeSpec(
     has_sense=False, is_long=True, is_flat=False, has_across=False, has_sides=False,
     is_curved=False, has_normals=False, planned_direction=True, may_be_free=False,
     sizes=(), sizes_text="no size", often_ambiguous=False, ball="beside", criteria=_ZONE,
-    spread="line", is_round=False, form_symbol="straightness",
-    qif=QifWords("Line", "location, direction", extent="nominal", form="Straightness"),
+    spread="line", is_round=False, form_kind="straightness",
+    qif=QifShape("Line", "location, direction", extent="nominal"),
 )  # fmt: skip
 _PLANE = ShapeSpec(
     minimum_points=3, usual_points=9, recommended_points=9,
@@ -70,8 +70,8 @@ _PLANE = ShapeSpec(
     has_sense=True, is_long=False, is_flat=False, has_across=False, has_sides=False,
     is_curved=False, has_normals=True, planned_direction=True, may_be_free=False,
     sizes=(), sizes_text="no size", often_ambiguous=False, ball="normal", criteria=_ZONE,
-    spread="plane", is_round=False, form_symbol="flatness",
-    qif=QifWords("Plane", "location, normal", form="Flatness"),
+    spread="plane", is_round=False, form_kind="flatness",
+    qif=QifShape("Plane", "location, normal"),
 )  # fmt: skip
 _CIRCLE = ShapeSpec(
     minimum_points=3, usual_points=8, recommended_points=7,
@@ -79,8 +79,8 @@ _CIRCLE = ShapeSpec(
     has_sense=False, is_long=False, is_flat=True, has_across=False, has_sides=False,
     is_curved=True, has_normals=True, planned_direction=True, may_be_free=True,
     sizes=_DIAMETER, sizes_text="diameter {0:.4f} mm", often_ambiguous=False, ball="sizes",
-    criteria=_EVERY, spread="turn", is_round=True, form_symbol="roundness",
-    qif=QifWords("Circle", "location, normal", (_QIF_DIAMETER,), form="Circularity"),
+    criteria=_EVERY, spread="turn", is_round=True, form_kind="roundness",
+    qif=QifShape("Circle", "location, normal", (_QIF_DIAMETER,)),
 )  # fmt: skip
 _SPHERE = ShapeSpec(
     minimum_points=4, usual_points=9, recommended_points=9,
@@ -88,8 +88,8 @@ _SPHERE = ShapeSpec(
     has_sense=False, is_long=False, is_flat=False, has_across=False, has_sides=False,
     is_curved=True, has_normals=True, planned_direction=False, may_be_free=False,
     sizes=_DIAMETER, sizes_text="diameter {0:.4f} mm", often_ambiguous=False, ball="sizes",
-    criteria=_EVERY, spread="sphere", is_round=True, form_symbol="surface profile",
-    qif=QifWords("Sphere", "location", (_QIF_DIAMETER,), form="Sphericity"),
+    criteria=_EVERY, spread="sphere", is_round=True, form_kind="surface profile",
+    qif=QifShape("Sphere", "location", (_QIF_DIAMETER,), form="Sphericity"),
 )  # fmt: skip
 _CYLINDER = ShapeSpec(
     minimum_points=5, usual_points=12, recommended_points=12,
@@ -97,8 +97,8 @@ _CYLINDER = ShapeSpec(
     has_sense=False, is_long=True, is_flat=False, has_across=False, has_sides=False,
     is_curved=True, has_normals=True, planned_direction=True, may_be_free=False,
     sizes=_DIAMETER, sizes_text="diameter {0:.4f} mm", often_ambiguous=True, ball="sizes",
-    criteria=_EVERY, spread="turn", is_round=True, form_symbol="cylindricity",
-    qif=QifWords("Cylinder", "axis", (_QIF_DIAMETER,), "definition", "Cylindricity"),
+    criteria=_EVERY, spread="turn", is_round=True, form_kind="cylindricity",
+    qif=QifShape("Cylinder", "axis", (_QIF_DIAMETER,), "definition"),
 )  # fmt: skip
 _ELLIPSE = ShapeSpec(
     minimum_points=5, usual_points=10, recommended_points=9,
@@ -110,8 +110,8 @@ _ELLIPSE = ShapeSpec(
         Size("width", "Short axis", SECOND, "width"),
     ),
     sizes_text="{0:.4f} by {1:.4f} mm", often_ambiguous=False, ball="kept", criteria=_ZONE,
-    spread="turn", is_round=True, form_symbol="line profile",
-    qif=QifWords(
+    spread="turn", is_round=True, form_kind="line profile",
+    qif=QifShape(
         "Ellipse", "long axis", (("MajorDiameter", "length"), ("MinorDiameter", "width")),
         form="Ellipticity",
     ),
@@ -126,14 +126,14 @@ _RECTANGLE = ShapeSpec(
         Size("width", "Width", SECOND, "width"),
     ),
     sizes_text="{0:.4f} by {1:.4f} mm", often_ambiguous=True, ball="sizes", criteria=_ZONE,
-    spread="turn", is_round=False, form_symbol="line profile",
-    qif=QifWords(
+    spread="turn", is_round=False, form_kind="line profile",
+    qif=QifShape(
         "OppositeParallelLines", "centre line", (("Width", "width"), ("Length", "length")), "flat"
     ),
 )  # fmt: skip
 _ROUND_SLOT = replace(
     _RECTANGLE, often_ambiguous=False,
-    qif=QifWords(
+    qif=QifShape(
         "ElongatedCircle", "centre line", (("Diameter", "width"), ("Length", "length")), before=1
     ),
 )  # fmt: skip
@@ -147,8 +147,8 @@ _CONE = ShapeSpec(
         Size("full angle", "Full angle", HALF_ANGLE, "angle_deg", grows=False),
     ),
     sizes_text="angle {2:.4f} deg with diameter {0:.4f} mm at the points", often_ambiguous=True,
-    ball="slanted", criteria=_ZONE, spread="turn", is_round=True, form_symbol="surface profile",
-    qif=QifWords(
+    ball="slanted", criteria=_ZONE, spread="turn", is_round=True, form_kind="surface profile",
+    qif=QifShape(
         "Cone", "axis", (_QIF_DIAMETER, ("FullAngle", "angle_deg")), "cone", "Conicity"
     ),
 )  # fmt: skip
@@ -162,8 +162,8 @@ _TORUS = ShapeSpec(
         Size("tube diameter", "Diameter of the tube", SECOND, "width"),
     ),
     sizes_text="ring {0:.4f} mm with tube {1:.4f} mm", often_ambiguous=True, ball="sizes",
-    criteria=_ZONE, spread="turn", is_round=True, form_symbol="surface profile",
-    qif=QifWords(
+    criteria=_ZONE, spread="turn", is_round=True, form_kind="surface profile",
+    qif=QifShape(
         "Torus", "location, axis", (("MinorDiameter", "width"), ("MajorDiameter", "diameter")),
         form="Toroidicity",
     ),

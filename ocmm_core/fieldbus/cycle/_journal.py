@@ -7,7 +7,7 @@ from bisect import bisect_left
 from collections import deque
 from dataclasses import dataclass
 
-from ocmm_core.fieldbus.report import EDGES_US, MAX_EVENTS, TEXTS, Alarm, BusEvent, Histogram
+from ocmm_core.fieldbus.report import EDGES_US, MAX_EVENTS, BusEvent, Histogram, alarm_of_code
 
 OPERATION = "bus.operation"
 """Code of the event that the bus is in operation (again)."""
@@ -68,8 +68,9 @@ class Journal:
             entry.cycles += cycles
             entry.last_ns = now_ns
             return False
-        if not remedy and code in Alarm.__members__.values():
-            remedy = TEXTS[Alarm(code)].remedy
+        alarm = alarm_of_code(code)
+        if not remedy and alarm is not None:
+            remedy = alarm.spec.remedy
         self._number += 1
         entry = _Entry(
             self._number, time.time_ns(), cycle, code, camera, what, remedy, cycles, now_ns

@@ -12,7 +12,7 @@ from enum import Enum, auto
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._health import Fault
-from ocmm_core.fieldbus.report import Alarm, BusPhase
+from ocmm_core.fieldbus.report import Answer, BusPhase, alarm_of_error
 
 FIRST_PAUSE_NS = 50_000_000
 LONGEST_PAUSE_NS = 500_000_000
@@ -26,42 +26,16 @@ _DISTURBED_CYCLES = 3
 _ALARM_NS = 500_000_000
 """An alarm is shown for so long after its last sign."""
 
-_CONFIRMED = {
-    Alarm.LINK_DOWN: 1,
-    Alarm.RESTARTED: 2,
-    Alarm.CAMERAS: 3,
-    Alarm.DUPLICATE_ADDRESS: 2,
-    Alarm.CLOCK_JUMP: 3,
-    Alarm.GAP: 10,
-    Alarm.CAMERA_MISSING: 10,
-    Alarm.FRAME_RATE: 20,
-    Alarm.CONFIGURATION: 20,
-}
-"""After so many cycles in a row with this alarm, waiting longer is of no use."""
 _DEEP_CYCLES = 2
 """One answer alone may have been damaged on the way."""
-_LIFTED = {Alarm.WATCHDOG, Alarm.SYNC, Alarm.LEFT_OPERATION}
-"""May be a fall to SAFEOP, from which cameras are lifted."""
-
-_ALARM_OF_CODE = {
-    "bus.no_cameras": Alarm.SILENT,
-    "bus.no_answer": Alarm.CAMERA_MISSING,
-    "bus.no_interface": Alarm.LINK_DOWN,
-    "bus.down": Alarm.LINK_DOWN,
-    "bus.unusable": Alarm.LINK_DOWN,
-    "bus.clock": Alarm.SYNC,
-    "bus.state": Alarm.LEFT_OPERATION,
-    "bus.map": Alarm.WORKING_COUNTER,
-    "bus.no_serial": Alarm.CAMERAS,
-    "bus.too_many": Alarm.CAMERAS,
-    "bus.revision": Alarm.FOREIGN_DEVICE,
-    "bus.mapping": Alarm.CONFIGURATION,
-}
 
 
 def alarm_of(error: BusError) -> str:
-    """Return the alarm that stands for an error of the bring-up."""
-    return _ALARM_OF_CODE.get(error.code, error.code)
+    """Return the alarm that stands for an error of the bring-up.
+
+    An error that is no alarm, such as missing rights, keeps its own code; it has its own remedy.
+    """
+    return alarm_of_error(error.code) or error.code
 
 
 class Next(Enum):
@@ -174,17 +148,16 @@ class Supervisor:
         """Note a cycle that was lost or refused."""
         self._show(fault.alarm, fault.reason, fault.camera, now_ns)
         self._bad_row += 1
-        self._fell |= fault.alarm in _LIFTED
+        spec = fault.alarm.spec
+        self._fell |= spec.answer is Answer.LIFT
         self._row = self._row + 1 if fault.alarm == self._row_alarm else 1
         self._row_alarm = fault.alarm
         self._good_since_ns = None if self._bad_row > _DISTURBED_CYCLES else self._good_since_ns
         if self._bad_row >= _DISTURBED_CYCLES and self.phase is BusPhase.OPERATION:
             self.phase = BusPhase.DISTURBED
-        confirmed = _CONFIRMED.get(fault.alarm)
-        patience = LIFT_PATIENCE_NS if fault.alarm in _LIFTED else PATIENCE_NS
-        if fault.deep:
-            confirmed = _DEEP_CYCLES
-        surely = confirmed is not None and self._row >= confirmed
+        patience = LIFT_PATIENCE_NS if spec.answer is Answer.LIFT else PATIENCE_NS
+        confirmed = _DEEP_CYCLES if fault.deep else spec.confirmed
+        surely = confirmed > 0 and self._row >= confirmed
         if surely or now_ns - self._good_ns > patience:
             self._restart(now_ns)
 

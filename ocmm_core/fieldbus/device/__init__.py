@@ -1,4 +1,13 @@
-"""The one device model of the smart camera: objects, identity, ESI file, and its page."""
+"""The one device model of the smart camera: objects, identity, ESI file, and its page.
+
+In: nothing but the tables here. Out: what master, software camera, ESI file and page all use.
+
+Read `_camera_objects` (the object dictionary) with `_object_entries` and `_profile_objects`,
+`_camera_slave` (process data and configuration), `_identity` (which device is which camera),
+`_intrinsics` (the block of data in a camera), `_diagnosis`, `_esi`, and `_object_page`, which
+writes docs/camera_objects.md.
+It must not know sockets, cycles or the virtual rig.
+"""
 
 from __future__ import annotations
 

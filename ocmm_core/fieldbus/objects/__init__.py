@@ -1,4 +1,13 @@
-"""Objects of the cameras beside the cycle: mailboxes, transfers, pictures, temperatures."""
+"""Objects of the cameras beside the cycle: mailboxes, transfers, pictures, temperatures.
+
+In: requests for objects. Out: their values, pictures and emergencies; never a late cycle.
+
+Read `_requests` (what may be asked, one JSON line each), `_objects` (the service beside the
+cycle), `_mailbox_line` and `_sdo` (the transfers), `_emergency`, `_coe_texts` (why a camera
+refuses). On the host's side: `_object_access`, `_camera_client`, `_camera_pictures`,
+`_thermometer`.
+It must not know bring-up or supervision; `cycle` gives it the channel.
+"""
 
 from __future__ import annotations
 

@@ -15,7 +15,7 @@ from ocmm_core.fieldbus.objects._emergency import Emergency, parse_emergency
 from ocmm_core.fieldbus.objects._mailbox_line import MailboxAreas, MailboxLine
 from ocmm_core.fieldbus.objects._requests import EepromRequest, ObjectReply, ObjectRequest
 from ocmm_core.fieldbus.objects._sdo import SdoRead, SdoTransfer, SdoWrite, coe_content
-from ocmm_core.fieldbus.report import TEXTS, Alarm
+from ocmm_core.fieldbus.report import Alarm
 from ocmm_core.fieldbus.wire import EepromRead, Job
 
 STALL_NS = 500_000_000
@@ -125,11 +125,10 @@ class CameraLine:
                 self._told_ns = now_ns
                 port.reply(ObjectReply(number, done, total))
         if now_ns - self._moved_ns > STALL_NS:
-            text = TEXTS[Alarm.OBJECT_TIMEOUT]
             error = BusError(
                 Alarm.OBJECT_TIMEOUT,
                 f"Camera '{self._name}' did not answer a request within {STALL_NS / 1e9:.1f} s.",
-                text.remedy,
+                Alarm.OBJECT_TIMEOUT.spec.remedy,
             )
             return self._finish(done, total, error)
         return None

@@ -1,4 +1,11 @@
-"""What the bus says about itself: alarms, a snapshot, and both in words."""
+"""What the bus says about itself: alarms, a snapshot, and both in words.
+
+In: counters and events as the bus process gives them. Out: JSON, sentences, and a text to mail.
+
+Read `_alarms` (one name, one sentence and one remedy each), `_report` (the snapshot and its JSON),
+`_words` (what it means, in shares) and `_text` (the whole as plain text).
+It must not know the wire or the device: a screen on another computer can read a report.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +14,13 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.fieldbus.report._alarms import TEXTS, Alarm
+    from ocmm_core.fieldbus.report._alarms import (
+        Alarm,
+        AlarmSpec,
+        Answer,
+        alarm_of_code,
+        alarm_of_error,
+    )
     from ocmm_core.fieldbus.report._report import (
         EDGES_US,
         MAX_EVENTS,
@@ -34,7 +47,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _alarms="Alarm TEXTS",
+        _alarms="Alarm AlarmSpec Answer alarm_of_code alarm_of_error",
         _report=(
             "BusEvent BusPhase BusReport CameraReport EDGES_US Histogram MAX_EVENTS decode_report "
             "encode_report"
@@ -49,8 +62,9 @@ else:
 __all__ = [
     "EDGES_US",
     "MAX_EVENTS",
-    "TEXTS",
     "Alarm",
+    "AlarmSpec",
+    "Answer",
     "BusEvent",
     "BusPhase",
     "BusReport",
@@ -58,6 +72,8 @@ __all__ = [
     "Histogram",
     "Link",
     "WirePicture",
+    "alarm_of_code",
+    "alarm_of_error",
     "decode_report",
     "encode_report",
     "is_present",

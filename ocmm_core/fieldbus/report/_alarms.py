@@ -1,139 +1,218 @@
-"""What can go wrong on the bus: one name, one sentence and one remedy for each alarm."""
+"""What can go wrong on the bus: one entry for each alarm, which says all that the rest asks.
+
+Supervisor, journal, Bus page, text report and the table of docs/wire.md read it here.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import StrEnum
+from enum import Enum, StrEnum, auto
 
 
-class Alarm(StrEnum):
-    """Stable codes; they stand in logs, reports and on the screen."""
+class Answer(Enum):
+    """What the program does about an alarm by itself."""
 
-    LINK_DOWN = "bus.link_down"
-    SILENT = "bus.silent"
-    LOST_ANSWERS = "bus.lost_answers"
-    LATE_ANSWERS = "bus.late_answers"
-    STRAY_ANSWERS = "bus.stray_answers"
-    WORKING_COUNTER = "bus.working_counter"
-    CAMERA_MISSING = "bus.camera_missing"
-    FOREIGN_DEVICE = "bus.foreign_device"
-    DUPLICATE = "bus.duplicate"
-    DUPLICATE_ADDRESS = "bus.duplicate_address"
-    CAMERAS = "bus.cameras"
-    ALIAS = "bus.alias"
-    RESTARTED = "bus.restarted"
-    LEFT_OPERATION = "bus.left_operation"
-    WATCHDOG = "bus.watchdog"
-    SYNC = "bus.sync"
-    FROZEN = "bus.frozen"
-    CONFIGURATION = "bus.configuration"
-    FRAME_RATE = "bus.frame_rate"
-    PAYLOAD = "bus.payload"
-    GAP = "bus.gap"
-    CLOCK_JUMP = "bus.clock_jump"
-    CLOCK_DRIFT = "bus.clock_drift"
-    EMERGENCY = "bus.emergency"
-    OBJECT_TIMEOUT = "bus.object_timeout"
-    OBJECT_REFUSED = "bus.refused"
-    REDUNDANCY = "bus.redundancy"
-    HOST_BUSY = "bus.host_busy"
+    NOTE = auto()
+    """Nothing: no cycle is refused for it."""
+    WAIT = auto()
+    """Refuse the cycle and wait for a good one; without one for long, a new bring-up."""
+    LIFT = auto()
+    """As before, and with more patience: cameras that fell to SAFEOP are lifted meanwhile."""
+    BRING_UP = auto()
+    """Refuse the cycle; after some in a row waiting longer is of no use: a new bring-up."""
+    REPEAT = auto()
+    """Only a bring-up finds it; the bring-up is repeated with a growing pause."""
 
 
 @dataclass(frozen=True, slots=True)
-class AlarmText:
-    """What an alarm means to people."""
+class AlarmSpec:
+    """Everything about one alarm.
 
+    Attributes
+    ----------
+    code
+        Stable: it stands in logs, in reports and on the screen.
+    title, remedy
+        What it means to people, and what they do about it.
+    answer
+        What the program does about it.
+    confirmed
+        After so many cycles in a row it is certain; zero unless the answer is `Answer.BRING_UP`.
+    errors
+        Codes of the errors of a bring-up that mean the same.
+    """
+
+    code: str
     title: str
     remedy: str
+    answer: Answer
+    confirmed: int = 0
+    errors: tuple[str, ...] = ()
 
 
-TEXTS: dict[Alarm, AlarmText] = {
-    Alarm.LINK_DOWN: AlarmText(
-        "No link to the cameras", "Plug in the bus cable at both ends; check the camera supply."
-    ),
-    Alarm.SILENT: AlarmText(
-        "No camera answers", "Check power and cable of the first camera on the bus."
-    ),
-    Alarm.LOST_ANSWERS: AlarmText(
-        "Answers get lost", "Check the bus cables and keep them away from drives and welders."
-    ),
-    Alarm.LATE_ANSWERS: AlarmText(
-        "Answers come late", "Let nothing but the cameras be on this network adapter."
-    ),
-    Alarm.STRAY_ANSWERS: AlarmText(
-        "Answers came twice or out of order", "Use no ordinary switch between the cameras."
-    ),
-    Alarm.WORKING_COUNTER: AlarmText(
-        "Not every camera took part", "Check the cable and power of the camera that is named."
-    ),
-    Alarm.CAMERA_MISSING: AlarmText(
-        "A camera is missing", "Switch the camera on and check the cable that leads to it."
-    ),
-    Alarm.FOREIGN_DEVICE: AlarmText(
-        "A device that is no camera is on the bus", "Leave only the cameras on this bus."
-    ),
-    Alarm.DUPLICATE: AlarmText(
-        "Two cameras have the same identity", "Give each camera its own serial number and alias."
-    ),
-    Alarm.DUPLICATE_ADDRESS: AlarmText(
-        "Two cameras answer to the same address", "Switch the cameras off and on."
-    ),
-    Alarm.CAMERAS: AlarmText(
-        "The cameras are not those of the rig",
+class Alarm(StrEnum):
+    """All alarms by name; as text each is its code."""
+
+    spec: AlarmSpec
+
+    def __new__(cls, spec: AlarmSpec) -> Alarm:
+        """Make the member of an entry."""
+        alarm = str.__new__(cls, spec.code)
+        alarm._value_ = spec.code
+        alarm.spec = spec
+        return alarm
+
+    LINK_DOWN = AlarmSpec(
+        "bus.link_down", "No link to the cameras",
+        "Plug in the bus cable at both ends; check the camera supply.",
+        Answer.BRING_UP, 1, errors=("bus.no_interface", "bus.down", "bus.unusable"),
+    )  # fmt: skip
+    SILENT = AlarmSpec(
+        "bus.silent", "No camera answers",
+        "Check power and cable of the first camera on the bus.",
+        Answer.WAIT, errors=("bus.no_cameras",),
+    )  # fmt: skip
+    LOST_ANSWERS = AlarmSpec(
+        "bus.lost_answers", "Answers get lost",
+        "Check the bus cables and keep them away from drives and welders.",
+        Answer.WAIT,
+    )  # fmt: skip
+    LATE_ANSWERS = AlarmSpec(
+        "bus.late_answers", "Answers come late",
+        "Let nothing but the cameras be on this network adapter.",
+        Answer.WAIT,
+    )  # fmt: skip
+    STRAY_ANSWERS = AlarmSpec(
+        "bus.stray_answers", "Answers came twice or out of order",
+        "Use no ordinary switch between the cameras.",
+        Answer.NOTE,
+    )  # fmt: skip
+    WORKING_COUNTER = AlarmSpec(
+        "bus.working_counter", "Not every camera took part",
+        "Check the cable and power of the camera that is named.",
+        Answer.WAIT, errors=("bus.map",),
+    )  # fmt: skip
+    CAMERA_MISSING = AlarmSpec(
+        "bus.camera_missing", "A camera is missing",
+        "Switch the camera on and check the cable that leads to it.",
+        Answer.BRING_UP, 10, errors=("bus.no_answer",),
+    )  # fmt: skip
+    FOREIGN_DEVICE = AlarmSpec(
+        "bus.foreign_device", "A device that is no camera is on the bus",
+        "Leave only the cameras on this bus.",
+        Answer.REPEAT, errors=("bus.revision",),
+    )  # fmt: skip
+    DUPLICATE = AlarmSpec(
+        "bus.duplicate", "Two cameras have the same identity",
+        "Give each camera its own serial number and alias.",
+        Answer.REPEAT,
+    )  # fmt: skip
+    DUPLICATE_ADDRESS = AlarmSpec(
+        "bus.duplicate_address", "Two cameras answer to the same address",
+        "Switch the cameras off and on.",
+        Answer.BRING_UP, 2,
+    )  # fmt: skip
+    CAMERAS = AlarmSpec(
+        "bus.cameras", "The cameras are not those of the rig",
         "Connect the cameras of the rig, or load the rig of these cameras.",
-    ),
-    Alarm.ALIAS: AlarmText(
-        "Cameras were exchanged", "Put the cameras back, or correct their alias and calibrate."
-    ),
-    Alarm.RESTARTED: AlarmText(
-        "A camera was restarted", "Wait until it is checked again; look at its supply."
-    ),
-    Alarm.LEFT_OPERATION: AlarmText(
-        "A camera left operation", "Wait until it is back; if it stays away, switch it off and on."
-    ),
-    Alarm.WATCHDOG: AlarmText(
-        "A camera waited too long for this computer",
+        Answer.BRING_UP, 3, errors=("bus.no_serial", "bus.too_many"),
+    )  # fmt: skip
+    ALIAS = AlarmSpec(
+        "bus.alias", "Cameras were exchanged",
+        "Put the cameras back, or correct their alias and calibrate.",
+        Answer.REPEAT,
+    )  # fmt: skip
+    RESTARTED = AlarmSpec(
+        "bus.restarted", "A camera was restarted",
+        "Wait until it is checked again; look at its supply.",
+        Answer.BRING_UP, 2,
+    )  # fmt: skip
+    LEFT_OPERATION = AlarmSpec(
+        "bus.left_operation", "A camera left operation",
+        "Wait until it is back; if it stays away, switch it off and on.",
+        Answer.LIFT, errors=("bus.state",),
+    )  # fmt: skip
+    WATCHDOG = AlarmSpec(
+        "bus.watchdog", "A camera waited too long for this computer",
         "Close other programs; the cameras resume by themselves.",
-    ),
-    Alarm.SYNC: AlarmText(
-        "A camera does not follow the bus clock", "Check the cables between the cameras."
-    ),
-    Alarm.FROZEN: AlarmText(
-        "A camera repeats old data", "Switch the camera off and on; have it checked if it repeats."
-    ),
-    Alarm.CONFIGURATION: AlarmText(
-        "A camera has another configuration than was set", "Start the acquisition again."
-    ),
-    Alarm.FRAME_RATE: AlarmText(
-        "A camera runs at another frame rate", "Start the acquisition again."
-    ),
-    Alarm.PAYLOAD: AlarmText(
-        "A camera's data contradict themselves", "Check the bus cables; have the camera checked."
-    ),
-    Alarm.GAP: AlarmText(
-        "A camera left out frames", "Check the load of this computer and the bus cables."
-    ),
-    Alarm.CLOCK_JUMP: AlarmText(
-        "The bus clock jumped", "Wait until the clocks are set again; check the first camera."
-    ),
-    Alarm.CLOCK_DRIFT: AlarmText(
-        "The clocks of cameras and computer drift apart",
+        Answer.LIFT,
+    )  # fmt: skip
+    SYNC = AlarmSpec(
+        "bus.sync", "A camera does not follow the bus clock",
+        "Check the cables between the cameras.",
+        Answer.LIFT, errors=("bus.clock",),
+    )  # fmt: skip
+    FROZEN = AlarmSpec(
+        "bus.frozen", "A camera repeats old data",
+        "Switch the camera off and on; have it checked if it repeats.",
+        Answer.WAIT,
+    )  # fmt: skip
+    CONFIGURATION = AlarmSpec(
+        "bus.configuration", "A camera has another configuration than was set",
+        "Start the acquisition again.",
+        Answer.BRING_UP, 20, errors=("bus.mapping",),
+    )  # fmt: skip
+    FRAME_RATE = AlarmSpec(
+        "bus.frame_rate", "A camera runs at another frame rate",
+        "Start the acquisition again.",
+        Answer.BRING_UP, 20,
+    )  # fmt: skip
+    PAYLOAD = AlarmSpec(
+        "bus.payload", "A camera's data contradict themselves",
+        "Check the bus cables; have the camera checked.",
+        Answer.WAIT,
+    )  # fmt: skip
+    GAP = AlarmSpec(
+        "bus.gap", "A camera left out frames",
+        "Check the load of this computer and the bus cables.",
+        Answer.BRING_UP, 10,
+    )  # fmt: skip
+    CLOCK_JUMP = AlarmSpec(
+        "bus.clock_jump", "The bus clock jumped",
+        "Wait until the clocks are set again; check the first camera.",
+        Answer.BRING_UP, 3,
+    )  # fmt: skip
+    CLOCK_DRIFT = AlarmSpec(
+        "bus.clock_drift", "The clocks of cameras and computer drift apart",
         "Have the first camera checked; its clock is out of its tolerance.",
-    ),
-    Alarm.EMERGENCY: AlarmText(
-        "A camera reports an emergency", "Look up the error code in the camera's error history."
-    ),
-    Alarm.OBJECT_TIMEOUT: AlarmText(
-        "A camera does not answer a request", "Measuring goes on; repeat the request."
-    ),
-    Alarm.OBJECT_REFUSED: AlarmText(
-        "A camera refuses a request", "Check the value; install the matching firmware."
-    ),
-    Alarm.REDUNDANCY: AlarmText(
-        "The redundancy cable or a bus cable is broken",
+        Answer.NOTE,
+    )  # fmt: skip
+    EMERGENCY = AlarmSpec(
+        "bus.emergency", "A camera reports an emergency",
+        "Look up the error code in the camera's error history.",
+        Answer.NOTE,
+    )  # fmt: skip
+    OBJECT_TIMEOUT = AlarmSpec(
+        "bus.object_timeout", "A camera does not answer a request",
+        "Measuring goes on; repeat the request.",
+        Answer.NOTE,
+    )  # fmt: skip
+    OBJECT_REFUSED = AlarmSpec(
+        "bus.refused", "A camera refuses a request",
+        "Check the value; install the matching firmware.",
+        Answer.NOTE,
+    )  # fmt: skip
+    REDUNDANCY = AlarmSpec(
+        "bus.redundancy", "The redundancy cable or a bus cable is broken",
         "Measuring goes on; replace the broken cable.",
-    ),
-    Alarm.HOST_BUSY: AlarmText(
-        "This computer was too busy for the bus", "Close other programs on this computer."
-    ),
-}
+        Answer.NOTE,
+    )  # fmt: skip
+    HOST_BUSY = AlarmSpec(
+        "bus.host_busy", "This computer was too busy for the bus",
+        "Close other programs on this computer.",
+        Answer.NOTE,
+    )  # fmt: skip
+
+
+_BY_CODE = {alarm.spec.code: alarm for alarm in Alarm}
+_BY_ERROR = {code: alarm for alarm in Alarm for code in alarm.spec.errors}
+
+
+def alarm_of_code(code: str) -> Alarm | None:
+    """Return the alarm with a code; None for an event of the bus that is no alarm."""
+    return _BY_CODE.get(code)
+
+
+def alarm_of_error(code: str) -> Alarm | None:
+    """Return the alarm that an error of the bring-up means, by the code of either; None if none."""
+    return _BY_ERROR.get(code) or _BY_CODE.get(code)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import Enum
 from itertools import pairwise
 
-from ocmm_core.fieldbus.report._alarms import TEXTS, Alarm
+from ocmm_core.fieldbus.report._alarms import alarm_of_code
 from ocmm_core.fieldbus.report._report import BusPhase, BusReport, CameraReport, Histogram
 
 _BEFORE_CAMERAS = (BusPhase.CLOSED, BusPhase.LINK, BusPhase.SCAN)
@@ -105,10 +105,8 @@ def trouble_words(report: BusReport) -> tuple[str, str]:
     for event in reversed(report.events):
         if event.code == report.alarm and event.remedy:
             return what, event.remedy
-    try:
-        return what, TEXTS[Alarm(report.alarm)].remedy
-    except ValueError:
-        return what, ""
+    alarm = alarm_of_code(report.alarm)
+    return what, "" if alarm is None else alarm.spec.remedy
 
 
 def shares(counts: Sequence[int], decimals: int = 3) -> tuple[float, ...]:

@@ -1,4 +1,12 @@
-"""Frames and datagrams, sockets, the service channel, and the fence around pysoem."""
+"""Frames and datagrams, sockets, the service channel, and the fence around pysoem.
+
+In: bytes of an interface. Out: answers told apart, words of EEPROM, who is on the wire.
+
+Read `_datagrams` (bytes of EtherCAT), `_sockets` and `_port` (our own raw sockets), `_interface`
+(may it be used), `_master` (the only file that imports pysoem), `_service` (one frame of our own
+per cycle), `_tally` (which answers came), `_scan`, `_mapping`, `_eeprom`, `_ring_cable`.
+It must not know objects or alarms; it decides nothing about a fault.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""Jobs after they were measured: reopened, compared, doubted, and recalled."""
+"""Jobs after they were measured: reopened, compared, doubted, and recalled.
+
+In: job files, and the histories of calibrations and tips as they are today.
+Out: jobs computed anew from raw observations, points in doubt, batches side by side, a recall.
+
+Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch` and `_compare`. What became of
+the calibration: `_camera_history` and `_camera_doubts`, `_tip_history` and `_tip_doubts`.
+Then `_recall`: `_recall_job` (one job under two calibrations), `_recall_fit`, `_recall_judge`,
+`_recall_artefact`, `_recall_record`. Jobs are looked at through a copy of their file.
+It must not know a running station.
+"""
 
 from __future__ import annotations
 
@@ -24,6 +34,7 @@ if TYPE_CHECKING:
         compare_jobs,
     )
     from ocmm_core.inspection.archive._part_before import place_of_part_before
+    from ocmm_core.inspection.archive._points_in_doubt import first_taken
     from ocmm_core.inspection.archive._recall import Places, decide, recall
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
     from ocmm_core.inspection.archive._recall_record import (
@@ -48,7 +59,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
     from ocmm_core.inspection.archive._tip_doubts import last_good_utc
-    from ocmm_core.inspection.archive._tip_history import first_taken, settle_tip
+    from ocmm_core.inspection.archive._tip_history import settle_tip
 else:
     __getattr__ = door(
         __name__,
@@ -56,6 +67,7 @@ else:
         _camera_history="is_known settle_cameras",
         _compare="Comparison Trend all_simulated compare_folder compare_jobs",
         _part_before="place_of_part_before",
+        _points_in_doubt="first_taken",
         _recall="Places decide recall",
         _recall_artefact="artefact_wrong",
         _recall_record=(
@@ -66,7 +78,7 @@ else:
         ),
         _reopen="ReopenedJob Tell reopen reopen_job",
         _tip_doubts="last_good_utc",
-        _tip_history="first_taken settle_tip",
+        _tip_history="settle_tip",
     )
 
 __all__ = [

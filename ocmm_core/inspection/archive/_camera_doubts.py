@@ -10,39 +10,15 @@ those of a doubt that was never answered because another calibration was put in 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 
 from ocmm_core.calibration.records import Event, EventKind, judgements
-
-
-@dataclass(frozen=True, slots=True)
-class CameraDoubts:
-    """Points that must not count, by number, and why.
-
-    Attributes
-    ----------
-    open
-        Until the calibration is verified.
-    failed
-        Until a recall decides.
-    """
-
-    open: dict[int, str]
-    failed: dict[int, str]
-
-
-@dataclass(frozen=True, slots=True)
-class _Span:
-    """A time in doubt: from ``since`` (None: from the first point) until a good check."""
-
-    since: datetime | None
-    why: str
+from ocmm_core.inspection.archive._points_in_doubt import Doubts, Span, points_between
 
 
 def points_in_doubt(
     events: Sequence[Event], calibration: str, taken: Mapping[int, datetime]
-) -> CameraDoubts:
+) -> Doubts:
     """Return the points of a job that must not count because of its calibration.
 
     Parameters
@@ -56,41 +32,29 @@ def points_in_doubt(
     """
     failed: dict[int, str] = {}
     good: datetime | None = None
-    doubts: list[_Span] = []
-    failures: list[_Span] = []
+    doubts: list[Span] = []
+    failures: list[Span] = []
     for one in judgements(events):
         now = datetime.fromisoformat(one.utc)
         if one.calibration != calibration:
             if one.kind is EventKind.ACCEPTED and doubts and not failures:
                 # Nobody will answer the doubt by a check any more, so it is believed.
-                failures.append(_Span(good, f"{doubts[0].why} It was never verified since."))
+                failures.append(Span(good, f"{doubts[0].why} It was never verified since."))
         elif one.kind is EventKind.PASSED:
             # What failed before this good check may have been wrong up to it.
-            failed |= _between(taken, failures, now)
+            failed |= points_between(taken, failures, now, reason="first")
             doubts, failures, good = [], [], now
         elif one.kind is EventKind.FAILED:
-            failures.append(_Span(good, f"The verification of {_day(one.utc)} failed."))
+            failures.append(Span(good, f"The verification of {_day(one.utc)} failed."))
         elif one.kind is EventKind.SUSPECTED:
             since = datetime.fromisoformat(one.since_utc) if one.since_utc else good
-            doubts.append(_Span(since, one.reason))
-    open_ = _between(taken, doubts, None)
-    failed |= _between(taken, failures, None)
+            doubts.append(Span(since, one.reason))
+    open_ = points_between(taken, doubts, None, reason="first")
+    failed |= points_between(taken, failures, None, reason="first")
     for one in events:
         if one.kind is EventKind.FALLEN and not one.evidence and one.calibration == calibration:
-            failed |= _between(taken, [_Span(None, one.reason)], None)
-    return CameraDoubts(open_, failed)
-
-
-def _between(
-    taken: Mapping[int, datetime], spans: Sequence[_Span], end: datetime | None
-) -> dict[int, str]:
-    """Return the points from the beginning of a span up to a moment, both open where None."""
-    return {
-        number: span.why
-        for span in reversed(spans)
-        for number, when in taken.items()
-        if (span.since is None or when >= span.since) and (end is None or when < end)
-    }
+            failed |= points_between(taken, [Span(None, one.reason)], None, reason="first")
+    return Doubts(open_, failed)
 
 
 def _day(utc: str) -> str:

@@ -9,7 +9,6 @@ measured with; elsewhere a job says what its own file says, and that the history
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -23,8 +22,13 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
+from ocmm_core.inspection.archive._points_in_doubt import (
+    History,
+    first_taken,
+    hold,
+    sentences_of,
+)
 from ocmm_core.inspection.archive._recall_record import points_released
-from ocmm_core.inspection.archive._tip_history import first_taken, hold, sentences
 from ocmm_core.inspection.evaluation import Ward, held_back
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
@@ -34,25 +38,6 @@ _TAKEN_OVER = "The history of the calibration knows of it."
 _RECALLED = "A recall found that the verdicts hold."
 _SAME_ALARM = timedelta(minutes=1)
 """The monitor holds points back and puts the calibration in doubt at once."""
-
-
-@dataclass(frozen=True, slots=True)
-class CameraHistory:
-    """What the history of the calibration says of a job, in sentences.
-
-    Attributes
-    ----------
-    against
-        Which points it puts in doubt, and why; they are held back.
-    unread
-        That it is here and cannot be read.
-    absent
-        That it is not on this computer; empty where it is, or where there is none.
-    """
-
-    against: tuple[str, ...] = ()
-    unread: tuple[str, ...] = ()
-    absent: str = ""
 
 
 def settle_cameras(
@@ -98,7 +83,7 @@ def settle_cameras(
 
 def settle_by_calibration(
     session: InspectionSession, job: JobFile, record: CameraRecord | None, folder: Path
-) -> CameraHistory:
+) -> History:
     """Do so by the history of the calibration on this computer, where there is one.
 
     Parameters
@@ -111,7 +96,7 @@ def settle_by_calibration(
         Where calibrations are kept, rig by rig.
     """
     if record is None:
-        return CameraHistory()
+        return History()
     used = record_hash(record)
     absent = (
         f"The history of calibration {used[:12]} of rig '{record.rig}' is not on this computer: "
@@ -120,25 +105,19 @@ def settle_by_calibration(
     try:
         store = CalibrationStore(store_folder(folder, record.rig))
         if not is_known(store.events, used):
-            return CameraHistory(absent=absent)
+            return History(absent=absent)
         settle_cameras(session, job, store, used)
     except InputError:
         # No rig of such a name can have a history here.
-        return CameraHistory(absent=absent)
+        return History(absent=absent)
     except (OcmmError, OSError) as error:
         why = error.what if isinstance(error, OcmmError) else str(error)
         sentence = (
             f"The history of the calibration of rig '{record.rig}' cannot be read, so that nobody "
             f"knows whether it failed since: {why}"
         )
-        return CameraHistory(unread=(sentence,))
-    return CameraHistory(
-        against=tuple(
-            sentence
-            for ward in (Ward.FAILED_CALIBRATION, Ward.CALIBRATION)
-            for sentence in sentences(session.held_for(ward), ward)
-        )
-    )
+        return History(unread=(sentence,))
+    return History(against=sentences_of(session, Ward.FAILED_CALIBRATION, Ward.CALIBRATION))
 
 
 def is_known(events: Sequence[Event], calibration: str) -> bool:

@@ -22,6 +22,7 @@ from ocmm_core.tolerances.decisions import (
     capability,
     control_chart,
 )
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
 
@@ -223,7 +224,7 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[ReopenedJob]) -> Tre
                 verdict=result.verdict,
             )
         )
-    low = -math.inf if item.one_sided else item.nominal + item.lower
+    low = -math.inf if spec_of(item.kind).one_sided else item.nominal + item.lower
     high = item.nominal + item.upper
     chart, able, why_not = None, None, ""
     values = np.array([value for value, _ in counted])

@@ -31,6 +31,7 @@ from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._batch import SUFFIX
 from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
 from ocmm_core.inspection.archive._camera_history import is_known
+from ocmm_core.inspection.archive._points_in_doubt import first_taken
 from ocmm_core.inspection.archive._recall_job import Anew, JobFindings, Later, findings_of
 from ocmm_core.inspection.archive._recall_judge import Cases, cases_of, judgement, recalled, unknown
 from ocmm_core.inspection.archive._recall_record import (
@@ -43,7 +44,6 @@ from ocmm_core.inspection.archive._recall_record import (
 )
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments
-from ocmm_core.inspection.archive._tip_history import first_taken
 from ocmm_core.storage import JobFile
 
 Tell = Callable[[str, float], None]

@@ -21,10 +21,11 @@ from ocmm_core.calibration.records import default_folder, default_probe_folder
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.inspection.archive._camera_history import CameraHistory, settle_by_calibration
+from ocmm_core.inspection.archive._camera_history import settle_by_calibration
+from ocmm_core.inspection.archive._points_in_doubt import History
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, named
-from ocmm_core.inspection.archive._tip_history import TipHistory, settle_by_history
+from ocmm_core.inspection.archive._tip_history import settle_by_history
 from ocmm_core.inspection.evaluation import JobView, SessionOptions, Ward, methods_used
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
@@ -95,8 +96,8 @@ class ReopenedJob:
     taken_utc: dict[int, str]
     faults: tuple[str, ...]
     differences: tuple[str, ...]
-    history: TipHistory = field(default_factory=TipHistory)
-    cameras: CameraHistory = field(default_factory=CameraHistory)
+    history: History = field(default_factory=History)
+    cameras: History = field(default_factory=History)
     held: Mapping[Ward, Mapping[int, str]] = field(default_factory=dict)
 
     @property

@@ -9,30 +9,14 @@ to be taken again, whatever the next check says.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from datetime import datetime
 
 from ocmm_core.calibration.records import TipEvent, TipEventKind
+from ocmm_core.inspection.archive._points_in_doubt import Doubts, Span, points_between
 
 GOOD = (TipEventKind.QUALIFIED, TipEventKind.PASSED)
 _FAILED = (TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED)
 _DOUBTED = (TipEventKind.DOUBTED, TipEventKind.MOUNTED)
-
-
-@dataclass(frozen=True, slots=True)
-class TipDoubts:
-    """Points that must not count, by number, and why.
-
-    Attributes
-    ----------
-    open
-        Until the tip is checked.
-    failed
-        For good.
-    """
-
-    open: dict[int, str]
-    failed: dict[int, str]
 
 
 def last_good_utc(events: Sequence[TipEvent], tip: str) -> datetime | None:
@@ -41,9 +25,7 @@ def last_good_utc(events: Sequence[TipEvent], tip: str) -> datetime | None:
     return datetime.fromisoformat(found[-1]) if found else None
 
 
-def points_in_doubt(
-    events: Sequence[TipEvent], tip: str, taken: Mapping[int, datetime]
-) -> TipDoubts:
+def points_in_doubt(events: Sequence[TipEvent], tip: str, taken: Mapping[int, datetime]) -> Doubts:
     """Return the points of a job that must not count because of its tip.
 
     Parameters
@@ -55,24 +37,25 @@ def points_in_doubt(
     taken
         When each point was stored, by number.
     """
-    doubts = TipDoubts({}, {})
+    doubts = Doubts({}, {})
     good: datetime | None = None
-    failures: list[tuple[datetime | None, str]] = []
+    failures: list[Span] = []
     for one in (one for one in events if one.tip == tip):
         now = datetime.fromisoformat(one.utc)
         if one.kind in GOOD:
             # What failed before this good check may have been wrong up to it.
-            doubts.failed.update(_between(taken, failures, now))
+            doubts.failed.update(points_between(taken, failures, now, reason="last"))
             doubts.open.clear()
             failures.clear()
             good = now
         elif one.kind in _FAILED:
-            failures.append((good, _FAILED_WORDS[one.kind].format(tip=tip, utc=one.utc[:16])))
+            why = _FAILED_WORDS[one.kind].format(tip=tip, utc=one.utc[:16])
+            failures.append(Span(good, why))
         elif one.kind in _DOUBTED:
             since = datetime.fromisoformat(one.since_utc) if one.since_utc else good
             why = one.reason if one.kind is TipEventKind.DOUBTED else _MOUNTED.format(tip=tip)
-            doubts.open.update(_between(taken, [(since, why)], None))
-    doubts.failed.update(_between(taken, failures, None))
+            doubts.open.update(points_between(taken, [Span(since, why)], None, reason="last"))
+    doubts.failed.update(points_between(taken, failures, None, reason="last"))
     return doubts
 
 
@@ -81,17 +64,3 @@ _FAILED_WORDS = {
     TipEventKind.FAILED: "The check of tip '{tip}' failed ({utc} UTC).",
     TipEventKind.NOT_QUALIFIED: "The qualification of tip '{tip}' failed ({utc} UTC).",
 }
-
-
-def _between(
-    taken: Mapping[int, datetime],
-    spans: Sequence[tuple[datetime | None, str]],
-    end: datetime | None,
-) -> dict[int, str]:
-    """Return the points from the beginning of a span up to a moment, both open where None."""
-    return {
-        number: why
-        for since, why in spans
-        for number, when in taken.items()
-        if (since is None or when >= since) and (end is None or when < end)
-    }

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
 
 def limits_of(item: Characteristic, result: CharacteristicResult) -> tuple[float, float]:
     """Return the limits of a value, its bonus included; the lower one may be infinite."""
-    low = float("-inf") if item.one_sided else item.nominal + item.lower
+    low = float("-inf") if spec_of(item.kind).one_sided else item.nominal + item.lower
     return low, item.nominal + item.upper + result.bonus
 
 

@@ -30,6 +30,7 @@ from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
 from ocmm_core.inspection.causes._remaining_causes import few_points, scatter, the_part, uncertainty
 from ocmm_core.inspection.causes._suspects import Suspects
 from ocmm_core.tolerances.decisions import CharacteristicResult
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
 _SIDE = 0.15
@@ -232,7 +233,7 @@ def _placed(count: int, places: Int, rows: Float) -> Float:
 def _drawn_place(item: Characteristic, bound: BoundAlignment) -> float | None:
     """Return the coordinate of the nominal geometry in the frame of the plan; None without one."""
     geometry = bound.nominals.get(item.features[0])
-    if item.kind != "coordinate" or geometry is None:
+    if geometry is None or not spec_of(item.kind).is_place:
         return None
     try:
         place = nominal_frame(bound).apply(geometry[POINT])

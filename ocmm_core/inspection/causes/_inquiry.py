@@ -22,9 +22,9 @@ from ocmm_core.inspection.causes._suspects import Suspects, suspects_of
 from ocmm_core.inspection.evaluation import EvaluatedJob, JobView, held_below
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
-from ocmm_core.tolerances.kinds import needs_part_frame
+from ocmm_core.tolerances.kinds import needs_part_frame, spec_of
 from ocmm_core.tolerances.uncertainty import Budget, budget_of
-from ocmm_core.tolerances.zones import FORMS, Characteristic, Evaluation
+from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
 MOST_POINTS = 5
 """Points that are named at most."""
@@ -175,7 +175,7 @@ class Inquiry:
     def strongest(self, item: Characteristic, result: CharacteristicResult) -> tuple[int, ...]:
         """Return the points that push the value most towards where it is."""
         evaluation, common = self.job.evaluations.get(item.name), self.common
-        if item.kind in FORMS:
+        if spec_of(item.kind).form_alone:
             return self.extremes(item.features[0])
         if evaluation is None:
             return ()

@@ -11,8 +11,9 @@ from ocmm_core.inspection.causes._cause import Cause, Finding
 from ocmm_core.inspection.causes._common_causes import scatter_ratio
 from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty import gradients_of
-from ocmm_core.tolerances.zones import FORMS, Characteristic
+from ocmm_core.tolerances.zones import Characteristic
 
 _AMPLIFIED = 1.8
 """Noise against that of as many points all round beyond which their places are what is bad."""
@@ -112,7 +113,7 @@ def _by_chance(inquiry: Inquiry, item: Characteristic, result: CharacteristicRes
     evaluation, beyond = inquiry.job.evaluations.get(item.name), beyond_limit(item, result)
     if evaluation is None or beyond is None:
         return False
-    if item.kind in FORMS:
+    if spec_of(item.kind).form_alone:
         return True
     rows = gradients_of(evaluation, bonus=False)
     variance = 0.0

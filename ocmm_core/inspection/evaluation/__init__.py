@@ -1,4 +1,14 @@
-"""From the points of a job to features, results, guidance and what is seen of them."""
+"""From the points of a job to features, results, guidance and what is seen of them.
+
+In: the plan, the points that count, options and temperatures of the session.
+Out: frozen views: features, frame, results with U, progress, where the next point is wanted.
+
+Read `_evaluation` (points to results) with `_options` and `_limits`, `_evaluated` (a job with all
+that its results rest on), `_uncertainty` (budgets), `_view` (what screens and scripts read), then
+`_progress`, `_guidance`, `_surfaces`, `_coverage`, `_alignment_preview`. What stops a result:
+`_outliers`, `_quarantine`, `_withdrawn`.
+It changes no job and must not know how touches come: that is `session`.
+"""
 
 from __future__ import annotations
 

@@ -29,7 +29,8 @@ from ocmm_core.tolerances.decisions import (
     not_proven,
     provisional,
 )
-from ocmm_core.tolerances.zones import FORMS, PROFILES, RUNOUTS, Characteristic
+from ocmm_core.tolerances.kinds import spec_of
+from ocmm_core.tolerances.zones import Characteristic
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
@@ -139,7 +140,7 @@ def _as_far_as_probed(
     own = {probed for name in item.features for probed in plan.probed(name)}
     if not own & touched:
         return result if result.measured is None else not_measured(item, f"Waits for {open_[0]}.")
-    if item.kind in FORMS | PROFILES | RUNOUTS:
+    if spec_of(item.kind).own_form:
         # Every further point can only make form worse: a part of them says nothing.
         waits = not_measured(item, "")
         return provisional(waits, f"Form is judged when {open_[0]} has all its points.")

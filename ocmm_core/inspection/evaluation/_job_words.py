@@ -29,5 +29,7 @@ def state_lines(view: JobView) -> tuple[str, ...]:
 def part_line(view: JobView) -> str:
     """Return the verdict on the part with its reasons, or its counts where it has none."""
     part = view.part_verdict
+    if part.lines == part.reasons:
+        return "; ".join(part.lines)
     beside = "; ".join(part.reasons) or part.summary.counted
     return f"{part.word.value}: {beside}" if beside else part.word.value

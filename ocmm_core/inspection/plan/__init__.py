@@ -1,4 +1,14 @@
-"""The plan: its document, its checks, its changes, and what fills it."""
+"""The plan: its document, its checks, its changes, and what fills it.
+
+In: a TOML document, a table in text, a STEP file, or what was measured on a master part.
+Out: a checked plan, and TOML that reads back to the same plan.
+
+Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
+(what speaks against a plan), `_edit` (changes: a plan in, another one out), `_shelf` (plans of a
+folder), `_picture`. It is filled by `_csv`, `_teach`, or `_step` with `_step_worker` in a process
+of its own. `_stored_plan` reads the plan of a job file.
+It must not know points or sessions.
+"""
 
 from __future__ import annotations
 

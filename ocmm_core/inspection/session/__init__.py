@@ -1,4 +1,14 @@
-"""One job being measured: touches become points, and every step is durable."""
+"""One job being measured: touches become points, and every step is durable.
+
+In: touches with what was tracked, decisions of the inspector, records in force.
+Out: a job file, point by point, and views of the job; refusals with reason and remedy.
+
+Read `_session` (the job), `_acceptance` (may a touch become a point), `_meaning` and `_any_order`
+(which feature was touched), `_side_choice`, `_conditions`. What the inspector decides: `_steps`,
+`_step_log` and `_deeds` (undo, also after a restart). `_job_points` and `_job_view` are what
+others see, `_reference_use` and `_header` what the job is bound to.
+It must not know threads or clocks: one lock guards it, and `station` calls it.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,14 @@
-"""Software cameras on a wire: processes, links, and what can be made to fail."""
+"""Software cameras on a wire: processes, links, and what can be made to fail.
+
+In: a rig of software cameras, names of interfaces, faults to inject.
+Out: a wire that a master can use, without hardware; what the proxy and the frame watch saw.
+
+Read `_virtual_bus` (the whole wire without root), `_network` (the links), `_wire` and
+`_camera_process` (cameras that answer on an interface), `_named_rig` (for other programs). Faults:
+`_faults` (what can go wrong), `_deeds`, `_proxy` and `_line_rules` (a cable that fails),
+`_fault_rig`, `_frame_watch` (is every frame that comes out whole and true).
+It must not know tracking, jobs or screens.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,12 @@
-"""What the virtual rig shows while it is calibrated, verified, or its tip is checked."""
+"""What the virtual rig shows while it is calibrated, verified, or its tip is checked.
+
+In: a true rig, and what a guided procedure still lacks. Out: frames of targets, bars and tips.
+
+Read `_calibrating` (targets at known points, a waved probe, a bar, nests) and
+`_calibrating_source` (the scenes as a source of frames), `_pivot_scenes`, `_tip_scenes`,
+`_verifying`, and `_resting_spots` (averaged spots without the frames, for many runs).
+It knows the procedures that it serves; they do not know it.
+"""
 
 from __future__ import annotations
 

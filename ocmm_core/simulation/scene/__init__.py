@@ -1,4 +1,14 @@
-"""The virtual rig: cameras, operator and part with known truth, down to the pixels."""
+"""The virtual rig: cameras, operator and part with known truth, down to the pixels.
+
+In: documents of a rig, a probe and a part, a seed. Out: frames as a source, down to the pixels if
+wanted, and the truth: where camera, probe and ball really are.
+
+Read `_world` (what is really there), `_rig` (the virtual rig), `_operator` with `_attitude`,
+`_hand` and `_touches` (somebody touches the part), `_surfaces` and `_artefacts`, `_source`. The
+pixels: `_sensor`, `_exposure`, `_spot_pattern`, `_pixel_frames`. `_kernels` are its compiled
+loops; `_probe_study` is the simulation of the thesis. Truth and documents are kept apart: the
+product is given the documents alone.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,13 @@
-"""The live stream: points, button and poses for other programs, as lines of JSON."""
+"""The live stream: points, button and poses for other programs, as lines of JSON.
+
+In: points, annulments, verdicts and poses as the station has them. Out: lines over TCP, numbered,
+so that a client that comes later gets all of them in order.
+
+Read `_messages` (one JSON object a line), `_options` (where and to whom), `_server` and `_client`,
+`_log` (what was said with a number), `_verdict_watch` and `_probe_button`.
+docs/live_stream.md explains it to those who read it. Clients can read; nothing that they send does
+anything. It must not know the station.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,13 @@
-"""From values and their uncertainties to verdicts, and what several of them say."""
+"""From values and their uncertainties to verdicts, and what several of them say.
+
+In: evaluated characteristics with their spread, limits, a decision rule.
+Out: results with U and verdict, the verdict of a feature and of the part, capability.
+
+Read `_decision` (one value, its U, a verdict), `_result` (what is said of one characteristic),
+`_results` (all of a plan at once, and where U is put together), `_verdict` (of a feature and of
+the part), `_capability` (several parts: control chart, Cp, Cpk). There is one verdict, and every
+screen and report shows this one. It must not know `monte_carlo`.
+"""
 
 from __future__ import annotations
 

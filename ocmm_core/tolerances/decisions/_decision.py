@@ -23,6 +23,7 @@ from typing import Literal
 
 from ocmm_core.errors import MeasuringError
 from ocmm_core.tolerances.decisions._result import LOWEST_TUR, CharacteristicResult, Verdict
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty import ONE_SIDED, Spread, Spreads, expanded
 from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
@@ -221,7 +222,7 @@ def not_measured(characteristic: Characteristic, note: str) -> CharacteristicRes
         uncertainty=None,
         verdict=Verdict.NOT_MEASURED,
         note=note,
-        unit=characteristic.unit,
+        unit=spec_of(characteristic.kind).unit,
     )
 
 

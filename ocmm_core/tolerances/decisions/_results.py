@@ -18,7 +18,7 @@ from ocmm_core.tolerances.decisions._decision import (
     without_uncertainty,
 )
 from ocmm_core.tolerances.decisions._result import CharacteristicResult
-from ocmm_core.tolerances.kinds import evaluate, involved_features, needs_part_frame
+from ocmm_core.tolerances.kinds import evaluate, involved_features, needs_part_frame, spec_of
 from ocmm_core.tolerances.uncertainty import (
     NOT_DETERMINED,
     WHAT_TO_DO,
@@ -106,7 +106,7 @@ def _with_notes(
         return replace(result, floor=floor, note=f"{result.note} {said}".strip())
     if value is None or uncertainty is None:
         return result
-    if characteristic.kind == "distance" and value < uncertainty:
-        said = "The distance is smaller than its uncertainty."
+    said = spec_of(characteristic.kind).below_u
+    if said and value < uncertainty:
         return replace(result, note=f"{result.note} {said}".strip())
     return result

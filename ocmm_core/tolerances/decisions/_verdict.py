@@ -161,6 +161,13 @@ class PartVerdict:
         )
         return tuple(f"{word}: {', '.join(names)}" for word, names in lines if names)
 
+    @property
+    def lines(self) -> tuple[str, ...]:
+        """Return the word and the reasons; where the first reason says the word, it says it."""
+        if self.reasons and self.reasons[0].startswith(f"{self.word.value}: "):
+            return self.reasons
+        return (self.word.value, *self.reasons)
+
 
 def judge_part(
     results: Sequence[CharacteristicResult], missing_features: Iterable[str]

@@ -1,4 +1,13 @@
-"""Every kind of characteristic: its value, and how it answers to every point."""
+"""Every kind of characteristic: its value, and how it answers to every point.
+
+In: measured features, datums, the frame. Out: a value with its gradient by all ball centres.
+
+Read `_spec` (what an entry says of its kind) and `_registry` (all entries), then `_evaluate` and
+`_checks`, which go by the entries. The kinds, each file with its entries at the end: `_size`,
+`_distance`, `_angle`, and those with a zone: `_form`, `_orientation`, `_location`, `_profile`,
+`_runout`, `_symmetry`. Nobody outside asks for the name of a kind; `spec_of` refuses unknown ones.
+It must not know uncertainty: a value is the same whatever is known of its points.
+"""
 
 from __future__ import annotations
 
@@ -10,33 +19,37 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.kinds._checks import characteristic_fault
     from ocmm_core.tolerances.kinds._evaluate import (
         evaluate,
+        geometry_value,
         involved_features,
         needs_part_frame,
         taken_again,
     )
-    from ocmm_core.tolerances.kinds._form import form
-    from ocmm_core.tolerances.kinds._measure import geometry_value
-    from ocmm_core.tolerances.kinds._orientation import zone_of_axis
+    from ocmm_core.tolerances.kinds._registry import KINDS, spec_for, spec_of, symbol_of
     from ocmm_core.tolerances.kinds._size import own_association
+    from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, Symbol
 else:
     __getattr__ = door(
         __name__,
         _checks="characteristic_fault",
-        _evaluate="evaluate involved_features needs_part_frame taken_again",
-        _form="form",
-        _measure="geometry_value",
-        _orientation="zone_of_axis",
+        _evaluate="evaluate geometry_value involved_features needs_part_frame taken_again",
+        _registry="KINDS spec_for spec_of symbol_of",
         _size="own_association",
+        _spec="KindSpec MonteCarlo Symbol",
     )
 
 __all__ = [
+    "KINDS",
+    "KindSpec",
+    "MonteCarlo",
+    "Symbol",
     "characteristic_fault",
     "evaluate",
-    "form",
     "geometry_value",
     "involved_features",
     "needs_part_frame",
     "own_association",
+    "spec_for",
+    "spec_of",
+    "symbol_of",
     "taken_again",
-    "zone_of_axis",
 ]

@@ -9,7 +9,7 @@ directions run together, at 0 and 180 degrees between them, there is no side to 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,10 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, Shape
 from ocmm_core.geometry import Float, perpendicular_pair
-from ocmm_core.tolerances.zones import Characteristic, Evaluation, vector_evaluation
+from ocmm_core.tolerances.kinds._differences import by_differences
+from ocmm_core.tolerances.kinds._shape_groups import DIRECTED
+from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords
+from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames, vector_evaluation
 
 _PREFERRED_DEG = 5.0
 """The angle in the material is taken unless its supplement is nearer to the nominal by this."""
@@ -82,6 +85,37 @@ class AngleRule:
         return self.told or abs(value - fold) > _PREFERRED_DEG
 
 
+def angle(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
+) -> Evaluation:
+    """Return the apex angle of a cone, or the angle of two elements, deg.
+
+    Raises
+    ------
+    FitError
+        As `angle_of_axes`.
+    """
+    geometries = {name: feature.fit.geometry for name, feature in actual.items()}
+    shapes = {name: feature.fit.shape for name, feature in actual.items()}
+    if len(characteristic.features) == 1:
+        return by_differences(
+            characteristic, actual, lambda moved: angle_value(characteristic, moved, shapes, None)
+        )
+    # Settled once: the differences then run through a right angle as through any other.
+    rule = angle_rule(characteristic, geometries, shapes, alignment)
+    found = angle_of_axes(characteristic, actual, rule)
+    if found is not None:
+        return found
+    one, other = characteristic.features
+    found = by_differences(
+        characteristic, actual, lambda moved: rule.value(moved[one], moved[other])
+    )
+    return replace(found, note=rule.note(geometries[one], geometries[other]))
+
+
 def angle_value(
     characteristic: Characteristic,
     geometries: Mapping[str, Float],
@@ -98,7 +132,7 @@ def angle_value(
 
 def needs_sense(characteristic: Characteristic, alignment: AnyAlignment | None) -> bool:
     """Return whether the part frame says which side of a right angle an angle is on."""
-    if characteristic.kind != "angle" or not isinstance(alignment, BoundAlignment):
+    if not isinstance(alignment, BoundAlignment):
         return False
     names = characteristic.features
     if len(names) != 2 or any(name not in alignment.nominals for name in names):
@@ -231,3 +265,29 @@ def _between(first: Float, second: Float) -> float:
     """Return the angle between two directions (3,), 0 to 180 deg."""
     sine = float(np.linalg.norm(np.cross(first, second)))
     return float(np.degrees(np.arctan2(sine, float(first @ second))))
+
+
+def _cone_fault(asked: Asked) -> Fault | None:
+    if len(asked.item.features) == 1 and asked.first is not Shape.CONE:
+        return "features", "names one feature; an angle needs two, or one cone"
+    return None
+
+
+KINDS = (
+    KindSpec(
+        name="angle",
+        words="angle",
+        unit="deg",
+        one_sided=False,
+        evaluate=angle,
+        geometry=angle_value,
+        monte_carlo=MonteCarlo.SECOND_ORDER,
+        qif=QifWords("AngleBetween", of_one="Angle"),
+        symbol=None,
+        shapes=DIRECTED,
+        features=(1, 2),
+        checks=(_cone_fault,),
+        needs_sense=needs_sense,
+        folds=True,
+    ),
+)

@@ -7,18 +7,20 @@ from dataclasses import replace
 
 import numpy as np
 
+from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import (
-    DIRECTION,
-    POINT,
-    RADIUS,
-    SECOND,
-    Shape,
-    nominal_geometry,
-    shapes_where,
-)
+from ocmm_core.features.shapes import DIRECTION, POINT, RADIUS, SECOND, Shape, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair
-from ocmm_core.tolerances.kinds._symmetry import SLOTS
+from ocmm_core.tolerances.kinds._shape_groups import ALL, ROUND_AXES, SLOTS, SPHERICAL, WITH_SIZE
+from ocmm_core.tolerances.kinds._spec import (
+    Asked,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    QifWords,
+    Symbol,
+    Zone,
+)
 from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,
@@ -31,13 +33,14 @@ from ocmm_core.tolerances.zones import (
     vector_evaluation,
 )
 
-_SPHERES = shapes_where(lambda spec: not spec.has_direction)
 _AXES = "xyz"
+_RINGS = Symbol(circles=((0.5, 0.5, 0.4), (0.5, 0.5, 0.2)))
 
 
 def position(
     characteristic: Characteristic,
     actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
     frames: Frames,
 ) -> Evaluation:
     """Return the diameter or width of the smallest zone about the true place.
@@ -66,12 +69,13 @@ def position(
 def _rows(characteristic: Characteristic, nominal: Float, feature: ActualFeature) -> Float:
     """Return the directions (d, 3), part frame, in which a centre or axis is off."""
     shape = feature.fit.shape
-    usual = "sphere" if shape in _SPHERES else "planes" if shape is Shape.PLANE else "cylinder"
-    zone = characteristic.zone or usual
+    zone = characteristic.zone or _usual_zone(shape)
     if zone == "sphere":
         return np.eye(3)
     if zone == "cylinder":
-        direction = np.array(feature.nominal.direction) if shape in _SPHERES else nominal[DIRECTION]
+        direction = (
+            np.array(feature.nominal.direction) if shape in SPHERICAL else nominal[DIRECTION]
+        )
         return np.stack(perpendicular_pair(direction))
     if characteristic.axis:
         return np.eye(3)[[_AXES.index(characteristic.axis)]]
@@ -98,7 +102,12 @@ def _with_bonus(
     return replace(found, bonus=bonus, bonus_gradient=2.0 * sign * feature.jacobian[place])
 
 
-def coaxiality(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> Evaluation:
+def coaxiality(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
+) -> Evaluation:
     """Return twice the greatest distance of a centre or an axis from the datum's axis or centre.
 
     Where both are balls the distance is that in space; a circle or ball that has a centre only is
@@ -122,3 +131,108 @@ def coaxiality(characteristic: Characteristic, actual: Mapping[str, ActualFeatur
         across = np.stack(perpendicular_pair(axis))
         arm, by_arm = across @ arm, across @ by_arm
     return vector_evaluation(arm, by_arm, characteristic.datums[0])
+
+
+def _usual_zone(shape: Shape | None) -> Zone:
+    if shape in SPHERICAL:
+        return "sphere"
+    return "planes" if shape is Shape.PLANE else "cylinder"
+
+
+def _zone_of_position(
+    item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
+) -> Zone:
+    usual = _usual_zone(shape)
+    return usual if item is None or shape is Shape.PLANE else item.zone or usual
+
+
+def _zone_of_coaxiality(
+    item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
+) -> Zone:
+    return "cylinder"
+
+
+def _zone_of_concentricity(
+    item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]
+) -> Zone:
+    return "sphere" if {shape, *datums} == {Shape.SPHERE} else "cylinder"
+
+
+def _without_datums(item: Characteristic) -> bool:
+    return not item.datums
+
+
+def _axis_missing(asked: Asked) -> Fault | None:
+    if asked.of_planes and not asked.item.axis:
+        return "axis", "is missing: it says across which planes the position counts"
+    return None
+
+
+def _frame_missing(asked: Asked) -> Fault | None:
+    if not asked.item.datums and not asked.aligned:
+        return "datums", "is empty, and the plan has no 'alignment' that would take their place"
+    return None
+
+
+def _modifier_fault(asked: Asked) -> Fault | None:
+    if asked.item.modifier and asked.first not in WITH_SIZE:
+        return "modifier", "goes with the position of a feature that has a size only"
+    return None
+
+
+KINDS = (
+    KindSpec(
+        name="position",
+        words="position",
+        unit="mm",
+        one_sided=True,
+        evaluate=position,
+        geometry=None,
+        monte_carlo=MonteCarlo.VECTOR,
+        qif=QifWords("Position", has_modifier=True),
+        symbol=Symbol(
+            lines=(((0.05, 0.5), (0.95, 0.5)), ((0.5, 0.05), (0.5, 0.95))),
+            circles=((0.5, 0.5, 0.28),),
+        ),
+        shapes=ALL,
+        datums=(0, 3),
+        takes=frozenset({"axis", "length", "modifier"}),
+        zones=("planes", "cylinder", "sphere"),
+        zone_of=_zone_of_position,
+        checks=(_axis_missing, _frame_missing, _modifier_fault),
+        in_part=_without_datums,
+        datums_make_frame=True,
+    ),
+    KindSpec(
+        name="concentricity",
+        words="concentricity",
+        unit="mm",
+        one_sided=True,
+        evaluate=coaxiality,
+        geometry=None,
+        monte_carlo=MonteCarlo.VECTOR,
+        qif=QifWords("Concentricity"),
+        symbol=_RINGS,
+        shapes=(Shape.CIRCLE, Shape.SPHERE),
+        datums=(1, 1),
+        datum_shapes=(*ROUND_AXES, Shape.SPHERE),
+        takes=frozenset({"length"}),
+        zone_of=_zone_of_concentricity,
+    ),
+    KindSpec(
+        name="coaxiality",
+        words="coaxiality",
+        unit="mm",
+        one_sided=True,
+        evaluate=coaxiality,
+        geometry=None,
+        monte_carlo=MonteCarlo.VECTOR,
+        qif=QifWords("Coaxiality"),
+        symbol=_RINGS,
+        shapes=(*ROUND_AXES, Shape.SPHERE),
+        datums=(1, 1),
+        datum_shapes=ROUND_AXES,
+        takes=frozenset({"length"}),
+        zone_of=_zone_of_coaxiality,
+    ),
+)

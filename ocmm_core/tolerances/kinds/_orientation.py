@@ -6,10 +6,22 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ocmm_core.alignment import AnyAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, element, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair, unit
+from ocmm_core.tolerances.kinds._shape_groups import DIRECTED
+from ocmm_core.tolerances.kinds._spec import (
+    Asked,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    Polygon,
+    QifWords,
+    Symbol,
+    Zone,
+)
 from ocmm_core.tolerances.zones import (
     Characteristic,
     DerivedPoint,
@@ -27,9 +39,19 @@ _MEANT = np.sin(np.deg2rad(0.5))
 
 _AXES = "xyz"
 
+_ROUND_ABOUT: Mapping[str, Mapping[bool, Zone]] = {
+    "parallelism": {False: "cylinder"},
+    "perpendicularity": {True: "cylinder"},
+    "angularity": {},
+}
+"""Zone that is usual for an axis, by whether the datum is a plane, where it is not two planes."""
+
 
 def orientation(
-    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
 ) -> Evaluation:
     """Return the width of the zone of a face, or the width or diameter of that of an axis.
 
@@ -102,20 +124,16 @@ def _true_direction(
     return meant
 
 
-def zone_of_axis(characteristic: Characteristic, datum: Shape) -> str:
+def _zone_of_axis(characteristic: Characteristic, datum: Shape) -> Zone:
     """Return the zone of an axis: as the characteristic says, else what is usual."""
     if characteristic.zone:
         return characteristic.zone
-    if characteristic.kind == "parallelism":
-        return "planes" if datum is Shape.PLANE else "cylinder"
-    if characteristic.kind == "perpendicularity":
-        return "cylinder" if datum is Shape.PLANE else "planes"
-    return "planes"
+    return _ROUND_ABOUT[characteristic.kind].get(datum is Shape.PLANE, "planes")
 
 
 def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float) -> Float:
     """Return the directions (d, 3), frame, in which the ends of an axis are off."""
-    if zone_of_axis(characteristic, datum.fit.shape) == "cylinder":
+    if _zone_of_axis(characteristic, datum.fit.shape) == "cylinder":
         return np.stack(perpendicular_pair(direction))
     across = nominal_geometry(datum.nominal)[DIRECTION]
     if characteristic.axis:
@@ -128,3 +146,56 @@ def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float
             "Give it the 'axis' across the planes, or the zone 'cylinder'.",
         )
     return unit(across)[None]
+
+
+def _zone_of(item: Characteristic | None, shape: Shape | None, datums: tuple[Shape, ...]) -> Zone:
+    if shape is Shape.PLANE or item is None or not datums:
+        return "planes"
+    return _zone_of_axis(item, datums[0])
+
+
+def _direction_fault(asked: Asked) -> Fault | None:
+    names = (asked.item.features[0], asked.item.datums[0])
+    flat = [asked.shapes[name] is Shape.PLANE for name in names]
+    own, base = (asked.nominals[name][DIRECTION] for name in names)
+    if meant_direction(asked.item.kind, own, base, alike=flat[0] == flat[1]) is None:
+        word = "parallel" if asked.item.kind == "parallelism" else "square"
+        return "features", (
+            f"names {names[0]!r}, whose nominal direction is not {word} to that of {names[1]!r}"
+        )
+    return None
+
+
+def _kind(name: str, qif: str, *symbol: Polygon) -> KindSpec:
+    return KindSpec(
+        name=name,
+        words=name,
+        unit="mm",
+        one_sided=True,
+        evaluate=orientation,
+        geometry=None,
+        monte_carlo=MonteCarlo.VECTOR,
+        qif=QifWords(qif, has_modifier=True, planes="PlanarZone"),
+        symbol=Symbol(lines=symbol),
+        shapes=DIRECTED,
+        datums=(1, 3),
+        datum_shapes=DIRECTED,
+        takes=frozenset({"axis", "length"}),
+        zones=("planes", "cylinder"),
+        zone_of=_zone_of,
+        checks=(_direction_fault,),
+        datums_make_frame=True,
+        probed="faces",
+    )
+
+
+KINDS = (
+    _kind("parallelism", "Parallelism", ((0.2, 0.9), (0.5, 0.1)), ((0.5, 0.9), (0.8, 0.1))),
+    _kind(
+        "perpendicularity",
+        "Perpendicularity",
+        ((0.1, 0.85), (0.9, 0.85)),
+        ((0.5, 0.85), (0.5, 0.12)),
+    ),
+    _kind("angularity", "Angularity", ((0.9, 0.2), (0.08, 0.82), (0.95, 0.82))),
+)

@@ -7,9 +7,12 @@ from dataclasses import replace
 
 import numpy as np
 
+from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, nominal_geometry
 from ocmm_core.geometry import Float, unit
+from ocmm_core.tolerances.kinds._shape_groups import OF_A_LINE, OF_A_SURFACE
+from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, QifWords, Symbol
 from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,
@@ -23,7 +26,10 @@ from ocmm_core.tolerances.zones import (
 
 
 def profile(
-    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
 ) -> Evaluation:
     """Return twice the greatest distance of surface points from the nominal surface.
 
@@ -62,3 +68,43 @@ def _face_normal(measured: SurfacePoints, frame: ZoneFrame, nominal: Float) -> F
     normal = frame.T_frame_from_world.rotation @ measured.normals[0]
     line = nominal[DIRECTION]
     return unit(normal - (normal @ line) * line)
+
+
+KINDS = (
+    KindSpec(
+        name="line profile",
+        words="line profile",
+        unit="mm",
+        one_sided=True,
+        evaluate=profile,
+        geometry=None,
+        monte_carlo=MonteCarlo.EVALUATED,
+        qif=QifWords("LineProfile"),
+        symbol=Symbol(bow="open"),
+        shapes=OF_A_LINE,
+        features=(1, 1000),
+        datums=(0, 3),
+        takes=frozenset({"offset"}),
+        datums_make_frame=True,
+        own_form=True,
+        probed="all",
+    ),
+    KindSpec(
+        name="surface profile",
+        words="surface profile",
+        unit="mm",
+        one_sided=True,
+        evaluate=profile,
+        geometry=None,
+        monte_carlo=MonteCarlo.EVALUATED,
+        qif=QifWords("SurfaceProfile"),
+        symbol=Symbol(bow="closed"),
+        shapes=OF_A_SURFACE,
+        features=(1, 1000),
+        datums=(0, 3),
+        takes=frozenset({"offset"}),
+        datums_make_frame=True,
+        own_form=True,
+        probed="all",
+    ),
+)

@@ -6,13 +6,17 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float, Int
+from ocmm_core.tolerances.kinds._shape_groups import ROUND_AXES
+from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, Polygon, QifWords, Symbol
 from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,
     FormNoise,
+    Frames,
     Section,
     SurfacePoints,
     few_in_a_section,
@@ -22,7 +26,12 @@ from ocmm_core.tolerances.zones import (
 )
 
 
-def runout(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> Evaluation:
+def runout(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
+) -> Evaluation:
     """Return how far a surface runs out when it turns about the datum axis.
 
     Radially for round surfaces, square to the surface for a cone, axially for a face. Circular
@@ -96,3 +105,45 @@ def _add_points(rows: Float, surface: SurfacePoints, directions: Float, chosen: 
         place = touches.places[point]
         rows[row, 3 * place : 3 * place + 3] += directions[point]
         rows[row, -1] -= float(directions[point] @ surface.normals[point])
+
+
+def _arrow(shift: float) -> tuple[Polygon, ...]:
+    return (
+        ((0.1 + shift, 0.9), (0.55 + shift, 0.12)),
+        ((0.37 + shift, 0.24), (0.55 + shift, 0.12), (0.55 + shift, 0.34)),
+    )
+
+
+def _kind(name: str, qif: str, shapes: tuple[Shape, ...], symbol: Symbol) -> KindSpec:
+    return KindSpec(
+        name=name,
+        words=name,
+        unit="mm",
+        one_sided=True,
+        evaluate=runout,
+        geometry=None,
+        monte_carlo=MonteCarlo.EVALUATED,
+        qif=QifWords(qif),
+        symbol=symbol,
+        shapes=shapes,
+        datums=(1, 1),
+        datum_shapes=ROUND_AXES,
+        own_form=True,
+        probed="all",
+    )
+
+
+KINDS = (
+    _kind(
+        "circular runout",
+        "CircularRunout",
+        (Shape.CIRCLE, Shape.CYLINDER, Shape.CONE, Shape.PLANE),
+        Symbol(lines=_arrow(0.15)),
+    ),
+    _kind(
+        "total runout",
+        "TotalRunout",
+        (Shape.CYLINDER, Shape.PLANE),
+        Symbol(lines=(*_arrow(-0.05), *_arrow(0.35), ((0.05, 0.9), (0.45, 0.9)))),
+    ),
+)

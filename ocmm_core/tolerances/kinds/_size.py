@@ -1,16 +1,47 @@
-"""Sizes by an association other than the feature's own (ISO 14405-1)."""
+"""Diameter, radius, length and width, by the associations of ISO 14405-1."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 import numpy as np
 
+from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import CRITERIA, RADIUS, Criterion
+from ocmm_core.features.shapes import (
+    CRITERIA,
+    DIRECTION,
+    HALF_ANGLE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Criterion,
+    Shape,
+)
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.kinds._differences import by_differences
+from ocmm_core.tolerances.kinds._shape_groups import (
+    LONG_AND_WIDE,
+    SLOTS,
+    WITH_DIAMETER,
+    WITH_RADIUS,
+    WITH_WIDTH,
+)
+from ocmm_core.tolerances.kinds._spec import (
+    Asked,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    QifWords,
+    Symbol,
+)
 from ocmm_core.tolerances.zones import (
+    TWO_POINT,
     Association,
     Characteristic,
     Evaluation,
+    Frames,
     Ranked,
     across_slot,
     around,
@@ -32,6 +63,15 @@ LETTERS: dict[Association, str] = {
 """Symbols of ISO 14405-1."""
 
 
+_PLACES = {
+    "diameter": (RADIUS, 2.0),
+    "radius": (RADIUS, 1.0),
+    "length": (RADIUS, 2.0),
+    "width": (SECOND, 2.0),
+}
+"""Place in the geometry vector, and factor, of a size."""
+
+
 def size_words(association: Association) -> str:
     """Return how a size was associated, in the words of the report, with its symbol."""
     return f"{association} ({LETTERS[association]})"
@@ -48,6 +88,54 @@ def own_association(feature: ActualFeature) -> Association:
     return words[feature.fit.criterion]
 
 
+def size(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
+) -> Evaluation:
+    """Return the size of a feature, by its own association or that of the plan.
+
+    Raises
+    ------
+    FitError
+        As `associated_size`.
+    """
+    feature = actual[characteristic.features[0]]
+    own = own_association(feature)
+    if characteristic.association not in ("", own):
+        return associated_size(characteristic, feature)
+    shapes = {name: item.fit.shape for name, item in actual.items()}
+    found = by_differences(
+        characteristic,
+        actual,
+        lambda moved: size_of_geometry(characteristic, moved, shapes, alignment),
+    )
+    return replace(found, association=size_words(own))
+
+
+def size_of_geometry(
+    characteristic: Characteristic,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    alignment: AnyAlignment | None,
+) -> float:
+    """Return the size of an element, mm."""
+    geometry = geometries[characteristic.features[0]]
+    if characteristic.datums:
+        plane = geometries[characteristic.datums[0]]
+        return _gauge_diameter(geometry, plane, characteristic.at)
+    place, factor = _PLACES[characteristic.kind]
+    return factor * float(geometry[place])
+
+
+def _gauge_diameter(cone: Float, plane: Float, at: float) -> float:
+    """Return the diameter of a cone where its axis is ``at`` mm from a plane, along its normal."""
+    towards = float(cone[DIRECTION] @ plane[DIRECTION])
+    along = (at - float((cone[POINT] - plane[POINT]) @ plane[DIRECTION])) / towards
+    return 2.0 * float(cone[RADIUS] + along * np.tan(cone[HALF_ANGLE]))
+
+
 def associated_size(characteristic: Characteristic, feature: ActualFeature) -> Evaluation:
     """Return the size of one feature by the plan's association.
 
@@ -62,7 +150,7 @@ def associated_size(characteristic: Characteristic, feature: ActualFeature) -> E
     if characteristic.kind in ("length", "width"):
         lengthwise = characteristic.kind == "length"
         return _of_rank(*across_slot(feature, association, lengthwise=lengthwise), association)
-    factor = 2.0 if characteristic.kind == "diameter" else 1.0
+    factor = _PLACES[characteristic.kind][1]
     if association not in CRITERIA:
         halves, gradients = around(feature, association)
         return _of_rank(factor * halves, factor * gradients, association)
@@ -110,3 +198,92 @@ def _spread(by_own: Float, places: tuple[int, ...], coordinates: int) -> Float:
     gradient = np.zeros(coordinates)
     gradient[(3 * np.asarray(places)[:, None] + np.arange(3)).ravel()] = by_own
     return gradient
+
+
+def two_point_fault(asked: Asked) -> Fault | None:
+    """Return what is wrong with an association that is none of two points."""
+    if asked.item.association not in TWO_POINT:
+        words = ", ".join(repr(word) for word in TWO_POINT)
+        return "association", f"of a {asked.item.kind} is left out, or one of: {words}"
+    return None
+
+
+def _round_fault(asked: Asked) -> Fault | None:
+    if asked.first in WITH_RADIUS:
+        return None
+    return "association", "is only for circle, sphere and cylinder"
+
+
+def _oblong_fault(asked: Asked) -> Fault | None:
+    kind = asked.item.kind
+    if asked.first not in SLOTS:
+        return "association", f"of a {kind} is only for slots and rectangles"
+    if kind == "length" and asked.first is Shape.ROUND_SLOT:
+        return "association", "of a length needs straight ends; those of a round slot are not"
+    return two_point_fault(asked)
+
+
+def _cone_fault(asked: Asked) -> Fault | None:
+    if (asked.first is Shape.CONE) != bool(asked.item.datums):
+        return "datums", "goes with the diameter of a cone, which needs the plane it is taken from"
+    return None
+
+
+KINDS = (
+    KindSpec(
+        name="diameter",
+        words="diameter",
+        unit="mm",
+        one_sided=False,
+        evaluate=size,
+        geometry=size_of_geometry,
+        monte_carlo=MonteCarlo.SECOND_ORDER,
+        qif=QifWords("Diameter", of_shape={Shape.SPHERE: "SphericalDiameter"}),
+        symbol=Symbol(lines=(((0.15, 0.9), (0.85, 0.1)),), circles=((0.5, 0.5, 0.32),)),
+        shapes=WITH_DIAMETER,
+        datums=(0, 1),
+        datum_shapes=(Shape.PLANE,),
+        takes=frozenset({"at"}),
+        association_fault=_round_fault,
+        checks=(_cone_fault,),
+    ),
+    KindSpec(
+        name="radius",
+        words="radius",
+        unit="mm",
+        one_sided=False,
+        evaluate=size,
+        geometry=size_of_geometry,
+        monte_carlo=MonteCarlo.SECOND_ORDER,
+        qif=QifWords("Radius", of_shape={Shape.SPHERE: "SphericalRadius"}),
+        symbol=None,
+        shapes=(*WITH_RADIUS, Shape.TORUS),
+        association_fault=_round_fault,
+    ),
+    KindSpec(
+        name="length",
+        words="length",
+        unit="mm",
+        one_sided=False,
+        evaluate=size,
+        geometry=size_of_geometry,
+        monte_carlo=MonteCarlo.SECOND_ORDER,
+        qif=QifWords("Length"),
+        symbol=None,
+        shapes=LONG_AND_WIDE,
+        association_fault=_oblong_fault,
+    ),
+    KindSpec(
+        name="width",
+        words="width",
+        unit="mm",
+        one_sided=False,
+        evaluate=size,
+        geometry=size_of_geometry,
+        monte_carlo=MonteCarlo.SECOND_ORDER,
+        qif=QifWords("Width"),
+        symbol=None,
+        shapes=WITH_WIDTH,
+        association_fault=_oblong_fault,
+    ),
+)

@@ -6,30 +6,30 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ocmm_core.alignment import AnyAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import (
-    ACROSS,
-    DIRECTION,
-    GEOMETRY_SIZE,
-    POINT,
-    RADIUS,
-    Shape,
-    shapes_where,
-)
+from ocmm_core.features.shapes import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, RADIUS, Shape
 from ocmm_core.geometry import Float, unit
+from ocmm_core.tolerances.kinds._shape_groups import DIRECTED, SLOTS
+from ocmm_core.tolerances.kinds._spec import (
+    Asked,
+    Fault,
+    KindSpec,
+    MonteCarlo,
+    QifWords,
+    Symbol,
+)
 from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,
+    Frames,
     form_noise,
     moved_geometry,
     own_fit,
     surface_points,
     vector_evaluation,
 )
-
-SLOTS = shapes_where(lambda spec: spec.has_sides)
-"""Shapes with two long sides, thus with a middle plane."""
 
 _STEP = 1e-5
 """mm, and of directions a fraction of one: step of the differences."""
@@ -38,7 +38,12 @@ _OPPOSITE = -0.5
 """Cosine between the normals of two faces above which they have no middle between them."""
 
 
-def symmetry(characteristic: Characteristic, actual: Mapping[str, ActualFeature]) -> Evaluation:
+def symmetry(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
+) -> Evaluation:
     """Return twice the greatest distance of extracted median points from the datum's middle.
 
     Median points of two faces lie half way between a point of either face and the other one,
@@ -125,3 +130,42 @@ def _of_faces(first: ActualFeature, second: ActualFeature, datum: ActualFeature)
         frame=datum.nominal.name,
         noise=form_noise(distances, rows, np.zeros((len(distances), 0))),
     )
+
+
+def _pair_fault(asked: Asked) -> Fault | None:
+    item = asked.item
+    if (len(item.features) == 1) != (asked.first in SLOTS):
+        return "features", "needs one slot or rectangle, or two opposite planes"
+    if asked.first is Shape.PLANE:
+        if asked.shapes[item.features[1]] is not Shape.PLANE:
+            return "features", "needs two opposite planes"
+        if asked.shapes[item.datums[0]] is not Shape.PLANE:
+            return "datums", "needs a plane: two faces are symmetrical about one"
+    return None
+
+
+KINDS = (
+    KindSpec(
+        name="symmetry",
+        words="symmetry",
+        unit="mm",
+        one_sided=True,
+        evaluate=symmetry,
+        geometry=None,
+        monte_carlo=MonteCarlo.EVALUATED,
+        qif=QifWords("Symmetry"),
+        symbol=Symbol(
+            lines=(
+                ((0.05, 0.5), (0.95, 0.5)),
+                ((0.22, 0.27), (0.78, 0.27)),
+                ((0.22, 0.73), (0.78, 0.73)),
+            )
+        ),
+        shapes=(Shape.PLANE, *SLOTS),
+        features=(1, 2),
+        datums=(1, 1),
+        datum_shapes=DIRECTED,
+        checks=(_pair_fault,),
+        probed="faces",
+    ),
+)

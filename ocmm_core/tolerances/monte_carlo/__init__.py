@@ -1,4 +1,13 @@
-"""Propagation of distributions by Monte Carlo (JCGM 101)."""
+"""Propagation of distributions by Monte Carlo (JCGM 101).
+
+In: the task of a job: points with their covariance, elements, characteristics, a seed.
+Out: the distribution of every value, and whether the uncertainty of first order agrees.
+
+Read `_model` (what one trial computes), `_trials` (many of them, quickly where possible) with
+`_refit_kernel` (the same element through moved points), `_monte_carlo` (stops when stable, and
+compares), `_process` (in a process of its own, so that no screen waits).
+It must not know verdicts: it changes no result, it examines them.
+"""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ import numpy as np
 
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
-from ocmm_core.tolerances.kinds import evaluate, involved_features
+from ocmm_core.tolerances.kinds import evaluate, involved_features, spec_of
 from ocmm_core.tolerances.monte_carlo._trials import Task, quick_model, slow_trials
 from ocmm_core.tolerances.uncertainty import TWO_SIDED
 
@@ -187,7 +187,7 @@ class _Run:
         self._batches = max(most // batch, 1)
         self._names = list(names)
         self._linear = _linear(task, names)
-        self._units = {item.name: item.unit for item in task.characteristics}
+        self._units = {item.name: spec_of(item.kind).unit for item in task.characteristics}
         start = np.array([self._linear[name][0] for name in names])
         self._start = start
         # Deviations from the measured value: four bytes hold them to a millionth of themselves.

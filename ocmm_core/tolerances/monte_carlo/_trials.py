@@ -25,14 +25,16 @@ from ocmm_core.features.shapes import GEOMETRY_SIZE, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.kinds import (
+    MonteCarlo,
     evaluate,
     geometry_value,
     involved_features,
     own_association,
+    spec_of,
     taken_again,
 )
 from ocmm_core.tolerances.monte_carlo._model import Refit, SecondOrder, refits_of, second_order
-from ocmm_core.tolerances.zones import FORMS, SIZES, ZONES, Characteristic, Evaluation
+from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
 _CENTRED = (Shape.POINT, Shape.CIRCLE, Shape.SPHERE)
 _STEP = 1e-5
@@ -159,24 +161,28 @@ def _quick_value(
     item: Characteristic, task: Task, names: Sequence[str]
 ) -> SecondOrder | Vector | Range | None:
     involved = {name: task.actual[name] for name in names}
+    spec = spec_of(item.kind)
+    if spec.monte_carlo is MonteCarlo.EVALUATED:
+        return None
     if taken_again(item, involved, task.alignment):
         # A datum under the orientation of others is no function of its own element.
         return None
     first = task.actual[item.features[0]]
     evaluation = evaluate(item, involved, task.alignment)
-    if item.kind in FORMS:
+    if spec.monte_carlo is MonteCarlo.RANGE:
         least_squares = item.association == "least squares" and first.fit.shape is not Shape.LINE
         return Range(item.features[0]) if least_squares else None
-    if item.kind in ZONES:
+    if spec.monte_carlo is MonteCarlo.VECTOR:
         centred = first.fit.shape in _CENTRED and len(item.features) == 1
         if not centred or evaluation.components is None or evaluation.bonus_gradient is not None:
             return None
         return _vector(item, task, involved, evaluation)
-    if item.kind in SIZES and item.association not in ("", own_association(first)):
+    if item.association not in ("", own_association(first)):
+        # The element of the association, or points that are opposite, and not the element itself.
         return None
     gradient = evaluation.gradient
     sigma = float(np.sqrt(gradient @ task.covariance @ gradient))
-    if item.kind in ("distance", "angle") and evaluation.value < _FAR * sigma:
+    if spec.folds and evaluation.value < _FAR * sigma:
         return None
     shapes = {name: feature.fit.shape for name, feature in involved.items()}
 

@@ -1,4 +1,13 @@
-"""How a value scatters about the true one: noise, few points, form, and the budget."""
+"""How a value scatters about the true one: noise, few points, form, and the budget.
+
+In: the gradient of a value and the joint covariance of the points. Out: U and where it comes from.
+
+Read `_spread` (from an evaluation to its scatter), `_first_order` (does the linear step hold, and
+what to do where not), `_sampling` (form between few points), `_floor` (what noise alone shows),
+`_extent` and `_interval` (of form and of lengths, which are not normal), `_fit_uncertainty` (a fit
+whose points are all that is known), `_budget` (the table).
+It must not know kinds of characteristics or verdicts.
+"""
 
 from __future__ import annotations
 

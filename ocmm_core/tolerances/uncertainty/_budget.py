@@ -12,6 +12,7 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Contribution
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty._first_order import NOT_DETERMINED, WHAT_TO_DO
 from ocmm_core.tolerances.uncertainty._interval import Length, expanded
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
@@ -147,7 +148,7 @@ def budget_of(
     return Budget(
         characteristic=characteristic.name,
         value=evaluation.value,
-        unit=characteristic.unit,
+        unit=spec_of(characteristic.kind).unit,
         rows=tuple(item for item in rows if item.share > _NOTHING),
         standard=spread.sigma,
         expanded=expanded(spread, evaluation.value),

@@ -10,11 +10,12 @@ import numpy as np
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty._extent import Extent, Rank
 from ocmm_core.tolerances.uncertainty._first_order import follow_features, growth
 from ocmm_core.tolerances.uncertainty._interval import Length, Normal, Spread
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
-from ocmm_core.tolerances.zones import FORMS, PROFILES, RUNOUTS, ZONES, Characteristic, Evaluation
+from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
 _FEW = 200
 """Beyond so many deviations the smallest zone of noise is hardly below that of least squares."""
@@ -90,11 +91,12 @@ def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeatu
     So it is of a zone of its surface points, and of local sizes: a two-point size (ISO 14405-1) is
     the distance of two points of the real surface, and their form is part of it.
     """
-    if characteristic.kind in FORMS | PROFILES | RUNOUTS:
+    spec = spec_of(characteristic.kind)
+    if spec.own_form:
         return True
     if characteristic.association.startswith("two-point"):
         return True
-    if characteristic.kind not in ZONES:
+    if not spec.one_sided:
         return False
     features = [actual[name] for name in characteristic.features if name in actual]
     return any(
@@ -151,4 +153,4 @@ def _spread(
     if ranked is not None and np.isfinite(sigma):
         errors = ranked.gradients @ covariance @ ranked.gradients.T
         return Rank(value, sigma, ranked.sizes, errors, ranked.greatest)
-    return Normal(value, sigma, one_sided=characteristic.one_sided)
+    return Normal(value, sigma, one_sided=spec_of(characteristic.kind).one_sided)

@@ -1,4 +1,14 @@
-"""What characteristics are made of: surface points, derived elements, zones, local sizes."""
+"""What characteristics are made of: surface points, derived elements, zones, local sizes.
+
+In: measured features and the frame. Out: widths of zones, axes and centres, local sizes, each with
+its gradient by the points.
+
+Read `_characteristic` (what a plan says) and `_evaluation` (what is known before uncertainty),
+then `_surface` (points under the ball), `_derived` (centres, axes), `_zone_frame` (where a zone
+stands), `_zones`, `_minimax` and `_associated` (smallest ones), `_nominal_distance` (profiles),
+`_two_point` (local sizes), `_points` (how many points are enough).
+It is the first room of tolerances and must not know a single kind.
+"""
 
 from __future__ import annotations
 
@@ -9,17 +19,9 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._associated import associated
     from ocmm_core.tolerances.zones._characteristic import (
-        COAXIAL,
-        FORMS,
-        ORIENTATIONS,
-        PROFILES,
-        RUNOUTS,
-        SIZES,
         TWO_POINT,
-        ZONES,
         Association,
         Characteristic,
-        Kind,
     )
     from ocmm_core.tolerances.zones._derived import (
         AXES,
@@ -61,10 +63,7 @@ else:
     __getattr__ = door(
         __name__,
         _associated="associated",
-        _characteristic=(
-            "Association COAXIAL Characteristic FORMS Kind ORIENTATIONS PROFILES RUNOUTS SIZES "
-            "TWO_POINT ZONES"
-        ),
+        _characteristic="Association Characteristic TWO_POINT",
         _derived=(
             "AXES CENTRES Section axis_sections derived_points few_in_a_section median_line "
             "section_circle sections"
@@ -81,21 +80,13 @@ __all__ = [
     "AXES",
     "BEST_FIT",
     "CENTRES",
-    "COAXIAL",
-    "FORMS",
-    "ORIENTATIONS",
-    "PROFILES",
-    "RUNOUTS",
-    "SIZES",
     "TWO_POINT",
-    "ZONES",
     "Association",
     "Characteristic",
     "DerivedPoint",
     "Evaluation",
     "FormNoise",
     "Frames",
-    "Kind",
     "Ranked",
     "Section",
     "Surface",

@@ -6,33 +6,6 @@ from typing import Literal
 
 import msgspec
 
-Kind = Literal[
-    "diameter",
-    "radius",
-    "length",
-    "width",
-    "distance",
-    "coordinate",
-    "angle",
-    "form",
-    "straightness",
-    "flatness",
-    "roundness",
-    "cylindricity",
-    "parallelism",
-    "perpendicularity",
-    "angularity",
-    "position",
-    "concentricity",
-    "coaxiality",
-    "symmetry",
-    "line profile",
-    "surface profile",
-    "circular runout",
-    "total runout",
-]
-"""Kinds of characteristics in the words of a plan; docs/characteristics.md says what each is."""
-
 Association = Literal[
     "",
     "least squares",
@@ -51,15 +24,6 @@ TWO_POINT: tuple[Association, ...] = (
 )
 """Associations of local sizes between opposite points, by rank."""
 
-SIZES = frozenset({"diameter", "radius", "length", "width"})
-FORMS = frozenset({"form", "straightness", "flatness", "roundness", "cylindricity"})
-ORIENTATIONS = frozenset({"parallelism", "perpendicularity", "angularity"})
-COAXIAL = frozenset({"concentricity", "coaxiality"})
-PROFILES = frozenset({"line profile", "surface profile"})
-RUNOUTS = frozenset({"circular runout", "total runout"})
-ZONES = FORMS | ORIENTATIONS | COAXIAL | PROFILES | RUNOUTS | {"position", "symmetry"}
-"""Kinds whose value is the width of a zone: never negative, with an upper limit only."""
-
 
 class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One toleranced quantity.
@@ -69,7 +33,7 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     name
         Unique in the plan.
     kind
-        See `Kind`.
+        One of `kinds.KINDS`; docs/characteristics.md says what each is.
     features
         Names of the features, probed or constructed.
     nominal, lower, upper
@@ -103,7 +67,7 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     """
 
     name: str
-    kind: Kind
+    kind: str
     features: list[str]
     upper: float
     nominal: float = 0.0
@@ -117,13 +81,3 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     length: float = 0.0
     offset: float = 0.0
     at: float = 0.0
-
-    @property
-    def one_sided(self) -> bool:
-        """Return whether the value cannot lie below its lower limit: only the upper one counts."""
-        return self.kind in ZONES
-
-    @property
-    def unit(self) -> Literal["mm", "deg"]:
-        """Return the unit of nominal, limits and value."""
-        return "deg" if self.kind == "angle" else "mm"

@@ -5,14 +5,20 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.tolerances.zones._characteristic import FORMS, PROFILES, RUNOUTS, Characteristic
 
 
-def points_note(characteristic: Characteristic, features: Sequence[ActualFeature]) -> str:
+def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
     """Return what to know about few points, or nothing.
 
     Form from fewer points than recommended misses most of it; what else is measured with so few
     does not see the form at all.
+
+    Parameters
+    ----------
+    features
+        Whose points count.
+    of_form
+        The form of their surface is what is measured.
     """
     few = [
         feature
@@ -27,6 +33,6 @@ def points_note(characteristic: Characteristic, features: Sequence[ActualFeature
         f"{feature.fit.shape.spec.recommended_points} recommended"
         for feature in few
     )
-    if characteristic.kind in FORMS | PROFILES | RUNOUTS:
+    if of_form:
         return f"Few points: {listed}."
     return f"Form not evaluated: {listed}."

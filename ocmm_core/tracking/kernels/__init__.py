@@ -1,4 +1,14 @@
-"""The compiled hot path: spots to labels, pose and tip."""
+"""The compiled hot path: spots to labels, pose and tip.
+
+In: arrays of spots, packed cameras and bodies. Out: labels, tip, covariance, chi-square, in place.
+
+Read `_small_algebra` (algebra of fixed size, nothing allocated), `_kernel` (the spots of a frame
+to a tip: here a spot becomes a millimetre), then the search for labels: `_meeting_kernel` (where
+rays of two cameras meet), `_grow_kernel`, `_identify_kernel` (all that the spots can mean, and the
+decision), `_doubt_kernel`, `_follow_kernel`.
+It must not know documents or classes: `tracking` gives it numbers, and nothing is raised in a
+loop.
+"""
 
 from __future__ import annotations
 

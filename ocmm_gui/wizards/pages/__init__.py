@@ -1,4 +1,12 @@
-"""The pages of the wizards, one kind of step each."""
+"""The pages of the wizards, one kind of step each.
+
+In: the snapshot of a step. Out: what is shown of it, and what somebody entered.
+
+By subject: `_relocation_pages`, `_result_page` (cameras), `_sphere_page`, `_verdict_page`
+(verification), `_sweep_page`, `_pivot_result_page` (probe), `_touch_pages`, `_tip_result_page`
+(tip), `_definition_page` with `_definition_form` (a probe is defined). A page gets what it needs
+by its constructor. It must not know the wizard that shows it.
+"""
 
 from __future__ import annotations
 

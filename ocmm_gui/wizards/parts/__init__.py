@@ -1,4 +1,13 @@
-"""What the pages of the wizards are made of."""
+"""What the pages of the wizards are made of.
+
+In: snapshots of a procedure. Out: panels, forms, pictures and gates that several pages use.
+
+Read `_shown` (what the parts hand to each other), `_pages` and `_hands_pages` (pages of steps in
+which something is collected), `_live_panel`, `_gate` (why Next is closed), `_far_banner`,
+`_picture` and `_probe_picture`, `_forms`, `_facts`, `_result_frame`, `_calculation` (in a process
+of its own), `_texts` (what the wizards say).
+It must not know one wizard's page.
+"""
 
 from __future__ import annotations
 

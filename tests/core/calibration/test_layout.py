@@ -17,11 +17,10 @@ from ocmm_core.calibration.probe_design import (
     volume_map,
     wrong_labels,
 )
-from ocmm_core.calibration.probe_design._layout_labels import nearest_labelling
 from ocmm_core.camera import CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, RigidTransform, rigid_fit
-from ocmm_core.tracking import ProbeBody, load_probe, nearest_ambiguity, solve
+from ocmm_core.tracking import ProbeBody, load_probe, solve
 
 SIGMA_PX = 0.0105
 POSTURES = Postures((45.0, 45.0, 10.0), np.array([[-200.0, -100.0, -200.0], [200.0, 100.0, 200.0]]))
@@ -146,15 +145,6 @@ def test_a_probe_that_turns_its_back_gives_no_number(rig: Rig, probe: ProbeBody)
     assert number.share == 0.0
     assert np.isnan(number.space_um)
     assert np.isnan(tilt_map(View(rig, away, SIGMA_PX), POSTURES, 3, seed=1).space_um).all()
-
-
-@pytest.mark.parametrize("name", ["thesis", "standard"])
-def test_with_all_leds_the_nearest_wrong_order_is_that_of_the_probe(name: str) -> None:
-    body = load_probe(resource("probes", f"{name}.toml"))
-    ours, theirs = nearest_labelling(body, tuple(range(body.n_leds))), nearest_ambiguity(body)
-    assert ours is not None
-    assert theirs is not None
-    assert ours.residual_mm == pytest.approx(theirs.residual_mm, abs=1e-9)
 
 
 def test_a_hidden_led_makes_labels_more_alike() -> None:

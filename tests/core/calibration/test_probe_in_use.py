@@ -14,7 +14,7 @@ from ocmm_core.calibration.records import (
     ProbeStore,
     ProbeView,
     Word,
-    judge_probe,
+    judge,
     open_probe,
     open_probe_design,
     probe_store_folder,
@@ -47,7 +47,7 @@ def store_in(folder: Path, *, qualified: bool = True) -> ProbeStore:
 
 
 def seen(in_use: ProbeInUse, when: datetime = LATER) -> ProbeView:
-    return judge_probe(in_use, when)
+    return judge(in_use, when)
 
 
 def test_a_design_takes_points(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ from ocmm_core.calibration.records import (
     probe_from_records,
     record_hash,
 )
-from ocmm_core.calibration.records._probe_store import standing_of_tip
+from ocmm_core.calibration.records._events import standing_of_tip
 from ocmm_core.errors import CalibrationError, StorageError
 from tests.core.calibration.made_probe_records import (
     MADE,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints
-from ocmm_core.calibration.cameras._procedure_known_points import _chain
+from ocmm_core.calibration.cameras._procedure_known_points import _SESSIONS
 from ocmm_core.calibration.guided import (
     Decided,
     Decision,
@@ -213,7 +213,7 @@ def test_an_acceptance_that_was_interrupted_is_made_up_for(tmp_path: Path) -> No
     procedure.take_table(bench.spots(bench.points()), bench.now())
     digest = hash_of(procedure)
     # The power went after the decision was on the disk and before the record was.
-    chain = _chain(procedure.base.session)
+    chain, _ = _SESSIONS.resume(procedure.base.session)
     decided = Decided(utc=utc_text(bench.now()), decision=Decision.ACCEPTED, reason="new")
     chain.append(SessionLine(decided))
     resumed = KnownPointsProcedure.resume(procedure.base.session, bench.rig, bench.store())

@@ -154,7 +154,7 @@ def plan_of(view: JobView, nominals: list[NominalFeature]) -> Plan:
 
 def asked(item: CharacteristicResult) -> Characteristic:
     return Characteristic(
-        name=item.name, kind=item.kind, features=list(item.features), nominal=item.nominal,  # type: ignore[arg-type]  # a result keeps the word of the plan as text
+        name=item.name, kind=item.kind, features=list(item.features), nominal=item.nominal,
         lower=item.lower, upper=item.upper,
     )  # fmt: skip
 

@@ -19,6 +19,7 @@ from ocmm_core.export.report import ReportData
 from ocmm_core.features.shapes import NominalFeature, Shape, element
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.export.sample_report import (
     feature,
@@ -31,13 +32,6 @@ from tests.core.export.sample_report import write_incomplete as write_report
 from tests.host import not_run
 
 Q = f"{{{NAMESPACE}}}"
-
-_KINDS = (
-    "diameter", "radius", "length", "width", "distance", "coordinate", "angle", "form",
-    "straightness", "flatness", "roundness", "cylindricity", "parallelism", "perpendicularity",
-    "angularity", "position", "concentricity", "coaxiality", "symmetry", "line profile",
-    "surface profile", "circular runout", "total runout",
-)  # fmt: skip
 
 
 def written(tmp_path: Path) -> etree._Element:
@@ -65,7 +59,7 @@ def everything() -> tuple[JobView, list[NominalFeature]]:
         )  # fmt: skip
     results = tuple(
         result(kind.capitalize(), 20.001, Verdict.CONFORM, kind=kind, features=names)
-        for kind in _KINDS
+        for kind in KINDS
         for names in [("Circle", "Plane") if kind == "distance" else ("Circle",)]
     )
     return (
@@ -108,7 +102,7 @@ def test_every_shape_and_kind_has_a_place() -> None:
     for wanted in ("TorusFeatureMeasurement", "ElongatedCircleFeatureNominal", "FullAngle"):
         assert wanted in words
     measurements = root.findall(f".//{Q}CharacteristicMeasurements/*")
-    assert len(measurements) == len(_KINDS)
+    assert len(measurements) == len(KINDS)
     # No number in exponent form: lengths are decimals in QIF.
     assert not any("e-" in (one.text or "") for one in root.iter(f"{Q}Value", f"{Q}Points"))
 
@@ -143,7 +137,7 @@ def every_way(**known: float) -> ReportData:
         told = " ".join((*names, "to", *datums, *more.values()))
         asked.append(
             Characteristic(
-                name=f"{kind} {told}"[:60], kind=kind, features=names, datums=datums, upper=0.02,  # type: ignore[arg-type]  # words of a plan
+                name=f"{kind} {told}"[:60], kind=kind, features=names, datums=datums, upper=0.02,
                 **more,  # type: ignore[arg-type]  # words of a plan
             )
         )  # fmt: skip
@@ -283,6 +277,7 @@ def test_the_zone_is_the_one_that_counted() -> None:
         ("perpendicularity Cylinder to Plane", "DiametricalZone"),
         ("perpendicularity Cylinder to Cylinder", "PlanarZone"),
         ("straightness Line to", "NonDiametricalZone"),
+        ("form Line to", "NonDiametricalZone"),
         ("straightness Cylinder to", "DiametricalZone"),
         ("concentricity Sphere to Sphere", "SphericalZone"),
         ("concentricity Circle to Sphere", "DiametricalZone"),

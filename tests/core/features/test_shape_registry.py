@@ -63,7 +63,7 @@ def test_no_entry_leaves_a_field_to_a_default(shape: Shape) -> None:
 def test_the_words_are_there(shape: Shape) -> None:
     spec = shape.spec
     assert spec.point_word
-    assert spec.form_symbol
+    assert spec.form_kind
     assert spec.qif.feature
     assert spec.sizes_text.format(1.0, 2.0, 3.0)
     assert (spec.direction_word != "") == spec.has_direction

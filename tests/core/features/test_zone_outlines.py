@@ -13,7 +13,7 @@ from ocmm_core.features.shapes import Criterion, Fit, NominalFeature, Shape, sha
 from ocmm_core.features.zones import certificate, fit_zone
 from ocmm_core.features.zones._forces import least_held
 from ocmm_core.geometry import Float, Points3, RigidTransform
-from ocmm_core.tolerances.kinds import form
+from ocmm_core.tolerances.kinds import evaluate
 from tests.core.features.exact_outlines import (
     ellipse_in_fifty_digits,
     even_zone,
@@ -253,12 +253,12 @@ def test_form_and_its_gradient(shape: Shape, side: str) -> None:
     probed = (ideal + rng.uniform(-0.02, 0.02, n)[:, None] * normals, normals)
     part = KnownPart().add("it", shape, probed, side=side, length=2.0 * RADIUS, width=2.0 * SECOND)
     item = asked("form", "it")
-    found = form(item, part.actual()["it"])
+    found = evaluate(item, part.actual(), None)
     assert found.association == "minimum zone"
     assert 0.02 < found.value < 0.04
     way = rng.normal(size=(n, 3))
     ahead, behind = (
-        form(item, part.actual(moved(part.points, step * way))["it"]).value
+        evaluate(item, part.actual(moved(part.points, step * way)), None).value
         for step in (1e-5, -1e-5)
     )
     # What a tilt of the plane does to points within it is of the order of the residuals.

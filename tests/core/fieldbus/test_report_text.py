@@ -12,7 +12,6 @@ from hypothesis import strategies as st
 from ocmm_core import __version__
 from ocmm_core.fieldbus.report import (
     EDGES_US,
-    TEXTS,
     Alarm,
     BusEvent,
     BusPhase,
@@ -111,7 +110,7 @@ def test_the_ring(broken: bool) -> None:
 def test_the_trouble_has_the_remedy_of_its_event_or_of_its_kind() -> None:
     assert trouble_words(report()) == ("", "")
     missing = report(phase=BusPhase.RECOVERING, alarm="bus.camera_missing", message="No 'a'.")
-    assert trouble_words(missing) == ("No 'a'.", TEXTS[Alarm.CAMERA_MISSING].remedy)
+    assert trouble_words(missing) == ("No 'a'.", Alarm.CAMERA_MISSING.spec.remedy)
     told = BusEvent(
         number=1, utc_ns=0, cycle=0, code="bus.camera_missing", camera="a", what="", remedy="Look."
     )

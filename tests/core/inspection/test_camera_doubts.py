@@ -94,3 +94,8 @@ def test_an_artefact_that_was_wrong_takes_the_calibration_away_for_good() -> Non
     fallen = event(70, EventKind.FALLEN, since=-60)
     assert held(fallen) == ([], [1, 2, 3, 4, 5, 6])
     assert held(fallen, event(80, PASSED)) == ([], [1, 2, 3, 4, 5, 6])
+
+
+def test_of_several_failures_the_first_one_is_the_reason() -> None:
+    doubts = points_in_doubt([*BEGINNING, event(35, FAILED), event(70, FAILED)], OWN, TAKEN)
+    assert set(doubts.failed.values()) == {"The verification of 2026-03-01 08:35 UTC failed."}

@@ -17,6 +17,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import ReopenedJob, compare_folder, compare_jobs, reopen_job
 from ocmm_core.tolerances.decisions import Verdict
+from ocmm_core.tolerances.kinds import spec_of
 from tests.host import HANG_S
 
 PLAN = resource("plans", "quick.toml")
@@ -126,7 +127,7 @@ def test_a_lower_limit_of_zero_is_a_limit_where_a_value_can_be_below_it(
     batch: tuple[ReopenedJob, ...],
 ) -> None:
     asked = batch[0].plan.characteristics[0]
-    assert not asked.one_sided
+    assert not spec_of(asked.kind).one_sided
     zero = msgspec.structs.replace(asked, nominal=0.0, lower=0.0, upper=0.1)
     plan = msgspec.structs.replace(
         batch[0].plan, characteristics=[zero, *batch[0].plan.characteristics[1:]]

@@ -68,3 +68,15 @@ def test_other_tips_are_no_matter() -> None:
     assert held(*other) == ([], [])
     assert last_good_utc([QUALIFIED, *other], TIP) == BEGUN
     assert last_good_utc(other, TIP) is None
+
+
+def test_of_several_failures_and_doubts_the_last_one_is_the_reason() -> None:
+    failed, again = event(35, TipEventKind.FAILED), event(70, TipEventKind.NOT_QUALIFIED)
+    doubts = points_in_doubt([QUALIFIED, failed, again], TIP, TAKEN)
+    assert set(doubts.failed.values()) == {
+        f"The qualification of tip '{TIP}' failed (2026-03-01T09:10 UTC)."
+    }
+    blow = event(45, TipEventKind.DOUBTED, since=45)
+    mounted = event(55, TipEventKind.MOUNTED, since=55)
+    doubts = points_in_doubt([QUALIFIED, blow, mounted], TIP, TAKEN)
+    assert doubts.open == {5: "A reason.", 6: f"Tip '{TIP}' was mounted anew."}

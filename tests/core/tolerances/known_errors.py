@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_core.alignment import DatumAlignment
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.tolerances.zones import Frames
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import PLACES, KnownPart, ball, edge, face, motion, ring
@@ -73,7 +73,22 @@ def known(place: int = 0) -> KnownPart:
     add("lug minus", Shape.PLANE, face(minus), point=(0, -10, -20), direction=(0, -1, 0))
     middle = motion(0, 0, -20, np.pi / 2, 0, 0)
     add("middle", Shape.PLANE, face(middle), point=(0, 0, -20), direction=(0, -1, 0))
+    add("window", Shape.RECTANGLE, _window(motion(200, 0, 0), 50.0, 16.0), point=(200, 0, 0),
+        length=50.0, width=16.0, side="inner")  # fmt: skip
     return part
+
+
+def _window(place: RigidTransform, length: float, width: float) -> tuple[Float, Float]:
+    """Return touches of the four sides of an opening, and the normals away from the material."""
+    points, normals = [], []
+    for sign in (1.0, -1.0):
+        for along in (-12.0, -6.0, 0.0, 6.0, 12.0):
+            points.append((along, 0.5 * sign * width, 0.0))
+            normals.append((0.0, -sign, 0.0))
+        for across in (-5.0, 0.0, 5.0):
+            points.append((0.5 * sign * length, across, 0.0))
+            normals.append((-sign, 0.0, 0.0))
+    return place.apply(np.array(points)), np.array(normals) @ place.rotation.T
 
 
 @lru_cache(maxsize=2)

@@ -9,10 +9,8 @@ import pytest
 
 from ocmm_core.alignment import BoundAlignment, DatumAlignment
 from ocmm_core.features.shapes import Shape, nominal_geometry
-from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.kinds import KINDS, MonteCarlo, evaluate
 from ocmm_core.tolerances.zones import (
-    COAXIAL,
-    ORIENTATIONS,
     Characteristic,
     Evaluation,
     surface_points,
@@ -51,6 +49,8 @@ KNOWN: list[tuple[Characteristic, float]] = [
     (asked("diameter", "oval", association="two-point minimum"), 30.0 - H2),
     (asked("radius", "oval", association="two-point mean"), 15.0),
     (asked("radius", "pin"), 10.0),
+    (asked("length", "window"), 50.0),
+    (asked("width", "window"), 16.0),
     (asked("angle", "top,ramp", nominal=120.0), 120.0),
     (asked("angle", "top,ramp", nominal=60.0), 60.0),
     (asked("angle", "pin,ramp", nominal=30.0), 30.0),
@@ -134,7 +134,7 @@ STEP = 1e-5
 INDICES = range(len(KNOWN))
 
 
-VECTORS = ORIENTATIONS | COAXIAL | {"position"}
+VECTORS = {name for name, spec in KINDS.items() if spec.monte_carlo is MonteCarlo.VECTOR}
 """Kinds whose value is the length of a vector where it is of a centre or an axis."""
 
 

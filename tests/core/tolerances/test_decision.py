@@ -21,6 +21,7 @@ from ocmm_core.tolerances.decisions import (
     rule_words,
 )
 from ocmm_core.tolerances.decisions._decision import PROBABILITY, Decision
+from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty import Normal, Spreads
 from ocmm_core.tolerances.uncertainty._interval import normal_probability
 from ocmm_core.tolerances.zones import Characteristic, Evaluation
@@ -43,7 +44,7 @@ def decided(
 def result_of(
     characteristic: Characteristic, value: float, u: float, rule: Rule, note: str = ""
 ) -> CharacteristicResult:
-    spread = Normal(value, u, one_sided=characteristic.one_sided)
+    spread = Normal(value, u, one_sided=spec_of(characteristic.kind).one_sided)
     evaluation = Evaluation(value, np.zeros(1), note=note)
     return make_result(characteristic, evaluation, Spreads(spread, spread), rule)
 

@@ -13,6 +13,8 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.tolerances.kinds import evaluate
+from ocmm_core.tolerances.monte_carlo import Task
+from ocmm_core.tolerances.monte_carlo._trials import quick_model, slow_trials
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion
 
@@ -130,3 +132,19 @@ def test_what_has_no_opposite_points_is_refused() -> None:
     made.add("it", Shape.ROUND_SLOT, (surface[rows], normals[rows]), **SLOT)
     with pytest.raises(FitError, match="No two points of it are opposite"):
         evaluate(asked("width", "it", association="two-point mean"), made.actual(), None)
+
+
+def test_every_trial_of_a_two_point_distance_takes_the_points_that_are_opposite() -> None:
+    points, actual = part().points, part().actual()
+    item = asked("distance", "upper,under", association="two-point maximum")
+    size = 3 * len(points) + 1
+    task = Task(
+        (item,), None, tuple(points), actual, 1e-6 * np.eye(size), np.zeros((len(points), 3, 3))
+    )
+    # A model of the two elements would simulate the distance of the planes.
+    assert quick_model(task).values == {}
+    values, failed = slow_trials(task, [item.name], np.zeros((1, size)))
+    assert failed == 0
+    assert values[0, 0] == pytest.approx(evaluate(item, actual, None).value, abs=1e-9)
+    planes = evaluate(asked("distance", "upper,under"), actual, None).value
+    assert abs(values[0, 0] - planes) > 5e-3

@@ -101,3 +101,12 @@ def test_the_part_says_what_fails_and_what_is_missing() -> None:
     assert judge_part((), ()).word is PartWord.NO_TOLERANCE
     assert judge_part((), ("SLOT",)).word is PartWord.NOT_COMPLETE
     assert judge_part((), ()).verdict is None
+
+
+@pytest.mark.parametrize("verdict", list(Verdict))
+def test_the_word_of_a_part_is_said_once(verdict: Verdict) -> None:
+    part = judge_part((result("Bore", verdict),), ("SLOT",))
+    said = "; ".join(part.lines)
+    assert said.startswith(part.word.value)
+    assert said.count(f"{part.word.value}: ") + said.count(f"{part.word.value}; ") <= 1
+    assert all(reason in said for reason in part.reasons)

@@ -1,0 +1,219 @@
+"""What can happen to calibrations and tips, and how they stand after it.
+
+The state of a calibration, or of a tip, at a moment follows from its records and these events
+alone; nothing here reads a file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+
+import msgspec
+
+from ocmm_core.calibration.records._event_folder import StoredEvent
+from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord
+from ocmm_core.calibration.records._record_store import (
+    DUE_BEFORE,
+    Standing,
+    State,
+    clock_fault,
+    unsealed,
+    within_term,
+)
+from ocmm_core.calibration.records._records import CameraRecord
+from ocmm_core.calibration.records._sealed import record_hash
+
+
+class EventKind(StrEnum):
+    """What can happen to a calibration."""
+
+    ACCEPTED = "accepted"
+    PASSED = "verification passed"
+    FAILED = "verification failed"
+    SUSPECTED = "put in doubt"
+    FALLEN = "artefact found wrong"
+    """It, or the verification that is the evidence, rests on an artefact that was wrong."""
+    RECALLED = "jobs recalled"
+    """Jobs were computed anew; the evidence is what came out (`inspection.recall_record`)."""
+
+
+class Event(StoredEvent, frozen=True, kw_only=True):
+    """One line of the chain; see also `StoredEvent`.
+
+    Attributes
+    ----------
+    kind
+        An `EventKind`.
+    calibration
+        Hash of the record it is about.
+    evidence
+        Hash of the verification record, also of one that has fallen, or of the record of a recall;
+        empty for other kinds.
+    since_utc
+        For a doubt: last time at which all was well; empty where that is not known. For an
+        artefact: since when it is wrong.
+    """
+
+    kind: EventKind
+    calibration: str
+    evidence: str = ""
+    since_utc: str = ""
+
+
+class TipEventKind(StrEnum):
+    """What can happen to a tip."""
+
+    CALIBRATED = "probe calibrated"
+    QUALIFIED = "tip qualified"
+    NOT_QUALIFIED = "qualification failed"
+    PASSED = "tip check passed"
+    FAILED = "tip check failed"
+    MOUNTED = "tip mounted"
+    DOUBTED = "put in doubt"
+
+
+class TipEvent(StoredEvent, frozen=True, kw_only=True):
+    """One line of the chain; see also `StoredEvent`.
+
+    Attributes
+    ----------
+    kind
+        A `TipEventKind`.
+    tip
+        Name of the tip it is about.
+    record
+        Hash of the record that belongs to it; empty where there is none.
+    since_utc
+        For a doubt: last time at which all was well; empty otherwise.
+    """
+
+    kind: TipEventKind
+    tip: str
+    record: str = ""
+    since_utc: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class TipRecords:
+    """What is in force for a tip.
+
+    Attributes
+    ----------
+    calibration
+        Accepted last for it.
+    qualification
+        The last one that passed with this calibration; None where there is none.
+    """
+
+    calibration: ProbeRecord
+    qualification: TipRecord | None
+
+    @property
+    def due_utc(self) -> str:
+        """Return until when they hold, ISO 8601 text."""
+        ends = [self.calibration.valid_until_utc]
+        if self.qualification is not None:
+            ends.append(self.qualification.valid_until_utc)
+        return min(ends, key=datetime.fromisoformat)
+
+
+def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> Standing:
+    """Return the state of a calibration at a moment by its events alone."""
+    fault = clock_fault(events[-1].utc, now) if events else None
+    if fault is not None:
+        return fault
+    own = [event for event in events if event.calibration == record_hash(record)]
+    fallen = [event for event in own if event.kind is EventKind.FALLEN and not event.evidence]
+    if fallen:
+        return Standing(
+            State.SUSPECT, fallen[-1].reason, "Calibrate the cameras again.", record.made_utc
+        )
+    judged = [event for event in judgements(own) if event.kind is not EventKind.ACCEPTED]
+    if not judged:
+        return Standing(
+            State.SUSPECT,
+            "The calibration was not verified since it was made.",
+            "Verify it with the length bar.",
+            record.made_utc,
+        )
+    last = judged[-1]
+    good = [event.utc for event in judged if event.kind is EventKind.PASSED]
+    if last.kind is not EventKind.PASSED:
+        return Standing(
+            State.SUSPECT,
+            "The last verification failed." if last.kind is EventKind.FAILED else last.reason,
+            "Verify the calibration; if that fails, calibrate again.",
+            last.since_utc or (good[-1] if good else record.made_utc),
+        )
+    if not last.sealed:
+        return unsealed("verification", "Verify the calibration again.")
+    until = datetime.fromisoformat(record.valid_until_utc)
+    return within_term("calibration", until, DUE_BEFORE, "Calibrate the cameras", now)
+
+
+def judgements(events: Sequence[Event]) -> list[Event]:
+    """Return what says how calibrations stand, oldest first: put in force, passed, failed, doubted.
+
+    A verification that passed by an artefact which was wrong is a doubt: nobody knows what it
+    would have said.
+    """
+    void = {one.evidence: one for one in events if one.kind is EventKind.FALLEN and one.evidence}
+    return [
+        msgspec.structs.replace(one, kind=EventKind.SUSPECTED, reason=void[one.evidence].reason)
+        if one.kind is EventKind.PASSED and one.evidence in void
+        else one
+        for one in events
+        if one.kind not in (EventKind.FALLEN, EventKind.RECALLED)
+    ]
+
+
+def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime) -> Standing:
+    """Return the state of a tip at a moment by its events alone."""
+    calibration, qualification = active.calibration, active.qualification
+    tip = calibration.tip
+    fault = clock_fault(events[-1].utc, now) if events else None
+    if fault is not None:
+        return fault
+    if qualification is None:
+        return Standing(
+            State.SUSPECT,
+            f"Tip '{tip}' was not qualified since the probe was calibrated.",
+            "Qualify the tip on the sphere.",
+            calibration.made_utc,
+        )
+    last = [one for one in events if one.tip == tip][-1]
+    if last.kind not in (TipEventKind.QUALIFIED, TipEventKind.PASSED):
+        why = {
+            TipEventKind.MOUNTED: f"Tip '{tip}' was mounted and not checked since.",
+            TipEventKind.FAILED: f"The last check of tip '{tip}' failed.",
+            TipEventKind.NOT_QUALIFIED: f"The last qualification of tip '{tip}' failed.",
+        }.get(last.kind, last.reason)
+        return Standing(
+            State.SUSPECT,
+            why,
+            "Make the quick tip check: one minute. If it fails, qualify the tip or calibrate the "
+            "probe.",
+            last.since_utc or _last_good(events, tip, calibration.made_utc),
+        )
+    if not last.sealed:
+        return unsealed("check", "Make the quick tip check: one minute.")
+    ends = (
+        (calibration.valid_until_utc, "calibration", "Calibrate the probe"),
+        (qualification.valid_until_utc, "qualification of the tip", "Qualify the tip"),
+    )
+    until, name, remedy = min(ends)
+    end = datetime.fromisoformat(until)
+    made = datetime.fromisoformat(
+        calibration.made_utc if name == "calibration" else qualification.made_utc
+    )
+    # What holds for days only would always be due two weeks before its end.
+    return within_term(name, end, min(DUE_BEFORE, (end - made) / 5), remedy, now)
+
+
+def _last_good(events: Sequence[TipEvent], tip: str, otherwise: str) -> str:
+    good = (TipEventKind.QUALIFIED, TipEventKind.PASSED)
+    found = [one.utc for one in events if one.tip == tip and one.kind in good]
+    return found[-1] if found else otherwise

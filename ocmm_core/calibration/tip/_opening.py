@@ -1,0 +1,53 @@
+"""What is in force for a tip where a session about it begins or goes on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ocmm_core.calibration.records import ProbeStore, TipRecords
+from ocmm_core.calibration.tip._events import TouchBegun
+from ocmm_core.errors import CalibrationError
+
+
+def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
+    """Return what is in force for the tip that is on the probe.
+
+    Raises
+    ------
+    CalibrationError
+        It was never calibrated, or another one is mounted.
+    """
+    store.refresh()
+    records = store.active(tip)
+    if records is None:
+        raise CalibrationError(
+            "probe_record.none",
+            f"The probe was never calibrated with tip '{tip}'.",
+            "Calibrate the probe with this tip.",
+        )
+    if store.mounted != tip:
+        raise CalibrationError(
+            "tip.not_mounted",
+            f"Tip '{store.mounted}' is said to be on the probe, not '{tip}'.",
+            "Say which tip is mounted.",
+        )
+    return records
+
+
+def continued_records(store: ProbeStore, begun: TouchBegun, path: Path) -> TipRecords:
+    """Return the records that a session was begun with.
+
+    Raises
+    ------
+    CalibrationError
+        Another calibration is in force now.
+    """
+    records = store.active(begun.tip)
+    if records is None or store.active_hash(begun.tip) != begun.running:
+        raise CalibrationError(
+            "session.calibration",
+            f"{path}: this session was begun with another calibration of the probe than is in "
+            f"force now.",
+            "Begin a new session.",
+        )
+    return records

@@ -1,0 +1,195 @@
+"""How each source of frames is made; `_sources` says which they are.
+
+This is the one place where the product meets the virtual rig.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process import BusConfig, BusProcess, ServiceBus
+from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
+from ocmm_core.acquisition.recording import ReplaySource
+from ocmm_core.camera import Rig
+from ocmm_core.composition._feeds import Feed, StationRequest
+from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.wire import is_virtual_interface
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
+from ocmm_core.simulation.calibration_scenes import CalibratingScript, CalibratingSource
+from ocmm_core.simulation.scene import PixelScript, RigScript, SensorOptions, SimulatedSource
+
+IN_PROCESS, VIRTUAL_WIRE = "simulated", "EtherCAT, virtual wire"
+REAL_WIRE, SERVICE = "EtherCAT on", "EtherCAT, service of this computer"
+"""How the names begin by which sources go into recordings."""
+
+_AHEAD_S = 0.2
+"""A source that waits for its reader runs at most this far ahead of it, so that an operator who
+asks what is missing hears of his last touch."""
+
+_SCENE_FRAMES = 320
+"""The scenes of a calibration run at most this far ahead of who reads them."""
+
+_PIXEL_RATE_HZ = 1000
+"""Two cores compute so many pictures in real time with something to spare."""
+
+
+def script_of(request: StationRequest, plan: Plan) -> RigScript:
+    """Return the virtual rig of the request in words."""
+    return RigScript(
+        rig=str(request.rig.resolve()),
+        probe=str(request.probe.resolve()),
+        part=str(request.part.resolve()),
+        touches=tuple((feature.name, feature.points) for feature in plan.features),
+        seed=request.seed,
+        options=request.world,
+        frame_rate_hz=request.frame_rate_hz,
+        reference=str(request.reference.resolve()) if request.reference is not None else "",
+    )
+
+
+def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str) -> Feed:
+    """Return the virtual rig in this process; it waits for who reads it."""
+    virtual = script_of(request, plan).build()
+    source = SimulatedSource(virtual, request.speed, hover=request.stay)
+    description = source.description
+    per_read = max(1, round(description.cycle_period_ns / description.frame_period_ns))
+    ahead = round(_AHEAD_S * 1e9 / description.frame_period_ns)
+    ring = FrameRing.create(len(description.camera_serials), max(ahead, 2 * per_read))
+    return Feed(
+        AcquisitionWorker(source, ring), ring, description,
+        live=False, virtual=virtual, simulated=source,
+    )  # fmt: skip
+
+
+def recording_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -> Feed:
+    """Return a recording; raise InputError where it is not of this rig."""
+    source = ReplaySource(Path(value), request.speed)
+    try:
+        source.check_rig(rig)
+    except BaseException:
+        source.close()
+        raise
+    ring = FrameRing.create(len(rig.cameras))
+    return Feed(
+        AcquisitionWorker(source, ring), ring, source.description,
+        live=False, recorded=source.recording.head.source,
+    )  # fmt: skip
+
+
+def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
+    """Return the software cameras that play the request's script; the interface is left open."""
+    return _segment(script_of(request, plan).to_json(), rig, request.control)
+
+
+def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
+    """Return the same cameras, but they compute their pictures and find the spots in them."""
+    script = script_of(_at_pixel_rate(request), plan)
+    words = PixelScript(pixels=SensorOptions(), script=script).to_json()
+    return _segment(words, rig, request.control)
+
+
+def wire_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
+    """Return the virtual rig over a virtual wire."""
+    virtual = script_of(request, plan).build()
+    segment = segment_of(request, plan, rig)
+    return replace(_on_wire(rig, request.seed, virtual.frame_period_ns, segment), virtual=virtual)
+
+
+def pixel_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
+    """Return the same down to the pixels."""
+    virtual = script_of(_at_pixel_rate(request), plan).build()
+    segment = pixel_segment_of(request, plan, rig)
+    return replace(_on_wire(rig, request.seed, virtual.frame_period_ns, segment), virtual=virtual)
+
+
+def scenes_feed(script: CalibratingScript, speed: float) -> Feed:
+    """Return the virtual rig with the scenes of a calibration, in this process."""
+    source = CalibratingSource(script.build(), speed)
+    cameras = len(source.description.camera_serials)
+    ring = FrameRing.create(cameras, _SCENE_FRAMES)
+    return Feed(AcquisitionWorker(source, ring), ring, source.description, live=False)
+
+
+def scenes_wire_feed(script: CalibratingScript, _speed: float) -> Feed:
+    """Return the virtual rig with the scenes of a calibration, over a virtual wire."""
+    virtual = script.build()
+    segment = _segment(script.to_json(), virtual.rig)
+    return _on_wire(virtual.rig, virtual.seed, virtual.frame_period_ns, segment)
+
+
+def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:
+    return SegmentConfig(
+        interface="",
+        cameras=identities(rig),
+        provider=msgspec.Raw(words.encode("utf-8")),
+        control=control,
+    )
+
+
+def _at_pixel_rate(request: StationRequest) -> StationRequest:
+    """Return the request with the rate of cameras that are computed pixel by pixel."""
+    return request if request.frame_rate_hz else replace(request, frame_rate_hz=_PIXEL_RATE_HZ)
+
+
+def _on_wire(rig: Rig, seed: int, frame_period_ns: int, segment: SegmentConfig) -> Feed:
+    ring = FrameRing.create(len(rig.cameras))
+    bus = _bus_config(rig, ring, "", frame_period_ns, force=False)
+    name = f"{VIRTUAL_WIRE} ({rig.name}, seed {seed})"
+    description = _bus_description(name, rig, bus, simulated=True)
+    return Feed(VirtualBus(bus, segment, ring), ring, description, live=True)
+
+
+def cameras_feed(request: StationRequest, _plan: Plan, rig: Rig, interface: str) -> Feed:
+    """Return the cameras on an interface, or on a ring of two that a ``+`` joins."""
+    ring = FrameRing.create(len(rig.cameras))
+    period_ns = round(1e9 / rig.frame_rate_hz)
+    first, _, second = interface.partition("+")
+    bus = _bus_config(rig, ring, first, period_ns, force=request.force)
+    bus = msgspec.structs.replace(bus, redundant_interface=second)
+    simulated = is_virtual_interface(first) or is_virtual_interface(second)
+    description = _bus_description(f"{REAL_WIRE} {interface}", rig, bus, simulated=simulated)
+    return Feed(BusProcess(bus, ring), ring, description, live=True)
+
+
+def service_feed(request: StationRequest, _plan: Plan, rig: Rig, _value: str) -> Feed:
+    """Return the cameras that a service of this computer looks after."""
+    ring = FrameRing.create(len(rig.cameras))
+    bus = _bus_config(rig, ring, "", round(1e9 / rig.frame_rate_hz), force=False)
+    # Its interface is known once it has reported; the station asks then.
+    description = _bus_description(SERVICE, rig, bus, simulated=False)
+    return Feed(ServiceBus(bus, ring), ring, description, live=True)
+
+
+def _bus_config(
+    rig: Rig, ring: FrameRing, interface: str, frame_period_ns: int, *, force: bool
+) -> BusConfig:
+    return BusConfig(
+        interface=interface,
+        ring_path=str(ring.path),
+        cameras=identities(rig),
+        frame_period_ns=frame_period_ns,
+        force=force,
+    )
+
+
+def _bus_description(name: str, rig: Rig, bus: BusConfig, *, simulated: bool) -> SourceDescription:
+    return SourceDescription(
+        name=name,
+        camera_serials=tuple(camera.serial for camera in rig.cameras),
+        frame_period_ns=bus.frame_period_ns,
+        cycle_period_ns=bus.cycle_period_ns,
+        live=True,
+        simulated=simulated,
+    )
+
+
+def identities(rig: Rig) -> tuple[CameraIdentity, ...]:
+    """Return how the cameras of a rig are known on the bus."""
+    return tuple(
+        CameraIdentity(camera.name, camera.serial, alias)
+        for camera, alias in zip(rig.cameras, rig.aliases, strict=True)
+    )

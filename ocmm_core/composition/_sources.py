@@ -1,0 +1,241 @@
+"""All sources of frames: an entry for each says how it is called, what it is and how it is made."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from enum import Enum, auto
+
+from ocmm_core.camera import Rig
+from ocmm_core.composition._defaults import DEFAULT_SOURCE
+from ocmm_core.composition._feed_makers import (
+    IN_PROCESS,
+    REAL_WIRE,
+    SERVICE,
+    VIRTUAL_WIRE,
+    cameras_feed,
+    pixel_feed,
+    pixel_segment_of,
+    recording_feed,
+    scenes_feed,
+    scenes_wire_feed,
+    segment_of,
+    service_feed,
+    virtual_rig_feed,
+    wire_feed,
+)
+from ocmm_core.composition._feeds import Feed, StationRequest
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.simulation.bus import SegmentConfig
+from ocmm_core.simulation.calibration_scenes import CalibratingScript
+
+
+class Origin(Enum):
+    """What is behind the frames: it decides which calibration they may be measured with."""
+
+    VIRTUAL = auto()
+    """The virtual rig: measured with its documents."""
+    CAMERAS = auto()
+    """Real cameras: measured with their calibration."""
+    RECORDING = auto()
+    """Frames of either, as the recording says."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SourceSpec:
+    """One kind of source.
+
+    Attributes
+    ----------
+    prefix
+        How its name begins; the whole name where nothing follows.
+    forms
+        What a person types, and what that is: one row for each way to write it.
+    takes_value
+        Something follows the prefix, such as an interface or a file.
+    origin
+        What is behind the frames.
+    live
+        Frames come by themselves; other sources wait for who reads them.
+    on_bus
+        A bus process brings them, which can be asked about its cameras.
+    recorded_as
+        How its name begins in recordings; empty for a recording, which keeps the name it has.
+    make
+        Makes it ready, from the request, its plan, the rig and what follows the prefix.
+    segment
+        The software cameras on its virtual wire; None where there is none.
+    scenes
+        Makes the virtual rig with the scenes of a calibration, times real time; None where there
+        are no such scenes.
+    """
+
+    prefix: str
+    forms: tuple[tuple[str, str], ...]
+    takes_value: bool
+    origin: Origin
+    live: bool
+    on_bus: bool
+    recorded_as: str
+    make: Callable[[StationRequest, Plan, Rig, str], Feed]
+    segment: Callable[[StationRequest, Plan, Rig], SegmentConfig] | None
+    scenes: Callable[[CalibratingScript, float], Feed] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A source that somebody named: its entry, and what followed the prefix."""
+
+    spec: SourceSpec
+    value: str
+
+
+SOURCES: tuple[SourceSpec, ...] = (
+    SourceSpec(
+        prefix=DEFAULT_SOURCE,
+        forms=(("simulated", "the virtual rig in this process"),),
+        takes_value=False,
+        origin=Origin.VIRTUAL,
+        live=False,
+        on_bus=False,
+        recorded_as=IN_PROCESS,
+        make=virtual_rig_feed,
+        segment=None,
+        scenes=scenes_feed,
+    ),
+    SourceSpec(
+        prefix="ethercat:virtual",
+        forms=(
+            (
+                "ethercat:virtual",
+                "the virtual rig over the whole wire: software cameras, a pair of virtual "
+                "interfaces and the bus process, in a private network namespace, without root",
+            ),
+        ),
+        takes_value=False,
+        origin=Origin.VIRTUAL,
+        live=True,
+        on_bus=True,
+        recorded_as=VIRTUAL_WIRE,
+        make=wire_feed,
+        segment=segment_of,
+        scenes=scenes_wire_feed,
+    ),
+    SourceSpec(
+        prefix="ethercat:pixels",
+        forms=(
+            (
+                "ethercat:pixels",
+                "the same, and the cameras compute their pictures pixel by pixel and find the "
+                "spots in them; 1 kHz",
+            ),
+        ),
+        takes_value=False,
+        origin=Origin.VIRTUAL,
+        live=True,
+        on_bus=True,
+        recorded_as=VIRTUAL_WIRE,
+        make=pixel_feed,
+        segment=pixel_segment_of,
+        scenes=None,
+    ),
+    SourceSpec(
+        prefix="ethercat:",
+        forms=(
+            (
+                "ethercat:IFACE",
+                "real cameras on a network interface; the bus process needs rights, which "
+                "`installer/linux/grant-rights.sh` gives it",
+            ),
+            ("ethercat:IFACE+IFACE", "the same on a ring with a redundancy cable"),
+        ),
+        takes_value=True,
+        origin=Origin.CAMERAS,
+        live=True,
+        on_bus=True,
+        recorded_as=REAL_WIRE,
+        make=cameras_feed,
+        segment=None,
+        scenes=None,
+    ),
+    SourceSpec(
+        prefix="ethercat:service",
+        forms=(
+            (
+                "ethercat:service",
+                "real cameras by a service of this computer, so that nobody who measures needs "
+                "rights",
+            ),
+        ),
+        takes_value=False,
+        origin=Origin.CAMERAS,
+        live=True,
+        on_bus=True,
+        recorded_as=SERVICE,
+        make=service_feed,
+        segment=None,
+        scenes=None,
+    ),
+    SourceSpec(
+        prefix="replay:",
+        forms=(("replay:FILE", "a recording made with `ocmm record`"),),
+        takes_value=True,
+        origin=Origin.RECORDING,
+        live=False,
+        on_bus=False,
+        recorded_as="",
+        make=recording_feed,
+        segment=None,
+        scenes=None,
+    ),
+)
+"""In the order in which they are explained."""
+
+VIRTUAL_NAMES = tuple(
+    sorted({spec.recorded_as for spec in SOURCES if spec.origin is Origin.VIRTUAL})
+)
+"""How the names of virtual sources begin in recordings."""
+
+
+def source_of(name: str) -> Source:
+    """Return the source that somebody named, as the commands take it.
+
+    Raises
+    ------
+    InputError
+        There is no such source.
+    """
+    for spec in SOURCES:
+        if not spec.takes_value and name == spec.prefix:
+            return Source(spec, "")
+    for spec in SOURCES:
+        if spec.takes_value and name.startswith(spec.prefix) and name != spec.prefix:
+            return Source(spec, name.removeprefix(spec.prefix))
+    raise InputError(
+        "source.unknown",
+        f"--source is {name!r}, which is no source of frames.",
+        f"Give {names_in_words(SOURCES)}.",
+    )
+
+
+def origin_of(name: str) -> Origin:
+    """Return what is behind the frames of a source; InputError as `source_of`."""
+    return source_of(name).spec.origin
+
+
+def names_in_words(specs: Sequence[SourceSpec]) -> str:
+    """Return what a person may type, as the end of a sentence."""
+    *first, last = (spec.forms[0][0] for spec in specs)
+    return f"{', '.join(first)} or {last}" if first else last
+
+
+def source_help(specs: Sequence[SourceSpec] = SOURCES) -> str:
+    """Return all ways to name a source with what each is, for the help of a command."""
+    return "; ".join(f"'{form}': {words}" for spec in specs for form, words in spec.forms) + "."
+
+
+def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
+    """Return the source that the request names, ready to start; InputError as `source_of`."""
+    source = source_of(request.source)
+    return source.spec.make(request, plan, rig, source.value)

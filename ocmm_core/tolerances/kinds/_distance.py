@@ -1,0 +1,246 @@
+"""Distances and coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ocmm_core.alignment import AnyAlignment, frame_of
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import DIRECTION, POINT, Shape
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.kinds._differences import by_differences
+from ocmm_core.tolerances.kinds._shape_groups import ALL
+from ocmm_core.tolerances.kinds._size import distance_of_faces, two_point_fault
+from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords
+from ocmm_core.tolerances.zones import AXES, CENTRES, Characteristic, Evaluation, Frames, ZoneFrame
+
+_XYZ = "xyz"
+
+_PARALLEL = np.cos(np.deg2rad(10.0))
+"""Axes at less than 10 degrees are meant to be parallel: their crossing point means nothing."""
+
+_SHORTEST_MM = 1e-3
+"""A distance below it is bent within the step: differences would make it look certain."""
+
+
+def distance(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
+) -> Evaluation:
+    """Return the distance of two features, or the difference of their places along an axis.
+
+    Raises
+    ------
+    FitError
+        They are in one place, there is no part frame, or two faces are not opposite.
+    """
+    first, second = (actual[name] for name in characteristic.features)
+    if characteristic.association:
+        return distance_of_faces(characteristic, first, second)
+    if characteristic.axis:
+        frame = frames.aligned(characteristic.name)
+        (one, by_one), (other, by_other) = (
+            _along(characteristic, item, frame) for item in (first, second)
+        )
+        between = other - one
+        _refuse_folded(characteristic, abs(between))
+        sign = -1.0 if between < 0.0 else 1.0
+        return Evaluation(abs(between), sign * (by_other - by_one), frame=frame.words)
+    shapes = {name: item.fit.shape for name, item in actual.items()}
+    found = by_differences(
+        characteristic,
+        actual,
+        lambda moved: distance_of_geometry(characteristic, moved, shapes, alignment),
+    )
+    _refuse_folded(characteristic, found.value)
+    return found
+
+
+def coordinate(
+    characteristic: Characteristic,
+    actual: Mapping[str, ActualFeature],
+    alignment: AnyAlignment | None,
+    frames: Frames,
+) -> Evaluation:
+    """Return the coordinate of a feature's point in the part frame.
+
+    Raises
+    ------
+    FitError
+        There is no part frame.
+    """
+    frame = frames.aligned(characteristic.name)
+    place, slope = _along(characteristic, actual[characteristic.features[0]], frame)
+    return Evaluation(place, slope, frame=frame.words)
+
+
+def _along(
+    characteristic: Characteristic, feature: ActualFeature, frame: ZoneFrame
+) -> tuple[float, Float]:
+    """Return a place along the axis, mm, and its gradient."""
+    axis = _XYZ.index(characteristic.axis)
+    point = frame.T_frame_from_world.apply(feature.fit.point)
+    slope: Float = frame.point_derivative(point, feature.jacobian[POINT])[axis]
+    return float(point[axis]), slope
+
+
+def distance_of_geometry(
+    characteristic: Characteristic,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    alignment: AnyAlignment | None,
+) -> float:
+    """Return the distance of two elements, mm.
+
+    Raises
+    ------
+    FitError
+        It is along an axis, and there is no part frame.
+    """
+    one, other = characteristic.features
+    if not characteristic.axis:
+        return _distance(geometries[one], shapes[one], geometries[other], shapes[other])
+    places = (_place(characteristic, name, geometries, alignment) for name in (one, other))
+    first, second = places
+    return abs(second - first)
+
+
+def coordinate_of_geometry(
+    characteristic: Characteristic,
+    geometries: Mapping[str, Float],
+    shapes: Mapping[str, Shape],
+    alignment: AnyAlignment | None,
+) -> float:
+    """Return a coordinate of an element's point, mm, part frame.
+
+    Raises
+    ------
+    FitError
+        There is no part frame.
+    """
+    return _place(characteristic, characteristic.features[0], geometries, alignment)
+
+
+def _place(
+    characteristic: Characteristic,
+    name: str,
+    geometries: Mapping[str, Float],
+    alignment: AnyAlignment | None,
+) -> float:
+    if alignment is None:
+        raise FitError(
+            "characteristic.no_frame",
+            f"{characteristic.name} needs a part frame, and the plan has no alignment.",
+            "Add an alignment to the plan.",
+        )
+    T_part_from_world = frame_of(alignment, geometries)
+    axis = _XYZ.index(characteristic.axis)
+    return float(T_part_from_world.apply(geometries[name][POINT])[axis])
+
+
+def _distance(first: Float, shape: Shape, second: Float, other: Shape) -> float:
+    """Return the distance of two elements, never negative.
+
+    From a plane along its normal to the point of the other; between two planes along the second
+    one's normal at the first one's centroid; from an axis square to it; between two axes at the
+    first one's point where they are nearly parallel, else along their common perpendicular; else
+    between the centres.
+    """
+    arm = first[POINT] - second[POINT]
+    if other is Shape.PLANE:
+        return abs(float(arm @ second[DIRECTION]))
+    if shape is Shape.PLANE:
+        return abs(float(arm @ first[DIRECTION]))
+    if shape in AXES and other in AXES:
+        if abs(float(first[DIRECTION] @ second[DIRECTION])) < _PARALLEL:
+            common = np.cross(first[DIRECTION], second[DIRECTION])
+            return abs(float(arm @ common)) / float(np.linalg.norm(common))
+        return float(np.linalg.norm(np.cross(arm, second[DIRECTION])))
+    if other in AXES:
+        return float(np.linalg.norm(np.cross(arm, second[DIRECTION])))
+    if shape in AXES:
+        return float(np.linalg.norm(np.cross(arm, first[DIRECTION])))
+    return float(np.linalg.norm(arm))
+
+
+def _refuse_folded(characteristic: Characteristic, value: float) -> None:
+    """Raise FitError where a distance is at its fold, so that differences make it look certain."""
+    if value < _SHORTEST_MM:
+        raise FitError(
+            "characteristic.no_distance",
+            f"The features of {characteristic.name} are in one place; a distance of zero has no "
+            "uncertainty that could be stated.",
+            "Tolerance the coordinates of the features instead.",
+        )
+
+
+def _faces_fault(asked: Asked) -> Fault | None:
+    item = asked.item
+    if item.axis or any(asked.shapes[name] is not Shape.PLANE for name in item.features):
+        return "association", "of a distance needs two opposite planes, and no 'axis'"
+    return two_point_fault(asked)
+
+
+def _along_an_axis(item: Characteristic) -> bool:
+    return item.axis != ""
+
+
+def _always(item: Characteristic) -> bool:
+    return True
+
+
+def _axis_missing(asked: Asked) -> Fault | None:
+    if not asked.item.axis:
+        return "axis", "is missing: a coordinate is x, y or z"
+    return None
+
+
+def _frame_missing(asked: Asked) -> Fault | None:
+    item = asked.item
+    if item.axis and not asked.aligned:
+        return "axis", f"needs a part frame: the plan has no 'alignment' for this {item.kind}"
+    return None
+
+
+KINDS = (
+    KindSpec(
+        name="distance",
+        words="distance",
+        unit="mm",
+        one_sided=False,
+        evaluate=distance,
+        geometry=distance_of_geometry,
+        monte_carlo=MonteCarlo.SECOND_ORDER,
+        qif=QifWords("DistanceBetween"),
+        symbol=None,
+        shapes=ALL,
+        features=(2, 2),
+        takes=frozenset({"axis"}),
+        association_fault=_faces_fault,
+        checks=(_frame_missing,),
+        in_part=_along_an_axis,
+        folds=True,
+        below_u="The distance is smaller than its uncertainty.",
+    ),
+    KindSpec(
+        name="coordinate",
+        words="coordinate",
+        unit="mm",
+        one_sided=False,
+        evaluate=coordinate,
+        geometry=coordinate_of_geometry,
+        monte_carlo=MonteCarlo.SECOND_ORDER,
+        qif=QifWords("LinearCoordinate"),
+        symbol=None,
+        shapes=CENTRES,
+        takes=frozenset({"axis"}),
+        checks=(_axis_missing, _frame_missing),
+        in_part=_always,
+        is_place=True,
+    ),
+)

@@ -1,0 +1,137 @@
+"""Records, histories and sessions that were written before the stores and procedures were joined.
+
+The folder ``before`` was written on 2026-11-22 by the program of that day: a store of each kind
+with every kind of event but one that failed, and an unfinished session of each procedure. It is
+never written anew: what opens it must open what users have.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Callable
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.calibration.cameras import KnownPointsProcedure
+from ocmm_core.calibration.guided import Decision, Kind, Procedure
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    EventKind,
+    ProbeStore,
+    State,
+    TipEventKind,
+    record_hash,
+    rig_from_record,
+)
+from ocmm_core.calibration.relocation import RelocationProcedure
+from ocmm_core.calibration.sweeping import PivotProcedure
+from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
+from ocmm_core.calibration.verification import VerificationProcedure
+from ocmm_core.camera import Rig, load_rig
+from ocmm_core.tracking import load_probe
+
+BEFORE = Path(__file__).parent / "before"
+LATER = datetime(2026, 3, 3, 8, 0, tzinfo=UTC)
+TIP = "6 mm"
+
+
+class Kept:
+    """A copy of the folder."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        shutil.copytree(BEFORE, folder)
+        self.cameras = CalibrationStore(folder / "cameras")
+        self.probe = ProbeStore(folder / "probe")
+        self.rig = load_rig(folder / "rig.toml")
+        self.body = load_probe(folder / "probe.toml")
+
+    def session(self, kind: Kind) -> Path:
+        (path,) = (self.folder / "sessions").glob(f"{kind.value}-2*.jsonl")
+        return path
+
+    def calibrated(self) -> Rig:
+        record = self.cameras.active()
+        assert record is not None
+        return rig_from_record(record)
+
+
+@pytest.fixture
+def kept(tmp_path: Path) -> Kept:
+    return Kept(tmp_path / "before")
+
+
+RESUMES: dict[Kind, Callable[[Kept, Path], Procedure]] = {
+    Kind.KNOWN_POINTS: lambda kept, path: KnownPointsProcedure.resume(
+        path, kept.rig, CalibrationStore(kept.folder / "none")
+    ),
+    Kind.RELOCATION: lambda kept, path: RelocationProcedure.resume(
+        path, kept.rig, kept.body, CalibrationStore(kept.folder / "none")
+    ),
+    Kind.VERIFICATION: lambda kept, path: VerificationProcedure.resume(
+        path, kept.calibrated(), kept.body, kept.cameras
+    ),
+    Kind.PIVOT: lambda kept, path: PivotProcedure.resume(path, kept.rig, kept.body, kept.probe),
+    Kind.QUALIFICATION: lambda kept, path: TipQualificationProcedure.resume(
+        path, kept.rig, kept.body, kept.probe
+    ),
+    Kind.TIP_CHECK: lambda kept, path: TipCheckProcedure.resume(
+        path, kept.rig, kept.body, kept.probe
+    ),
+}
+DONE = {
+    Kind.KNOWN_POINTS: {"collect": 6},
+    Kind.RELOCATION: {"seats": 2, "wave": 1, "bar": 1},
+    Kind.VERIFICATION: {"seats": 1},
+    Kind.PIVOT: {"first": 4},
+    Kind.QUALIFICATION: {"sphere": 1},
+    Kind.TIP_CHECK: {"sphere": 1},
+}
+"""Observations that count, by step; the others have none."""
+
+
+def test_the_store_of_the_cameras_opens_and_stands(kept: Kept) -> None:
+    store = kept.cameras
+    assert {one.kind for one in store.events} == set(EventKind)
+    assert store.standing(LATER).state is State.VALID
+    assert [record_hash(one) for one in store.records()] == [store.active_hash]
+    assert [one.passed for one in store.verifications()] == [False, True]
+
+
+def test_the_store_of_the_probe_opens_and_stands(kept: Kept) -> None:
+    store = kept.probe
+    kinds = {one.kind for one in store.events}
+    assert kinds == set(TipEventKind) - {TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED}
+    assert store.standing(TIP, LATER).state is State.VALID
+    assert (store.mounted, store.tips) == (TIP, (TIP,))
+    assert [record_hash(one) for one in store.calibrations()] == [store.active_hash(TIP)]
+    assert len(store.qualifications()) == len(store.checks()) == 1
+
+
+@pytest.mark.parametrize("kind", list(Kind))
+def test_a_session_of_each_procedure_opens(kept: Kept, kind: Kind) -> None:
+    procedure = RESUMES[kind](kept, kept.session(kind))
+    base = procedure.base
+    assert (base.kind, base.begun_utc[:10]) == (kind, "2026-03-02")
+    assert {step.name: step.done for step in base.steps if step.done} == DONE[kind]
+    ended = kind is Kind.PIVOT
+    assert base.decision is (Decision.KEPT if ended else Decision.OPEN)
+
+
+@pytest.mark.parametrize("kind", [kind for kind in Kind if kind is not Kind.PIVOT])
+def test_it_goes_on_and_opens_once_more(kept: Kept, kind: Kind) -> None:
+    path = kept.session(kind)
+    RESUMES[kind](kept, path).keep(LATER, "enough")
+    again = RESUMES[kind](kept, path).base
+    assert again.decision is Decision.KEPT
+    assert {step.name: step.done for step in again.steps if step.done} == DONE[kind]
+
+
+def test_what_is_stored_now_goes_on_in_the_same_history(kept: Kept) -> None:
+    kept.cameras.suspect("engineer", "A doubt.", None, LATER)
+    kept.probe.doubt("engineer", "A doubt.", LATER - timedelta(hours=1), LATER)
+    again = CalibrationStore(kept.folder / "cameras"), ProbeStore(kept.folder / "probe")
+    assert again[0].standing(LATER).state is State.SUSPECT
+    assert again[1].standing(TIP, LATER).state is State.SUSPECT

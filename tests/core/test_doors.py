@@ -1,0 +1,208 @@
+"""The doors of the rooms: faces whose lists agree, that load, and that nobody walks past."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import types
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+from grimp import ImportGraph
+
+from ocmm_core.door import door
+from tests.doors import entrances_from_outside, entrances_inside, room_of
+
+REPOSITORY = Path(__file__).resolve().parents[2]
+FACES = {
+    ".".join(path.relative_to(REPOSITORY).parent.parts): path
+    for root in ("ocmm_core", "ocmm_gui")
+    for path in sorted((REPOSITORY / root).rglob("__init__.py"))
+}
+HOMES = dict[str, str]
+"""The file that gives out each name."""
+
+
+def for_type_checkers(room: str, tree: ast.Module) -> HOMES:
+    """Return what stands under TYPE_CHECKING."""
+    found = {}
+    for node in tree.body:
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            for one in node.body:
+                assert isinstance(one, ast.ImportFrom)
+                for alias in one.names:
+                    home = alias.name if one.module == room else str(one.module)[len(room) + 1 :]
+                    found[alias.asname or alias.name] = home
+    return found
+
+
+def behind_the_door(tree: ast.Module) -> HOMES:
+    """Return what the call of `door` hands out."""
+    found = {}
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Call) and ast.unparse(node.func) == "door":
+            for given in node.keywords:
+                for name in str(ast.literal_eval(given.value)).split():
+                    assert name not in found
+                    found[name] = str(given.arg)
+    return found
+
+
+def in_all(tree: ast.Module) -> list[str]:
+    """Return the content of `__all__`, which every face has."""
+    for node in tree.body:
+        target = node.targets[0] if isinstance(node, ast.Assign) else None
+        target = node.target if isinstance(node, ast.AnnAssign) else target
+        if isinstance(target, ast.Name) and target.id == "__all__":
+            assert isinstance(node, ast.Assign | ast.AnnAssign)
+            assert node.value is not None
+            return list(ast.literal_eval(node.value))
+    raise AssertionError("no __all__")
+
+
+@pytest.mark.parametrize("room", FACES)
+def test_the_three_lists_of_a_face_agree_and_every_name_loads(room: str) -> None:
+    tree = ast.parse(FACES[room].read_text(encoding="utf-8"))
+    names = in_all(tree)
+    assert len(set(names)) == len(names)
+    homes = for_type_checkers(room, tree)
+    assert behind_the_door(tree) == homes
+    if room in ("ocmm_core", "ocmm_gui"):
+        assert not homes
+    else:
+        assert set(names) == set(homes)
+    module = import_module(room)
+    for name in names:
+        assert getattr(module, name) is not None
+
+
+@pytest.mark.parametrize("room", FACES)
+def test_a_face_says_what_flows_in_and_out_and_names_files_that_exist(room: str) -> None:
+    text = ast.get_docstring(ast.parse(FACES[room].read_text(encoding="utf-8"))) or ""
+    first, _, rest = text.partition("\n\n")
+    assert first.endswith(".")
+    assert "\n" not in first
+    assert re.search(r"\bIn: ", rest)
+    assert re.search(r"\bOut: ", rest)
+    assert 5 <= len(text.splitlines()) <= 15
+    folder = FACES[room].parent
+    for name in re.findall(r"`(_[a-z0-9][a-z0-9_]*)`", text):
+        assert (folder / f"{name}.py").is_file(), f"{room} has no file {name}.py"
+
+
+def test_a_room_refuses_a_name_that_it_does_not_give_out() -> None:
+    from ocmm_core import camera
+
+    with pytest.raises(AttributeError, match=r"module 'ocmm_core\.camera' has no attribute 'Rigg'"):
+        camera.Rigg  # type: ignore[attr-defined]  # noqa: B018 - looking is what is tried
+    with pytest.raises(ImportError, match="cannot import name 'Rigg'"):
+        exec("from ocmm_core.camera import Rigg", {})  # noqa: S102 - no checker should see it
+
+
+def test_a_door_loads_a_file_when_its_name_is_asked_for_and_remembers_it(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "room_of_a_test").mkdir()
+    (tmp_path / "room_of_a_test" / "__init__.py").write_text(
+        "from ocmm_core.door import door\n"
+        "__getattr__ = door(__name__, _one='ONE one', _two='two', _broken='lost')\n"
+    )
+    (tmp_path / "room_of_a_test" / "_one.py").write_text("ONE = 1\ndef one():\n    return ONE\n")
+    (tmp_path / "room_of_a_test" / "_two.py").write_text("TWO = 2\n")
+    (tmp_path / "room_of_a_test" / "_broken.py").write_text("")
+    monkeypatch.syspath_prepend(tmp_path)
+    try:
+        room = import_module("room_of_a_test")
+        assert "room_of_a_test._one" not in sys.modules
+        assert room.ONE == 1
+        assert "room_of_a_test._two" not in sys.modules
+        # A function may be called like its file; where there is none the name is the file itself.
+        assert room.one() == 1
+        assert isinstance(room.two, types.ModuleType)
+        assert room.two.TWO == 2
+        assert {"ONE", "one", "two"} <= set(vars(room))
+        with pytest.raises(AttributeError, match="has no attribute 'TWO'"):
+            _ = room.TWO
+        with pytest.raises(AttributeError, match="lost"):
+            _ = room.lost
+    finally:
+        for name in [name for name in sys.modules if name.startswith("room_of_a_test")]:
+            del sys.modules[name]
+
+
+def test_a_door_of_no_room_refuses_every_name() -> None:
+    with pytest.raises(AttributeError, match="module 'ocmm_core' has no attribute 'rig'"):
+        door("ocmm_core")("rig")
+
+
+@pytest.mark.parametrize(
+    ("path", "line", "entered"),
+    [
+        # The own room of a test, and faces, are open.
+        ("tests/core/camera/test_a.py", "from ocmm_core.camera._rig import Rig", ""),
+        ("tests/core/camera/test_a.py", "from ocmm_core.camera import Rig, _rig", ""),
+        ("tests/gui/test_a.py", "from ocmm_gui.kit._words import mm", ""),
+        ("tests/core/fieldbus/test_a.py", "from ocmm_core.fieldbus.wire._port import Port", ""),
+        ("benchmarks/a.py", "from ocmm_core.camera import Rig", ""),
+        ("benchmarks/a.py", "from ocmm_core import __version__", ""),
+        # Rooms of others are entered by the door.
+        ("tests/core/camera/test_a.py", "from ocmm_core.tracking._pose import solve",
+         "ocmm_core.tracking"),
+        ("tests/core/camera/test_a.py", "from ocmm_core.tracking import _pose",
+         "ocmm_core.tracking"),
+        ("tests/core/camera/test_a.py", "import ocmm_core.tracking._pose", "ocmm_core.tracking"),
+        ("tests/core/test_a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
+        ("tests/system/test_a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
+        ("tests/gui/test_a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
+        ("benchmarks/a.py", "def f():\n    from ocmm_core.camera._rig import Rig",
+         "ocmm_core.camera"),
+        ("docs/images/a.py", "from ocmm_gui.wizards.parts._gate import Gate",
+         "ocmm_gui.wizards.parts"),
+        ("installer/a.py", "from ocmm_core.camera._rig import Rig", "ocmm_core.camera"),
+    ],
+)  # fmt: skip
+def test_who_may_enter_a_room_from_outside(
+    tmp_path: Path, path: str, line: str, entered: str
+) -> None:
+    file = tmp_path / path
+    file.parent.mkdir(parents=True)
+    file.write_text(f"{line}\n")
+    found = list(entrances_from_outside(tmp_path))
+    assert [room_of(one.imported) for one in found] == ([entered] if entered else [])
+    for one in found:
+        assert one.importer == path
+        assert str(one).endswith(f"enter by {entered}")
+
+
+def test_who_may_enter_a_room_inside_the_product() -> None:
+    graph = ImportGraph()
+    for name in (
+        "ocmm_core", "ocmm_core.camera", "ocmm_core.camera._rig", "ocmm_core.camera._model",
+        "ocmm_core.tracking", "ocmm_core.tracking._pose", "ocmm_core.tracking.kernels",
+        "ocmm_core.tracking.kernels._kernel", "ocmm_core.errors",
+    ):  # fmt: skip
+        graph.add_module(name)
+    for importer, imported in (
+        ("ocmm_core.camera", "ocmm_core.camera._rig"),
+        ("ocmm_core.camera._rig", "ocmm_core.camera._model"),
+        ("ocmm_core.camera._rig", "ocmm_core.errors"),
+        ("ocmm_core.tracking._pose", "ocmm_core.camera"),
+        ("ocmm_core.tracking._pose", "ocmm_core.tracking.kernels"),
+    ):
+        graph.add_import(importer=importer, imported=imported)
+    assert not list(entrances_inside(graph))
+    # Neither a sister, nor the house around a room, nor a room in its house goes past the door.
+    wrong = {
+        ("ocmm_core.tracking._pose", "ocmm_core.camera._rig"),
+        ("ocmm_core.tracking", "ocmm_core.camera._model"),
+        ("ocmm_core.tracking._pose", "ocmm_core.tracking.kernels._kernel"),
+        ("ocmm_core.tracking.kernels._kernel", "ocmm_core.tracking._pose"),
+        ("ocmm_core.errors", "ocmm_core.camera._rig"),
+    }
+    for importer, imported in wrong:
+        graph.add_import(importer=importer, imported=imported, line_number=7, line_contents="")
+    found = list(entrances_inside(graph))
+    assert {(one.importer, one.imported) for one in found} == wrong
+    assert {one.line for one in found} == {7}
