@@ -121,7 +121,7 @@ def _measure(
     while first < virtual.n_frames:
         count = min(_BATCH, virtual.n_frames - first)
         for touch in collector.feed(pipeline.process(virtual.frames(first, count))):
-            if isinstance(session.take_touch(touch, meant[taken]), Refusal):
+            if isinstance(session.touches.take(touch, meant[taken]), Refusal):
                 meant.append(meant[taken])
             taken += 1
         first += count

@@ -5,6 +5,8 @@ directly or through faces. That a face names it is no use. A method is used wher
 its name is read or set, and the texts of a file that asks for attributes by name (`getattr`) count
 as such: whose it is cannot be told, so that this finds too few rather than too many. What only
 unused definitions use is unused itself. What docs/python.md explains is for other programs.
+A definition whose docstring says "for tests" is a hook that tests need: it is left out, with what
+only such hooks use.
 """
 
 from __future__ import annotations
@@ -108,8 +110,11 @@ class _Uses:
 def unused(house: House) -> Unused:
     """Return what neither the product nor benchmarks nor the Python of the documents use."""
     uses = _Uses(defaultdict(set), defaultdict(set))
-    for target in house.started:
-        uses.defined[house.home(*target)].add(("pyproject.toml", 0))
+    for hook in _hooks(house):
+        found = uses.attributes[hook.name] if hook.owner else uses.defined[hook.module, hook.name]
+        found.add(("tests", 0))
+    for module, name in house.started:
+        uses.defined[house.home(module, name)].add(("pyproject.toml", 0))
     _add_uses(uses, house, [*house.product.values(), *house.benchmarks, *house.pages])
     without = _unused(_definitions(house), uses)
     _add_uses(uses, house, house.tests)
@@ -118,6 +123,20 @@ def unused(house: House) -> Unused:
         tuple(one for one in without if one in at_all),
         tuple(one for one in without if one not in at_all),
     )
+
+
+def _hooks(house: House) -> Iterator[Definition]:
+    """Return what says of itself that it is for tests."""
+    for source in house.product.values():
+        for node in ast.walk(source.tree):
+            if not isinstance(node, ast.ClassDef | ast.Module):
+                continue
+            for inner in node.body:
+                if not isinstance(inner, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+                    continue
+                if "for tests" in (ast.get_docstring(inner) or "").lower():
+                    owner = node.name if isinstance(node, ast.ClassDef) else ""
+                    yield _definition(source, inner, owner)
 
 
 def _unused(found: Iterable[Definition], uses: _Uses) -> list[Definition]:
@@ -243,8 +262,9 @@ def _add_uses(uses: _Uses, house: House, sources: Iterable[Source]) -> None:
 
 
 def _modules_by_name(house: House, source: Source) -> dict[str, str]:
-    """Return the modules of the product that a file can name, by their name there."""
-    return {one.bound: one.target for one in house.imports[source.module] if not one.name}
+    """Return the modules of the product that a file can name, also through faces, by their name."""
+    homes = ((one.bound, house.home(one.target, one.name)) for one in house.imports[source.module])
+    return {bound: module for bound, (module, name) in homes if not name}
 
 
 def _in_body(node: ast.ClassDef) -> Iterator[tuple[str, int]]:

@@ -105,7 +105,7 @@ def measure_until_killed(bench: Bench, path: Path, seed: int, book: int) -> None
         job = JobFile.create(path, head)
     session = bench.session(job)
     while True:
-        taken = session.missing()
+        taken = session.steps.missing()
         kind = str(rng.choice(["take", "take", "undo", "flip", "flip", "flip", "look"]))
         if kind == "look":
             _ = session.view
@@ -114,15 +114,15 @@ def measure_until_killed(bench: Bench, path: Path, seed: int, book: int) -> None
         if kind == "take":
             touch = bench.touches[int(rng.integers(len(bench.touches)))]
             feature = taken[0][0] if taken else bench.plan.features[0].name
-            outcome = session.take_touch(touch, feature)
+            outcome = session.touches.take(touch, feature)
             if isinstance(outcome, Refusal):
                 continue
         elif not job.points():
             continue
         elif kind == "undo":
-            session.undo()
+            session.steps.undo()
         else:
-            session.flip()
+            session.points.flip()
         os.write(book, f"{' '.join(str(p.number) for p in job.points())}\n".encode())
 
 

@@ -77,7 +77,7 @@ def base_points(folder: Path) -> tuple[MeasuredPoint, ...]:
     with JobFile.create(folder / "base.job", head) as job:
         session = InspectionSession(plan, rig, body, job, options)
         for touch in collector.feed(TrackingPipeline(rig, body).process(frames)):
-            session.take_touch(touch)
+            session.touches.take(touch)
         return tuple(job.points())
 
 

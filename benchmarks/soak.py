@@ -167,7 +167,7 @@ def _with_window(
 
     def wait_for_operation() -> None:
         report = decode_report(ring.report())
-        follows = station.live().frame_counter > 0
+        follows = station.looks.live().frame_counter > 0
         if report is not None and report.phase is BusPhase.OPERATION and follows:
             QTimer.singleShot(round(1000 * WARM_UP_S), wait_until_it_follows)
         elif time.monotonic() - begun > START_S:
@@ -177,7 +177,7 @@ def _with_window(
 
     def wait_until_it_follows() -> None:
         # Code that is compiled at the first run takes longer than the ring lasts on slow machines.
-        if read_status(ring).frames - station.live().frame_counter < FOLLOWS_FRAMES:
+        if read_status(ring).frames - station.looks.live().frame_counter < FOLLOWS_FRAMES:
             begin()
         else:
             QTimer.singleShot(100, wait_until_it_follows)

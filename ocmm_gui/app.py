@@ -155,7 +155,7 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 code = EXIT_FAILED
     finally:
         bridge.close()
-    failure = built.station.why_failed()
+    failure = built.station.faults.why_failed()
     if isinstance(failure, InternalError):
         sys.stderr.write(f"{failure.what}\n{failure.remedy}\n")
         return EXIT_INTERNAL

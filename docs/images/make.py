@@ -87,7 +87,7 @@ def _inspection(app: QApplication, folder: Path) -> None:
             _grab(app, window, bridge, folder, "far_lost", ("light",), far=True)
             window.show_far(False)
             # The budgets of a job that goes on are computed again and again.
-            bridge.toggle_pause()
+            bridge.job.toggle_pause()
             _sheets(app, window, folder)
         finally:
             window.close()
@@ -247,13 +247,13 @@ def _wait(app: QApplication, bridge: StationBridge, state: State) -> None:
     """Let the job go on until a state is there, then hold what the window shows."""
     bridge.blockSignals(False)
     until = time.monotonic() + PATIENCE_S
-    while not state(bridge.live(), bridge.job()):
+    while not state(bridge.station.looks.live(), bridge.shown.job):
         if time.monotonic() > until:
             raise SystemExit(f"{state.__name__} did not come within {PATIENCE_S:.0f} s.")
         app.processEvents()
         time.sleep(0.002)
     # One more turn, so that the window shows what was seen here.
-    live = bridge.live()
+    live = bridge.station.looks.live()
     bridge.live_changed.emit(live)
     bridge.blockSignals(True)
 

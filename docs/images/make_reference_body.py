@@ -63,13 +63,13 @@ def main() -> int:
                 time.sleep(0.005)
 
         try:
-            wait_for(lambda: built.station.live().frame_counter > 12 * RATE_HZ)
-            wait_for(lambda: built.station.live().status is StatusWord.READY)
+            wait_for(lambda: built.station.looks.live().frame_counter > 12 * RATE_HZ)
+            wait_for(lambda: built.station.looks.live().status is StatusWord.READY)
             wait_for(lambda: window.trust.isVisible())
             window.grab().save(str(pictures / "reference_after_a_knock.png"))
             wait_for(lambda: window.desk.strip.status() == "LOST")
             window.show_far(True)
-            wait_for(lambda: built.station.live().frame_counter > 15 * RATE_HZ)
+            wait_for(lambda: built.station.looks.live().frame_counter > 15 * RATE_HZ)
             window.grab().save(str(pictures / "reference_lost.png"))
         finally:
             window.close()

@@ -42,7 +42,11 @@ N_READING = 10
 
 _REACH = 4.0
 """Half width of the weighted neighbourhood in weight sigmas; beyond it the weight is below 4e-4."""
+# Newton doubles the digits with each step; the thresholded centroid is within some hundredths of a
+# pixel, so that two steps are below the noise by far.
 _STEPS = 2
+# The first mean holds the spots, the second leaves out what stands above it, the third repeats that
+# about a level without them.
 _LEVEL_ROUNDS = 3
 _ELONGATION_NOISE = 5.0
 """A round spot whose brightest pixel stands k noise deviations high seems longer than wide by more
@@ -77,6 +81,7 @@ def measure(
         for i in range(height):
             for j in range(width):
                 light[i, j] -= float(black[top + i, left + j])
+    # All pixels of the rim, corners once.
     border = np.empty(2 * (height + width) - 4)
     _border(light, border)
     threshold = options[THRESHOLD]
@@ -84,6 +89,9 @@ def measure(
     brightest = -np.inf
     for i in range(height):
         for j in range(width):
+            # From here on light is in counts above the background, and may be negative: clipping
+            # the noise at zero would lift the level and pull the centroid to the middle of the
+            # window.
             light[i, j] -= background
             brightest = max(brightest, light[i, j])
     for k in range(N_READING):
@@ -91,6 +99,7 @@ def measure(
     reading[BACKGROUND] = background
     reading[PEAK] = brightest
     reading[PIXELS] = 0.0
+    # The threshold is five times the read noise: dark pixels pass it once in a minute or less.
     if brightest <= threshold:
         reading[STATUS] = DARK
         return
@@ -100,9 +109,14 @@ def measure(
     total = x = y = xx = xy = yy = peak = 0.0
     for k in range(count):
         i, j = stack[k] // width, stack[k] % width
+        # Part of the light is beyond the window; its centroid would be pulled inwards.
         touches |= i == 0 or j == 0 or i == height - 1 or j == width - 1
+        # Raw counts: an overexposed pixel is at the end of the converter, whatever the black image
+        # took off.
         clipped |= pixels[i, j] >= options[FULL_SCALE]
         peak = max(peak, light[i, j])
+        # Height above the threshold, not above the background: a pixel that enters the blob then
+        # starts with no weight, and the sums do not jump.
         w = light[i, j] - threshold
         total += w
         x += w * j
@@ -113,13 +127,20 @@ def measure(
     x /= total
     y /= total
     reading[PEAK], reading[PIXELS] = peak, count
+    # Second central moments, px^2: E[x^2] - E[x]^2.
     reading[ELONGATION] = _axis_ratio(xx / total - x * x, xy / total - x * y, yy / total - y * y)
     reading[U], reading[V] = left + x, top + y
+    # Variance of a dark pixel, counts^2. A count is rounded to a whole number: an even spread over
+    # one count has the variance 1/12.
     noise = options[READ_NOISE] ** 2 + 1.0 / 12.0
+    # The mean of n frames brings 1/n of the same noise into every pixel; without a black image the
+    # fixed differences between pixels count as noise.
     noise += noise / options[BLACK_FRAMES] if has_black else options[DARK_SPREAD] ** 2
     located = _refine(light, x, y, left, top, noise, options, reading)
 
     sigma = np.sqrt(max(reading[VAR_U], reading[VAR_V]))
+    # How many noise deviations the brightest pixel stands high. Photons: n electrons scatter by
+    # their root, so that counts have the variance counts / (electrons per count).
     contrast = peak / np.sqrt(noise + peak / options[ELECTRONS_PER_COUNT])
     longest = options[MAX_ELONGATION] + _ELONGATION_NOISE / contrast
 
@@ -164,13 +185,17 @@ def _refine(
     """
     height, width = light.shape
     s = options[WEIGHT_SIGMA]
+    # W(d) = exp(-d^2 / (2 s^2)); s is best near 1.3 times the spot's own sigma.
     scale = -0.5 / (s * s)
+    # Pixels on either side of the nearest one.
     reach = int(_REACH * s + 0.5)
     slope_x = slope_y = total = 0.0
     weight_x = np.empty(2 * reach + 1)
     weight_y = np.empty(2 * reach + 1)
     start_x, start_y = x, y
+    # The last round only sums at the final position, for the slope and the light.
     for step in range(_STEPS + 1):
+        # int(x + 0.5) is the nearest pixel; both ends are kept within the window.
         j0, i0 = max(int(x + 0.5) - reach, 0), max(int(y + 0.5) - reach, 0)
         j1, i1 = min(int(x + 0.5) + reach + 1, width), min(int(y + 0.5) + reach + 1, height)
         for j in range(j0, j1):
@@ -181,6 +206,8 @@ def _refine(
         for i in range(i0, i1):
             row = row_x = row_xx = 0.0
             for j in range(j0, j1):
+                # The weight is a product of one in x and one in y, so that two short tables of
+                # exponentials do.
                 w = weight_x[j - j0] * light[i, j]
                 d = j - x
                 row += w
@@ -192,23 +219,29 @@ def _refine(
             qx += w * row_xx
             my += w * d * row
             qy += w * d * d * row
+        # P (1 - q / s^2) of the text above with q not yet divided by P: minus the derivative of F.
+        # It is s^2 / (s^2 + spot^2) of P for a round spot, and zero or less where there is no peak.
         slope_x, slope_y = total - qx / (s * s), total - qy / (s * s)
         if not (slope_x > 0.0 and slope_y > 0.0):
             return False
         if step == _STEPS:
             break
+        # x - F / F' with F' = -slope: a plus.
         x += mx / slope_x
         y += my / slope_y
         # A step of more than the weight's width means that this is not one round spot.
         if not (abs(x - start_x) <= s and abs(y - start_y) <= s):
             return False
+    # A response that differs by a part r from pixel to pixel adds (r counts)^2.
     photons, uneven = 1.0 / options[ELECTRONS_PER_COUNT], options[RESPONSE_SPREAD] ** 2
     var_x = var_y = 0.0
     for i in range(i0, i1):
         for j in range(j0, j1):
             w = weight_x[j - j0] * weight_y[i - i0]
+            # Noise below zero has no photons.
             counts = max(light[i, j], 0.0)
             v = noise + counts * (photons + uneven * counts)
+            # Each pixel moves the root by W d / slope; independent pixels add by squares.
             var_x += v * (w * (j - x)) ** 2
             var_y += v * (w * (i - y)) ** 2
     reading[U], reading[V] = left + x, top + y
@@ -240,6 +273,7 @@ def level_of(light: Float, threshold: float) -> float:
 @compiled()
 def _border(light: Float, border: Float) -> None:
     height, width = light.shape
+    # First and last row whole, then left and right column without the corners.
     border[:width], border[width : 2 * width] = light[0], light[height - 1]
     n = 2 * width
     for i in range(1, height - 1):
@@ -259,6 +293,7 @@ def _fill(
     while done < count:
         ci, cj = stack[done] // width, stack[done] % width
         done += 1
+        # Eight neighbours: pixels that touch at a corner belong together.
         for ni in range(max(ci - 1, 0), min(ci + 2, height)):
             for nj in range(max(cj - 1, 0), min(cj + 2, width)):
                 if mark[ni, nj] == 0 and light[ni, nj] > threshold:
@@ -292,8 +327,10 @@ def _main_blob(
             large = count >= least
             blobs += 1
             spots += 1 if large else 0
+            # Large enough for an LED beats bright; among equals the one with more light wins.
             if (large and not main_large) or (large == main_large and total > most):
                 main_i, main_j, most, main_large = i, j, total, large
+    # The stack holds the blob that was found last; the main one is filled once more.
     if blobs > 1:
         mark[:] = 0
         count = _fill(light, threshold, main_i, main_j, mark, stack)
@@ -305,5 +342,6 @@ def _axis_ratio(xx: float, xy: float, yy: float) -> float:
     """Return the ratio of the axes of the ellipse of inertia; 1 is round."""
     # A row of single pixels has no width; a pixel itself has a variance of 1/12.
     xx, yy = xx + 1.0 / 12.0, yy + 1.0 / 12.0
+    # Eigenvalues of a symmetric 2x2 matrix: mean plus and minus half.
     mean, half = 0.5 * (xx + yy), np.sqrt(0.25 * (xx - yy) ** 2 + xy * xy)
     return float(np.sqrt((mean + half) / max(mean - half, 1.0 / 12.0)))

@@ -38,13 +38,17 @@ def plan(
     written if no slot is free.
     """
     step = int(options[centroid.SEARCH_STEP])
+    # `passed` counts the regions that had nothing to read, so that the loop ends with no free slot;
+    # one more than there are, as the first may be left in its middle.
     count = passed = 0
     while count < len(lines) and passed <= len(regions):
         region = cursor[REGION]
         top, height = regions[region, 1], regions[region, 3]
+        # -1, before the first row, becomes the top of the region.
         row = max(cursor[ROW], top)
         if _wanted(slots, region, anywhere) and row < top + height:
             lines[count, 0], lines[count, 1] = regions[region, 0], row
+            # Rounded up: with an odd width the last pixel is read as well.
             lines[count, 2] = (regions[region, 2] + step - 1) // step
             cursor[ROW] = row + step
             count += 1
@@ -70,6 +74,7 @@ def look(
     ``samples`` (n, m): the first ``count`` rows belong to ``lines``. Spots that a window sees
     already are left out; the brightest come first.
     """
+    # No more hits than slots that could take one.
     hits = np.empty((len(slots), 3))
     n_hits = 0
     for k in range(count):
@@ -103,6 +108,7 @@ def _scan(
     if black.size > 0:
         for k in range(count):
             light[k] -= float(black[row, left + k * step])
+    # The level of the line itself goes off, for even light that the black image does not hold.
     threshold = options[centroid.THRESHOLD]
     limit = threshold + centroid.level_of(light, threshold)
     above = 0
@@ -111,6 +117,7 @@ def _scan(
     if above == 0:
         # Nearly every line is dark, and counting is much faster than looking.
         return n_hits
+    # Within half a window a spot is the one that the window sees already.
     half = 0.5 * options[centroid.WINDOW]
     for k in range(count):
         u = left + k * step
@@ -133,14 +140,18 @@ def _is_watched(slots: Float, half: float, u: float, v: float) -> bool:
 
 @compiled(centroid, windows)
 def _enter(hits: Float, n_hits: int, half: float, u: float, v: float, value: float) -> int:
+    # A new hit goes behind the others, or in place of the weakest where the list is full. Samples
+    # of one spot in several columns or lines are one hit, that of the brightest.
     at = min(n_hits, len(hits) - 1)
     for k in range(n_hits):
         if abs(hits[k, HIT_U] - u) < half and abs(hits[k, HIT_V] - v) < half:
             at = k
             break
+    # Weaker than what is there already.
     if at < n_hits and value <= hits[at, HIT_LIGHT]:
         return n_hits
     n_hits = max(n_hits, at + 1)
+    # Insertion from behind keeps the list sorted by light, the brightest first.
     while at > 0 and hits[at - 1, HIT_LIGHT] < value:
         hits[at] = hits[at - 1]
         at -= 1
@@ -156,6 +167,7 @@ def _place(
     half = 0.5 * options[centroid.WINDOW]
     for k in range(n_hits):
         u, v = hits[k, HIT_U], hits[k, HIT_V]
+        # Asked again: a slot given a moment ago may watch this place now.
         if _is_watched(slots, half, u, v):
             continue
         chosen, nearest = -1, np.inf
@@ -166,11 +178,14 @@ def _place(
                 continue
             far = np.hypot(slots[s, windows.HOME_U] - u, slots[s, windows.HOME_V] - v)
             # A slot that never saw an LED holds NaN; it is better than one that saw a far one.
+            # 600 px for no memory, 601 px for a memory too far off: both behind any near one. A
+            # comparison with NaN is false, so that NaN takes the first.
             far = far if far <= _REMEMBER_PX else 2.0 * _REMEMBER_PX + (far > _REMEMBER_PX)
             if far < nearest:
                 chosen, nearest = s, far
         if chosen >= 0:
             slot = slots[chosen]
+            # Motion, light and counts of the old LED go; the place where it was lost stays.
             slot[: windows.HOME_U] = 0.0
             slot[windows.SLOT_U], slot[windows.SLOT_V] = u, v
             slot[windows.PHASE] = windows.TRIAL

@@ -30,12 +30,15 @@ of the first surprise, and a single bad position does not throw it."""
 _MEMORY = 0.99
 """What is left, each frame, of a hidden LED's own motion against that of the others: at 8 kHz it
 lasts for 12 ms, as long as a crossing of two LEDs or the edge of a part."""
+# The usual light is a mean over some 16 frames (2 ms at 8 kHz): a slow change is followed, a single
+# frame is not.
 _LIGHT_GAIN = 1.0 / 16.0
 
 
 @compiled(centroid)
 def corner(position: float, size: int, limit: int) -> int:
     """Return the first pixel of a window of ``size`` about a position, kept on the sensor."""
+    # The middle of pixels 0 to size - 1 is (size - 1) / 2; the half rounds to the nearest pixel.
     return min(max(int(np.floor(position - 0.5 * (size - 1) + 0.5)), 0), limit - size)
 
 
@@ -47,6 +50,7 @@ def aim(slots: Float, options: Float, width: int, height: int, corners: Int) -> 
         if slots[s, PHASE] == NOBODY:
             corners[s, 0] = corners[s, 1] = -1
         else:
+            # Last position plus the motion of one frame, px per frame: a constant velocity.
             corners[s, 0] = corner(slots[s, SLOT_U] + slots[s, MOVE_U], size, width)
             corners[s, 1] = corner(slots[s, SLOT_V] + slots[s, MOVE_V], size, height)
 
@@ -89,6 +93,7 @@ def settle(slots: Float, options: Float, readings: Float) -> None:
     """
     _judge_light(slots, options, readings)
     _judge_pairs(slots, options, readings)
+    # Before any slot moves on: the motion is the difference to the frame before.
     group_u, group_v = _group_motion(slots, readings)
     confirm = int(options[centroid.CONFIRM])
     for s in range(len(slots)):
@@ -96,14 +101,17 @@ def settle(slots: Float, options: Float, readings: Float) -> None:
         if slot[PHASE] == NOBODY:
             continue
         status = reading[centroid.STATUS]
+        # An overexposed spot still says where the LED is, well enough for the next window.
         if status == centroid.GOOD or status == centroid.SATURATED:
             _follow(slot, reading, confirm)
             if slot[SEEN] >= confirm:
                 slot[PHASE] = FOLLOWED
             elif status == centroid.GOOD:
                 reading[centroid.STATUS] = centroid.UNCONFIRMED
+        # A candidate that fails once was noise or a passing light.
         elif slot[PHASE] == TRIAL:
             slot[PHASE] = NOBODY
+        # 800 frames are 0.1 s at 8 kHz.
         elif slot[MISSED] >= options[centroid.HOLD]:
             slot[PHASE] = NOBODY
             slot[HOME_U], slot[HOME_V] = slot[SLOT_U], slot[SLOT_V]
@@ -112,6 +120,8 @@ def settle(slots: Float, options: Float, readings: Float) -> None:
             if slot[MISSED] > confirm:
                 # What comes after that may be something else, and proves itself as a new spot does.
                 slot[SEEN] = 0.0
+            # LEDs of one body move alike, so that the motion of those that are seen is the better
+            # guess the longer this one is hidden. 0.99 a frame is a time constant of 100 frames.
             slot[MOVE_U] = group_u + _MEMORY * (slot[MOVE_U] - group_u)
             slot[MOVE_V] = group_v + _MEMORY * (slot[MOVE_V] - group_v)
             slot[SLOT_U] += slot[MOVE_U]
@@ -120,15 +130,18 @@ def settle(slots: Float, options: Float, readings: Float) -> None:
 
 @compiled(centroid)
 def _follow(slot: Float, reading: Float, confirm: int) -> None:
+    # Observed minus predicted, px.
     surprise_u = reading[centroid.U] - slot[SLOT_U] - slot[MOVE_U]
     surprise_v = reading[centroid.V] - slot[SLOT_V] - slot[MOVE_V]
     slot[SLOT_U], slot[SLOT_V] = reading[centroid.U], reading[centroid.V]
     slot[MOVE_U] += _GAIN * surprise_u
     slot[MOVE_V] += _GAIN * surprise_v
+    # The first frames set the usual light, for a mean from nothing would take 16 of them.
     if slot[PHASE] == TRIAL:
         slot[LIGHT] = reading[centroid.FLUX]
     else:
         slot[LIGHT] += _LIGHT_GAIN * (reading[centroid.FLUX] - slot[LIGHT])
+    # Only whether a slot has reached CONFIRM is asked.
     slot[SEEN] = min(slot[SEEN] + 1.0, float(confirm))
     slot[MISSED] = 0.0
 
@@ -138,6 +151,7 @@ def _judge_light(slots: Float, options: Float, readings: Float) -> None:
     for s in range(len(slots)):
         if slots[s, PHASE] == FOLLOWED and readings[s, centroid.STATUS] == centroid.GOOD:
             ratio = readings[s, centroid.FLUX] / slots[s, LIGHT]
+            # The light of one LED changes slowly; a jump is another LED or two in one.
             if not options[centroid.FLUX_LOW] <= ratio <= options[centroid.FLUX_HIGH]:
                 readings[s, centroid.STATUS] = centroid.JUMPED
 
@@ -159,12 +173,16 @@ def _judge_pairs(slots: Float, options: Float, readings: Float) -> None:
             if not _located(slots[t], readings[t]):
                 continue
             if (
+                # A square about the spot serves as well as a circle, and NaN never comes here
+                # (`_located`).
                 abs(readings[s, centroid.U] - readings[t, centroid.U]) > near
                 or abs(readings[s, centroid.V] - readings[t, centroid.V]) > near
             ):
                 continue
+            # It is told by MISSED of the frame before: this frame has not been counted yet.
             owns_s = slots[s, PHASE] == FOLLOWED and slots[s, MISSED] == 0.0
             owns_t = slots[t, PHASE] == FOLLOWED and slots[t, MISSED] == 0.0
+            # One owner: the other is shared. Both or none: both are.
             shared[s] |= owns_t or not owns_s
             shared[t] |= owns_s or not owns_t
     for s in range(n):
@@ -193,6 +211,7 @@ def _group_motion(slots: Float, readings: Float) -> tuple[float, float]:
             u += readings[s, centroid.U] - slots[s, SLOT_U]
             v += readings[s, centroid.V] - slots[s, SLOT_V]
             n += 1
+    # Without any, the mean stays zero: a window that knows nothing stands still in the end.
     if n:
         u /= n
         v /= n

@@ -384,14 +384,14 @@ def _measure(
         view = run_job(built, request.out, console, incomplete=incomplete)
         truth = None
         if with_truth and built.virtual is not None:
-            truth = true_values(built.station.plan, built.virtual.part)
+            truth = true_values(built.station.job.plan, built.virtual.part)
         print_table(console, view, truth)
-        print_explanations(console, built.station.explanations())
+        print_explanations(console, built.station.job.explanations())
         print_verdict(console, view)
         if not view.part_verdict.complete:
             typer.echo(missing_sentences(view, built.job_path, written=incomplete), err=True)
         code = max(code, exit_code(view))
-        beside += [fault.error for fault in built.station.faults_beside]
+        beside += [fault.error for fault in built.station.faults.beside]
     if beside:
         # The parts are measured; what was wanted besides, e.g. a recording, is not there.
         raise beside[0]

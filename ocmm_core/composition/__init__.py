@@ -3,10 +3,10 @@
 In: names and numbers as a command or the window got them: a plan, a source, temperatures.
 Out: a source made ready, the calibration that belongs to it, and a station ready to start.
 
-Read `_compose` first, it puts all together; then `_sources`, `_feed_makers` and `_feeds` (where
-frames come from), `_calibration_choice` (which records belong to a source), `_climate`,
-`_stream_options`, `_defaults`. `_calibrate_scenes`, `_tip_scenes` and `_truth` are what the virtual
-rig needs.
+Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
+`_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
+source), `_climate`, `_stream_options`, `_defaults`. `_calibrate_scenes`, `_tip_scenes` and `_truth`
+are what the virtual rig needs.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
 

@@ -136,9 +136,9 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         raise
     try:
         if begun is not None:
-            station.change(lambda session: session.go_on(request.operator))
-        if request.probing != station.job().probing:
-            station.change(lambda session: session.set_order(request.probing))
+            station.job.change(lambda session: session.pausing.go_on(request.operator))
+        if request.probing != station.job.view().probing:
+            station.job.change(lambda session: session.steps.set_order(request.probing))
     except BaseException:
         station.close()
         raise
@@ -227,8 +227,8 @@ def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:
 
 def _missing(station: MeasuringStation, there: set[str]) -> Missing:
     """Return what is still to be touched of the surfaces that are there."""
-    touches = [item for item in station.missing() if item[0] in there]
-    job = station.job()
+    touches = [item for item in station.job.missing() if item[0] in there]
+    job = station.job.view()
     taken = {
         name: np.array([p.tip_world for p in job.feature(name).points]).reshape(-1, 3)
         for name, _ in touches

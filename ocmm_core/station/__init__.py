@@ -3,11 +3,13 @@
 In: a source, rig, probe, plan and records in force, and commands of the inspector.
 Out: live snapshots, views of the job, the job file, and the live stream for other programs.
 
-Read `_station` (what runs together), `_frame_loop` (the thread from ring to touches), `_live`
-(what the machine sees now), `_faults` (a defect stays until a new start), `_jobs` and
-`_plan_change`. The watches: `_calibration_watch`, `_change_watch`, `_probe_watch`,
-`_reference_watch`, `_bus_watch`. `stream` is the room for other programs.
-Numbers come from the rooms below. It must not know a screen.
+Read `_station` first: it joins the services, starts and stops them. These are ``job`` (`_job`:
+what an inspector does), ``jobs`` (`_job_change`: the next part, another plan), ``looks`` (live
+values, bus), ``instruments`` (calibration and probe), ``maintenance``, ``reports``, ``events``
+(signals) and ``faults`` (a defect stays until a new start). `_frame_loop` is the thread from ring
+to touches, `_touches` the step after it, `_live` what the machine sees now. The watches:
+`_calibration_watch`, `_change_watch`, `_probe_watch`, `_reference_watch`, `_bus_watch`. `stream` is
+the room for other programs. Numbers come from the rooms below. It must not know a screen.
 """
 
 from __future__ import annotations
@@ -28,8 +30,16 @@ if TYPE_CHECKING:
         BusWatch,
         bus_text,
     )
+    from ocmm_core.station._faults import StationEvents, StationFaults
+    from ocmm_core.station._instruments import Instruments
+    from ocmm_core.station._job import StationJob
+    from ocmm_core.station._job_change import JobChange
     from ocmm_core.station._jobs import free_path, give_back
-    from ocmm_core.station._station import MeasuringStation, StationOptions
+    from ocmm_core.station._looks import Looks
+    from ocmm_core.station._maintenance import StationMaintenance
+    from ocmm_core.station._options import StationOptions
+    from ocmm_core.station._reports import Reports
+    from ocmm_core.station._station import MeasuringStation
 else:
     __getattr__ = door(
         __name__,
@@ -37,8 +47,16 @@ else:
             "BusSample BusView BusWatch NO_BUS NO_BUS_REMEDY NO_REPORT NO_REPORT_REMEDY TREND_S "
             "bus_text"
         ),
+        _faults="StationEvents StationFaults",
+        _instruments="Instruments",
+        _job="StationJob",
+        _job_change="JobChange",
         _jobs="free_path give_back",
-        _station="MeasuringStation StationOptions",
+        _looks="Looks",
+        _maintenance="StationMaintenance",
+        _options="StationOptions",
+        _reports="Reports",
+        _station="MeasuringStation",
     )
 
 __all__ = [
@@ -50,7 +68,15 @@ __all__ = [
     "BusSample",
     "BusView",
     "BusWatch",
+    "Instruments",
+    "JobChange",
+    "Looks",
     "MeasuringStation",
+    "Reports",
+    "StationEvents",
+    "StationFaults",
+    "StationJob",
+    "StationMaintenance",
     "StationOptions",
     "bus_text",
     "free_path",

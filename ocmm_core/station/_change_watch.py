@@ -132,7 +132,7 @@ class ChangeWatch:
         self._doubt = Obstacle(alarm.what, _REMEDIES.get(alarm.cause, _REMEDY))
         since_s = None if alarm.since_ns is None else alarm.since_ns * 1e-9
         try:
-            self._session.hold_back(since_s, alarm.what)
+            self._session.held.hold_back(since_s, alarm.what)
         finally:
             store = self._in_use.store
             of_cameras = alarm.cause in (Cause.CAMERA, Cause.UNKNOWN)
@@ -164,7 +164,7 @@ class ChangeWatch:
         """Let the points count again once a verification has lifted the stored doubt."""
         if not self._stored or view.word not in _USABLE:
             return False
-        self._session.release("The calibration was verified since.")
+        self._session.held.release("The calibration was verified since.")
         self._doubt, self._stored = None, False
         self._monitor = self._new_monitor()
         return True

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
@@ -11,6 +11,7 @@ from typing import Protocol
 from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, FrameRing, Word, read_status
 from ocmm_core.camera import Rig
 from ocmm_core.measuring import PointOptions, Touch, TouchCollector
+from ocmm_core.station._faults import StationFaults
 from ocmm_core.tracking import (
     ProbeBody,
     ReferenceBody,
@@ -60,6 +61,19 @@ class Tracked:
     pipeline: TrackingPipeline
 
 
+class MeasureStep(Protocol):
+    """What a tracked block goes to; on the thread of the loop, and never during `between`."""
+
+    @property
+    def awaits_pull(self) -> bool:
+        """Return whether the ball is followed while it is pulled away after a touch."""
+        ...
+
+    def measure(self, tracked: Tracked) -> None:
+        """Make points of the touches, and show the rest to whoever watches."""
+        ...
+
+
 class FrameLoop:
     """Give tracked frames to whoever measures, on a thread of its own.
 
@@ -73,16 +87,14 @@ class FrameLoop:
         How frames are tracked, and what a touch is.
     home
         Where the reference body stood when the job began; None before that is known.
-    pulled
-        Asked before every block whether the ball is followed while it is pulled away.
-    measure
-        Gets every block, on the thread of the loop; no two at once, and none during `between`.
-    failed
-        Told why the loop had to give up.
+    step
+        What every tracked block goes to next.
+    faults
+        Keeps why the loop had to give up, and why the recorder gets no more.
+    halt
+        Ends the loop when it is set, by whomever.
     recorder
         Gets every raw frame.
-    unrecorded
-        Told why the recorder gets no more; measuring goes on.
     """
 
     def __init__(
@@ -95,22 +107,20 @@ class FrameLoop:
         point: PointOptions,
         *,
         home: ReferenceHome | None,
-        pulled: Callable[[], bool],
-        measure: Callable[[Tracked], None],
-        failed: Callable[[Exception], object],
+        step: MeasureStep,
+        faults: StationFaults,
+        halt: threading.Event,
         recorder: FrameSink | None = None,
-        unrecorded: Callable[[Exception], object] = lambda error: None,
     ) -> None:
         self._ring = ring
         self._rig, self._body, self._reference = rig, body, reference
         self._tracking, self._point = tracking, point
-        self._pulled, self._measure, self._failed = pulled, measure, failed
-        self._recorder, self._unrecorded = recorder, unrecorded
+        self._step, self._faults, self._recorder = step, faults, recorder
         self._pipeline = self.pipeline_from(home)
         self._collector: TouchCollector | None = None
         self._between = threading.RLock()
         self._take = threading.Event()
-        self._stop = threading.Event()
+        self._stop = halt
         self._drained = threading.Event()
         self._thread = threading.Thread(target=self._run, name="ocmm-reconstruction")
 
@@ -171,7 +181,7 @@ class FrameLoop:
                     self._stop.wait(_IDLE_S)
         except Exception as error:
             # Whatever it is: without this thread the last number would stand for good.
-            self._failed(error)
+            self._faults.fail(error, "The reconstruction")
         finally:
             self._drained.set()
 
@@ -181,7 +191,7 @@ class FrameLoop:
                 self._recorder.append(block)
             except Exception as error:
                 self._recorder = None
-                self._unrecorded(error)
+                self._faults.note(error, "The recording")
         track = self._pipeline.process(block)
         collector = self._collector
         if collector is None:
@@ -190,6 +200,6 @@ class FrameLoop:
         if self._take.is_set():
             self._take.clear()
             collector.arm()
-        collector.pulled = self._pulled()
+        collector.pulled = self._step.awaits_pull
         touches = collector.feed(track)
-        self._measure(Tracked(block, track, touches, collector.collecting, self._pipeline))
+        self._step.measure(Tracked(block, track, touches, collector.collecting, self._pipeline))

@@ -98,6 +98,8 @@ class JobFile:
     def append_point(self, point: MeasuredPoint) -> None:
         """Store a point; it is on the disk when this returns.
 
+        For tests: nothing in the product asks for it.
+
         Raises
         ------
         StorageError
@@ -108,6 +110,8 @@ class JobFile:
 
     def annul_point(self, number: int, reason: str) -> None:
         """Take a point out of `points`, and say why; the observation stays in the file.
+
+        For tests: nothing in the product asks for it.
 
         Raises
         ------
@@ -215,6 +219,8 @@ class JobFile:
 
     def backup(self, path: Path | str) -> None:
         """Write a complete copy; works also after the disk of the job has failed.
+
+        For tests: nothing in the product asks for it.
 
         Raises
         ------

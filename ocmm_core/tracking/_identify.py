@@ -214,6 +214,8 @@ def nearest_slots(
 ) -> Int:  # fmt: skip
     """Return the slot whose spot lies at the place of each LED, (C, L), -1 where none does.
 
+    For tests: nothing in the product asks for it.
+
     Parameters
     ----------
     spots

@@ -83,7 +83,7 @@ def solve_leds(
 def solve_reference(
     uv: Float, rig: Rig, body: ProbeBody, sigma_px: float, method: Method = "gauss-newton"
 ) -> PoseBatch:
-    """Do the same as `solve`, frame by frame in plain numpy."""
+    """Do the same as `solve`, frame by frame in plain numpy; for tests."""
     outputs = PoseBatch(*allocate(len(uv)))
     for frame, spots in enumerate(uv):
         _solve_frame(frame, spots, rig, body, sigma_px, method, outputs)

@@ -23,7 +23,10 @@ from ocmm_core.tracking.kernels import cholesky, forward, turn
 LONGEST = 4096
 """The mean forgets what is older than so many frames: half a second at 8 kHz."""
 
+# Of the latest frame in each mean. An exponential mean of share a has the noise of a plain one over
+# (2 - a) / a frames: 1, 31 and 511.
 _SHARES = np.array([1.0, 1.0 / 16.0, 1.0 / 256.0])
+# The mean (6), an exponential mean (6) for each test, and two counts.
 _SIZE = 6 + 6 * len(_SHARES) + 2
 _FRAMES, _SINCE = _SIZE - 2, _SIZE - 1
 """Where the state holds frames in the mean and frames since it began."""
@@ -74,6 +77,8 @@ class ReferenceFilter:
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def _follow(
+    # Increments are (rotation vector, translation), rad and mm, rig axes, as those of the
+    # covariance.
     good: NDArray[np.bool_], rotations_in: Float, origins_in: Float, covariance: Float,
     limit: float, shares: Float, anchor: Float, place: Float, state: Float,
     rotations: Float, origins: Float, frames: Float,
@@ -89,6 +94,7 @@ def _follow(
     work, other = np.empty((3, 3)), np.empty((3, 3))
     for i in range(len(good)):
         if not good[i]:
+            # Not tracked: nothing of before counts, for the body may be moved while it is hidden.
             state[:] = 0.0
             rotations[i] = np.nan
             origins[i] = np.nan
@@ -99,10 +105,13 @@ def _follow(
         else:
             _increments(anchor, place, rotations_in[i], origins_in[i], step)
             for k in range(6):
+                # Now the latest frame less the mean: zero in expectation while the body rests.
                 step[k] -= state[k]
             for a in range(6):
                 for b in range(6):
                     factor[a, b] = covariance[i, a, b]
+            # With C = L L', |L^-1 x|^2 is the squared Mahalanobis length of x, chi-square with six
+            # degrees of freedom for the noise of one frame.
             sound = cholesky(factor)
             since = state[_SINCE] + 1.0
             failed = -1
@@ -110,20 +119,28 @@ def _follow(
                 share = shares[test]
                 first = 6 + 6 * test
                 for k in range(6):
+                    # With a share of 1 this is the latest frame itself.
                     state[first + k] += share * (step[k] - state[first + k])
                     scaled[k] = state[first + k]
                 forward(factor, scaled)
                 squares = 0.0
                 for k in range(6):
                     squares += scaled[k] * scaled[k]
+                # Variance of an exponential mean that began at zero n frames ago, in that of one
+                # frame: a^2 times the geometric sum of (1 - a)^(2 i), i < n.
                 spread = share / (2.0 - share) * (1.0 - (1.0 - share) ** (2.0 * since))
+                # 1 / frames is the variance of the mean that was taken off. The first test to fail
+                # wins: the shorter its memory, the fresher what it saw. Written so that NaN fails.
                 if failed < 0 and not squares <= limit * (spread + 1.0 / state[_FRAMES]):
                     failed = test
+            # The latest frame alone is off: begin anew with it. So too without a usable covariance.
             if not sound or failed == 0:
                 _begin(anchor, place, state, rotations_in[i], origins_in[i])
             elif failed > 0:
                 first = 6 + 6 * failed
                 for k in range(6):
+                    # A slow shift: the mean jumps by what the failed test saw, and is worth as many
+                    # frames as that exponential mean averages, but never more than there were.
                     state[k] += state[first + k]
                 state[_FRAMES] = min((2.0 - shares[failed]) / shares[failed], since)
                 state[_SINCE] = 0.0
@@ -131,6 +148,8 @@ def _follow(
                     state[k] = 0.0
             else:
                 state[_SINCE] = since
+                # A plain mean up to LONGEST frames; from there on an exponential one with a share
+                # of 1 / LONGEST.
                 state[_FRAMES] = min(state[_FRAMES] + 1.0, LONGEST)
                 for k in range(6):
                     state[k] += step[k] / state[_FRAMES]
@@ -138,6 +157,7 @@ def _follow(
             origins[i, a] = place[a] + state[3 + a]
             for b in range(3):
                 rotations[i, a, b] = anchor[a, b]
+        # exp(w) anchor, the inverse of `_increments`.
         turn(rotations[i], state[0], state[1], state[2], work, other)
         frames[i] = state[_FRAMES]
 
@@ -154,6 +174,9 @@ def _begin(anchor: Float, place: Float, state: Float, rotation: Float, origin: F
 @njit(cache=True, nogil=True, error_model="numpy")
 def _increments(anchor: Float, place: Float, rotation: Float, origin: Float, out: Float) -> None:
     """Write what takes the anchor to a pose near it: a rotation vector and a translation."""
+    # From the left, so that the rotation vector is along the axes of the rig. Half the skew part is
+    # sin(angle) times the axis, less than the vector by a sixth of the cube of the angle: 2e-10 rad
+    # for a milliradian.
     change = rotation @ anchor.T
     out[0] = 0.5 * (change[2, 1] - change[1, 2])
     out[1] = 0.5 * (change[0, 2] - change[2, 0])

@@ -91,7 +91,7 @@ class Themed(Protocol):
 
 
 def contrast_ratio(first: str, second: str) -> float:
-    """Return the contrast of two colours, 1 to 21 (WCAG 2.1, section 1.4.3)."""
+    """Return the contrast of two colours, 1 to 21 (WCAG 2.1, section 1.4.3); for tests."""
     high, low = sorted((_luminance(first), _luminance(second)), reverse=True)
     return (high + 0.05) / (low + 0.05)
 

@@ -48,7 +48,7 @@ class Deeds:
             "force. Press W again to do so."
         )
         if self._is_meant("cameras", asked):
-            self._bridge.write_to_cameras()
+            self._bridge.maintenance.write_to_cameras()
 
     def mount_tip(self) -> None:
         """Say that the chosen tip was screwed on."""
@@ -61,7 +61,7 @@ class Deeds:
             f"again to say so."
         )
         if self._is_meant(f"tip {tip}", asked):
-            self._bridge.mount_tip(tip)
+            self._bridge.maintenance.mount_tip(tip)
             self._probe.forget()
 
     def _is_meant(self, what: str, asked: str) -> bool:

@@ -243,11 +243,11 @@ class RecallSheet(Sheet):
         self._work.cancel()
 
     def is_working(self) -> bool:
-        """Return whether something is calculated."""
+        """Return whether something is calculated; for tests."""
         return self._work.is_running()
 
     def headline(self) -> str:
-        """Return the totals in large words."""
+        """Return the totals in large words; for tests."""
         return self._headline.text()
 
     def set_theme(self, theme: Theme) -> None:

@@ -41,7 +41,10 @@ class CoverageView(Painted):
         self.update()
 
     def place_of(self, number: int) -> QPointF:
-        """Return where a point of the feature stands; KeyError if it has none of that number."""
+        """Return where a point of the feature stands; KeyError if it has none of that number.
+
+        For tests: nothing in the product asks for it.
+        """
         return self._places()[number]
 
     def mousePressEvent(self, event: QMouseEvent) -> None:

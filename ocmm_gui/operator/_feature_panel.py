@@ -174,10 +174,6 @@ class FeaturePanel(QFrame):
         """Return what is said about outliers and the chosen point; may be empty."""
         return self._outliers.text()
 
-    def basis(self) -> str:
-        """Return by which association, and in which frame."""
-        return self._basis.text()
-
     def title(self) -> str:
         """Return shape and name of the shown feature."""
         return self._title.text()

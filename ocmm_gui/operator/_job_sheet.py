@@ -69,7 +69,7 @@ class JobSheet(Sheet):
         self._offered: dict[Path, PlanCard] = {}
         self._beside: dict[Path, PlanCard] = {}
         self.work = WorkLine("Job")
-        bridge.job_begun.connect(self.work.end)
+        bridge.jobs.job_begun.connect(self.work.end)
         bridge.failed.connect(self._on_failed)
         self._cards: list[PlanCard | None] = [None]
         self.plans = ChoiceBox("Plan", "What is measured in the next job", ())
@@ -154,16 +154,16 @@ class JobSheet(Sheet):
         words = {key: field.text().strip() for key, field in self.fields.items()}
         header = JobHeader(
             operator=words["operator"],
-            part=self._bridge.station.plan.part,
+            part=self._bridge.station.job.plan.part,
             serial=words["serial"],
             order=words["order"],
             batch=words["batch"],
         )
         card = self._cards[self.plans.currentIndex()]
         if card is None:
-            self._bridge.next_part(header)
+            self._bridge.jobs.next_part(header)
         else:
-            self._bridge.change_plan(card.path, header)
+            self._bridge.jobs.change_plan(card.path, header)
         self._show_beginning()
 
     def offer(self, path: Path) -> None:
@@ -182,9 +182,9 @@ class JobSheet(Sheet):
 
     def next_part(self) -> None:
         """Begin the job of the next part at once."""
-        header = self.attempt(lambda: _after(self._bridge.job().header))
+        header = self.attempt(lambda: _after(self._bridge.shown.job.header))
         if header is not None:
-            self._bridge.next_part(header)
+            self._bridge.jobs.next_part(header)
             self._show_beginning()
 
     def go_on(self) -> None:
@@ -200,15 +200,15 @@ class JobSheet(Sheet):
         if item is None:
             self.told.emit("Choose a job of the list first.")
         else:
-            self._bridge.go_on(item.data(_PATH))
+            self._bridge.jobs.go_on(item.data(_PATH))
             self._show_beginning()
 
     def _show_beginning(self) -> None:
-        if self._bridge.is_beginning():
+        if self._bridge.jobs.is_beginning():
             self.work.begin("Beginning the job")
 
     def _on_failed(self, _error: object) -> None:
-        if not self._bridge.is_beginning():
+        if not self._bridge.jobs.is_beginning():
             self.work.end()
 
     def _proposal(self, job: JobView) -> JobHeader:
@@ -221,12 +221,12 @@ class JobSheet(Sheet):
             return job.header
 
     def _plan_folder(self) -> Path:
-        file = self._bridge.station.plan_file
+        file = self._bridge.station.job.plan_file
         return Path.home() if file is None else file.parent
 
     def _list_plans(self) -> None:
         """List the plan that is measured, those beside it, and those that were offered."""
-        file, offered = self._bridge.station.plan_file, tuple(self._offered)
+        file, offered = self._bridge.station.job.plan_file, tuple(self._offered)
         folder = self._plan_folder()
         self._show_plans()
 
@@ -251,13 +251,13 @@ class JobSheet(Sheet):
     def _show_plans(self) -> None:
         station, before = self._bridge.station, self._cards[max(self.plans.currentIndex(), 0)]
         known = {**self._beside, **self._offered}
-        others = [card for card in known.values() if card.identity != station.plan_identity]
+        others = [card for card in known.values() if card.identity != station.job.plan_identity]
         self._cards = [None, *others]
         self.plans.blockSignals(True)
         self.plans.clear()
-        self.plans.addItem(f"{station.plan.name}, as it is measured now")
+        self.plans.addItem(f"{station.job.plan.name}, as it is measured now")
         for card in others:
-            changed = ", changed since" if card.path == station.plan_file else ""
+            changed = ", changed since" if card.path == station.job.plan_file else ""
             self.plans.addItem(f"{card.name}, {card.path.name}{changed}")
             self.plans.setItemData(
                 self.plans.count() - 1, str(card.path), Qt.ItemDataRole.ToolTipRole
@@ -274,12 +274,12 @@ class JobSheet(Sheet):
 
     def _show_part(self) -> None:
         card = self._cards[max(self.plans.currentIndex(), 0)]
-        part = self._bridge.station.plan.part if card is None else card.part
+        part = self._bridge.station.job.plan.part if card is None else card.part
         self._part.setText(f"Part {part}")
 
     def _list_jobs(self) -> None:
         batch = self.fields["batch"].text().strip()
-        folder = self._bridge.station.job_path.parent
+        folder = self._bridge.station.job.path.parent
         self._heading.setText(f"Reading the jobs in {folder}")
         self._lists.do(
             lambda: parts_of_batch(folder, batch),
@@ -291,7 +291,7 @@ class JobSheet(Sheet):
         if batch != self.fields["batch"].text().strip():
             # The list of another batch is on its way.
             return
-        running = self._bridge.station.job_path
+        running = self._bridge.station.job.path
         self.jobs.clear()
         for part in reversed(parts):
             if part.path == running:

@@ -69,7 +69,7 @@ class PointChoice(QObject):
         if feature is None or not feature.deleted:
             self._notices.inform("No point of this feature was deleted.")
             return
-        self._bridge.restore_point(feature.deleted[-1].point.number)
+        self._bridge.choice.restore_point(feature.deleted[-1].point.number)
 
     def show_job(self, job: JobView) -> None:
         """Forget the choice once its point is gone or another feature is shown."""
@@ -79,8 +79,8 @@ class PointChoice(QObject):
             self.choose(0)
 
     def _feature(self) -> FeatureView | None:
-        return self._bridge.job().shown
+        return self._bridge.shown.job.shown
 
     def _delete(self, number: int, reason: str) -> None:
-        self._bridge.delete_point(number, reason)
+        self._bridge.choice.delete_point(number, reason)
         self._desk.setFocus()

@@ -84,7 +84,7 @@ class Readout(QWidget):
         self.update()
 
     def cap_height(self) -> float:
-        """Return the height of the digits, px."""
+        """Return the height of the digits, px; for tests."""
         return CAP_HEIGHT * self._type()
 
     def sizeHint(self) -> QSize:

@@ -45,7 +45,7 @@ class ResidualChart(Painted):
         self.update()
 
     def place_of(self, number: int) -> QPointF:
-        """Return the middle of the bar of a point."""
+        """Return the middle of the bar of a point; for tests."""
         pitch = self._pitch()
         return QPointF((self._numbers.index(number) + 0.5) * pitch, 0.5 * self.height())
 

@@ -123,7 +123,7 @@ class ItemForm(QScrollArea):
             words.setStyleSheet(f"color: {colour}; font-weight: {weight};")
 
     def faulty(self) -> str:
-        """Return the key of the field that is marked; empty for none."""
+        """Return the key of the field that is marked; empty for none; for tests."""
         return self._faulty
 
     def focus_first(self) -> None:

@@ -50,7 +50,7 @@ class PagePreview(QScrollArea):
         self._pages.addWidget(page, 0, Qt.AlignmentFlag.AlignHCenter)
 
     def page_count(self) -> int:
-        """Return how many pages are shown."""
+        """Return how many pages are shown; for tests."""
         return self._pages.count()
 
     def clear(self) -> None:

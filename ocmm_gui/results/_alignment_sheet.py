@@ -96,7 +96,7 @@ class AlignmentSheet(Sheet):
         self._paint()
         self.progress.setRange(0, 0)
         self.progress.show()
-        self._process.start(partial(alignment_of_file, self._bridge.station.job_path))
+        self._process.start(partial(alignment_of_file, self._bridge.station.job.path))
 
     def accept(self) -> None:
         """Write into the job file what was seen and that it was accepted."""
@@ -105,7 +105,7 @@ class AlignmentSheet(Sheet):
             self.told.emit("There is no alignment to accept yet.")
         else:
             words = f"The alignment was accepted: results are in the {report.frame}."
-            self._bridge.accept_alignment(
+            self._bridge.results.accept_alignment(
                 "; ".join(report_lines(report)), lambda: self.told.emit(words)
             )
             self.left.emit()

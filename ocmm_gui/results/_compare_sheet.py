@@ -152,7 +152,7 @@ class CompareSheet(Sheet):
         self._work.cancel()
 
     def is_reading(self) -> bool:
-        """Return whether jobs are being read."""
+        """Return whether jobs are being read; for tests."""
         return self._work.is_running()
 
     def set_theme(self, theme: Theme) -> None:

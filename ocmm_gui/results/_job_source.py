@@ -54,7 +54,7 @@ class JobSource:
     @classmethod
     def of_bridge(cls, bridge: StationBridge) -> JobSource:
         """Return the job that is measured."""
-        return cls(lambda: bridge.station.job_path, bridge.job, bridge.report)
+        return cls(lambda: bridge.station.job.path, lambda: bridge.shown.job, bridge.results.report)
 
     @classmethod
     def of_opened(cls, opened: OpenedJob) -> JobSource:

@@ -123,10 +123,6 @@ class PointView(QWidget):
             self._orbit = self._orbit.fitted(np.concatenate([tips, surface]), *size, margin=1.6)
             self.update()
 
-    def orbit(self) -> Orbit:
-        """Return where the eye is."""
-        return self._orbit
-
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
         self._theme = theme

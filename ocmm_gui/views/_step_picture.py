@@ -53,7 +53,7 @@ class StepPicture(Painted):
         self.update()
 
     def has_picture(self) -> bool:
-        """Return whether a file is shown, and not the nominals."""
+        """Return whether a file is shown, and not the nominals; for tests."""
         return self._image is not None
 
     def paintEvent(self, event: QPaintEvent) -> None:

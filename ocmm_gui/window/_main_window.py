@@ -95,7 +95,9 @@ class MainWindow(QMainWindow):
         self._live: LiveView | None = None
         self.close_seconds = 0.0
         self.actions_by_key = make_actions(self)
-        self.desk = DeskView(bridge.station.rig, bridge.station.body, self.actions_by_key)
+        self.desk = DeskView(
+            bridge.station.instruments.rig, bridge.station.instruments.body, self.actions_by_key
+        )
         self.far = FarView(self.actions_by_key)
         self._inspect: QWidget = self.desk
         self._use_plan()
@@ -142,7 +144,7 @@ class MainWindow(QMainWindow):
         self.setCentralWidget(central)
 
     def _connect(self, bridge: StationBridge) -> None:
-        self.desk.plan.feature_chosen.connect(bridge.select)
+        self.desk.plan.feature_chosen.connect(bridge.choice.select)
         self.sheets.wanted.connect(self._leave_keys_to)
         self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
         self.sheets.recall.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
@@ -233,20 +235,20 @@ class MainWindow(QMainWindow):
     def _calls(self) -> dict[str, Callable[[], None]]:
         bridge, choice, sheets = self._bridge, self.choice, self.sheets
         return {
-            "take": bridge.take,
-            "undo": bridge.undo,
-            "finish": bridge.finish,
-            "flip": bridge.flip,
-            "skip": bridge.skip,
-            "repeat": bridge.repeat,
-            "reopen": bridge.reopen,
-            "order": bridge.toggle_order,
-            "pause": bridge.toggle_pause,
-            "side": bridge.next_side,
-            "redo": bridge.redo,
-            "refit": bridge.refit,
-            "previous": lambda: bridge.select_neighbour(-1),
-            "next": lambda: bridge.select_neighbour(1),
+            "take": bridge.job.take,
+            "undo": bridge.job.undo,
+            "finish": bridge.job.finish,
+            "flip": bridge.job.flip,
+            "skip": bridge.job.skip,
+            "repeat": bridge.job.repeat,
+            "reopen": bridge.job.reopen,
+            "order": bridge.job.toggle_order,
+            "pause": bridge.job.toggle_pause,
+            "side": bridge.job.next_side,
+            "redo": bridge.job.redo,
+            "refit": bridge.results.refit,
+            "previous": lambda: bridge.choice.select_neighbour(-1),
+            "next": lambda: bridge.choice.select_neighbour(1),
             "tone": self._echo.toggle_tone,
             "point_after": lambda: choice.step(1),
             "point_before": lambda: choice.step(-1),
@@ -271,7 +273,7 @@ class MainWindow(QMainWindow):
         }
 
     def _use_plan(self) -> None:
-        plan, file = self._bridge.station.plan, self._bridge.station.plan_file
+        plan, file = self._bridge.station.job.plan, self._bridge.station.job.plan_file
         self.setWindowTitle(f"OCMM – {plan.part}")
         self.desk.use_plan(plan, None if file is None else file.parent)
 
@@ -281,20 +283,22 @@ class MainWindow(QMainWindow):
             self._show_live(live)
         except Exception as error:
             # What cannot be shown must not leave standing what was shown before it.
-            self._bridge.station.fail(error, _PART)
+            self._bridge.station.faults.fail(error, _PART)
             for readout in (self.desk.readout, self.far.readout()):
                 readout.withdraw(self._why_failed())
 
     def _why_failed(self) -> str:
-        fault = self._bridge.station.fault
+        fault = self._bridge.station.faults.measuring
         return "" if fault is None else fault.error.what
 
     def _show_live(self, live: LiveView) -> None:
         place = Place.FAR if self.is_far() else Place.DESK
         if self.mode() is Mode.MAINTAIN:
             place = Place.MAINTAIN
-        self.trust.show_calibration(self._bridge.calibration(), place, reference_words(live))
-        self.tip_line.show_probe(self._bridge.probe(), place)
+        self.trust.show_calibration(
+            self._bridge.station.instruments.calibration(), place, reference_words(live)
+        )
+        self.tip_line.show_probe(self._bridge.station.instruments.probe(), place)
         for view in (self.far, self.desk, self.maintenance.view):
             if view is self._stack.currentWidget():
                 view.show_live(live)
@@ -312,7 +316,7 @@ class MainWindow(QMainWindow):
         try:
             self._take_job(job)
         except Exception as error:
-            self._bridge.station.fail(error, _PART)
+            self._bridge.station.faults.fail(error, _PART)
             with contextlib.suppress(Exception):
                 self._show_job(withdrawn(job, self._why_failed()))
 

@@ -27,18 +27,8 @@ from ocmm_gui.maintain import (
     plain_body,
 )
 from ocmm_gui.operator import Echo
-from ocmm_gui.wizards import Wizard, site_of
+from ocmm_gui.wizards import WIZARDS, Subject, Wizard, site_of
 from ocmm_gui.wizards.pages import DefinitionPage
-
-_WIZARDS = {
-    "calibrate": Kind.KNOWN_POINTS,
-    "relocate": Kind.RELOCATION,
-    "verify": Kind.VERIFICATION,
-    "pivot": Kind.PIVOT,
-    "qualify": Kind.QUALIFICATION,
-    "check_tip": Kind.TIP_CHECK,
-}
-"""Which action begins which wizard."""
 
 
 class Maintenance(QObject):
@@ -70,24 +60,28 @@ class Maintenance(QObject):
     ) -> None:
         super().__init__()
         self._bridge, self._notices, self._echo = bridge, notices, echo
-        self.bus = BusPage(bridge.bus)
+        self.bus = BusPage(bridge.station.looks.bus)
         self.calibration = CalibrationPage(
-            bridge.station.rig, bridge.calibration, bridge.calibration_overview
+            bridge.station.instruments.rig,
+            bridge.station.instruments.calibration,
+            bridge.station.instruments.calibration_overview,
         )
-        self.probe = ProbePage(bridge.probe, bridge.probe_overview)
+        self.probe = ProbePage(
+            bridge.station.instruments.probe, bridge.station.instruments.probe_overview
+        )
         self.probe_design = ProbeDesignPage(
-            bridge.station.rig, plain_body(bridge.station.probe_in_use)
+            bridge.station.instruments.rig, plain_body(bridge.station.instruments.probe_in_use)
         )
         self.fits = FitsPage()
         pages = (
             Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
             Page(
                 "Calibration", "Whether the cameras can be trusted", self.calibration,
-                ("calibrate", "relocate", "verify", "recall", "write_cameras"),
+                (*_wizards(Subject.CAMERAS), "recall", "write_cameras"),
             ),
             Page(
                 "Probe", "Whether the tip can be trusted", self.probe,
-                ("define", "mount", "check_tip", "qualify", "pivot"),
+                ("define", "mount", *_wizards(Subject.PROBE)),
             ),
             Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
             Page("Fits", "Whether the fits are right, by certified pairs", self.fits),
@@ -102,7 +96,7 @@ class Maintenance(QObject):
         self.wizard.taken.connect(lambda: echo.play(Sound.TAKEN))
         self.wizard.sounded.connect(echo.play)
         self.wizard.failed.connect(self._on_wizard_failed)
-        bridge.cameras_written.connect(
+        bridge.maintenance.cameras_written.connect(
             lambda: notices.inform("The cameras store the intrinsics of the calibration.")
         )
 
@@ -117,7 +111,7 @@ class Maintenance(QObject):
             "define": self.open_definition,
             "write_cameras": self._deeds.write_cameras,
         }
-        return deeds | {key: partial(self.open_wizard, kind) for key, kind in _WIZARDS.items()}
+        return deeds | {wizard.action: partial(self.open_wizard, wizard.kind) for wizard in WIZARDS}
 
     def open_wizard(self, kind: Kind) -> None:
         """Show the first page of a wizard; its keys are its own until it is left."""
@@ -129,7 +123,7 @@ class Maintenance(QObject):
 
         Its keys are its own until it is left.
         """
-        in_use = self._bridge.station.probe_in_use
+        in_use = self._bridge.station.instruments.probe_in_use
         records = in_use.records
         self.wanted.emit(self.definition)
         self.definition.open(
@@ -149,10 +143,15 @@ class Maintenance(QObject):
         self._notices.error(error)
 
     def _on_wizard_left(self) -> None:
-        self._bridge.look_at_probe_records()
+        self._bridge.maintenance.look_at_probe_records()
         self.left.emit()
 
     def _on_defined(self, path: Path) -> None:
         self._notices.inform(
             f"The probe is in {path}. Start the program with --probe {path}, and calibrate it."
         )
+
+
+def _wizards(subject: Subject) -> tuple[str, ...]:
+    """Return the actions that begin the wizards about a subject."""
+    return tuple(wizard.action for wizard in WIZARDS if wizard.subject is subject)

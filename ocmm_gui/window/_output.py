@@ -56,8 +56,8 @@ class Output(QObject):
         self._writer.failed.connect(notices.error)
         self.question.agreed.connect(self._writer.agree)
         self.export_panel.given.connect(self._export_to)
-        self.bus_panel.given.connect(bridge.save_bus_text)
-        bridge.bus_text_saved.connect(
+        self.bus_panel.given.connect(bridge.maintenance.save_bus_text)
+        bridge.maintenance.bus_text_saved.connect(
             lambda path: notices.inform(f"The report of the bus is in {path}.")
         )
 
@@ -104,7 +104,7 @@ class Output(QObject):
     def _save_bus_text(self) -> None:
         path = self._new_text("bus")
         if self._out is not None:
-            self._bridge.save_bus_text(path)
+            self._bridge.maintenance.save_bus_text(path)
         else:
             self.bus_panel.ask(path)
 

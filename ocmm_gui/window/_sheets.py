@@ -56,19 +56,21 @@ class Sheets(QObject):
         self.keys = KeysSheet()
         station = bridge.station
         self.recall = RecallSheet(
-            lambda: station.job_path.parent,
+            lambda: station.job.path.parent,
             lambda: records()[1] or default_folder(),
             lambda: records()[0],
-            lambda: bridge.job().operator,
+            lambda: bridge.shown.job.operator,
         )
-        self.plan = PlanSheet(station.plan, station.plan_file, lambda: station.job_path)
+        self.plan = PlanSheet(station.job.plan, station.job.plan_file, lambda: station.job.path)
         self.plan.saved.connect(self._on_plan_saved)
         self.plan.measure_wanted.connect(self._measure_by)
-        bridge.plan_changed.connect(lambda: self.plan.use_plan(station.plan, station.plan_file))
-        bridge.job_left.connect(notices.inform)
+        bridge.plan_changed.connect(
+            lambda: self.plan.use_plan(station.job.plan, station.job.plan_file)
+        )
+        bridge.jobs.job_left.connect(notices.inform)
         self._notices = notices
         self._bridge = bridge
-        bridge.job_begun.connect(self._on_begun)
+        bridge.jobs.job_begun.connect(self._on_begun)
         for sheet in self.all():
             sheet.left.connect(self.left)
             sheet.failed.connect(notices.error)
@@ -101,7 +103,7 @@ class Sheets(QObject):
     def open_job(self) -> None:
         """Ask for operator and part."""
         self.wanted.emit(self.job)
-        self.job.open(self._bridge.job())
+        self.job.open(self._bridge.shown.job)
 
     def open_plan(self) -> None:
         """Write or change a plan."""
@@ -161,8 +163,11 @@ class Sheets(QObject):
 
 def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
     """Return where records of probes and of calibrations are kept; None for that of this user."""
-    station = bridge.station
-    return _folder_of(station.probe_in_use.store), _folder_of(station.calibration_in_use.store)
+    instruments = bridge.station.instruments
+    return (
+        _folder_of(instruments.probe_in_use.store),
+        _folder_of(instruments.calibration_in_use.store),
+    )
 
 
 def _folder_of(store: RecordStore[Any] | None) -> Path | None:
@@ -172,4 +177,5 @@ def _folder_of(store: RecordStore[Any] | None) -> Path | None:
 
 def calibration_words(bridge: StationBridge) -> str:
     """Return how cameras and probe stand now, in one line."""
-    return f"Cameras: {bridge.calibration().label}. Probe: {bridge.probe().label}."
+    instruments = bridge.station.instruments
+    return f"Cameras: {instruments.calibration().label}. Probe: {instruments.probe().label}."

@@ -2,9 +2,10 @@
 
 In: a guided procedure of the core and its snapshots. Out: commands to it, and pages of each step.
 
-Read `_wizard` (begin or resume, then run), `_sessions` with `_camera_sessions` and
-`_probe_sessions` (what is asked, how a session begins), `_site` (rig, probe, records, frames),
-`_driver` (commands out, snapshots in, nothing waits), `_runner` (rail, page, why Next is closed).
+Read `_registry` (one entry a wizard says everything), `_wizard` (begin or resume, then run),
+`_sessions` with `_camera_sessions` and `_probe_sessions` (what is asked, how a session begins),
+`_site` (rig, probe, records, frames), `_driver` (commands out, snapshots in, nothing waits),
+`_runner` (rail, page, why Next is closed).
 `parts` is what pages are made of, `pages` the pages themselves.
 Steps, gates and numbers are in `ocmm_core.calibration`. It must not know the inspector's screens.
 """
@@ -16,23 +17,35 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_gui.wizards._registry import WIZARDS, WizardSpec
     from ocmm_gui.wizards._runner import Runner
-    from ocmm_gui.wizards._site import SESSIONS, ProbeSite, WizardSite, site_of, temperature
+    from ocmm_gui.wizards._site import (
+        SESSIONS,
+        ProbeSite,
+        Subject,
+        WizardSite,
+        site_of,
+        temperature,
+    )
     from ocmm_gui.wizards._wizard import Wizard
 else:
     __getattr__ = door(
         __name__,
+        _registry="WIZARDS WizardSpec",
         _runner="Runner",
-        _site="ProbeSite SESSIONS WizardSite site_of temperature",
+        _site="ProbeSite SESSIONS Subject WizardSite site_of temperature",
         _wizard="Wizard",
     )
 
 __all__ = [
     "SESSIONS",
+    "WIZARDS",
     "ProbeSite",
     "Runner",
+    "Subject",
     "Wizard",
     "WizardSite",
+    "WizardSpec",
     "site_of",
     "temperature",
 ]

@@ -1,103 +1,143 @@
-"""How sessions about the cameras begin and go on."""
+"""How sessions about the cameras begin and go on: what is filled in, and what comes of it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 from typing import get_args
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure, load_reference_points
-from ocmm_core.calibration.guided import Kind
 from ocmm_core.calibration.records import CalibrationStore, load_bar, load_sphere
 from ocmm_core.calibration.relocation import GeometryMode, LensMode, RelocationProcedure, World
 from ocmm_core.calibration.verification import VerificationProcedure
-from ocmm_core.camera import Rig
-from ocmm_core.tracking import ProbeBody
-from ocmm_gui.wizards._site import (
-    SESSIONS,
-    DirectCalculation,
-    Opened,
-    WizardSite,
-    chosen,
-    given,
-    named,
-    running_rig,
-    store_folder_of,
-    temperature,
-)
-from ocmm_gui.wizards.parts import ProcessCalculation, ShownProcedure
+from ocmm_core.documents import resource
+from ocmm_gui.wizards._site import Place, WizardSite, chosen, given, named, temperature
+from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
+
+_BAR = "the document of the length bar"
 
 
-def begin_camera_session(
-    site: WizardSite, kind: Kind, values: Mapping[str, str], now: datetime
-) -> Opened:
-    """Begin a session about the cameras with what was filled in.
+def known_points_fields(_site: WizardSite) -> tuple[Field, ...]:
+    """Return what is filled in before the cameras are calibrated."""
+    return (
+        WHO,
+        TEMPERATURE,
+        Field("points", "Reference points", "The list of positions: unit, uncertainty, points"),
+    )
 
-    Raises
-    ------
-    OcmmError
-        A document cannot be used, something is missing, or the session cannot be stored.
-    """
-    folder = store_folder_of(site)
-    store = CalibrationStore(folder)
-    rig, who, warm = running_rig(site), named(values), temperature(values["temperature"])
-    if kind is Kind.KNOWN_POINTS:
-        points = load_reference_points(given(values, "points", "the list of reference points"))
-        return opened_camera_session(
-            site, kind, rig,
-            KnownPointsProcedure.begin(
-                folder / SESSIONS, rig, store, points, now, who=who, temperature_c=warm
+
+def begin_known_points(
+    place: Place, values: Mapping[str, str], now: datetime
+) -> KnownPointsProcedure:
+    """Begin to calibrate the cameras; raise OcmmError where that is not possible."""
+    who, warm = named(values), temperature(values["temperature"])
+    points = load_reference_points(given(values, "points", "the list of reference points"))
+    store = CalibrationStore(place.folder)
+    return KnownPointsProcedure.begin(
+        place.sessions, place.rig, store, points, now, who=who, temperature_c=warm
+    )
+
+
+def resume_known_points(place: Place, path: Path) -> KnownPointsProcedure:
+    """Return the procedure of a session file."""
+    return KnownPointsProcedure.resume(path, place.rig, CalibrationStore(place.folder))
+
+
+def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
+    """Return what is filled in before a relocation."""
+    return (
+        WHO,
+        TEMPERATURE,
+        Field(
+            "bar", "Length bar", "Its document with the certificate",
+            str(resource("artefacts", "bar.toml")),
+        ),
+        Field(
+            "world", "World frame", "What the coordinates refer to afterwards",
+            choices=(
+                ("cameras", "stays with the cameras"),
+                ("points", "kept by known control points"),
+                ("set", "set anew by three points"),
             ),
-        )  # fmt: skip
-    bar = load_bar(given(values, "bar", "the document of the length bar"))
-    if kind is Kind.RELOCATION:
-        control = None
-        if values["world"] == "points":
-            control = load_reference_points(given(values, "control", "the control points"))
-        return opened_camera_session(
-            site, kind, rig,
-            RelocationProcedure.begin(
-                folder / SESSIONS, rig, site.body, store, bar, now, who=who,
-                temperature_c=warm, control=control,
-                world=chosen(values["world"], get_args(World)),
-                lens=chosen(values["lens"], get_args(LensMode)),
-                geometry=chosen(values["geometry"], get_args(GeometryMode)),
+        ),
+        Field("control", "Control points", "Their list, if the world is kept by known points"),
+        Field(
+            "lens", "Lenses", "What happens to the lenses",
+            choices=(
+                ("prior", "refined from what is known"),
+                ("fixed", "kept as they are"),
+                ("free", "found anew"),
             ),
-        )  # fmt: skip
-    sphere = values["sphere"].strip()
-    return opened_camera_session(
-        site, kind, rig,
-        VerificationProcedure.begin(
-            folder / SESSIONS, rig, site.body, store, bar, now, who=who,
-            temperature_c=warm, spheres=(load_sphere(Path(sphere)),) if sphere else (),
-            two_places=values["places"] == "two",
+        ),
+        Field(
+            "geometry", "Probe", "How the LEDs of the probe are known",
+            choices=(
+                ("uncertain", "known to its uncertainty"),
+                ("known", "known exactly"),
+                ("unknown", "not known: the bar alone gives the scale"),
+            ),
         ),
     )  # fmt: skip
 
 
-def resumed_camera_session(
-    kind: Kind, path: Path, rig: Rig, body: ProbeBody, folder: Path
-) -> ShownProcedure:
-    """Return the procedure of a session file; also what a process that calculates begins with."""
-    store = CalibrationStore(folder)
-    if kind is Kind.KNOWN_POINTS:
-        return KnownPointsProcedure.resume(path, rig, store)
-    if kind is Kind.RELOCATION:
-        return RelocationProcedure.resume(path, rig, body, store)
-    return VerificationProcedure.resume(path, rig, body, store)
+def begin_relocation(place: Place, values: Mapping[str, str], now: datetime) -> RelocationProcedure:
+    """Begin a relocation; raise OcmmError where that is not possible."""
+    who, warm = named(values), temperature(values["temperature"])
+    bar = load_bar(given(values, "bar", _BAR))
+    control = None
+    if values["world"] == "points":
+        control = load_reference_points(given(values, "control", "the control points"))
+    return RelocationProcedure.begin(
+        place.sessions, place.rig, place.body, CalibrationStore(place.folder), bar, now,
+        who=who, temperature_c=warm, control=control,
+        world=chosen(values["world"], get_args(World)),
+        lens=chosen(values["lens"], get_args(LensMode)),
+        geometry=chosen(values["geometry"], get_args(GeometryMode)),
+    )  # fmt: skip
 
 
-def opened_camera_session(
-    site: WizardSite, kind: Kind, rig: Rig, procedure: ShownProcedure
-) -> Opened:
-    """Return a procedure with what calculates its result."""
-    folder = store_folder_of(site)
-    again: Callable[[], ShownProcedure] = partial(
-        resumed_camera_session, kind, procedure.base.session, rig, site.body, folder
-    )
-    if kind is Kind.VERIFICATION:
-        return Opened(procedure, rig, DirectCalculation(procedure))
-    predict = procedure.predict if isinstance(procedure, RelocationProcedure) else None
-    return Opened(procedure, rig, ProcessCalculation(procedure, again), predict)
+def resume_relocation(place: Place, path: Path) -> RelocationProcedure:
+    """Return the procedure of a session file."""
+    store = CalibrationStore(place.folder)
+    return RelocationProcedure.resume(path, place.rig, place.body, store)
+
+
+def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
+    """Return what is filled in before a verification."""
+    return (
+        WHO,
+        TEMPERATURE,
+        Field(
+            "bar", "Length bar", "Not the one that the cameras were calibrated with",
+            str(resource("artefacts", "verification_bar.toml")),
+        ),
+        Field(
+            "sphere", "Sphere", "Its document; leave it empty for none",
+            str(resource("artefacts", "sphere.toml")),
+        ),
+        Field(
+            "places", "Sphere in", "How many places of the volume",
+            choices=(("one", "one place"), ("two", "near and far third")),
+        ),
+    )  # fmt: skip
+
+
+def begin_verification(
+    place: Place, values: Mapping[str, str], now: datetime
+) -> VerificationProcedure:
+    """Begin a verification; raise OcmmError where that is not possible."""
+    who, warm = named(values), temperature(values["temperature"])
+    bar = load_bar(given(values, "bar", _BAR))
+    sphere = values["sphere"].strip()
+    return VerificationProcedure.begin(
+        place.sessions, place.rig, place.body, CalibrationStore(place.folder), bar, now,
+        who=who, temperature_c=warm, spheres=(load_sphere(Path(sphere)),) if sphere else (),
+        two_places=values["places"] == "two",
+    )  # fmt: skip
+
+
+def resume_verification(place: Place, path: Path) -> VerificationProcedure:
+    """Return the procedure of a session file."""
+    store = CalibrationStore(place.folder)
+    return VerificationProcedure.resume(path, place.rig, place.body, store)

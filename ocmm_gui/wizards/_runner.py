@@ -32,7 +32,7 @@ from ocmm_gui.wizards._decision_bar import DecisionBar
 from ocmm_gui.wizards._driver import WizardDriver
 from ocmm_gui.wizards._keys import WIZARD_ACTIONS, make_wizard_actions
 from ocmm_gui.wizards._rail import Rail
-from ocmm_gui.wizards.parts import TEXTS, Seen, StepPage, gate_words, is_unstored
+from ocmm_gui.wizards.parts import Seen, StepPage, WizardTexts, gate_words, is_unstored
 
 _RAIL_PX, _BUTTON_PX = 190, 60
 _INSTRUCTION_PX = 52
@@ -52,7 +52,7 @@ class Runner(QWidget):
     ----------
     driver
         Of the procedure; not started yet, closed by `close_driver`.
-    title
+    texts
         Of the wizard.
     pages
         One for each step, by the step's name.
@@ -68,13 +68,14 @@ class Runner(QWidget):
     def __init__(
         self,
         driver: WizardDriver,
-        title: str,
+        texts: WizardTexts,
         pages: Mapping[str, StepPage],
         extra: Mapping[str, Callable[[], None]],
     ) -> None:
         super().__init__()
         self.driver = driver
         self.pages = dict(pages)
+        self._texts = texts
         self._seen: Seen | None = None
         self._entered: StepPage | None = None
         self._was_open = False
@@ -92,7 +93,7 @@ class Runner(QWidget):
         }
         self._heading = FitText("Wizard", limit=20)
         self._heading.setFixedHeight(34)
-        self._heading.show_text(title)
+        self._heading.show_text(texts.title)
         self.rail = Rail()
         self._title = FitText("Step", limit=28)
         self._title.setFixedHeight(38)
@@ -194,9 +195,9 @@ class Runner(QWidget):
 
     def _ask(self, *, accepts: bool) -> None:
         if self._seen is not None:
-            texts = TEXTS[self._seen.view.base.kind]
+            ends = self._texts.ends
             why = self.page().must_say_why() if accepts else ""
-            question = why or (texts.accepts if accepts else texts.keeps)
+            question = why or (ends.accepts if accepts else ends.keeps)
             self.decision.ask(question, "", accepts=accepts, needs_reason=bool(why))
 
     def _decide(self, accepts: bool, reason: str) -> None:
@@ -237,12 +238,12 @@ class Runner(QWidget):
         self.buttons["cancel"].setVisible(calculating)
         self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
         self.buttons["automatic"].setText(f"By itself: {'ON' if seen.automatic else 'off'}\n[Y]")
-        texts = TEXTS[base.kind]
-        for key, word in (("accept", texts.accept), ("keep", texts.keep)):
+        ends = self._texts.ends
+        for key, word in (("accept", ends.accept), ("keep", ends.keep)):
             self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
 
     def _show_gate(self, seen: Seen) -> None:
-        text, mark = gate_words(seen, going_on=self._go_on.isActive())
+        text, mark = gate_words(seen, self._texts.accepted, going_on=self._go_on.isActive())
         if text != self.gate.text():
             self.gate.setText(text)
         self._gate_mark.show_text("", mark_colour(self._theme, mark), mark)

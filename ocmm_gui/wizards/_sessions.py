@@ -4,47 +4,41 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from datetime import datetime
+from functools import partial
 from pathlib import Path
+from typing import Any
 
-from ocmm_core.calibration.guided import Decision, Kind, sessions
+from ocmm_core.calibration.guided import Decision, sessions
 from ocmm_core.errors import OcmmError
-from ocmm_gui.wizards._camera_sessions import (
-    begin_camera_session,
-    opened_camera_session,
-    resumed_camera_session,
-)
-from ocmm_gui.wizards._probe_sessions import (
-    PROBE_KINDS,
-    begin_probe_session,
-    opened_probe_session,
-    probe_fields,
-    resumed_probe_session,
-)
+from ocmm_gui.wizards._registry import WizardSpec
 from ocmm_gui.wizards._site import (
     SESSIONS,
+    DirectCalculation,
     Offer,
     Opened,
+    Place,
     WizardSite,
-    probe_site_of,
-    running_rig,
-    store_folder_of,
+    place_of,
+    store_of,
 )
-from ocmm_gui.wizards.parts import FIELDS, WHO, Field
+from ocmm_gui.wizards.parts import WHO, Field, ProcessCalculation, ShownProcedure
 
 _PAST = ("session.rig", "session.empty")
 """Codes of sessions that nobody misses: of a calibration that is no longer in force, or without
 anything in them."""
 
 
-def fields(site: WizardSite, kind: Kind) -> tuple[Field, ...]:
-    """Return what is filled in before a session of a kind begins."""
-    asked = FIELDS[kind] if kind in FIELDS else probe_fields(site, kind)
+def fields(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Field, ...]:
+    """Return what is filled in before a session begins."""
     return tuple(
-        Field(one.key, one.label, one.tip, site.who) if one is WHO else one for one in asked
+        Field(one.key, one.label, one.tip, site.who) if one is WHO else one
+        for one in spec.fields(site)
     )
 
 
-def begin(site: WizardSite, kind: Kind, values: Mapping[str, str], now: datetime) -> Opened:
+def begin(
+    site: WizardSite, spec: WizardSpec[Any], values: Mapping[str, str], now: datetime
+) -> Opened:
     """Begin a session with what was filled in.
 
     Raises
@@ -52,37 +46,25 @@ def begin(site: WizardSite, kind: Kind, values: Mapping[str, str], now: datetime
     OcmmError
         A document cannot be used, something is missing, or the session cannot be stored.
     """
-    if kind in PROBE_KINDS:
-        return begin_probe_session(site, kind, values, now)
-    return begin_camera_session(site, kind, values, now)
+    place = place_of(site, spec.subject)
+    return _opened(spec, place, spec.begin(place, values, now))
 
 
-def resume(site: WizardSite, kind: Kind, path: Path) -> Opened:
+def resume(site: WizardSite, spec: WizardSpec[Any], path: Path) -> Opened:
     """Go on with a session; raise OcmmError where that is not possible."""
-    if kind in PROBE_KINDS:
-        return opened_probe_session(site, kind, resumed_probe_session(site, kind, path))
-    rig, folder = running_rig(site), store_folder_of(site)
-    again = resumed_camera_session(kind, path, rig, site.body, folder)
-    return opened_camera_session(site, kind, rig, again)
+    place = place_of(site, spec.subject)
+    return _opened(spec, place, spec.resume(place, path))
 
 
-def require_store(site: WizardSite, kind: Kind) -> None:
-    """Raise CalibrationError where there is no place to keep what a wizard finds."""
-    if kind in PROBE_KINDS:
-        probe_site_of(site)
-    else:
-        store_folder_of(site)
-
-
-def offers(site: WizardSite, kind: Kind) -> tuple[Offer, ...]:
-    """Return the sessions of a kind that were not ended, the newest first."""
-    store = _store_of(site, kind)
+def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
+    """Return the sessions of a wizard that were not ended, the newest first."""
+    store = store_of(site, spec.subject)
     if store is None:
         return ()
     found = []
-    for path in sessions(store / SESSIONS, kind):
+    for path in sessions(store / SESSIONS, spec.kind):
         try:
-            base = resume(site, kind, path).procedure.base
+            base = resume(site, spec, path).procedure.base
         except OcmmError as error:
             if error.code not in _PAST:
                 found.append(Offer(path, path.name, f"{error.what} {error.remedy}"))
@@ -98,7 +80,10 @@ def offers(site: WizardSite, kind: Kind) -> tuple[Offer, ...]:
     return tuple(found)
 
 
-def _store_of(site: WizardSite, kind: Kind) -> Path | None:
-    if kind in PROBE_KINDS:
-        return None if site.probe is None else site.probe.store
-    return site.store
+def _opened(spec: WizardSpec[Any], place: Place, procedure: ShownProcedure) -> Opened:
+    """Return a procedure with what calculates its result."""
+    predict = None if spec.predict is None else partial(spec.predict, procedure)
+    if not spec.is_slow:
+        return Opened(procedure, place, DirectCalculation(procedure), predict)
+    again = partial(spec.resume, place, procedure.base.session)
+    return Opened(procedure, place, ProcessCalculation(procedure, again), predict)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from enum import Enum, auto
 from pathlib import Path
 from typing import TypeVar
 
@@ -83,7 +84,7 @@ class WizardSite:
 def site_of(bridge: StationBridge) -> WizardSite:
     """Return the site of a running inspection."""
     station = bridge.station
-    in_use = station.calibration_in_use
+    in_use = station.instruments.calibration_in_use
     obstacle = (
         "The cameras are taken to be as the rig document says: no calibrations are kept.",
         "Start the program with --calibrations FOLDER, or with real cameras.",
@@ -92,15 +93,15 @@ def site_of(bridge: StationBridge) -> WizardSite:
         obstacle = (in_use.fault[1].what, in_use.fault[1].remedy)
 
     def warmth() -> tuple[float | None, ...]:
-        report = station.bus_report()
+        report = station.looks.bus_report()
         return () if report is None else tuple(one.temperature_c for one in report.cameras)
 
     return WizardSite(
-        rig=station.rig,
-        body=station.body,
+        rig=station.instruments.rig,
+        body=station.instruments.body,
         store=None if in_use.store is None else in_use.store.folder,
-        who=bridge.job().operator,
-        tap=bridge.show_frames_to,
+        who=bridge.shown.job.operator,
+        tap=bridge.station.maintenance.show_frames_to,
         warmth=warmth,
         obstacle=obstacle,
         probe=_probe_site(bridge),
@@ -108,7 +109,7 @@ def site_of(bridge: StationBridge) -> WizardSite:
 
 
 def _probe_site(bridge: StationBridge) -> ProbeSite:
-    in_use = bridge.station.probe_in_use
+    in_use = bridge.station.instruments.probe_in_use
     obstacle = (
         "The probe is taken to be as its document says: no records of it are kept.",
         "Start the program with --probes FOLDER, or with real cameras.",
@@ -146,8 +147,8 @@ class Opened:
     ----------
     procedure
         Begun or resumed.
-    rig
-        What it starts from.
+    place
+        What it works on.
     calculation
         Of its result.
     predict
@@ -155,9 +156,46 @@ class Opened:
     """
 
     procedure: ShownProcedure
-    rig: Rig
+    place: Place
     calculation: Calculation
     predict: Callable[[], None] | None = None
+
+
+class Subject(Enum):
+    """What a wizard is about: it decides which records it works on and where it is offered."""
+
+    CAMERAS = auto()
+    PROBE = auto()
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """What a session works on; unlike a site it can be sent to another process.
+
+    Attributes
+    ----------
+    rig
+        With the calibration in force.
+    body
+        The probe.
+    folder
+        Of the records that the wizard is about.
+    cameras
+        Folder of the rig's calibrations; None where none are kept.
+    hold_s
+        As in `ProbeSite`.
+    """
+
+    rig: Rig
+    body: ProbeBody
+    folder: Path
+    cameras: Path | None
+    hold_s: float
+
+    @property
+    def sessions(self) -> Path:
+        """Return the folder of the sessions."""
+        return self.folder / SESSIONS
 
 
 class DirectCalculation:
@@ -174,20 +212,30 @@ class DirectCalculation:
         """Do nothing: there is never time for it."""
 
 
-def store_folder_of(site: WizardSite) -> Path:
-    """Return where the calibrations are kept; raise CalibrationError where they are not."""
-    if site.store is None:
+def place_of(site: WizardSite, subject: Subject) -> Place:
+    """Return what sessions work on; CalibrationError as `require_store`."""
+    folder, rig = require_store(site, subject), running_rig(site)
+    if subject is Subject.PROBE and site.probe is not None:
+        return Place(rig, site.probe.design, folder, site.store, site.probe.hold_s)
+    return Place(rig, site.body, folder, site.store, 0.0)
+
+
+def require_store(site: WizardSite, subject: Subject) -> Path:
+    """Return where the records of a subject are kept; raise CalibrationError where they are not."""
+    folder, probe = store_of(site, subject), site.probe
+    if folder is not None:
+        return folder
+    if subject is Subject.CAMERAS:
         raise CalibrationError("wizard.no_store", *site.obstacle)
-    return site.store
+    what, remedy = ("No probe is known.", "") if probe is None else probe.obstacle
+    raise CalibrationError("wizard.no_probe_store", what, remedy)
 
 
-def probe_site_of(site: WizardSite) -> tuple[ProbeSite, Path]:
-    """Return where the records of the probe are kept; raise CalibrationError where they are not."""
-    probe = site.probe
-    if probe is None or probe.store is None:
-        what, remedy = ("No probe is known.", "") if probe is None else probe.obstacle
-        raise CalibrationError("wizard.no_probe_store", what, remedy)
-    return probe, probe.store
+def store_of(site: WizardSite, subject: Subject) -> Path | None:
+    """Return the folder of the records of a subject; None where none are kept."""
+    if subject is Subject.CAMERAS:
+        return site.store
+    return None if site.probe is None else site.probe.store
 
 
 def running_rig(site: WizardSite) -> Rig:

@@ -53,6 +53,6 @@ def make_long_job(folder: Path) -> Path:
         session = InspectionSession(long, rig, body, job, options)
         for name, found in own.items():
             for touch in found * _TIMES:
-                session.take_touch(touch, name)
-        assert not session.missing()
+                session.touches.take(touch, name)
+        assert not session.steps.missing()
         return job.path

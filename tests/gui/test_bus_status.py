@@ -95,8 +95,8 @@ def test_an_alarm_is_shown_in_its_own_words(
     seconds = bench.seconds_until("NOT READY")
     record_property("report to NOT READY, ms", round(1000 * seconds))
     assert seconds < LIMIT_S
-    assert bench.bridge.live().reason == SENTENCE
-    assert bench.bridge.live().tip_world is None
+    assert bench.bridge.station.looks.live().reason == SENTENCE
+    assert bench.bridge.station.looks.live().tip_world is None
     assert SENTENCE in bench.window.desk.guidance.trouble()
     bench.window.show_far(True)
     far = bench.window.far
@@ -115,7 +115,7 @@ def test_what_was_tracked_before_is_not_shown_as_new(bench: Bench) -> None:
     publish(bench.bus.ring, IN_ORDER)
     for _ in range(20):
         QTest.qWait(10)
-        assert bench.bridge.live().status is StatusWord.NOT_READY
+        assert bench.bridge.station.looks.live().status is StatusWord.NOT_READY
     bench.bus.switch.silent = False
     bench.wait_ready()
 

@@ -86,21 +86,21 @@ def test_a_camera_is_switched_off_and_on(
     strip, bus = window.desk.strip, window.maintenance.bus
 
     def trusted() -> None:
-        assert strip.status() in ("READY", "MEASURING"), bench.bridge.live()
+        assert strip.status() in ("READY", "MEASURING"), bench.bridge.station.looks.live()
 
     qtbot.waitUntil(trusted, timeout=PATIENCE_MS)
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: bus.phase() == "IN OPERATION", timeout=PATIENCE_MS)
-    names = [camera.name for camera in bench.station.rig.cameras]
+    names = [camera.name for camera in bench.station.instruments.rig.cameras]
     # The page asks a few times a second; the first report may be older than the first frame.
     qtbot.waitUntil(
         lambda: all(int(bus.cameras.words(row)[5]) > 0 for row in range(len(names))),
         timeout=PATIENCE_MS,
     )
-    for row, camera in enumerate(bench.station.rig.cameras):
+    for row, camera in enumerate(bench.station.instruments.rig.cameras):
         words = bus.cameras.words(row)
         assert words[:4] == (names[row], str(camera.serial), str(row + 1), "OP")
-    report = bench.station.bus_report()
+    report = bench.station.looks.bus_report()
     assert report is not None
     assert report.good + report.late + report.lost + report.bad == report.elapsed > 0
     assert sum(report.lateness.counts) > 0
@@ -112,9 +112,11 @@ def test_a_camera_is_switched_off_and_on(
     seconds = time.monotonic() - off
     record_property("camera off to NOT READY, ms", round(1000 * seconds))
     assert seconds < LIMIT_S
-    assert bench.bridge.live().tip_world is None
+    assert bench.bridge.station.looks.live().tip_world is None
     # The search for who is missing takes the bring-up of the others.
-    qtbot.waitUntil(lambda: f"'{names[1]}'" in bench.bridge.live().reason, timeout=PATIENCE_MS)
+    qtbot.waitUntil(
+        lambda: f"'{names[1]}'" in bench.bridge.station.looks.live().reason, timeout=PATIENCE_MS
+    )
     record_property("camera off to its name, ms", round(1000 * (time.monotonic() - off)))
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: bus.cameras.words(1)[3] == "NO ANSWER", timeout=PATIENCE_MS)
@@ -126,14 +128,14 @@ def test_a_camera_is_switched_off_and_on(
     on = bench.do(Deed.POWER_ON)
     qtbot.waitUntil(trusted, timeout=PATIENCE_MS)
     record_property("camera on to READY, ms", round(1000 * (time.monotonic() - on)))
-    report = bench.station.bus_report()
+    report = bench.station.looks.bus_report()
     assert report is not None
     assert report.recoveries >= 1
     # After the start, and again; within a second both are one line that says twice.
     back = [event.cycles for event in report.events if event.code == "bus.operation"]
     assert sum(back) >= 2, report.events
     assert report.good + report.late + report.lost + report.bad == report.elapsed
-    with qtbot.waitSignal(bench.bridge.bus_text_saved, timeout=PATIENCE_MS) as saved:
+    with qtbot.waitSignal(bench.bridge.maintenance.bus_text_saved, timeout=PATIENCE_MS) as saved:
         QTest.keyClick(window, Qt.Key.Key_M)
         QTest.keyClick(window, Qt.Key.Key_B)
     text = saved.args[0].read_text(encoding="utf-8")

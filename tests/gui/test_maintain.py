@@ -144,7 +144,7 @@ def test_the_report_is_written_where_the_panel_says(
     field.selectAll()
     QTest.keyClicks(field, str(path))
     assert field.text() == str(path)
-    with qtbot.waitSignal(bench.bridge.bus_text_saved, timeout=PATIENCE_MS):
+    with qtbot.waitSignal(bench.bridge.maintenance.bus_text_saved, timeout=PATIENCE_MS):
         QTest.keyClick(field, Qt.Key.Key_Return)
     assert not window.output.bus_panel.isVisible()
     text = path.read_text(encoding="utf-8")
@@ -173,7 +173,9 @@ def test_a_folder_that_is_given_is_not_asked_for(
     try:
         publish(bench.bus.ring, IN_ORDER)
         QTest.keyClick(bench.window, Qt.Key.Key_M)
-        with qtbot.waitSignal(bench.bridge.bus_text_saved, timeout=PATIENCE_MS) as saved:
+        with qtbot.waitSignal(
+            bench.bridge.maintenance.bus_text_saved, timeout=PATIENCE_MS
+        ) as saved:
             QTest.keyClick(bench.window, Qt.Key.Key_B)
         (path,) = saved.args
         assert path.parent == tmp_path / "out"

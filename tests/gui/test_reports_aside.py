@@ -20,7 +20,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.export import registry
 from ocmm_core.inspection.archive import reopen
 from ocmm_core.inspection.session import JobSteps
-from ocmm_core.station import MeasuringStation
+from ocmm_core.station import JobChange, Reports
 from ocmm_gui.kit import Level, Notice
 from ocmm_gui.operator import _job_sheet as job_sheet
 from ocmm_gui.reports import _pdf as pdf
@@ -93,8 +93,8 @@ def _go_on_with(bench: Bench, qtbot: QtBot, job: Path, folder: Path) -> Path:
     own = folder / job.name
     folder.mkdir(parents=True, exist_ok=True)
     shutil.copy(job, own)
-    bench.bridge.go_on(own)
-    qtbot.waitUntil(lambda: bench.bridge.job().job == job.stem, timeout=PATIENCE_MS)
+    bench.bridge.jobs.go_on(own)
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.job == job.stem, timeout=PATIENCE_MS)
     return own
 
 
@@ -279,14 +279,14 @@ def test_nothing_long_is_called_in_the_thread_of_the_window(
     beside = {
         name: _spy(monkeypatch, name, owner)
         for owner, name in [
-            (MeasuringStation, "report"), (MeasuringStation, "go_on"),
-            (MeasuringStation, "next_part"), (JobSteps, "undo"), (JobSteps, "select"),
+            (Reports, "data"), (JobChange, "go_on"),
+            (JobChange, "next_part"), (JobSteps, "undo"), (JobSteps, "select"),
             (job_sheet, "parts_of_batch"), (job_sheet, "plans_in"),
         ]
     }  # fmt: skip
     _go_on_with(bench, qtbot, long_job, tmp_path / "own")
     _press(KEY.Key_Backspace)
-    qtbot.waitUntil(lambda: not bench.bridge.job().complete, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: not bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
     _press(KEY.Key_PageUp)
     _press(KEY.Key_F3)
     sheets.results.open_file(long_job)
@@ -299,7 +299,7 @@ def test_nothing_long_is_called_in_the_thread_of_the_window(
         _press(KEY.Key_Return)
     _press(KEY.Key_Escape, KEY.Key_Escape)
     _press(KEY.Key_J)
-    with qtbot.waitSignal(bench.bridge.job_begun, timeout=PATIENCE_MS):
+    with qtbot.waitSignal(bench.bridge.jobs.job_begun, timeout=PATIENCE_MS):
         _press(KEY.Key_F6)
     assert here == {name: [] for name in here}, "these belong into another process"
     window = threading.main_thread().name

@@ -42,9 +42,9 @@ def job_path(tmp_path_factory: pytest.TempPathFactory) -> Path:
     try:
         built.station.start()
         assert built.station.wait_finished(60.0)
-        live = built.station.explanations()
+        live = built.station.job.explanations()
         # Nothing has changed: nothing is computed again.
-        assert built.station.explanations() is live
+        assert built.station.job.explanations() is live
     finally:
         built.station.close()
     assert report_of_job(reopen_job(built.job_path)).explanations == live

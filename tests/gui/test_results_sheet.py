@@ -35,11 +35,11 @@ def test_results_have_budgets_trials_reports_and_a_next_part(
     qtbot: QtBot, open_window: OpenWindow, tmp_path: Path
 ) -> None:
     bench = open_window(out=tmp_path / "report", stay=True)
-    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
     window, sheets = bench.window, bench.window.sheets
     _press(Qt.Key.Key_Z)
-    qtbot.waitUntil(lambda: bench.bridge.job().paused, timeout=PATIENCE_MS)
-    job = bench.bridge.job()
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.paused, timeout=PATIENCE_MS)
+    job = bench.bridge.shown.job
 
     _press(Qt.Key.Key_F3)
     table, detail = sheets.results.table, sheets.results.detail
@@ -73,10 +73,10 @@ def test_results_have_budgets_trials_reports_and_a_next_part(
     _press(Qt.Key.Key_Escape, Qt.Key.Key_Escape)
     assert window.desk.isVisible()
 
-    first = bench.built.station.job_path
+    first = bench.built.station.job.path
     _press(Qt.Key.Key_J, Qt.Key.Key_F6)
-    qtbot.waitUntil(lambda: bench.bridge.job().header.serial == "2", timeout=PATIENCE_MS)
-    assert bench.built.station.job_path != first
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.header.serial == "2", timeout=PATIENCE_MS)
+    assert bench.built.station.job.path != first
     assert window.desk.isVisible()
     closed = reopen_job(first)
     assert closed.doubts == ()

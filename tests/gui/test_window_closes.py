@@ -20,8 +20,8 @@ def test_closing_while_measuring_takes_less_than_two_seconds_and_loses_no_point(
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window(speed=5.0, stay=True)
-    qtbot.waitUntil(lambda: len(bench.bridge.job().features[0].points) >= 2, timeout=HANG_MS)
-    seen = sum(len(feature.points) for feature in bench.bridge.job().features)
+    qtbot.waitUntil(lambda: len(bench.bridge.shown.job.features[0].points) >= 2, timeout=HANG_MS)
+    seen = sum(len(feature.points) for feature in bench.bridge.shown.job.features)
     begun = time.monotonic()
     bench.window.close()
     assert time.monotonic() - begun < 2.0
@@ -33,8 +33,8 @@ def test_closing_while_measuring_takes_less_than_two_seconds_and_loses_no_point(
 def test_commands_after_closing_do_nothing(open_window: OpenWindow) -> None:
     bench = open_window(speed=1.0)
     bench.window.close()
-    bench.bridge.take()
-    bench.bridge.undo()
+    bench.bridge.job.take()
+    bench.bridge.job.undo()
     assert bench.bridge.close()
 
 

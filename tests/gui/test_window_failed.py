@@ -59,16 +59,17 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
 ) -> None:
     bench = open_window(stay=True)
     qtbot.waitUntil(
-        lambda: any(r.measured is not None for r in bench.bridge.job().characteristics),
+        lambda: any(r.measured is not None for r in bench.bridge.shown.job.characteristics),
         timeout=30000,
     )
     monkeypatch.setattr("ocmm_core.inspection.session._job_view.evaluate_job", _raising)
-    bench.bridge.refit()
+    bench.bridge.results.refit()
     qtbot.waitUntil(lambda: _status(bench) == "FAILED", timeout=5000)
     qtbot.waitUntil(
-        lambda: all(r.measured is None for r in bench.bridge.job().characteristics), timeout=5000
+        lambda: all(r.measured is None for r in bench.bridge.shown.job.characteristics),
+        timeout=5000,
     )
-    job = bench.bridge.job()
+    job = bench.bridge.shown.job
     assert {result.verdict for result in job.characteristics} == {Verdict.NOT_MEASURED}
     assert all(feature.fit is None for feature in job.features)
     assert "The evaluation failed: ValueError: injected" in job.unproven
@@ -91,7 +92,7 @@ def test_a_window_that_cannot_show_what_is_seen_shows_no_digits(
     monkeypatch.setattr("ocmm_gui.operator._status_strip.StatusStrip.show_live", _raising)
     qtbot.waitUntil(lambda: readout.values() == NO_DIGITS, timeout=5000)
     assert "The window failed: ValueError: injected" in readout.accessibleDescription()
-    fault = bench.built.station.fault
+    fault = bench.built.station.faults.measuring
     assert fault is not None
     assert fault.part == "The window"
 
@@ -100,10 +101,10 @@ def test_a_command_that_nobody_foresaw_to_fail_is_told(
     qtbot: QtBot, open_window: OpenWindow, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     bench = open_window(stay=True, out=tmp_path / "report")
-    monkeypatch.setattr("ocmm_core.station._station.bus_text", _raising)
-    bench.bridge.save_bus_text(tmp_path / "bus.txt")
+    monkeypatch.setattr("ocmm_core.station._maintenance.bus_text", _raising)
+    bench.bridge.maintenance.save_bus_text(tmp_path / "bus.txt")
     qtbot.waitUntil(lambda: "ValueError: injected" in bench.window.banner.text(), timeout=5000)
-    assert bench.built.station.fault is None
+    assert bench.built.station.faults.measuring is None
 
 
 @pytest.mark.parametrize("theme", THEMES)

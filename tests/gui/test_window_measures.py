@@ -30,8 +30,8 @@ def test_points_arrive_and_the_panel_shows_the_values_of_the_job(
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window()
-    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
-    job = bench.built.station.job()
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
+    job = bench.built.station.job.view()
     last = _last_touched(job)
     result = job.deciding(last.name)
     assert result is not None
@@ -64,7 +64,7 @@ def test_readout_shows_the_tip_and_the_strip_the_counters(
     assert desk.strip.status() in {word.value for word in StatusWord}
     assert desk.strip.counter("Cameras") == "2/2"
     shown = np.array([float(value) for value in desk.readout.values()])
-    tip = bench.built.station.live().tip_world
+    tip = bench.built.station.looks.live().tip_world
     assert tip is not None
     # The probe moves at most 0.6 m/s between what is shown (12 Hz) and what is asked here.
     assert np.abs(shown - tip).max() < 100.0
@@ -77,19 +77,19 @@ def test_keys_take_undo_and_finish_reach_the_job(qtbot: QtBot, open_window: Open
     bench = open_window()
     # While the script lasts, the operator takes again what is undone.
     qtbot.waitUntil(lambda: bench.built.station.wait_finished(0.0), timeout=PATIENCE_MS)
-    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
-    before = _last_touched(bench.built.station.job())
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
+    before = _last_touched(bench.built.station.job.view())
     QTest.keyClick(bench.window, Qt.Key.Key_Backspace)
-    qtbot.waitUntil(lambda: not bench.bridge.job().complete, timeout=HANG_MS)
-    after = bench.built.station.job()
+    qtbot.waitUntil(lambda: not bench.bridge.shown.job.complete, timeout=HANG_MS)
+    after = bench.built.station.job.view()
     assert after.active == before.name
     remaining = next(feature for feature in after.features if feature.name == before.name)
     assert remaining.points == before.points[:-1]
     assert bench.window.desk.guidance.step() == f"Touch one more point on {before.name}."
     qtbot.wait(200)  # longer than contacts bounce
     QTest.keyClick(bench.window, Qt.Key.Key_F15)
-    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=HANG_MS)
-    states = {feature.name: feature.state for feature in bench.built.station.job().features}
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=HANG_MS)
+    states = {feature.name: feature.state for feature in bench.built.station.job.view().features}
     assert states[before.name] is FeatureState.DONE
 
 
@@ -97,9 +97,9 @@ def test_a_job_that_is_done_lets_choose_points_pause_and_hear_why_there_is_no_po
     qtbot: QtBot, open_window: OpenWindow
 ) -> None:
     bench = open_window(speed=20.0, stay=True)
-    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
     desk, choice = bench.window.desk, bench.window.choice
-    number = _last_touched(bench.bridge.job()).points[0].number
+    number = _last_touched(bench.bridge.shown.job).points[0].number
     for picture in (desk.feature.coverage, desk.feature.residuals):
         choice.choose(0)
         place = picture.place_of(number).toPoint()
@@ -108,13 +108,13 @@ def test_a_job_that_is_done_lets_choose_points_pause_and_hear_why_there_is_no_po
     QTest.keyClick(bench.window, Qt.Key.Key_Z)
     qtbot.waitUntil(lambda: desk.strip.status() == "PAUSED", timeout=PATIENCE_MS)
     QTest.keyClick(bench.window, Qt.Key.Key_Z)
-    qtbot.waitUntil(lambda: not bench.bridge.job().paused, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: not bench.bridge.shown.job.paused, timeout=PATIENCE_MS)
     assert desk.strip.status() in {word.value for word in StatusWord}
     # All is measured and the probe goes home or rests there: a point now can only be refused.
-    assert bench.bridge.job().refusal is None
+    assert bench.bridge.shown.job.refusal is None
     QTest.keyClick(bench.window, Qt.Key.Key_Space)
-    qtbot.waitUntil(lambda: bench.bridge.job().refusal is not None, timeout=PATIENCE_MS)
-    refusal = bench.built.station.job().refusal
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.refusal is not None, timeout=PATIENCE_MS)
+    refusal = bench.built.station.job.view().refusal
     assert refusal is not None
     assert refusal.what in desk.guidance.trouble()
     assert refusal.remedy in desk.guidance.trouble()
@@ -127,7 +127,7 @@ def test_a_lost_probe_shows_dashes_and_the_reason(qtbot: QtBot, open_window: Ope
     qtbot.waitUntil(lambda: desk.strip.status() == "LOST", timeout=PATIENCE_MS)
     assert desk.readout.values() == (DASHES,) * 3
     assert "LOST" in desk.guidance.trouble()
-    assert bench.built.station.live().reason in desk.guidance.trouble()
+    assert bench.built.station.looks.live().reason in desk.guidance.trouble()
     bench.window.show_far(True)
     qtbot.waitUntil(lambda: far.readout().values() == (DASHES,) * 3, timeout=HANG_MS)
 
@@ -137,7 +137,7 @@ def test_the_far_view_can_be_read_at_three_metres(qtbot: QtBot, open_window: Ope
     bench.window.resize(1920, 1080)
     QTest.keyClick(bench.window, Qt.Key.Key_F11)
     assert bench.window.is_far()
-    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
     # 63 px of capital are 20 minutes of arc at 3 m on a 24-inch screen.
     assert bench.window.far.readout().cap_height() >= 63.0
     for name, pixels in bench.window.far.type_pixels().items():
@@ -150,7 +150,7 @@ def test_export_writes_into_the_given_folder_and_names_the_files(
     qtbot: QtBot, open_window: OpenWindow, tmp_path: Path
 ) -> None:
     bench = open_window(out=tmp_path / "report")
-    qtbot.waitUntil(lambda: bench.bridge.job().complete, timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.complete, timeout=PATIENCE_MS)
     with qtbot.waitSignal(bench.window.output.exported, timeout=HANG_MS) as written:
         QTest.keyClick(bench.window, Qt.Key.Key_E)
     paths: tuple[Path, ...] = written.args[0]
@@ -177,8 +177,8 @@ def test_a_click_in_the_plan_selects_the_feature(qtbot: QtBot, open_window: Open
     qtbot.waitUntil(lambda: plan.count() == 3, timeout=HANG_MS)
     place = plan.visualItemRect(plan.item(2)).center()
     QTest.mouseClick(plan.viewport(), Qt.MouseButton.LeftButton, pos=place)
-    qtbot.waitUntil(lambda: bench.bridge.job().active == "SPHERE", timeout=HANG_MS)
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.active == "SPHERE", timeout=HANG_MS)
     # The list has the focus now; its own use of the key must not win.
     plan.setFocus()
     QTest.keyClick(plan, Qt.Key.Key_PageUp)
-    qtbot.waitUntil(lambda: bench.bridge.job().active == "BLOCK_TOP", timeout=HANG_MS)
+    qtbot.waitUntil(lambda: bench.bridge.shown.job.active == "BLOCK_TOP", timeout=HANG_MS)

@@ -46,8 +46,8 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
 ) -> None:
     bench = open_window(stay=True)
     window, bridge = bench.window, bench.bridge
-    qtbot.waitUntil(lambda: len(bridge.station.stored_job()[1]) >= 2, timeout=HANG_MS)
-    first, other = bridge.station.job_path, tmp_path / "other.toml"
+    qtbot.waitUntil(lambda: len(bridge.station.job.stored()[1]) >= 2, timeout=HANG_MS)
+    first, other = bridge.station.job.path, tmp_path / "other.toml"
     plan = load_plan(resource("plans", "demo.toml"))
     picture = QImage(32, 20, QImage.Format.Format_RGB32)
     assert picture.save(str(tmp_path / "bed.png"))
@@ -61,13 +61,15 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
     job = window.sheets.job
     assert job.plans.currentText() == "DEMO, other.toml"
     assert QApplication.focusWidget() is job.plans
-    with qtbot.waitSignals([bridge.plan_changed, bridge.job_left], timeout=HANG_MS):
+    with qtbot.waitSignals([bridge.plan_changed, bridge.jobs.job_left], timeout=HANG_MS):
         _press(KEY.Key_F8)
-    qtbot.waitUntil(lambda: bridge.job().header.part == "OTHER", timeout=HANG_MS)
+    qtbot.waitUntil(lambda: bridge.shown.job.header.part == "OTHER", timeout=HANG_MS)
     assert window.windowTitle() == "OCMM – OTHER"
     qtbot.waitUntil(lambda: f"{first.stem} is paused" in window.banner.text())
     # The steps and their pictures are those of the new plan, in the window and in its editor.
-    assert [item.name for item in bridge.job().features] == [item.name for item in plan.features]
+    assert [item.name for item in bridge.shown.job.features] == [
+        item.name for item in plan.features
+    ]
     qtbot.waitUntil(window.desk.picture.has_picture, timeout=HANG_MS)
     assert window.sheets.plan.draft.path == other
     assert window.sheets.plan.draft.plan.part == "OTHER"
@@ -76,10 +78,10 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
     assert "QUICK, quick.toml" in [job.plans.itemText(row) for row in range(job.plans.count())]
     with qtbot.waitSignal(bridge.plan_changed, timeout=HANG_MS):
         _press(KEY.Key_F7)
-    qtbot.waitUntil(lambda: bridge.job().paused, timeout=HANG_MS)
-    assert bridge.station.job_path == first
-    assert bridge.station.plan_file == resource("plans", "quick.toml")
-    assert len(bridge.station.stored_job()[1]) >= 2
+    qtbot.waitUntil(lambda: bridge.shown.job.paused, timeout=HANG_MS)
+    assert bridge.station.job.path == first
+    assert bridge.station.job.plan_file == resource("plans", "quick.toml")
+    assert len(bridge.station.job.stored()[1]) >= 2
 
 
 def test_a_picture_is_attached_to_a_step_and_shown(qtbot: QtBot, tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import ACTIONS, THEMES, Mode, NoticeCentre, Themed
 from ocmm_gui.window import MainWindow
+from ocmm_gui.wizards import WIZARDS
 from ocmm_gui.wizards._keys import WIZARD_ACTIONS
 from ocmm_gui.wizards.parts import CollectPage
 from tests.core.calibration.test_procedure_tip import TIP, Tips
@@ -39,14 +40,8 @@ if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
 
 PATIENCE_MS = HANG_MS
-_KEYS = {
-    Kind.KNOWN_POINTS: Qt.Key.Key_K,
-    Kind.RELOCATION: Qt.Key.Key_R,
-    Kind.VERIFICATION: Qt.Key.Key_Y,
-    Kind.PIVOT: Qt.Key.Key_P,
-    Kind.QUALIFICATION: Qt.Key.Key_Q,
-    Kind.TIP_CHECK: Qt.Key.Key_H,
-}
+_SHORTCUTS = {info.key: info.shortcuts[0] for info in ACTIONS}
+_KEYS = {wizard.kind: Qt.Key[f"Key_{_SHORTCUTS[wizard.action]}"] for wizard in WIZARDS}
 _QT_PARTS = ("qt_", "Scroll", "ExtensionButton")
 
 
@@ -125,18 +120,18 @@ def test_frames_of_the_station_reach_the_procedure_and_measure_nothing(
 def test_no_point_is_taken_while_a_procedure_watches(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window(speed=4.0)
     frames: list[FrameBlock] = []
-    bench.bridge.show_frames_to(frames.append)
+    bench.bridge.station.maintenance.show_frames_to(frames.append)
     touches = bench.built.virtual
     assert touches is not None
     third = touches.truth.touches[2].last_frame
     qtbot.waitUntil(
         lambda: bool(frames) and int(frames[-1].counter[-1]) > third, timeout=PATIENCE_MS
     )
-    assert sum(len(feature.points) for feature in bench.bridge.job().features) == 0
-    assert bench.bridge.job().refusal is None
-    bench.bridge.show_frames_to(None)
+    assert sum(len(feature.points) for feature in bench.bridge.shown.job.features) == 0
+    assert bench.bridge.shown.job.refusal is None
+    bench.bridge.station.maintenance.show_frames_to(None)
     qtbot.waitUntil(
-        lambda: sum(len(feature.points) for feature in bench.bridge.job().features) > 0,
+        lambda: sum(len(feature.points) for feature in bench.bridge.shown.job.features) > 0,
         timeout=PATIENCE_MS,
     )
 

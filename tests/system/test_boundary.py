@@ -92,10 +92,10 @@ PLACES = (
     Place("ocmm_core.station._live.LiveState._judge_tip", TypeError),
     # Trigger and point.
     Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),
-    Place("ocmm_core.inspection.session._acceptance.average", ArithmeticError),
-    Place("ocmm_core.inspection.session._session.judge_touch", KeyError),
-    Place("ocmm_core.inspection.session._session.meant_for", AttributeError),
-    Place("ocmm_core.inspection.session._session.InspectionSession.take_touch", RecursionError),
+    Place("ocmm_core.inspection.session._intake.average", ArithmeticError),
+    Place("ocmm_core.inspection.session._acceptance.judge_touch", KeyError),
+    Place("ocmm_core.inspection.session._meaning.meant_for", AttributeError),
+    Place("ocmm_core.inspection.session._intake.TouchIntake.take", RecursionError),
     # Storage.
     Place("ocmm_core.storage._job_file.insert_point", MemoryError),
     Place("ocmm_core.storage._tables.insert_audited", OverflowError),
@@ -129,7 +129,7 @@ PLACES = (
     Place("ocmm_core.station.stream._client.StreamClient.write", KeyError, BESIDE, STREAM),
     Place(f"{__name__}.listen", ValueError, BESIDE),
     # Export, and the command itself.
-    Place("ocmm_core.station._station.report_data", ValueError, COMMAND),
+    Place("ocmm_core.station._reports.report_data", ValueError, COMMAND),
     Place("ocmm_core.export.report._polyworks._points", ZeroDivisionError, COMMAND),
     Place("ocmm_core.export._registry.write_together", RuntimeError, COMMAND),
     Place("ocmm_core.cli._app.print_table", EOFError, COMMAND),
@@ -186,15 +186,15 @@ class Reader:
         self._stop = threading.Event()
         self._thread = threading.Thread(target=self._poll, name="reader")
         self._evaluator = Evaluator(
-            self.station.job,
+            self.station.job.view,
             self.jobs.append,
-            lambda error: self.station.fail(error, "The evaluation"),
+            self._not_evaluated,
         )
         self._client: socket.socket | None = None
-        self.station.failed.connect(self.told.append)
-        self.station.point_taken.connect(self._taken)
-        self.station.point_taken.connect(lambda point: listen(point))
-        self.station.changed.connect(self._evaluator.wake)
+        self.station.faults.failed.connect(self.told.append)
+        self.station.events.point_taken.connect(self._taken)
+        self.station.events.point_taken.connect(lambda point: listen(point))
+        self.station.events.changed.connect(self._evaluator.wake)
 
     def __enter__(self) -> Reader:
         self._thread.start()
@@ -212,6 +212,9 @@ class Reader:
         if self._client is not None:
             self._client.close()
 
+    def _not_evaluated(self, error: Exception) -> None:
+        self.station.faults.fail(error, "The evaluation")
+
     def _taken(self, point: MeasuredPoint) -> None:
         self.acknowledged.append(point.number)
         if len(self.acknowledged) == 1 and self.station.stream is not None:
@@ -227,7 +230,7 @@ class Reader:
 
     def _await_raise(self) -> None:
         until = time.monotonic() + PATIENCE_S
-        while not self.station.faults_beside and time.monotonic() < until:
+        while not self.station.faults.beside and time.monotonic() < until:
             if "point_line" in self._trap.place.where:
                 return
             time.sleep(0.005)
@@ -235,7 +238,7 @@ class Reader:
     def _poll(self) -> None:
         while not self._stop.is_set():
             began = time.monotonic()
-            live = self.station.live()
+            live = self.station.looks.live()
             self.seen.append((began, live))
             if live.tip_world is not None:
                 self._digits.set()
@@ -323,10 +326,10 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
         assert len(reader.acknowledged) == ALL_POINTS
         assert "Every point that was taken is in its job file." in ended.err
         return
-    fault = station.fault
+    fault = station.faults.measuring
     if place.becomes == BESIDE:
         assert fault is None
-        (fault,) = station.faults_beside
+        (fault,) = station.faults.beside
     assert fault is not None
     since = [(began, live) for began, live in reader.seen if began >= trap.raised_at]
     shown = [began for began, live in since if live.status is StatusWord.FAILED]
@@ -340,7 +343,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
     assert after, "nobody looked"
     if place.becomes == BESIDE:
         assert len(reader.acknowledged) == ALL_POINTS
-        assert station.job().complete
+        assert station.job.view().complete
         assert all(live.faults == (fault.error.what,) for live in after)
         assert all(live.status is not StatusWord.FAILED for live in after)
         return

@@ -9,15 +9,13 @@ import pytest
 
 from ocmm_core.fieldbus.device import INPUT_START, CameraIdentity
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
-from ocmm_core.simulation.bus import CameraDeed, Deed, Deeds
+from ocmm_core.simulation.bus import CameraDeed, Chain, Deed, Deeds, Unit
 from ocmm_core.simulation.slave import (
     STATION_ALIAS,
     SYSTEM_TIME,
     TIME_DIFFERENCE,
-    Chain,
     ClockPattern,
     SlaveClock,
-    Unit,
     difference_register,
     read_clock,
     time_difference,

@@ -36,8 +36,8 @@ def namespace() -> None:
 def wait_until_tracked(station: MeasuringStation, count: int) -> None:
     """Wait until the application itself, which may have to compile first, is so far."""
     end = time.monotonic() + HANG_S
-    while station.live().frame_counter < count:
-        status = station.acquisition_status()
+    while station.looks.live().frame_counter < count:
+        status = station.looks.acquisition()
         assert status.state is not AcquisitionState.STOPPED, status.message
         assert time.monotonic() < end, status
         time.sleep(0.01)
@@ -74,17 +74,17 @@ def test_a_frozen_application_loses_no_frame(
     try:
         station.start()
         wait_until_tracked(station, _FRAMES_A_SECOND)
-        wait_until_tracked(station, station.acquisition_status().frames)
-        before = station.acquisition_status()
+        wait_until_tracked(station, station.looks.acquisition().frames)
+        before = station.looks.acquisition()
         # It moves a thousand times a second while it can, and at most around the freeze.
         assert freeze() < 50
-        after = station.acquisition_status()
+        after = station.looks.acquisition()
         # The bus process went on: a quarter of what comes in that time proves it, also where the
         # machine is busy.
         assert after.frames - before.frames > 0.25 * _FREEZE_S * _FRAMES_A_SECOND
         wait_until_tracked(station, after.frames)
-        later = station.acquisition_status()
-        report = station.bus_report()
+        later = station.looks.acquisition()
+        report = station.looks.bus_report()
         # What the bus process lost, it lost by itself.
         record_property("frames lost in the bus process", later.frames_lost - before.frames_lost)
         record_property("cycles", f"{later.good - before.good} of {later.elapsed - before.elapsed}")
@@ -93,6 +93,6 @@ def test_a_frozen_application_loses_no_frame(
     finally:
         station.close()
     # Counters that are read while they change need not fit each other; now they stand.
-    final = station.acquisition_status()
+    final = station.looks.acquisition()
     assert final.overrun == before.overrun
     assert final.good + final.late + final.lost + final.bad == final.elapsed

@@ -72,7 +72,7 @@ class Keyboard:
         """Press a key until a feature is the one that is looked at, or probed."""
 
         def seen() -> str:
-            job = self.bridge.job()
+            job = self.bridge.shown.job
             return job.looked_at or job.active
 
         while (before := seen()) != feature:
@@ -81,8 +81,8 @@ class Keyboard:
 
     def until(self, state: Callable[[JobView], bool]) -> JobView:
         """Wait until the job is in a state, and return it."""
-        self.qtbot.waitUntil(lambda: state(self.bridge.job()), timeout=PATIENCE_MS)
-        return self.bridge.job()
+        self.qtbot.waitUntil(lambda: state(self.bridge.shown.job), timeout=PATIENCE_MS)
+        return self.bridge.shown.job
 
 
 def _differs(seen: Callable[[], str], before: str) -> bool:
@@ -216,7 +216,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     results = window.sheets.results
     assert results.summary() == counted_line(job)
     # A feature that was accepted with a point less may show no form; nothing else is missing.
-    of = {item.name: item.features for item in bridge.station.plan.characteristics}
+    of = {item.name: item.features for item in bridge.station.job.plan.characteristics}
     lacking = [r.name for r in job.characteristics if r.verdict is Verdict.NOT_MEASURED]
     assert all(name in of[lack] for lack in lacking)
     # The row that decides is chosen first; Down goes to the one below it.
@@ -235,7 +235,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
     assert window.desk.isVisible()
     assert keyboard.errors == []
 
-    path = bridge.station.job_path
+    path = bridge.station.job.path
     window.close()
     again = reopen_job(path)
     assert again.doubts == ()

@@ -53,9 +53,9 @@ def ready():
         station.start()
         until = time.monotonic() + 240.0
         while time.monotonic() < until:
-            live = station.live()
+            live = station.looks.live()
             if live.status in (StatusWord.READY, StatusWord.MEASURING):
-                return station.calibration().label.split()[0]
+                return station.instruments.calibration().label.split()[0]
             time.sleep(0.05)
         return live.reason
     finally:

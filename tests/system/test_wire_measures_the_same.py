@@ -24,7 +24,7 @@ def measured(source: str, out: Path) -> tuple[JobView, dict[str, int]]:
     request = StationRequest(plan=resource("plans", "quick.toml"), out=out, source=source, seed=4)
     built = build_station(request)
     view = run_job(built, out, make_console())
-    status = built.station.acquisition_status()
+    status = built.station.looks.acquisition()
     names = ("elapsed", "good", "late", "lost", "bad", "frames", "frames_lost", "overrun")
     counts = {name: getattr(status, name) for name in names}
     return view, counts

@@ -30,8 +30,8 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import BusSettings, CameraBus
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.wire import Master, check_interface
-from ocmm_core.simulation.bus import Faults, Wire, make_link
-from ocmm_core.simulation.slave import INIT, Chain, TestPattern, Unit
+from ocmm_core.simulation.bus import Chain, Faults, Unit, Wire, make_link
+from ocmm_core.simulation.slave import INIT, TestPattern
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
 HOST, FAR = "wire0", "wire1"

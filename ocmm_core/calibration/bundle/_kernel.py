@@ -20,6 +20,8 @@ from ocmm_core.tracking.kernels import small_algebra as algebra
 N_CAMERA = 14
 """Columns of a camera: `camera.model.PARAMETERS`."""
 
+# Against the rounding of float64, 1e-16, five digits are left; the angle behind it has a sine of
+# 3e-6.
 LEAST_PIVOT = 1e-11
 """Of its diagonal element; below, a pose or a turn is not determined."""
 
@@ -30,9 +32,13 @@ def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
     size, columns = w.shape
     for j in range(size):
         diagonal = v[j, j]
+        # Marquardt's damping is in parts of the diagonal, so that radians and millimetres are
+        # alike.
         d = diagonal * (1.0 + damping)
         for k in range(j):
             d -= v[j, k] * v[j, k]
+        # What is left of the diagonal after the columns before it: sine squared of the angle
+        # between this unknown's column and theirs.
         if not d > LEAST_PIVOT * diagonal:
             return False
         d = np.sqrt(d)
@@ -42,6 +48,8 @@ def eliminate(v: Float, w: Float, g: Float, damping: float) -> bool:
             for k in range(j):
                 value -= v[i, k] * v[j, k]
             v[i, j] = value / d
+        # The same elimination for the right sides, row by row: forward substitution L Y = W, L z =
+        # g.
         for k in range(j):
             factor = v[j, k]
             g[j] -= factor * g[k]
@@ -67,14 +75,18 @@ def add_spot(
     depth, predicted_u, predicted_v = spot_rows(packed, x, y, z, u_row, v_row)
     if not depth > 0.0:
         return np.inf
+    # Predicted minus observed, in sigmas; the step of the solver therefore has a minus.
     miss_u, miss_v = weight * (predicted_u - seen[0]), weight * (predicted_v - seen[1])
     miss[0], miss[1] = miss_u, miss_v
     for k in range(N_CAMERA):
         u_row[k] *= weight
         v_row[k] *= weight
+    # By the point in the world: columns 3 to 5 are by the point in the camera, and R takes one to
+    # the other, so that the derivative is R' times them.
     for k in range(3):
         u_point[k] = u_row[3] * packed[k] + u_row[4] * packed[3 + k] + u_row[5] * packed[6 + k]
         v_point[k] = v_row[3] * packed[k] + v_row[4] * packed[3 + k] + v_row[5] * packed[6 + k]
+    # Lower triangle only.
     for i in range(N_CAMERA):
         b[first + i] += u_row[i] * miss_u + v_row[i] * miss_v
         for j in range(i + 1):
@@ -99,6 +111,7 @@ def add_to_frame(
             v[i, j] += by_u * u_pose[j] + by_v * v_pose[j]
         for k in range(N_CAMERA):
             w[i, first + k] += by_u * u_row[k] + by_v * v_row[k]
+    # `add_spot` multiplied these by the weight.
     u_row[8] = v_row[9] = 1.0
 
 
@@ -156,6 +169,7 @@ def eliminate_frames(
             qx = rotation[0, 0] * lx + rotation[0, 1] * ly + rotation[0, 2] * lz
             qy = rotation[1, 0] * lx + rotation[1, 1] * ly + rotation[1, 2] * lz
             qz = rotation[2, 0] * lx + rotation[2, 1] * ly + rotation[2, 2] * lz
+            # First of the three columns of this LED, if LEDs are unknowns.
             at = led_columns + 3 * led
             for c in range(n_cameras):
                 weight = weights[n, c, led]
@@ -172,6 +186,7 @@ def eliminate_frames(
                     return np.inf
                 total += square
                 miss_u, miss_v = miss[0], miss[1]
+                # By the turn w about the body's origin, world axes: p . (w x q) = w . (q x p).
                 u_pose[0] = qy * u_point[2] - qz * u_point[1]
                 u_pose[1] = qz * u_point[0] - qx * u_point[2]
                 u_pose[2] = qx * u_point[1] - qy * u_point[0]
@@ -181,6 +196,8 @@ def eliminate_frames(
                 u_pose[3:], v_pose[3:] = u_point, v_point
                 if led_columns >= 0:
                     for k in range(3):
+                        # By the LED in the frame of the body: X = R led + origin, so R' times the
+                        # derivative by X.
                         u_led[k] = (
                             u_point[0] * rotation[0, k] + u_point[1] * rotation[1, k]
                             + u_point[2] * rotation[2, k]
@@ -198,6 +215,7 @@ def eliminate_frames(
                         for j in range(6):
                             w[j, at + i] += u_pose[j] * u_led[i] + v_pose[j] * v_led[i]
                 add_to_frame(v, w, g, u_pose, v_pose, first, u_row, v_row, miss_u, miss_v)
+        # An identity keeps the factor regular; its step then is z = 0.
         if not used:
             slopes[n] = 0.0
             diagonals[n] = 0.0
@@ -208,17 +226,24 @@ def eliminate_frames(
             seat = seats[n]
             q = rotation @ tip
             for axis in range(3):
+                # Where the tip is less where the seat is, one world axis at a time, in units of the
+                # seat's sigma.
                 off = seat_weight * (q[axis] + origins[n, axis] - seat_positions[seat, axis])
                 total += off * off
                 row[:] = 0.0
+                # Along this axis the origin moves it by one, and the turn by (w x q)[axis] = w[axis
+                # + 1] q[axis + 2] - w[axis + 2] q[axis + 1], indices modulo 3.
                 row[3 + axis] = seat_weight
                 after, before = (axis + 1) % 3, (axis + 2) % 3
                 row[after] = seat_weight * q[before]
                 row[before] = -seat_weight * q[after]
                 for k in range(3):
+                    # The tip in the body stands right before the seats: d(R tip)[axis] / d(tip[k])
+                    # = R[axis, k].
                     columns[k] = seat_columns - 3 + k
                     common[k] = seat_weight * rotation[axis, k]
                 columns[3] = seat_columns + 3 * seat + axis
+                # The seat has the opposite sign.
                 common[3] = -seat_weight
                 for i in range(6):
                     g[i] += row[i] * off
@@ -232,11 +257,16 @@ def eliminate_frames(
                         u[columns[i], columns[j]] += common[i] * common[j]
         if n_leds == 2:
             # Nothing shows a turn of a bar about itself; it is held.
+            # The bar's axis is R's first column; pin times its square stiffens the turn about it.
+            # The spots do not see that turn at all, so that the size of pin changes no other step,
+            # but for the damping; the trace puts it on the scale of the rest.
             pin = v[0, 0] + v[1, 1] + v[2, 2]
             for i in range(3):
                 for j in range(i + 1):
                     v[i, j] += pin * rotation[i, 0] * rotation[j, 0]
         for i in range(6):
+            # Before the elimination overwrites them: the solver predicts the gain of its step from
+            # these.
             slopes[n, i] = g[i]
             diagonals[n, i] = v[i, i]
         if not eliminate(v, w, g, damping):
@@ -275,6 +305,7 @@ def resolve(factors: Float, y: Float, z: Float, step: Float, steps: Float) -> No
     for n in range(factors.shape[0]):
         own = steps[n]
         for i in range(6):
+            # V own + W step = -g with V = L L' gives L' own = -(z + Y step).
             value = z[n, i]
             for k in range(step.shape[0]):
                 value += y[n, i, k] * step[k]
@@ -287,6 +318,7 @@ def move_poses(rotations: Float, origins: Float, steps: Float) -> None:
     """Turn and shift the poses in place by rotation vectors (world axes) and translations."""
     turned, work = np.empty((3, 3)), np.empty((3, 3))
     for n in range(steps.shape[0]):
+        # exp(w) R: world axes, the side on which the derivatives above were taken.
         turn(rotations[n], steps[n, 0], steps[n, 1], steps[n, 2], turned, work)
         for i in range(3):
             origins[n, i] += steps[n, 3 + i]

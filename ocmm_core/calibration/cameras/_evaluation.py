@@ -118,6 +118,8 @@ def error_map(
 ) -> ErrorMap:
     """Return the errors that the covariance of the cameras predicts over a volume.
 
+    For tests: nothing in the product asks for it.
+
     A point is located where its reprojection residuals are least; to first order it moves by
     -(A'A)^-1 A' B d when the parameters of the cameras are wrong by d, A and B being the
     derivatives of the spots by point and parameters.

@@ -23,34 +23,48 @@ def spot_rows(
     Elements that are always zero or one are expected to be there, see `empty_rows`. Nothing is
     written for a point that is not in front of the camera.
     """
+    # R X, camera axes, before the translation: the arm on which a turn of the camera acts.
     ax = packed[0] * px + packed[1] * py + packed[2] * pz
     ay = packed[3] * px + packed[4] * py + packed[5] * pz
     az = packed[6] * px + packed[7] * py + packed[8] * pz
     depth = az + packed[11]
+    # A point beside or behind the camera has no image; written so that NaN fails, too.
     if not depth > 0.0:
         return depth, np.inf, np.inf
+    # Packed: R (9), t (3), f, Sx, Sy, u0, v0, k1, k2, p1, p2, then k3, s1, s2.
     f, sx, sy = packed[12], packed[13], packed[14]
     k1, k2, p1, p2 = packed[17], packed[18], packed[19], packed[20]
     k3, s1, s2 = packed[21], packed[22], packed[23]
+    # Tangents of the angles; x and y are mm on the ideal image.
     tx, ty = (ax + packed[9]) / depth, (ay + packed[10]) / depth
     x, y = f * tx, f * ty
     xx, yy, xy2 = x * x, y * y, 2.0 * x * y
     r2 = xx + yy
+    # 1 + k1 r^2 + k2 r^4 + k3 r^6, and d(radial)/dx = x slope: slope is twice the derivative by
+    # r^2.
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
     slope = 2.0 * k1 + r2 * (4.0 * k2 + 6.0 * k3 * r2)
+    # What p2 and p1 multiply along their own axis (Brown); s1, s2 are the thin prism (Weng 1992).
     along_x, along_y = 3.0 * xx + yy, xx + 3.0 * yy
     dx = x * radial + p1 * xy2 + p2 * along_x + s1 * r2
     dy = y * radial + p1 * along_y + p2 * xy2 + s2 * r2
+    # x y slope + 2 p1 x + 2 p2 y: d(dx)/dy and d(dy)/dx but for the prism, which adds 2 s1 y to one
+    # and 2 s2 x to the other.
     cross = 0.5 * xy2 * slope + 2.0 * (p1 * x + p2 * y)
     ux = sx * (radial + xx * slope + 2.0 * p1 * y + (6.0 * p2 + 2.0 * s1) * x)
     uy = sx * (cross + 2.0 * s1 * y)
     vx = sy * (cross + 2.0 * s2 * x)
     vy = sy * (radial + yy * slope + (6.0 * p1 + 2.0 * s2) * y + 2.0 * p2 * x)
+    # Order of the columns: `lens.ALL_PARAMETERS`. By f: x = f tx.
     u_row[6], v_row[6] = ux * tx + uy * ty, vx * tx + vy * ty
+    # By the translation: x = f X / Z, so that dx/dX = f / Z and dx/dZ = -x / Z = -(f / Z) tx. The
+    # derivative by f along (tx, ty) is the same combination and is used again.
     near = f / depth
     u_row[3], v_row[3] = near * ux, near * vx
     u_row[4], v_row[4] = near * uy, near * vy
     u_row[5], v_row[5] = -near * u_row[6], -near * v_row[6]
+    # By a small turn w of the camera, along its own axes and after R: d(a) = w x a, so the
+    # derivative is a x (derivative by the point).
     u_row[0] = ay * u_row[5] - az * u_row[4]
     v_row[0] = ay * v_row[5] - az * v_row[4]
     u_row[1] = az * u_row[3] - ax * u_row[5]
@@ -58,9 +72,12 @@ def spot_rows(
     u_row[2] = ax * u_row[4] - ay * u_row[3]
     v_row[2] = ax * v_row[4] - ay * v_row[3]
     # The pitch is one over Sy.
+    # Only u has the aspect: u = aspect Sy dx + u0 with Sy = 1 / pitch. Elements 8 and 9, by u0 and
+    # v0, are one and stay, as does v by the aspect, zero.
     u_row[7] = dx * sy
     u_row[10], v_row[10] = sx * x * r2, sy * y * r2
     u_row[11], v_row[11] = u_row[10] * r2, v_row[10] * r2
+    # The distortion is linear in its coefficients: the derivatives are their factors, in px.
     u_row[12], v_row[12] = sx * xy2, sy * along_y
     u_row[13], v_row[13] = sx * along_x, sy * xy2
     u_row[14], v_row[14] = u_row[11] * r2, v_row[11] * r2
@@ -73,6 +90,7 @@ def spot_rows(
 def empty_rows() -> tuple[Float, Float]:
     """Return the rows that `spot_rows` fills."""
     u_row, v_row = np.zeros(N_TERMS), np.zeros(N_TERMS)
+    # d(u)/d(u0) and d(v)/d(v0); every other element is zero or written by `spot_rows`.
     u_row[8] = 1.0
     v_row[9] = 1.0
     return u_row, v_row
@@ -102,10 +120,13 @@ def see_points(
     for n in range(points.shape[0]):
         depth, u, v = spot_rows(packed, points[n, 0], points[n, 1], points[n, 2], u_row, v_row)
         if not depth > 0.0:
+            # An infinite cost makes the solver take the step back.
             misses[0, n] = misses[1, n] = np.inf
             for k in range(terms):
                 rows[k, 0, n] = rows[k, 1, n] = 0.0
             continue
+        # Whitening by a lower triangle K with K'K the inverse of the covariance of the spot, 1/px:
+        # it makes the two numbers independent, with variance one.
         first, across, second = whitening[0, n], whitening[1, n], whitening[2, n]
         misses[0, n] = first * (u - uv[n, 0])
         misses[1, n] = across * (u - uv[n, 0]) + second * (v - uv[n, 1])

@@ -178,7 +178,7 @@ def load_spots(path: Path | str, points: ReferencePoints) -> SpotTable:
 
 
 def write_reference_points(points: ReferencePoints) -> bytes:
-    """Return the list as `load_reference_points` reads it, in mm with decimal points."""
+    """Return the list as `load_reference_points` reads it, in mm with decimal points; for tests."""
     lines = [
         "# ocmm reference points",
         "# unit: mm",
@@ -193,7 +193,10 @@ def write_reference_points(points: ReferencePoints) -> bytes:
 
 
 def write_spots(spots: SpotTable, names: Sequence[str]) -> bytes:
-    """Return the table as `load_spots` reads it; ``names`` are those of the reference points."""
+    """Return the table as `load_spots` reads it; ``names`` are those of the reference points.
+
+    For tests: nothing in the product asks for it.
+    """
     lines = ["# ocmm spots", f"# sigma: {spots.sigma_px!r}", "point,serial,u,v"]
     for serial, camera in zip(spots.serials, spots.uv, strict=True):
         for name, (u, v) in zip(names, camera.tolist(), strict=True):

@@ -109,7 +109,13 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots, write_shots
     from ocmm_core.calibration.guided._table_text import Row, Table, read_table
-    from ocmm_core.calibration.guided._touches import Touch, joint_covariance, tips_of, touch_of
+    from ocmm_core.calibration.guided._touches import (
+        Touch,
+        joint_covariance,
+        shared_covariance,
+        tips_of,
+        touch_of,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -142,7 +148,7 @@ else:
         ),
         _shot_table="Shot load_shots write_shots",
         _table_text="Row Table read_table",
-        _touches="Touch joint_covariance tips_of touch_of",
+        _touches="Touch joint_covariance shared_covariance tips_of touch_of",
     )
 
 __all__ = [
@@ -231,6 +237,7 @@ __all__ = [
     "rest_of",
     "session_path",
     "sessions",
+    "shared_covariance",
     "sigma_of_mean",
     "step_finding",
     "tips_of",

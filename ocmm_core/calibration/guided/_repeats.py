@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from datetime import datetime
 
 import numpy as np
-from scipy.special import chdtrc, chdtri
+from scipy.special import chdtri
 
 from ocmm_core.calibration.guided._articulation import SEAT_SIGMA_MM
 from ocmm_core.calibration.records import Finding
@@ -94,11 +94,6 @@ class JudgedRepeat:
     def shift_mm(self) -> float:
         """Return the length of the shift."""
         return float(np.linalg.norm(self.shift_world))
-
-    @property
-    def probability(self) -> float:
-        """Return how probable so large a shift is where nothing moved."""
-        return float(chdtrc(3.0, self.normalised_square))
 
 
 def judge_repeats(

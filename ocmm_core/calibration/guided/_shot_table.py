@@ -102,7 +102,7 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
 
 
 def write_shots(shots: Sequence[Shot], rig: Rig) -> bytes:
-    """Return the table as `load_shots` reads it; all shots must have the same sigma."""
+    """Return the table as `load_shots` reads it; all shots must have the same sigma; for tests."""
     lines = ["# ocmm shots", f"# sigma: {shots[0].sigma_px!r}", ",".join(_COLUMNS)]
     for number, shot in enumerate(shots, start=1):
         for camera, of_camera in zip(rig.cameras, shot.uv.tolist(), strict=True):

@@ -56,6 +56,22 @@ def tips_of(touches: Sequence[Touch]) -> Points3:
     return np.array([one.tip_world for one in touches]).reshape(-1, 3)
 
 
+def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: ProbeBody) -> Float:
+    """Return the covariance (3, 3), mm^2, that cameras and probe give to a tip or a difference.
+
+    Parameters
+    ----------
+    by_cameras, by_geometry
+        Derivatives as in `Touch`, or their difference between two touches: what they have in
+        common cancels.
+    """
+    covariance: Float = (
+        by_cameras @ rig.parameter_covariance @ by_cameras.T
+        + by_geometry @ body.geometry_covariance @ by_geometry.T
+    )
+    return covariance
+
+
 def joint_covariance(
     touches: Sequence[Touch], directions: Float, rig: Rig, body: ProbeBody
 ) -> Float:

@@ -204,6 +204,8 @@ def pose_pivot_covariance(
 ) -> tuple[Float, Float]:
     """Return the covariances (3, 3), mm^2, of a tip that was found from poses.
 
+    For tests: nothing in the product asks for it.
+
     The first by bootstrap of blocks of consecutive poses; the second is the formal one of
     independent poses, for comparison.
 

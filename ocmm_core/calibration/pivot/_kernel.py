@@ -56,6 +56,7 @@ def eliminate_turns(
     """
     n_poses, n_cameras, n_leds = weights.shape
     size, width = y.shape[1], y.shape[2]
+    # Columns: the centre of the ball (3), then three for the arm of each LED.
     own = 3 + 3 * n_leds
     with_cameras = width > own
     total = 0.0
@@ -76,6 +77,8 @@ def eliminate_turns(
             qx = rotation[0, 0] * lx + rotation[0, 1] * ly + rotation[0, 2] * lz
             qy = rotation[1, 0] * lx + rotation[1, 1] * ly + rotation[1, 2] * lz
             qz = rotation[2, 0] * lx + rotation[2, 1] * ly + rotation[2, 2] * lz
+            # The ball rests in its cone: every pose shares the centre and has a turn of its own
+            # about it.
             px = qx + centre[0] + slacks[n, 0]
             py = qy + centre[1] + slacks[n, 1]
             pz = qz + centre[2] + slacks[n, 2]
@@ -89,16 +92,20 @@ def eliminate_turns(
                 depth, predicted_u, predicted_v = spot_rows(packed, px, py, pz, u_row, v_row)
                 if not depth > 0.0:
                     return np.inf
+                # Predicted minus observed, in sigmas.
                 miss_u = weight * (predicted_u - uv[n, c, led, 0])
                 miss_v = weight * (predicted_v - uv[n, c, led, 1])
                 total += miss_u * miss_u + miss_v * miss_v
                 for k in range(3):
+                    # By the point in the world: R' times the derivative by the point in the camera.
                     u_point[k] = weight * (
                         u_row[3] * packed[k] + u_row[4] * packed[3 + k] + u_row[5] * packed[6 + k]
                     )
                     v_point[k] = weight * (
                         v_row[3] * packed[k] + v_row[4] * packed[3 + k] + v_row[5] * packed[6 + k]
                     )
+                # By the turn about the centre, world axes: p . (w x q) = w . (q x p) with the arm
+                # q.
                 u_pose[0] = qy * u_point[2] - qz * u_point[1]
                 u_pose[1] = qz * u_point[0] - qx * u_point[2]
                 u_pose[2] = qx * u_point[1] - qy * u_point[0]
@@ -106,6 +113,9 @@ def eliminate_turns(
                 v_pose[1] = qz * v_point[0] - qx * v_point[2]
                 v_pose[2] = qx * v_point[1] - qy * v_point[0]
                 for k in range(3):
+                    # Slack and centre both shift the point in the world, with the same derivative.
+                    # They can be told apart only because slacks are held near zero by their own
+                    # weight.
                     u_pose[3 + k], v_pose[3 + k] = u_point[k], v_point[k]
                     u_led[k] = (
                         u_point[0] * rotation[0, k] + u_point[1] * rotation[1, k]
@@ -123,6 +133,7 @@ def eliminate_turns(
                         normal[at + i, at + j] += u_led[i] * u_led[j] + v_led[i] * v_led[j]
                     for j in range(3):
                         normal[at + i, j] += u_led[i] * u_point[j] + v_led[i] * v_point[j]
+                # d = 3 leaves the slack's part of u_pose unused.
                 for i in range(size):
                     by_u, by_v = u_pose[i], v_pose[i]
                     g[i] += by_u * miss_u + by_v * miss_v
@@ -131,27 +142,35 @@ def eliminate_turns(
                     for j in range(3):
                         w[i, j] += by_u * u_point[j] + by_v * v_point[j]
                         w[i, at + j] += by_u * u_led[j] + by_v * v_led[j]
+                # How cameras cross with centre and arms serves the uncertainty that comes from the
+                # cameras; they are not fitted here, and their own block is never formed.
                 if with_cameras:
                     first = own + N_CAMERA * c
                     for k in range(N_CAMERA):
+                        # The rows of `spot_rows` have no weight yet, unlike u_point. They stay as
+                        # they are, so that their constant elements need not be put back.
                         by_u, by_v = weight * u_row[k], weight * v_row[k]
                         for i in range(3):
                             normal[first + k, i] += by_u * u_point[i] + by_v * v_point[i]
                             normal[first + k, at + i] += by_u * u_led[i] + by_v * v_led[i]
                         for i in range(size):
                             w[i, first + k] += by_u * u_pose[i] + by_v * v_pose[i]
+        # An identity keeps the factor regular, and the pose adds nothing.
         if not used:
             for i in range(size):
                 v[i, i] = 1.0
             continue
+        # The slack itself is an observation of zero: how far the ball is known to move in its cone.
         if size == 6:
             for i in range(3):
                 off = slack_weight * slacks[n, i]
                 total += off * off
                 g[3 + i] += slack_weight * off
                 v[3 + i, 3 + i] += slack_weight * slack_weight
+        # After this v is L, w is Y = L^-1 W, g is z = L^-1 g.
         if not eliminate(v, w, g, damping):
             return np.inf
+        # Schur complement: U - Y'Y and b - Y'z, pose by pose.
         for k in range(size):
             for i in range(own):
                 factor = w[k, i]
@@ -163,6 +182,8 @@ def eliminate_turns(
                 for j in range(own):
                     normal[i, j] -= factor * w[k, j]
         for i in range(own):
+            # Scores are kept by pose, too: their scatter says how certain the centre is without a
+            # model of the noise.
             gradient[i] += score[i]
     return total
 
@@ -177,6 +198,7 @@ def move_turns(
     own = np.zeros(6)
     for n in range(n_poses):
         for i in range(size):
+            # L' own = -(z + Y step), solved from the last unknown up.
             value = z[n, i]
             for k in range(step.shape[0]):
                 value += y[n, i, k] * step[k]
@@ -187,5 +209,6 @@ def move_turns(
                 value -= factors[n, k, i] * own[k]
             own[i] = value / factors[n, i, i]
         turn(rotations[n], own[0], own[1], own[2], turned, work)
+        # Three with slack, none without.
         for i in range(size - 3):
             slacks[n, i] += own[3 + i]

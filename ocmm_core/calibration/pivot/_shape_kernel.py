@@ -37,12 +37,14 @@ def fit_turns(body: Float, targets: Float, rotations: Float, origins: Float, mis
                 for i in range(3):
                     a[i] += body[led, i]
                     b[i] += targets[n, led, i]
+        # Two targets leave the turn about their line free.
         if count < 3:
             rotations[n] = np.nan
             origins[n] = np.nan
             misses[n] = np.nan
             continue
         for i in range(3):
+            # Centroids of what is located in this pose: of the body (a) and of the targets (b), mm.
             a[i] /= count
             b[i] /= count
         s[:] = 0.0
@@ -52,8 +54,10 @@ def fit_turns(body: Float, targets: Float, rotations: Float, origins: Float, mis
                     for j in range(3):
                         s[i, j] += (body[led, i] - a[i]) * (targets[n, led, j] - b[j])
         rotation = rotations[n]
+        # Horn: the turn that takes the centred body to the centred targets, determinant +1.
         best_turn(s, rotation, work4, vectors4)
         for i in range(3):
+            # origin = b - R a.
             origins[n, i] = b[i]
             for j in range(3):
                 origins[n, i] -= rotation[i, j] * a[j]
@@ -65,6 +69,8 @@ def fit_turns(body: Float, targets: Float, rotations: Float, origins: Float, mis
                     for j in range(3):
                         off += rotation[i, j] * body[led, j]
                     square += off * off
+        # Over the number of LEDs, not the degrees of freedom: a distance, not an estimate of the
+        # noise.
         misses[n] = np.sqrt(square / count)
 
 
@@ -87,6 +93,7 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
     work4, vectors4, arms = np.empty((4, 4)), np.empty((4, 4)), np.empty((n_leds, 3))
     average[:] = 0.0
     total, count = 0.0, 0
+    # |G|^2 of the body so far, the same for every pose.
     size = 0.0
     for led in range(n_leds):
         for i in range(3):
@@ -95,8 +102,10 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
         whole = True
         own = 0.0
         for led in range(n_leds):
+            # A mean over poses with other LEDs would bend the shape.
             whole = whole and np.isfinite(targets[n, led, 0])
             for i in range(3):
+                # From the centre of the ball, so that no translation is left to be found.
                 arms[led, i] = targets[n, led, i] - centre[i]
                 own += arms[led, i] * arms[led, i]
         if not whole:
@@ -105,12 +114,15 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
             for j in range(3):
                 value = 0.0
                 for led in range(n_leds):
+                    # s = sum of arm body': the turn takes the arms back to the body.
                     value += arms[led, i] * body[led, j]
                 s[i, j] = value
         best_turn(s, rotation, work4, vectors4)
         trace = 0.0
         for i in range(3):
             for j in range(3):
+                # tr(R s): the sum of body . R arm. |G - X R'|^2 = |G|^2 + |X|^2 - 2 tr, with a
+                # minus where the thesis prints a plus (errata, 3.2).
                 trace += rotation[i, j] * s[j, i]
         total += size + own - 2.0 * trace
         count += 1
@@ -143,10 +155,13 @@ def add_moments(points: Float, reference: Float, moments: Float) -> None:
     n_poses, n_leds = points.shape[:2]
     for led in range(n_leds):
         rx, ry, rz = reference[led, 0], reference[led, 1], reference[led, 2]
+        # A sphere |y|^2 = 2 c . y + const is linear in its centre; its normal equations need no
+        # more than these sums, so that points need not be kept.
         count = sx = sy = sz = 0.0
         xx = xy = xz = yy = yz = zz = qx = qy = qz = 0.0
         for n in range(n_poses):
             x, y, z = points[n, led, 0] - rx, points[n, led, 1] - ry, points[n, led, 2] - rz
+            # A target is NaN in all three or in none.
             if not np.isfinite(x):
                 continue
             square = x * x + y * y + z * z
@@ -164,6 +179,7 @@ def add_moments(points: Float, reference: Float, moments: Float) -> None:
             qy += y * square
             qz += z * square
         own = moments[led]
+        # Local sums first, one addition each in the end: the compiler keeps them in registers.
         own[0] += count
         own[1] += sx
         own[2] += sy

@@ -75,7 +75,10 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
 
 
 def write_sweeps(sweeps: Sequence[PivotSweep], rig: Rig) -> bytes:
-    """Return the table as `load_sweeps` reads it; all frames must have the same sigma."""
+    """Return the table as `load_sweeps` reads it; all frames must have the same sigma.
+
+    For tests: nothing in the product asks for it.
+    """
     sigma_px = float(sweeps[0].sigma_px[0])
     lines = ["# ocmm sweeps", f"# sigma: {sigma_px!r}", ",".join(_COLUMNS)]
     for number, sweep in enumerate(sweeps, start=1):

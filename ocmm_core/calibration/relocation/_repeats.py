@@ -17,6 +17,7 @@ from ocmm_core.calibration.guided import (
     from_spots,
     judge_repeats,
     repeat_finding,
+    shared_covariance,
     touch_of,
 )
 from ocmm_core.calibration.records import Finding
@@ -87,10 +88,7 @@ def _repeat(rig: Rig, body: ProbeBody, first: SeatVisited, again: SeatVisited) -
         )
     # Errors of cameras and probe cancel as far as the ball is held alike; the rest is shared out.
     cameras, geometry = two.by_cameras - one.by_cameras, two.by_geometry - one.by_geometry
-    shared = (
-        cameras @ rig.parameter_covariance @ cameras.T
-        + geometry @ body.geometry_covariance @ geometry.T
-    )
+    shared = shared_covariance(cameras, geometry, rig, body)
     return Repeat(
         place,
         _resting(one.tip_world, one.noise + 0.5 * shared, first),

@@ -18,6 +18,7 @@ from ocmm_core.calibration.guided import (
     from_spots,
     judge_repeats,
     repeat_finding,
+    shared_covariance,
     touch_of,
 )
 from ocmm_core.calibration.pivot import PivotSweep
@@ -116,10 +117,7 @@ def _repeat(
     noise = np.mean([one.noise for one in alike], axis=0)
     cameras = again.by_cameras - np.mean([one.by_cameras for one in alike], axis=0)
     geometry = again.by_geometry - np.mean([one.by_geometry for one in alike], axis=0)
-    shared = (
-        cameras @ rig.parameter_covariance @ cameras.T
-        + geometry @ probe.geometry_covariance @ geometry.T
-    )
+    shared = shared_covariance(cameras, geometry, rig, probe)
     play = visits.slack_mm**2 * np.eye(3) + 0.5 * shared
     before = np.mean([one.tip_world for one in alike], axis=0)
     return Repeat(

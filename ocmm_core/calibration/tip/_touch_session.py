@@ -234,6 +234,8 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
     def take_back(self, point: int, now: datetime) -> None:
         """Take back one observation of the current step by its index in the snapshot.
 
+        For tests: nothing in the product asks for it.
+
         Raises
         ------
         CalibrationError

@@ -58,38 +58,38 @@ def run_job(
     """
     station = built.station
     console.print(f"Source  {built.description.name}")
-    console.print(f"Plan    {station.plan.name}, part {station.plan.part}")
+    console.print(f"Plan    {station.job.plan.name}, part {station.job.plan.part}")
     console.print(f"Job     {built.job_path}")
-    console.print(f"Header  {_header(station.job().header)}", highlight=False)
-    calibration = station.calibration()
+    console.print(f"Header  {_header(station.job.view().header)}", highlight=False)
+    calibration = station.instruments.calibration()
     console.print(f"Calibration  {calibration.label}", highlight=False)
-    console.print(f"Temperature  {station.job().temperature}", highlight=False)
-    if station.reference is not None:
-        console.print(f"Reference  {station.reference.label}", highlight=False)
+    console.print(f"Temperature  {station.job.view().temperature}", highlight=False)
+    if station.instruments.reference is not None:
+        console.print(f"Reference  {station.instruments.reference.label}", highlight=False)
     for warning in calibration.warnings:
         console.print(f"[yellow]{warning}[/]", highlight=False)
     try:
-        station.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
-        station.failed.connect(lambda error: _print_error(built, console, error))
+        station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
+        station.faults.failed.connect(lambda error: _print_error(built, console, error))
         station.start()
         if station.stream is not None:
             host, port = station.stream.address
             console.print(f"Stream  {host}:{port}", highlight=False)
-        _print_probe(console, station.probe_view())
+        _print_probe(console, station.instruments.probe())
         _wait(built, console)
-        failure = station.why_failed()
+        failure = station.faults.why_failed()
         if failure is not None:
             raise failure
-        view = station.job()
-        status = station.acquisition_status()
+        view = station.job.view()
+        status = station.looks.acquisition()
         if view.part_verdict.complete or incomplete:
-            for file in station.export(out, incomplete=incomplete):
+            for file in station.reports.export(out, incomplete=incomplete):
                 console.print(f"Report  {file}")
         if not view.complete:
             raise _incomplete(view, status, built.job_path)
     finally:
         station.close()
-        print_counters(console, station.acquisition_status())
+        print_counters(console, station.looks.acquisition())
     return view
 
 
@@ -200,7 +200,7 @@ def _header(header: JobHeader) -> str:
 
 def _wait(built: BuiltStation, console: Console) -> None:
     station = built.station
-    total = sum(feature.points for feature in station.plan.features)
+    total = sum(feature.points for feature in station.job.plan.features)
     columns = (
         TextColumn("{task.description}", markup=False),
         BarColumn(),
@@ -211,13 +211,13 @@ def _wait(built: BuiltStation, console: Console) -> None:
     with Progress(*columns, console=console, transient=True) as progress:
         task = progress.add_task("Starting", total=total)
         while not station.wait_finished(_POLL_S):
-            missing = station.missing()
+            missing = station.job.missing()
             left = sum(count for _, count in missing)
             doing = f"Probing {missing[0][0]}" if missing else "Finishing"
             progress.update(task, completed=total - left, description=doing)
             if not missing or _script_is_over(built):
                 return
-            if station.fault is not None:
+            if station.faults.measuring is not None:
                 return
             _require_calibration(built)
 
@@ -231,15 +231,15 @@ def _print_probe(console: Console, probe: ProbeView) -> None:
 
 def _require_calibration(built: BuiltStation) -> None:
     """Raise CalibrationError where no point can come any more."""
-    for view in (built.station.calibration(), built.station.probe_view()):
+    for view in (built.station.instruments.calibration(), built.station.instruments.probe()):
         if view.hindrance is None or view.word in (Word.VALID, Word.DUE, Word.DESIGN):
             # What hinders a good calibration passes by itself: warmth, cameras not asked yet.
             continue
-        if built.station.fault is not None:
+        if built.station.faults.measuring is not None:
             # It makes them unusable, too, and is the true cause.
             return
         # A source that cannot even be started is told of first.
-        if built.station.acquisition_status().state is AcquisitionState.RUNNING:
+        if built.station.looks.acquisition().state is AcquisitionState.RUNNING:
             raise CalibrationError(
                 "calibration.not_usable",
                 f"{view.word.value}: {view.hindrance.what}",
@@ -251,7 +251,7 @@ def _require_calibration(built: BuiltStation) -> None:
 def _script_is_over(built: BuiltStation) -> bool:
     if not built.live or built.virtual is None:
         return False
-    return built.station.live().frame_counter >= built.virtual.n_frames
+    return built.station.looks.live().frame_counter >= built.virtual.n_frames
 
 
 def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> OcmmError:
@@ -272,7 +272,7 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
 
 def _print_error(built: BuiltStation, console: Console, error: OcmmError) -> None:
     # What ends the command is told at its end.
-    if built.station.fault is None:
+    if built.station.faults.measuring is None:
         console.print(f"[red]{escape(error.what)}[/] {escape(error.remedy)}")
 
 

@@ -63,10 +63,10 @@ def run_for(bus_time_s: float, console: Console) -> MemoryRun:
                 while len(memory) < _SAMPLES:
                     if station.wait_finished(_POLL_S):
                         break
-                    if station.live().time_s >= bus_time_s * (len(memory) + 1) / _SAMPLES:
+                    if station.looks.live().time_s >= bus_time_s * (len(memory) + 1) / _SAMPLES:
                         memory.append(_resident_mib())
                         progress.advance(task)
-                frames = station.acquisition_status().frames
+                frames = station.looks.acquisition().frames
             finally:
                 station.close()
     return MemoryRun(frames, time.monotonic() - start, tuple(memory))

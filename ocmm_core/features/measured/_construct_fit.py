@@ -12,7 +12,7 @@ from ocmm_core.features.elements import distance_derivatives, surface_normals
 from ocmm_core.features.measured._actual import ActualFeature
 from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.search import unambiguous
-from ocmm_core.features.shapes import DIRECTION, POINT, Fit, Shape
+from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
 
 _SHOWS = 0.05
@@ -89,23 +89,6 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
     hint = next((f.fit.direction for f in features if f.fit.shape is shape), None)
     fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
     return Through.of(fit, points, np.vstack(moves))
-
-
-def hole_angles(circle: Float, centres: Points3) -> Float:
-    """Return the angles (n,), rad, of holes on a bolt circle, from the first, anticlockwise.
-
-    Parameters
-    ----------
-    circle
-        (12,): anticlockwise is seen against its direction.
-    centres
-        (n, 3), mm.
-    """
-    normal = circle[DIRECTION]
-    arms = centres - circle[POINT]
-    first = arms[0] - (arms[0] @ normal) * normal
-    angles: Float = np.arctan2(np.cross(normal, first) @ arms.T, first @ arms.T)
-    return np.mod(angles, 2.0 * np.pi)
 
 
 def _sense(shape: Shape, centres: Points3) -> Float | None:

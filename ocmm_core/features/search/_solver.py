@@ -60,7 +60,7 @@ def derivatives(kind: int, points: Float, parameters: Float) -> tuple[Float, Flo
 
 
 def moved(kind: int, parameters: Float, step: Float) -> Float:
-    """Return the parameters (8,) after a step (k,)."""
+    """Return the parameters (8,) after a step (k,); for tests."""
     after = np.empty(8)
     move(kind, parameters, step, after)
     return after

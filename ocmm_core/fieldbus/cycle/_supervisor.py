@@ -87,11 +87,6 @@ class Supervisor:
         self._was_operational = False
         self._fell = False
 
-    @property
-    def recovering(self) -> bool:
-        """Return whether a bring-up is under way that is not the first one."""
-        return self._next is not Next.CYCLE and self._was_operational
-
     def next(self, now_ns: int) -> Next:
         """Return what to do now."""
         if self._next is Next.RESTART and now_ns < self._until_ns:

@@ -82,7 +82,7 @@ class CameraCounters:
 
 
 def read_identity_text(access: ObjectAccess) -> CameraTexts:
-    """Return names, versions and sizes of the camera."""
+    """Return names, versions and sizes of the camera; for tests."""
     name, hardware, software = (read_text(access, index, 0) for index in (0x1008, 0x1009, 0x100A))
     firmware, sensor_logic, boot_loader = (read_text(access, VERSIONS, sub) for sub in (1, 2, 3))
     return CameraTexts(
@@ -100,17 +100,17 @@ def read_identity_text(access: ObjectAccess) -> CameraTexts:
 
 
 def read_firmware(access: ObjectAccess) -> str:
-    """Return the version of the camera's firmware."""
+    """Return the version of the camera's firmware; for tests."""
     return read_text(access, VERSIONS, 1)
 
 
 def read_temperature(access: ObjectAccess) -> float:
-    """Return the temperature of the sensor, degrees Celsius."""
+    """Return the temperature of the sensor, degrees Celsius; for tests."""
     return int.from_bytes(read_exactly(access, INFORMATION, 4, 2), "little", signed=True) / 10.0
 
 
 def read_counters(access: ObjectAccess) -> CameraCounters:
-    """Return what the camera counted since it was switched on."""
+    """Return what the camera counted since it was switched on; for tests."""
     return CameraCounters(*(read_number(access, COUNTERS, sub, 4) for sub in range(1, 7)))
 
 

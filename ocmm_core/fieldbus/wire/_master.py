@@ -131,7 +131,7 @@ class Master:
         return int(self._master.expected_wkc)
 
     def scan(self) -> list[FoundDevice]:
-        """Find the devices, bring them to PREOP and return what they say they are."""
+        """Find the devices, bring them to PREOP and return what they say they are; for tests."""
         self.find()
         self.reach(PREOP)
         return [self.identify(position) for position in range(self.n_devices)]

@@ -61,19 +61,19 @@ def settle_cameras(
     doubts = points_in_doubt(events, calibration, first_taken(job))
     recalled = points_released(store, calibration, job)
     changed = [
-        bool(session.release_points(recalled, _RECALLED, Ward.FAILED_CALIBRATION)),
-        bool(session.release_points(recalled, _RECALLED, Ward.CALIBRATION)),
+        bool(session.held.release_points(recalled, _RECALLED, Ward.FAILED_CALIBRATION)),
+        bool(session.held.release_points(recalled, _RECALLED, Ward.CALIBRATION)),
         hold(session, _without(doubts.failed, recalled), Ward.FAILED_CALIBRATION),
         hold(session, _without(doubts.open, recalled), Ward.CALIBRATION),
     ]
-    over = [n for n in session.held_for(Ward.CALIBRATION) if n not in doubts.open]
-    changed.append(bool(session.release_points(over, _VERIFIED, Ward.CALIBRATION)))
+    over = [n for n in session.held.held_for(Ward.CALIBRATION) if n not in doubts.open]
+    changed.append(bool(session.held.release_points(over, _VERIFIED, Ward.CALIBRATION)))
     alarms = _known_alarms(events, calibration, job)
     held = doubts.open.keys() | doubts.failed.keys()
     changed += [
-        bool(session.release_points(alarms.keys() & held, _TAKEN_OVER, Ward.CAMERAS)),
+        bool(session.held.release_points(alarms.keys() & held, _TAKEN_OVER, Ward.CAMERAS)),
         bool(
-            session.release_points(
+            session.held.release_points(
                 [n for n, answered in alarms.items() if answered], _VERIFIED, Ward.CAMERAS
             )
         ),

@@ -107,7 +107,7 @@ def first_taken(job: JobFile) -> dict[int, datetime]:
 def sentences_of(session: InspectionSession, *wards: Ward) -> tuple[str, ...]:
     """Return what is held back for some causes now, each reason in one sentence."""
     return tuple(
-        sentence for ward in wards for sentence in _sentences(session.held_for(ward), ward)
+        sentence for ward in wards for sentence in _sentences(session.held.held_for(ward), ward)
     )
 
 
@@ -122,7 +122,7 @@ def hold(session: InspectionSession, points: Mapping[int, str], ward: Ward) -> b
     changed = False
     for reason in dict.fromkeys(points.values()):
         numbers = [number for number, why in points.items() if why == reason]
-        changed |= bool(session.hold_back_points(numbers, reason, ward))
+        changed |= bool(session.held.hold_back_points(numbers, reason, ward))
     return changed
 
 

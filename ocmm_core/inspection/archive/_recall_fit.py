@@ -49,14 +49,6 @@ class Misfit:
         """Return the chi-square of all points."""
         return float(self.last[0])
 
-    @property
-    def surprise(self) -> float:
-        """Return by how many standard deviations all points together fit worse than noise does."""
-        dof = float(self.dof[-1])
-        if dof <= 0.0:
-            return 0.0
-        return (self.whole - dof) / float(np.sqrt(2.0 * dof * self.alike))
-
 
 def misfit_of(
     points: Sequence[MeasuredPoint], rig: Rig, body: ProbeBody, scale: float = 1.0

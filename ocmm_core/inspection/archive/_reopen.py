@@ -208,7 +208,7 @@ def _reopened(
         body=body,
         options=options,
         view=_judged(session.view, (*faults, *differences, *cameras.unread, *history.unread)),
-        T_part_from_world=session.T_part_from_world,
+        T_part_from_world=session.frame.T_part_from_world,
         points=tuple(points),
         sensitivities=tuple(sensitivities),
         taken_back=tuple(job.annulled()),
@@ -218,7 +218,7 @@ def _reopened(
         differences=differences,
         history=history,
         cameras=cameras,
-        held={ward: session.held_for(ward) for ward in Ward},
+        held={ward: session.held.held_for(ward) for ward in Ward},
     )
 
 

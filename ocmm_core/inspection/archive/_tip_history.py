@@ -55,7 +55,7 @@ def settle_tip(
     if doubts.open:
         changed.append(hold(session, doubts.open, Ward.TIP))
     else:
-        changed.append(bool(session.release(_CHECKED, Ward.TIP)))
+        changed.append(bool(session.held.release(_CHECKED, Ward.TIP)))
     return any(changed)
 
 

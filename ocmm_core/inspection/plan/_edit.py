@@ -144,6 +144,8 @@ def move_item(plan: Plan, name: str, place: int, group: str = "") -> Plan:
 def rename_item(plan: Plan, old: str, new: str) -> Plan:
     """Return the plan with an item, and all that refers to it, called ``new``.
 
+    For tests: nothing in the product asks for it.
+
     Raises
     ------
     InputError

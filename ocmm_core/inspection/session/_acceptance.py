@@ -1,8 +1,7 @@
-"""Whether a touch may become a point."""
+"""Whether and how a touch becomes a point."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +9,7 @@ import numpy as np
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.inspection.session._reference_use import ReferenceUse
 from ocmm_core.measuring import (
     MeasuredPoint,
@@ -18,8 +18,6 @@ from ocmm_core.measuring import (
     Side,
     StablePoint,
     Touch,
-    approach_direction,
-    average,
     point_uncertainty,
     side_of,
 )
@@ -88,13 +86,62 @@ class Meant:
     nominal_normal: Float | None = None
 
 
-Choose = Callable[[StablePoint, tuple[Float, ...]], Meant | Refusal]
-"""Says what a touch is meant for, by the ball at rest and the ways it came and was pulled off."""
+class Acceptance:
+    """Make a durable point of a touch that is good enough; the last of three steps.
+
+    Parameters
+    ----------
+    ledger
+        Gets the points.
+    rig, body, reference
+        What is measured with.
+    options
+        Limits.
+    """
+
+    def __init__(
+        self,
+        ledger: JobLedger,
+        rig: Rig,
+        body: ProbeBody,
+        options: SessionOptions,
+        reference: ReferenceUse,
+    ) -> None:
+        self._ledger, self._rig, self._body = ledger, rig, body
+        self._options, self._reference = options, reference
+
+    def take(self, touch: Touch, stable: StablePoint, meant: Meant) -> MeasuredPoint | Refusal:
+        """Return the point that a touch has become, or why it has become none.
+
+        Parameters
+        ----------
+        stable
+            Its ball at rest.
+        meant
+            What it is meant for.
+        """
+        ledger, progress = self._ledger, self._ledger.progress
+        judged = judge_touch(
+            touch, stable, meant, self._rig, self._body, self._options, self._reference
+        )
+        if isinstance(judged, Refusal):
+            return judged
+        name = judged.feature
+        point = judged.point(ledger.points.next_number(), self._body.tip_radius)
+        before = progress.opened(name)
+        follows = progress.active == name or progress.probing == "any"
+        after = before if follows else progress
+        if ledger.points.count(name) + 1 >= ledger.plan.feature(name).points:
+            after = after.finished(name)
+        ledger.log.take(point, judged.sensitivity, before, after)
+        ledger.changed()
+        return point
 
 
 def judge_touch(
     touch: Touch,
-    choose: Choose,
+    stable: StablePoint,
+    meant: Meant,
     rig: Rig,
     body: ProbeBody,
     options: SessionOptions,
@@ -104,25 +151,11 @@ def judge_touch(
 
     Parameters
     ----------
-    choose
-        Asked once the ball is known to have rested.
+    stable
+        Its ball at rest.
+    meant
+        What it is meant for.
     """
-    if touch.interrupted:
-        return Refusal(
-            RefusalCode.GAP,
-            "The frames of the cameras were interrupted during the touch.",
-            "Touch again when the machine is ready.",
-            0.0,
-        )
-    stable = average(touch.window, touch.expected, rig, options.point)
-    if isinstance(stable, Refusal):
-        return stable
-    approach_mm = options.point.approach_mm
-    trails = (touch.trail_world, touch.pull_world[::-1])
-    ways = [approach_direction(trail, stable.tip_world, approach_mm) for trail in trails]
-    meant = choose(stable, tuple(way for way in ways if way is not None))
-    if isinstance(meant, Refusal):
-        return meant
     if not meant.feature:
         return Refusal(
             RefusalCode.NO_FEATURE,
@@ -136,7 +169,7 @@ def judge_touch(
         stable.tip_world,
         stable.rotation_world_from_probe,
         body,
-        approach_mm,
+        options.point.approach_mm,
         meant.nominal_normal,
         stable.time_s,
     )

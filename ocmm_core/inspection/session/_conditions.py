@@ -14,8 +14,8 @@ from ocmm_core.inspection.evaluation import (
     limits_text,
     methods_used,
 )
+from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_text
-from ocmm_core.storage import JobFile
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 _SIMULATED = "simulated"
@@ -23,14 +23,14 @@ _SIMULATED = "simulated"
 
 
 class Conditions:
-    """Keep what a job says of its conditions; whoever uses it holds a lock.
+    """Keep what a job says of its conditions; for any thread.
 
     The methods that store raise StorageError where it could not be made durable.
 
     Parameters
     ----------
-    job
-        The job file.
+    ledger
+        The job; what is said of it changes its view.
     options
         What is measured with now.
     begun
@@ -42,10 +42,10 @@ class Conditions:
         They were taken with other temperatures.
     """
 
-    def __init__(self, job: JobFile, options: SessionOptions, *, begun: bool) -> None:
-        self._job = job
+    def __init__(self, ledger: JobLedger, options: SessionOptions, *, begun: bool) -> None:
+        self._ledger = ledger
         self._options = options
-        events = job.events()
+        events = ledger.job.events()
         self._last = {event.kind: event.text for event in events}
         self._compared = "thesis" in (*methods_used(events), options.method)
         if begun:
@@ -61,34 +61,50 @@ class Conditions:
         """Return whether points of the job may have come from a virtual rig; once is for good."""
         return _SIMULATED in self._last
 
-    def note_origin(self, *, simulated: bool) -> bool:
-        """Store that points come from a virtual rig, and say whether that is new."""
-        new = simulated and not self.simulated
-        if new:
-            self._store(_SIMULATED, "Points come from a virtual rig: no real part was measured.")
-        return new
+    def note_origin(self, *, simulated: bool) -> None:
+        """Store that points come from a virtual rig, for good; nothing where they do not."""
+        with self._ledger.lock:
+            if simulated and not self.simulated:
+                self._store(
+                    _SIMULATED, "Points come from a virtual rig: no real part was measured."
+                )
+                self._ledger.view = None
 
     def note_calibration(self, calibration: str, probe: str, unproven: str) -> None:
-        """Store with which calibration and probe points are taken; see the session."""
-        self._store(_CALIBRATION, calibration)
-        self._store(_PROBE, probe)
-        if unproven:
-            self._store(_UNCALIBRATED, unproven)
+        """Store with which calibration and probe the points from now on are taken.
+
+        Parameters
+        ----------
+        calibration
+            What is said about that of the cameras, and its hash.
+        probe
+            What is said about probe and tip, and the hashes of their records.
+        unproven
+            Why this job proves nothing from now on, for good; empty where it does.
+        """
+        with self._ledger.lock:
+            self._store(_CALIBRATION, calibration)
+            self._store(_PROBE, probe)
+            if unproven:
+                self._store(_UNCALIBRATED, unproven)
+            self._ledger.view = None
 
     def note_climate(self) -> None:
         """Store with which temperatures and switches, where they are not those of before."""
         text = record_text(self._options.climate.record())
-        if self._last.get(CLIMATE_EVENT) != text:
-            self._store(CLIMATE_EVENT, text)
+        with self._ledger.lock:
+            if self._last.get(CLIMATE_EVENT) != text:
+                self._store(CLIMATE_EVENT, text)
 
     def note_limits(self) -> None:
         """Store by which limits, where they are not those of before."""
         text = limits_text(self._options)
-        if self._last.get(LIMITS_EVENT) != text:
-            self._store(LIMITS_EVENT, text)
+        with self._ledger.lock:
+            if self._last.get(LIMITS_EVENT) != text:
+                self._store(LIMITS_EVENT, text)
 
     def _store(self, kind: str, text: str) -> None:
-        self._job.append_event(kind, text)
+        self._ledger.job.append_event(kind, text)
         self._last[kind] = text
 
     def _require_same_climate(self) -> None:
@@ -98,7 +114,7 @@ class Conditions:
         if before.record() != self._options.climate.record():
             raise MeasuringError(
                 "session.temperature",
-                f"{self._job.path}: its points were taken with other temperatures or switches. "
-                f"{before.words}",
+                f"{self._ledger.job.path}: its points were taken with other temperatures or "
+                f"switches. {before.words}",
                 "Go on with the same, or begin a new job.",
             )

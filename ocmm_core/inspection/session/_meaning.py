@@ -2,22 +2,110 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.inspection.evaluation import Progress, nearness
+from ocmm_core.inspection.evaluation import (
+    Progress,
+    SessionOptions,
+    aligned_nominals,
+    checked_features,
+    nearness,
+)
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session._acceptance import Meant
+from ocmm_core.inspection.session._acceptance import Acceptance, Meant
 from ocmm_core.inspection.session._any_order import SEARCH_MM, Contact, touched_feature
+from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.inspection.session._side_choice import method_of
-from ocmm_core.measuring import Refusal, RefusalCode
+from ocmm_core.measuring import (
+    MeasuredPoint,
+    Refusal,
+    RefusalCode,
+    StablePoint,
+    Touch,
+    reported_points,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class NominalPlace:
+    """Where the nominals lie, found from the points of the datums.
+
+    Attributes
+    ----------
+    plan
+        Names the datums.
+    points
+        That count by now.
+    options
+        Of the session.
+    """
+
+    plan: Plan
+    points: Sequence[MeasuredPoint]
+    options: SessionOptions
+
+    def find(self) -> RigidTransform | None:
+        """Return the motion from the world to their frame; None while datums are not measured."""
+        points = reported_points(self.points, self.options.climate.part)
+        return aligned_nominals(self.plan, checked_features(self.plan, points, self.options))
+
+
+class Assignment:
+    """Say what a touch is meant for, and hand it on; the second of three steps.
+
+    Parameters
+    ----------
+    ledger
+        Says what is touched next.
+    radius
+        Of the ball, mm.
+    options
+        Of the session.
+    acceptance
+        The step that follows.
+    """
+
+    def __init__(
+        self, ledger: JobLedger, radius: float, options: SessionOptions, acceptance: Acceptance
+    ) -> None:
+        self._ledger, self._radius, self._options = ledger, radius, options
+        self._acceptance = acceptance
+
+    def take(
+        self, touch: Touch, stable: StablePoint, ways: tuple[Float, ...], wanted: str | None
+    ) -> MeasuredPoint | Refusal:
+        """Return the point that a touch has become, or why it has become none.
+
+        Parameters
+        ----------
+        stable
+            Its ball at rest.
+        ways
+            Each (3,), unit, world: how the ball came and how it was pulled off, where known.
+        wanted
+            Feature that a script means; None where a person touches.
+        """
+        ledger, progress = self._ledger, self._ledger.progress
+        meant = meant_for(
+            ledger.plan,
+            progress,
+            Contact(stable.tip_world, ways, self._radius, stable.time_s),
+            NominalPlace(ledger.plan, ledger.points.counting, self._options),
+            wanted=wanted,
+            selected=ledger.selected if ledger.selected == progress.active else "",
+        )
+        if isinstance(meant, Refusal):
+            return meant
+        return self._acceptance.take(touch, stable, meant)
 
 
 def meant_for(
     plan: Plan,
     progress: Progress,
     contact: Contact,
-    aligned: Callable[[], RigidTransform | None],
+    nominals: NominalPlace,
     *,
     wanted: str | None,
     selected: str,
@@ -28,9 +116,8 @@ def meant_for(
     ----------
     contact
         The ball at rest.
-    aligned
-        Returns the motion from the world to the frame of the nominals, or None while datums are not
-        measured; only asked where that matters.
+    nominals
+        Where the nominals lie: only found where that matters.
     wanted
         Feature that a script means; None where a person touches.
     selected
@@ -46,7 +133,7 @@ def meant_for(
     name = progress.active if wanted is None else wanted
     place = None
     if progress.probing == "any":
-        place = aligned()
+        place = nominals.find()
     if place is not None:
         found = touched_feature(plan, place, contact, progress, selected)
         if isinstance(found, Refusal):
@@ -63,7 +150,7 @@ def meant_for(
         return Meant("", "approach")
     method, normal = method_of(plan, progress, name), None
     if method == "nominal":
-        place = place or aligned()
+        place = place or nominals.find()
         normal = None if place is None else _normal(plan, name, place, contact)
     return Meant(name, method, normal)
 

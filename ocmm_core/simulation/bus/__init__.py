@@ -4,7 +4,8 @@ In: a rig of software cameras, names of interfaces, faults to inject.
 Out: a wire that a master can use, without hardware; what the proxy and the frame watch saw.
 
 Read `_virtual_bus` (the whole wire without root), `_network` (the links), `_wire` and
-`_camera_process` (cameras that answer on an interface), `_named_rig` (for other programs). Faults:
+`_camera_process` (cameras that answer on an interface), `_chain` (the order of their cables),
+`_named_rig` (for other programs). Faults:
 `_faults` (what can go wrong), `_deeds`, `_proxy` and `_line_rules` (a cable that fails),
 `_fault_rig`, `_frame_watch` (is every frame that comes out whole and true).
 It must not know tracking, jobs or screens.
@@ -19,6 +20,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.simulation.bus import _named_rig as named_rig
     from ocmm_core.simulation.bus._camera_process import READY, SegmentConfig
+    from ocmm_core.simulation.bus._chain import Chain, Unit
     from ocmm_core.simulation.bus._deeds import Deeds
     from ocmm_core.simulation.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
     from ocmm_core.simulation.bus._faults import (
@@ -52,6 +54,7 @@ else:
     __getattr__ = door(
         __name__,
         _camera_process="READY SegmentConfig",
+        _chain="Chain Unit",
         _deeds="Deeds",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
         _faults="CORRUPT_WITH_SUM CameraDeed Deed DeedAnswer Faults",
@@ -74,6 +77,7 @@ __all__ = [
     "NEAR",
     "READY",
     "CameraDeed",
+    "Chain",
     "Deed",
     "DeedAnswer",
     "Deeds",
@@ -89,6 +93,7 @@ __all__ = [
     "RigStatus",
     "SegmentConfig",
     "Trick",
+    "Unit",
     "VirtualBus",
     "Watched",
     "Way",

@@ -21,16 +21,10 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.bus._chain import Chain, Unit
 from ocmm_core.simulation.bus._faults import Faults
 from ocmm_core.simulation.bus._wire import Wire
-from ocmm_core.simulation.slave import (
-    CHUNK_FRAMES,
-    CameraFrames,
-    Chain,
-    ClockPattern,
-    TestPattern,
-    Unit,
-)
+from ocmm_core.simulation.slave import CHUNK_FRAMES, CameraFrames, ClockPattern, TestPattern
 
 READY = "ready"
 EXIT_FAILED = 2

@@ -16,8 +16,9 @@ from ocmm_core.fieldbus.device import (
     CameraIdentity,
     data_crc,
 )
+from ocmm_core.simulation.bus._chain import Chain, Unit
 from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, Deed, DeedAnswer
-from ocmm_core.simulation.slave import AL_STATUS, STATION_ADDRESS, Chain, Unit
+from ocmm_core.simulation.slave import AL_STATUS, STATION_ADDRESS
 
 _CLOCK_STEP_NS = 1_234_567_891
 """What the clock of a restarted camera shows more than the time before."""

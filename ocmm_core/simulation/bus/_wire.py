@@ -13,9 +13,10 @@ import numpy as np
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire import LinkWatch
+from ocmm_core.simulation.bus._chain import Chain
 from ocmm_core.simulation.bus._deeds import Deeds
 from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, Faults
-from ocmm_core.simulation.slave import ETHERTYPE, OP, Chain
+from ocmm_core.simulation.slave import ETHERTYPE, OP
 
 _FRAME_BYTES = 2048
 _DEED_BYTES = 4096

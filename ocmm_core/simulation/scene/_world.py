@@ -124,7 +124,7 @@ class WorldOptions:
 
     @classmethod
     def ideal(cls) -> WorldOptions:
-        """Return a world in which the documents are true and spots do not scatter."""
+        """Return a world in which the documents are true and spots do not scatter; for tests."""
         return cls(
             camera_error=False,
             probe_error=False,

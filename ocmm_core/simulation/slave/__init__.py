@@ -4,7 +4,7 @@ In: EtherCAT frames of any master, and pictures or spots of where its frames com
 Out: answers as a real camera gives them, down to registers, mailboxes and process data.
 
 Read `_software_camera` (the whole), `_esc` with `_registers` and `_slave_clock` (the controller),
-`_segment` and `_chain` (cameras on one wire), `_coe` with the `_sdo_values`, `_sdo_information`
+`_segment` (cameras on one wire), `_coe` with the `_sdo_values`, `_sdo_information`
 and `_sdo_abort` behind it (objects), `_electronics`, `_diagnosis`, `_store`, `_sii`;
 `_frame_buffer` and `_pattern` (frames), `_sensor`, `_black_image` and `_snapshot` (pictures).
 It must not know optics or the scene: frames are given to it.
@@ -19,7 +19,6 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.simulation.slave import _registers as registers
     from ocmm_core.simulation.slave import _sii as sii
-    from ocmm_core.simulation.slave._chain import Chain, Unit
     from ocmm_core.simulation.slave._coe import CoeServer
     from ocmm_core.simulation.slave._esc import Esc
     from ocmm_core.simulation.slave._frame_buffer import (
@@ -61,7 +60,6 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _chain="Chain Unit",
         _coe="CoeServer",
         _esc="Esc",
         _frame_buffer="CHUNK_FRAMES FIFO_FRAMES FrameBuffer OVERRUN_FLAG",
@@ -97,7 +95,6 @@ __all__ = [
     "TIME_DIFFERENCE",
     "CameraFrames",
     "CameraStore",
-    "Chain",
     "ClockPattern",
     "CoeServer",
     "Command",
@@ -109,7 +106,6 @@ __all__ = [
     "SlaveClock",
     "SoftwareCamera",
     "TestPattern",
-    "Unit",
     "difference_register",
     "read_clock",
     "registers",

@@ -51,7 +51,7 @@ class StreamLog:
 
     @property
     def in_memory(self) -> int:
-        """Return how many lines are in memory."""
+        """Return how many lines are in memory; for tests."""
         with self._lock:
             return len(self._latest)
 

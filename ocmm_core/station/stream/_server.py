@@ -22,12 +22,8 @@ import uuid
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
-from typing import Protocol
-
-from psygnal import SignalInstance
 
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
-from ocmm_core.inspection.evaluation import JobView, LiveView
 from ocmm_core.station.stream._client import (
     LONGEST_REQUEST,
     MOST_WAITING,
@@ -49,6 +45,7 @@ from ocmm_core.station.stream._messages import (
 from ocmm_core.station.stream._options import StreamOptions as StreamOptions
 from ocmm_core.station.stream._options import check_stream
 from ocmm_core.station.stream._probe_button import ButtonChange
+from ocmm_core.station.stream._source import StreamSource
 from ocmm_core.station.stream._verdict_watch import VerdictWatch
 from ocmm_core.storage import JobStep
 
@@ -58,45 +55,6 @@ MOST_CLIENTS = 8
 GOODBYE_S = 0.5
 """So long the end waits for clients to take what they have not had yet."""
 _READ = 65536
-
-
-class StreamSource(Protocol):
-    """What is streamed, e.g. the measuring station."""
-
-    @property
-    def changed(self) -> SignalInstance:
-        """Emitted after every change of the job."""
-        ...
-
-    @property
-    def button(self) -> SignalInstance:
-        """Emitted with a `ButtonChange` when the button of the probe goes down or up."""
-        ...
-
-    @property
-    def job_path(self) -> Path:
-        """Return the file of the job that is measured."""
-        ...
-
-    @property
-    def simulated(self) -> bool:
-        """Return whether the frames come from a virtual rig, as far as is known by now."""
-        ...
-
-    def job(self) -> JobView:
-        """Return the job as it stands; takes up to some seconds."""
-        ...
-
-    def live(self) -> LiveView:
-        """Return what the machine sees now."""
-        ...
-
-    def steps_since(self, job: Path | None, after: int) -> tuple[Path, list[JobStep]]:
-        """Return the job that is measured, and what was stored in it behind an audit row.
-
-        From its beginning where ``job`` is another one; empty only where there is nothing more.
-        """
-        ...
 
 
 class StreamServer:
@@ -128,7 +86,7 @@ class StreamServer:
         self._source = source
         self._options = options
         self._id = uuid.uuid4().hex
-        self._messages = StreamLog(source.job_path.parent)
+        self._messages = StreamLog(source.job.path.parent)
         self._job: Path | None = None
         self._after = 0
         self._storing = threading.Lock()
@@ -137,8 +95,8 @@ class StreamServer:
         self._changed = threading.Event()
         """The job is another one than that of the latest verdict."""
         self._verdicts = VerdictWatch(
-            source.job,
-            lambda: source.job_path.stem,
+            source.job.view,
+            lambda: source.job.path.stem,
             lambda: len(self._messages),
             self._wake,
         )
@@ -181,8 +139,8 @@ class StreamServer:
         self._selector.register(self._listener, selectors.EVENT_READ)
         self._selector.register(self._wake_read, selectors.EVENT_READ)
         # Before any listener that may fail: what comes after that one is not told.
-        self._source.changed.connect(self._on_change, priority=1)
-        self._source.button.connect(self._on_button, priority=1)
+        self._source.events.changed.connect(self._on_change, priority=1)
+        self._source.events.button.connect(self._on_button, priority=1)
         self._on_change()
         self._verdicts.start()
         self._thread = threading.Thread(target=self._run, name="ocmm-stream")
@@ -194,8 +152,8 @@ class StreamServer:
     def close(self, timeout_s: float = 2.0) -> bool:
         """Say goodbye to the clients and end; say whether the thread ended in time."""
         for signal, slot in (
-            (self._source.changed, self._on_change),
-            (self._source.button, self._on_button),
+            (self._source.events.changed, self._on_change),
+            (self._source.events.button, self._on_button),
         ):
             with contextlib.suppress(ValueError):
                 signal.disconnect(slot)
@@ -239,7 +197,7 @@ class StreamServer:
 
     def _on_button(self, change: ButtonChange) -> None:
         try:
-            job = self._source.job_path.stem
+            job = self._source.job.path.stem
             self._pressed = change.event == "press"
             self._messages.append(partial(button_line, job=job, change=change))
         except Exception as error:
@@ -253,7 +211,7 @@ class StreamServer:
 
     def _take_steps(self) -> bool:
         """Take over what was stored since the last time, and say whether there was something."""
-        path, steps = self._source.steps_since(self._job, self._after)
+        path, steps = self._source.job.steps_since(self._job, self._after)
         if path != self._job:
             # Its points have numbers of their own; those of the job before count as they did.
             self._job, self._after = path, 0
@@ -331,7 +289,7 @@ class StreamServer:
             return
         job = "" if self._job is None else self._job.stem
         needed = bool(self._options.token)
-        simulated = self._source.simulated
+        simulated = self._source.instruments.simulated
         hello = Hello(self._id, job, 1, len(self._messages), needed, simulated)
         client.waiting += hello_line(hello)
 
@@ -387,8 +345,8 @@ class StreamServer:
         if self._changed.is_set():
             self._changed.clear()
             self._verdicts.ask()
-        live = self._source.live()
-        job = self._source.job_path.stem
+        live = self._source.looks.live()
+        job = self._source.job.path.stem
         state = (job, live.status.value, live.reason)
         if state != self._state:
             self._state, self._states = state, self._states + 1

@@ -45,18 +45,23 @@ def grow_known(
     for led in range(len(leds)):
         views = 0
         for c in range(n_cameras):
+            # A label whose slot is empty in this frame says nothing about the pose; the LED is
+            # free.
             if labels[c, led] >= 0 and not there[c, labels[c, led]]:
                 labels[c, led] = -1
             views += int(labels[c, led] >= 0)
         located += int(views >= 2)
+    # Three located LEDs are the least that fix the six numbers of the pose.
     if located < 3:
         return np.inf
     worth = np.empty(1)
+    # -1: any slot may be any LED. The strobe code has done its work once labels are known.
     usable = np.full(n_cameras * n_slots, -1)
     chi2 = grow(
         ideal, slopes, there, usable, cams, centres, leds, directions, least_cosine, sigma,
         rival_px, limits, labels, np.empty((3, 3)), np.empty(3), worth,
     )  # fmt: skip
+    # The caller compares with `identify_kernel.MAX_DOUBT`; infinity is always above it.
     return worth[0] if chi2 >= 0.0 else np.inf
 
 
@@ -73,7 +78,12 @@ def without_rivals(spots: Float, rival_px: float) -> Float:
                 for j in range(i):
                     du = spots[frame, c, i, 0] - spots[frame, c, j, 0]
                     dv = spots[frame, c, i, 1] - spots[frame, c, j, 1]
+                    # An empty slot is NaN, its distance is NaN, and the comparison false: it rivals
+                    # nobody.
                     if du * du + dv * dv < rival_px * rival_px:
+                        # Both go: neither centroid is right, and which is which cannot be told.
+                        # Distances are taken in `spots`, not in `kept`, so that a third spot near
+                        # both is found as well.
                         for axis in range(2):
                             kept[frame, c, i, axis] = np.nan
                             kept[frame, c, j, axis] = np.nan

@@ -27,6 +27,7 @@ from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations,
 from ocmm_core.tracking.kernels._meeting_kernel import view
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
 
+# exp(-23 / 2) = 1.0e-5: chi-square with two degrees of freedom is exceeded with just that.
 SPOT_CHI2 = 23.0
 """A spot further from where its LED must be (squared, over its variance) is not the LED's: one in
 a hundred thousand spots is left out by chance."""
@@ -85,6 +86,7 @@ def grow(
     place = np.empty(2)
     points = np.empty((n_leds, 3))
     located = np.empty(n_leds, np.bool_)
+    # The start: closed forms, good to the noise of triangulation, from which one step is enough.
     spots = _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
     count = triangulate_leds(led_ideal, seen, cams, points, located)
     fit_leds(leds, points, located, count, rotation, origin, np.empty((4, 4)), np.empty((4, 4)))
@@ -93,11 +95,14 @@ def grow(
             if seen[c, led] and not _faces(
                 centres[c], leds[led], directions[led], rotation, origin, least_cosine
             ):
+                # An LED that shines away from the camera cannot be what it sees.
                 return -1.0
     while True:
+        # One Gauss-Newton step for every spot added. Afterwards h holds the factor of J'J.
         chi2 = _improve(
             led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g, step, work, sigma
         )
+        # Six numbers of the pose are taken from two coordinates a spot.
         if chi2 < 0.0 or chi2 > limits[2 * spots - 6]:
             return -1.0
         best, best_c, best_led, best_slot = np.inf, -1, -1, -1
@@ -107,6 +112,9 @@ def grow(
                     centres[c], leds[led], directions[led], rotation, origin, least_cosine
                 ):
                     continue
+                # Where the LED must be seen, and how uncertain that is: the covariance of spot
+                # minus prediction is sigma^2 (I + J (J'J)^-1 J'), of which s is the matrix in
+                # brackets; rows become J L^-T.
                 _predict(cams, c, leds[led], rotation, origin, place, rows)
                 forward(h, rows[0])
                 forward(h, rows[1])
@@ -115,6 +123,7 @@ def grow(
                     s00 += rows[0, k] * rows[0, k]
                     s01 += rows[0, k] * rows[1, k]
                     s11 += rows[1, k] * rows[1, k]
+                # The quadratic form with the inverse of a 2x2 matrix, by its cofactors.
                 scale = 1.0 / (sigma * sigma * (s00 * s11 - s01 * s01))
                 near, slot_near = 0, -1
                 for slot in range(there.shape[1]):
@@ -124,11 +133,15 @@ def grow(
                     if scale * (s11 * ex * ex - 2.0 * s01 * ex * ey + s00 * ey * ey) < SPOT_CHI2:
                         near += 1
                         slot_near = slot
+                # Exactly one spot may be meant, its place must be known better than that of the
+                # best candidate so far (trace of the covariance), and nobody else may hold it.
                 if near != 1 or s00 + s11 >= best or _taken(labels, c, slot_near):
                     continue
                 follows = usable[c * there.shape[1] + slot_near]
+                # -2, a slot that follows no LED by its code, is refused here, too.
                 if follows in (-1, led):
                     best, best_c, best_led, best_slot = s00 + s11, c, led, slot_near
+        # Nothing can be added without doubt. Every round adds a spot, so the loop ends.
         if best_c < 0:
             break
         labels[best_c, best_led] = best_slot
@@ -138,6 +151,7 @@ def grow(
         rotation, origin, place, rows,
     ):  # fmt: skip
         _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+        # What is left after rivals are out must still fix a pose by itself.
         if triangulate_leds(led_ideal, seen, cams, points, located) < 3:
             return -1.0
         chi2 = _improve(
@@ -145,6 +159,7 @@ def grow(
         )
         if chi2 < 0.0:
             return -1.0
+    # All spots together kept the limit above; those that are left are not compared with one again.
     worth[0] = doubt(led_ideal, led_slopes, seen, cams, leds, rotation, origin, sigma)
     return chi2
 
@@ -157,6 +172,7 @@ def _gather(
     spots = 0
     for c in range(labels.shape[0]):
         for led in range(labels.shape[1]):
+            # Rivals are other spots at the LED's place, and other LEDs at the spot's.
             slot = labels[c, led]
             seen[c, led] = slot >= 0
             if slot < 0:
@@ -182,11 +198,13 @@ def _improve(
         return -1.0
     forward(h, g)
     for i in range(6):
+        # |L^-1 g|^2 is what a full step takes off the sum of squares, to first order.
         squares -= g[i] * g[i]
     backward(h, g)
     turn(rotation, g[0], g[1], g[2], step, work)
     for i in range(3):
         origin[i] += g[3 + i]
+    # Where the start is far off, the prediction by first order may pass zero.
     return max(squares, 0.0) / (sigma * sigma)
 
 
@@ -197,12 +215,14 @@ def _faces(
     """Return whether an LED shines towards a camera."""
     along, size = 0.0, 0.0
     for i in range(3):
+        # The LED's place gets the whole motion, its direction only the turn.
         place, heading = origin[i], 0.0
         for j in range(3):
             place += rotation[i, j] * led[j]
             heading += rotation[i, j] * direction[j]
         along += (centre[i] - place) * heading
         size += (centre[i] - place) ** 2
+    # cos(angle) = direction . ray / |ray|; directions have length one, so one root is enough.
     return bool(along >= least_cosine * np.sqrt(size))
 
 
@@ -222,10 +242,13 @@ def _predict(
         point[i] = arm[i] + origin[i]
     place[0], place[1], _ = view(cams, c, point, derivative)
     for axis in range(2):
+        # Sx, Sy. The distortion's own slope, a few per cent, is left out: this only serves the size
+        # of a gate and the order in which spots are added.
         scale = cams[c, 13 + axis]
         dx, dy, dz = (
             scale * derivative[axis, 0], scale * derivative[axis, 1], scale * derivative[axis, 2]
         )  # fmt: skip
+        # arm x derivative: the turn about the probe's origin, world axes, as in `normal_equations`.
         rows[axis, 0] = arm[1] * dz - arm[2] * dy
         rows[axis, 1] = arm[2] * dx - arm[0] * dz
         rows[axis, 2] = arm[0] * dy - arm[1] * dx
@@ -255,12 +278,15 @@ def _drop_rivals(
 ) -> bool:  # fmt: skip
     """Take labels away where a second spot or a second LED is as near; return whether any was."""
     n_cameras, n_leds = labels.shape
+    # near[led, slot]: the spot of the slot lies within rival_px of the place of the LED.
     near = np.zeros((n_leds, there.shape[1]), np.bool_)
     dropped = False
     for c in range(n_cameras):
         for led in range(n_leds):
             for slot in range(there.shape[1]):
                 near[led, slot] = False
+            # An LED that shines away is no rival. A labelled one is looked at whatever the cone
+            # says.
             if labels[c, led] < 0 and not _faces(
                 centres[c], leds[led], directions[led], rotation, origin, least_cosine
             ):

@@ -44,6 +44,7 @@ RULE_MARGIN = 0.17
 """Sine of 10 degrees: within them of what a rule forbids, a promise kept and one broken look
 alike."""
 
+# In squared standard deviations of the pose: a single false LED may have moved it by nine of them.
 MAX_DOUBT = 80.0
 """Greatest doubt (`doubt_kernel.doubt`). Three LEDs may be two LEDs
 and a reflection, which agrees by chance in one of some ten thousand such scenes; so every LED must
@@ -93,6 +94,7 @@ def identify_frames(
         held = int(np.int64(0))
         for body in range(n_bodies):
             size = counts[body]
+            # Poses of all bodies go into one list: a pose of one may claim the spots of another.
             before = held
             outcome, held = _search(
                 ideal, slopes, there, usable[body], cams, centres, bounds, leds[body, :size],
@@ -100,7 +102,10 @@ def identify_frames(
                 rule_worlds[body, : n_rules[body]], sigma, rival_px, limits, body,
                 poses, owner, certain, doubt, held,
             )  # fmt: skip
+            # Poses that hold make it FOUND for now; which one, and whether it is sure, `_decide`
+            # says.
             status[frame, body] = outcome if held == before or outcome == CONFUSED else FOUND
+        # Only after all bodies were searched.
         for body in range(n_bodies):
             _clear(labels[frame, body])
             if status[frame, body] == FOUND:
@@ -129,6 +134,7 @@ def _search(
     start, total = held, 0
     for first in range(n_cameras):
         for second in range(first + 1, n_cameras):
+            # All pairs of spots of two cameras could meet; there must be room for as many.
             if total + n_slots * n_slots > MAX_MEETINGS:
                 return CONFUSED, held
             count = meet(
@@ -144,6 +150,7 @@ def _search(
             if outcome == CONFUSED:
                 return CONFUSED, held
             total += count
+    # With two cameras there is one pair of them, and nothing more to mix.
     if held > start or n_cameras == 2:
         return (NO_FIT if total >= 3 else FEW), held
     return _match(
@@ -162,6 +169,7 @@ def _match(
 ) -> tuple[int, int]:  # fmt: skip
     """Try every three LEDs at every three of the meeting points that are as far apart."""
     count, n_leds, n_slots = len(positions), len(leds), there.shape[1]
+    # Three points are the least that fix a pose, and the least that a body's distances can tell.
     if count < 3:
         return FEW, held
     far = np.empty((count, count))
@@ -183,9 +191,14 @@ def _match(
         for m in range(count):
             if not _may(usable, lights[m], i):
                 continue
+            # i < j < k: every set of three LEDs once, at every ordered choice of three meeting
+            # points. A mirror image has the same three distances; the rotation that fits it best
+            # has determinant +1 and leaves the other spots unexplained.
             for j in range(i + 1, n_leds):
                 for n in range(count):
                     if (
+                        # The distances prune from the outside: a pair that is not as far apart
+                        # costs no third loop.
                         abs(far[m, n] - nominal[i, j]) > slack[m, n]
                         or not _apart(lights[m], lights[n])
                         or not _may(usable, lights[n], j)
@@ -201,6 +214,7 @@ def _match(
                                 or not _may(usable, lights[o], k)
                             ):
                                 continue
+                            # Each meeting point names two spots, one in each of two cameras.
                             _clear(labels)
                             for side in range(2):
                                 labels[lights[m, side] // n_slots, i] = lights[m, side] % n_slots
@@ -208,6 +222,9 @@ def _match(
                                 labels[lights[o, side] // n_slots, k] = lights[o, side] % n_slots
                             if _known(poses, start, held, labels):
                                 continue
+                            # The number of triples grows with the third power of the meeting
+                            # points; the limit keeps a frame full of reflections from stopping the
+                            # live stream.
                             attempts += 1
                             if attempts > MAX_ATTEMPTS or held == MAX_POSES:
                                 return CONFUSED, held
@@ -216,12 +233,16 @@ def _match(
                                 least_cosine, sigma, rival_px, limits, labels, rotation, origin,
                                 worth,
                             )  # fmt: skip
+                            # A rule says that an axis of the body keeps to one side of a world
+                            # direction: a sine above zero. Well below zero the pose is forbidden.
+                            # Near zero it is held, but not certain.
                             kept = _promise(axes, rule_worlds, rotation)
                             if chi2 < 0.0 or kept < -RULE_MARGIN:
                                 continue
                             _clear(poses[held])
                             _copy(labels, poses[held])
                             owner[held], certain[held] = body, kept > RULE_MARGIN
+                            # Written behind the last pose held; `_merge` decides whether it stays.
                             doubt[held] = worth[0]
                             held = _merge(poses, start, held, certain, doubt)
     return NO_FIT, held
@@ -230,12 +251,14 @@ def _match(
 @compiled()
 def _may(usable: Int, lights: Int, led: int) -> bool:
     one, other = usable[lights[0]], usable[lights[1]]
+    # -1 may be any LED, -2 equals no LED number and never passes.
     return bool((one == -1 or one == led) and (other == -1 or other == led))
 
 
 @compiled()
 def _apart(one: Int, other: Int) -> bool:
     return bool(
+        # One spot is one LED; a number holds its camera and its slot.
         one[0] != other[0] and one[0] != other[1] and one[1] != other[0] and one[1] != other[1]
     )
 
@@ -248,6 +271,8 @@ def _known(poses: Int, start: int, held: int, labels: Int) -> bool:
         for c in range(labels.shape[0]):
             for led in range(labels.shape[1]):
                 same += labels[c, led] >= 0 and poses[pose, c, led] == labels[c, led]
+        # Three LEDs in two cameras each: all that a triple says. Growing it again gives nothing
+        # new.
         if same == 6:
             return True
     return False
@@ -256,11 +281,14 @@ def _known(poses: Int, start: int, held: int, labels: Int) -> bool:
 @compiled()
 def _promise(axes: Float, rule_worlds: Float, rotation: Float) -> float:
     """Return the least component of a rule's axis along its world direction, 1 without rules."""
+    # The rule that is kept least counts; a cosine of one is never exceeded.
     least = 1.0
     for rule in range(len(axes)):
         along = 0.0
         for i in range(3):
             for j in range(3):
+                # world . R axis: the cosine between the world direction and the axis as the pose
+                # turns it.
                 along += rule_worlds[rule, i] * rotation[i, j] * axes[rule, j]
         least = min(least, along)
     return least
@@ -277,6 +305,8 @@ def _merge(poses: Int, start: int, held: int, certain: Bool, doubt: Float) -> in
                 same += one >= 0 and one == other
                 conflicts += one >= 0 and other >= 0 and one != other
                 more += int(other >= 0) - int(one >= 0)
+        # The same three LEDs at the same spots, and nowhere another opinion: one pose that was
+        # grown from two triples. The one that explains more spots is kept, with its own doubt.
         if conflicts == 0 and same >= 6:
             if more > 0:
                 _copy(poses[held], poses[pose])
@@ -301,6 +331,9 @@ def _decide(
         if owner[pose] == body and _spots(poses[pose]) > most:
             best, most = pose, _spots(poses[pose])
     for pose in range(held):
+        # A single light in space gives at most one spot in every camera, so that n_cameras spots
+        # more can be the work of one reflection. A rival that near in number leaves the answer
+        # open.
         if pose == best or _spots(poses[pose]) < most - n_cameras:
             continue
         if owner[pose] == body or _share(poses[best], poses[pose]):
@@ -312,6 +345,8 @@ def _decide(
         for c in range(n_cameras):
             seen = seen or poses[best, c, led] >= 0
         in_sight += int(seen)
+    # A strobe code names each LED by itself; three LEDs that carry it need no fourth to speak for
+    # them.
     if doubt[best] > MAX_DOUBT and not (coded and in_sight == 3):
         status[body] = THIN
     elif not certain[best]:
@@ -348,6 +383,7 @@ def _share(one: Int, other: Int) -> bool:
     for c in range(one.shape[0]):
         for led in range(8):
             for second in range(8):
+                # A slot that both poses claim, whichever LED they take it for.
                 if one[c, led] >= 0 and one[c, led] == other[c, second]:
                     return True
     return False

@@ -42,17 +42,26 @@ def undistort(
 
     The slope is symmetric: its elements 00, 01 and 11.
     """
+    # The distorted point is the start: it is off by the distortion itself, a few per cent.
     x, y = xd, yd
     j00, j01, j11 = 1.0, 0.0, 1.0
+    # Three Newton steps (`camera.NEWTON_STEPS`, exact to 5e-13 px); the fourth round only writes
+    # the slope at the point found. The thesis takes one step, which is off by 0.045 px and more.
     for step in range(4):
         r2 = x * x + y * y
         radial = r2 * (k1 + k2 * r2)
+        # d(radial)/d(r2) times two: with r2 = x^2 + y^2, d(radial)/dx is x slope and d(radial)/dy y
+        # slope.
         slope = 2.0 * k1 + 4.0 * k2 * r2
         j00 = 1.0 + radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
         j11 = 1.0 + radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+        # Symmetric because the distortion is the gradient of a potential (radial and Brown terms
+        # are), so that d(xd)/dy = d(yd)/dx.
         j01 = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
         if step == 3:
             break
+        # What is missing to the observed point, mm; J dx = fx is solved by the inverse of a 2x2
+        # matrix.
         fx = xd - (x + x * radial + 2.0 * p1 * x * y + p2 * (3.0 * x * x + y * y))
         fy = yd - (y + y * radial + p1 * (x * x + 3.0 * y * y) + 2.0 * p2 * x * y)
         determinant = j00 * j11 - j01 * j01
@@ -68,12 +77,18 @@ def triangulate_leds(ideal: Float, seen: Bool, cams: Float, points: Float, locat
     count = 0
     for led in range(n_leds):
         views = 0
+        # Normal matrix H = A'A (upper triangle) and right side A'b of the point, by summing over
+        # its rays.
         h00 = h01 = h02 = h11 = h12 = h22 = g0 = g1 = g2 = 0.0
         for c in range(n_cameras):
             if not seen[c, led]:
                 continue
             views += 1
             f = cams[c, 12]
+            # Each image axis w = f (r_axis . X + t_axis) / (r_3 . X + t_3), made linear in X by its
+            # denominator: (w r_3 - f r_axis) . X = f t_axis - w t_3. Not singular where the world's
+            # origin lies in the camera's principal plane, as the thesis's form with L12 = 1 is
+            # (errata, 2.4.1).
             for axis in range(2):
                 w = ideal[c, led, axis]
                 a0 = w * cams[c, 6] - f * cams[c, 3 * axis]
@@ -89,9 +104,13 @@ def triangulate_leds(ideal: Float, seen: Bool, cams: Float, points: Float, locat
                 g0 += a0 * b
                 g1 += a1 * b
                 g2 += a2 * b
+        # One ray has two equations for three unknowns.
         located[led] = views >= 2
         if views < 2:
             continue
+        # Cofactors of the symmetric H: its inverse is their matrix over the determinant. The
+        # equations are not weighted by depth or pixel; this is only the start of the steps in
+        # pixels.
         c00 = h11 * h22 - h12 * h12
         c01 = h02 * h12 - h01 * h22
         c02 = h01 * h12 - h02 * h11
@@ -113,6 +132,8 @@ def fit_leds(
 ) -> None:  # fmt: skip
     """Horn's closed form; leaves rotation (3, 3) and origin (3,) of world from probe."""
     n_leds = leds.shape[0]
+    # Centroids of the LEDs in the probe frame (a) and in the world (b). About them the best turn
+    # does not depend on the translation.
     a = np.zeros(3)
     b = np.zeros(3)
     for led in range(n_leds):
@@ -128,6 +149,8 @@ def fit_leds(
                     s[i, j] += (leds[led, i] - a[i]) * (points[led, j] - b[j])
     best_turn(s, rotation, work4, vectors4)
     for i in range(3):
+        # b = R a + origin: the centroid of the LEDs comes to lie on that of the points. The thesis
+        # takes centred LEDs; here the origin is that of the probe document (errata, 2.4.2).
         origin[i] = b[i] - (rotation[i, 0] * a[0] + rotation[i, 1] * a[1] + rotation[i, 2] * a[2])
 
 
@@ -149,6 +172,8 @@ def normal_equations(
     row = np.empty((2, 6))
     for led in range(n_leds):
         lx, ly, lz = leds[led, 0], leds[led, 1], leds[led, 2]
+        # Arm from the probe's origin to the LED, along the axes of the world: what the rotation
+        # vector acts on.
         qx = rotation[0, 0] * lx + rotation[0, 1] * ly + rotation[0, 2] * lz
         qy = rotation[1, 0] * lx + rotation[1, 1] * ly + rotation[1, 2] * lz
         qz = rotation[2, 0] * lx + rotation[2, 1] * ly + rotation[2, 2] * lz
@@ -160,20 +185,31 @@ def normal_equations(
             xc = cams[c, 0] * px + cams[c, 1] * py + cams[c, 2] * pz + cams[c, 9]
             yc = cams[c, 3] * px + cams[c, 4] * py + cams[c, 5] * pz + cams[c, 10]
             zc = cams[c, 6] * px + cams[c, 7] * py + cams[c, 8] * pz + cams[c, 11]
+            # mm on the image per mm across at this depth. zc > 0 is not tested here: labels come
+            # from points in front of their cameras (`_meeting_kernel.meet`).
             m = f / zc
             xi, yi = m * xc, m * yc
+            # Observed minus predicted, so that the step is +(J'J)^-1 J'r with J the derivative of
+            # the prediction.
             ex, ey = ideal[c, led, 0] - xi, ideal[c, led, 1] - yi
+            # d(px)/d(mm on the ideal image) at the observed spot: pixel scale times distortion. To
+            # first order it turns a difference of ideal points into one of pixels, where `sigma` is
+            # the same everywhere and along both axes.
             s00, s01 = slopes[c, led, 0], slopes[c, led, 1]
             s10, s11 = slopes[c, led, 2], slopes[c, led, 3]
             r0 = s00 * ex + s01 * ey
             r1 = s10 * ex + s11 * ey
             total += r0 * r0 + r1 * r1
             for k in range(3):
+                # d(f X/Z) = f/Z dX - f X/Z^2 dZ, and dX, dY, dZ by the point are the rows of the
+                # camera's R.
                 dx = m * cams[c, k] - xi / zc * cams[c, 6 + k]
                 dy = m * cams[c, 3 + k] - yi / zc * cams[c, 6 + k]
                 row[0, 3 + k] = s00 * dx + s01 * dy
                 row[1, 3 + k] = s10 * dx + s11 * dy
             for i in range(2):
+                # d(w x q)/dw: with p the derivative by the point, p . (w x q) = w . (q x p), so q x
+                # p.
                 row[i, 0] = qy * row[i, 5] - qz * row[i, 4]
                 row[i, 1] = qz * row[i, 3] - qx * row[i, 5]
                 row[i, 2] = qx * row[i, 4] - qy * row[i, 3]
@@ -206,6 +242,7 @@ def solve_frames(
         Outputs (n,), (n, 3), (n, 3, 3), (n, 3, 3), (n, 3), (n,), (n,).
     """
     n, n_cameras, n_leds = uv.shape[0], uv.shape[1], uv.shape[2]
+    # Room for one frame, used by all of a batch in turn.
     ideal = np.empty((n_cameras, n_leds, 2))
     slopes = np.empty((n_cameras, n_leds, 4))
     seen = np.empty((n_cameras, n_leds), np.bool_)
@@ -232,13 +269,17 @@ def solve_frames(
                     continue
                 observations += 1
                 x, y, j00, j01, j11 = undistort(
+                    # cams 13 to 20: Sx, Sy, u0, v0, k1, k2, p1, p2; 12 is f, 9 to 11 t and 0 to 8 R
+                    # by rows.
                     (u - cams[c, 15]) / sx, (v - cams[c, 16]) / sy,
                     cams[c, 17], cams[c, 18], cams[c, 19], cams[c, 20],
                 )  # fmt: skip
                 ideal[c, led, 0], ideal[c, led, 1] = x, y
+                # diag(Sx, Sy) J, by rows: px per mm.
                 slopes[c, led, 0], slopes[c, led, 1] = sx * j00, sx * j01
                 slopes[c, led, 2], slopes[c, led, 3] = sy * j01, sy * j11
         count = triangulate_leds(ideal, seen, cams, points, located)
+        # Two points leave the turn about their line free.
         solved = count >= 3
         if solved:
             fit_leds(leds, points, located, count, rotation, origin, work4, vectors4)
@@ -246,6 +287,8 @@ def solve_frames(
             solved = cholesky(h)
         if solved:
             for step in range(gauss_newton_steps):
+                # With H = L L': y = L^-1 g, and |y|^2 = g'H^-1 g is what a full step takes off the
+                # sum of squares.
                 forward(h, g)
                 reduction = 0.0
                 for i in range(6):
@@ -261,6 +304,7 @@ def solve_frames(
                     solved = solved and cholesky(h)
                 else:
                     # To first order the last step takes this much off the sum of squares.
+                    # The covariance below uses the factor at the pose before the last step, too.
                     squares = max(squares - reduction, 0.0)
         if solved:
             qx = rotation[0, 0] * tip[0] + rotation[0, 1] * tip[1] + rotation[0, 2] * tip[2]
@@ -271,11 +315,14 @@ def solve_frames(
                 for k in range(6):
                     column[i, k] = 0.0
                 column[i, 3 + i] = 1.0
+            # -skew(q) w = w x q, row by row; q is the arm from the probe's origin to the ball,
+            # world axes.
             column[0, 1], column[0, 2] = qz, -qy
             column[1, 0], column[1, 2] = -qz, qx
             column[2, 0], column[2, 1] = qy, -qx
             total = 0.0
             for i in range(3):
+                # H^-1 = L^-T L^-1, so A H^-1 A' is the product of the rows L^-1 A' with each other.
                 forward(h, column[i])
                 for k in range(6):
                     total += column[i, k] * column[i, k]
@@ -290,6 +337,7 @@ def solve_frames(
             dof[frame] = 0
             continue
         status[frame] = OK
+        # Two coordinates a spot, six numbers of the pose.
         dof[frame] = 2 * observations - 6
         chi2[frame] = squares / (sigma * sigma)
         for i in range(3):

@@ -15,10 +15,15 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import _kernel as kernel
 from ocmm_core.tracking.kernels._kernel import Bool, triangulate_leds, undistort
 
+# Two rays that truly meet leave one degree of freedom (four coordinates, three of the point), so
+# that the root of the sum of squares is that of one normal number. Wide: what meets by mistake is
+# refused by distances and by the pose.
 MISS_SIGMAS = 7.0
 """Rays that miss each other by more of their standard deviation do not meet."""
 
 DISTANCE_SIGMAS = 6.0
+# The distances are the first filter of the search: generous, as every triple that passes is
+# examined with all its spots (`_grow_kernel.grow`).
 DISTANCE_SLACK_MM = 0.1
 """What calibration and body add to the noise of a distance."""
 
@@ -37,6 +42,8 @@ def straighten(spots: Float, cams: Float, ideal: Float, slopes: Float, there: Bo
                 (u - cams[c, 15]) / sx, (v - cams[c, 16]) / sy,
                 cams[c, 17], cams[c, 18], cams[c, 19], cams[c, 20],
             )  # fmt: skip
+            # mm on the ideal image; beside it the derivative of the pixels by it, row by row,
+            # px/mm.
             ideal[c, slot, 0], ideal[c, slot, 1] = x, y
             slopes[c, slot, 0], slopes[c, slot, 1] = sx * j00, sx * j01
             slopes[c, slot, 2], slopes[c, slot, 3] = sy * j01, sy * j11
@@ -55,6 +62,8 @@ def view(cams: Float, c: int, point: Float, derivative: Float) -> tuple[float, f
     m = cams[c, 12] / zc
     xi, yi = m * xc, m * yc
     for k in range(3):
+        # d(f X/Z) = f/Z dX - f X/Z^2 dZ; the rows of R are the derivatives of X, Y and Z by the
+        # point.
         derivative[0, k] = m * cams[c, k] - xi / zc * cams[c, 6 + k]
         derivative[1, k] = m * cams[c, 3 + k] - yi / zc * cams[c, 6 + k]
     return xi, yi, zc
@@ -85,6 +94,7 @@ def meet(
     seen = np.zeros((2, n_slots * n_slots), np.bool_)
     numbers = np.empty((n_slots * n_slots, 2), np.int64)
     n = 0
+    # Every pair is laid out as one "LED" seen by two cameras, so that one call locates them all.
     for a in range(n_slots):
         for b in range(n_slots):
             if there[first, a] and there[second, b]:
@@ -104,6 +114,7 @@ def meet(
     row = np.empty(3)
     count = 0
     for i in range(n):
+        # Cheap test first: parallel rays end as infinite or NaN, and NaN fails both comparisons.
         inside = True
         for k in range(3):
             inside = inside and bounds[0, k] < points[i, k] < bounds[1, k]
@@ -115,9 +126,11 @@ def meet(
             c = first if side == 0 else second
             slope = slopes[c, numbers[i, side]]
             x, y, depth = view(cams, c, points[i], derivative)
+            # Rays are lines in the equations; they may meet behind a camera, where no LED is seen.
             inside = inside and depth > 0.0
             ex, ey = pair[side, i, 0] - x, pair[side, i, 1] - y
             for axis in range(2):
+                # Observed minus predicted, px: only there has every spot the same sigma.
                 miss = slope[2 * axis] * ex + slope[2 * axis + 1] * ey
                 squares += miss * miss
                 for k in range(3):
@@ -127,12 +140,15 @@ def meet(
                 for k in range(3):
                     for m in range(3):
                         information[k, m] += row[k] * row[m]
+        # The sum of squares over sigma^2 is the squared distance of the rays in their standard
+        # deviations.
         if not inside or squares > (MISS_SIGMAS * sigma) ** 2:
             continue
         for k in range(3):
             positions[count, k] = points[i, k]
         lights[count, 0] = first * n_slots + numbers[i, 0]
         lights[count, 1] = second * n_slots + numbers[i, 1]
+        # sigma^2 (J'J)^-1, mm^2: long along the rays where the cameras stand close to each other.
         _inverse(information, sigma * sigma, covariances[count])
         count += 1
     return count
@@ -144,9 +160,13 @@ def measure(positions: Float, covariances: Float, count: int, far: Float, slack:
     for i in range(count):
         for j in range(i):
             distance = 0.0
+            # J'J of the four coordinates by the point, 1/mm^2 times px^2.
             for k in range(3):
                 distance += (positions[i, k] - positions[j, k]) ** 2
             distance = np.sqrt(distance)
+            # Of first order: d = |p - q| has the gradients +n and -n, n = (p - q) / d, so that
+            # var(d) is n'(Cp + Cq) n; two points that share a spot are correlated, but `_apart`
+            # leaves these out.
             variance = 0.0
             for k in range(3):
                 for m in range(3):
@@ -155,6 +175,8 @@ def measure(positions: Float, covariances: Float, count: int, far: Float, slack:
                         * (covariances[i, k, m] + covariances[j, k, m])
                         * (positions[i, m] - positions[j, m])
                     )
+            # The sum above holds d n instead of n twice. Two points in one place have no direction
+            # between them; 1e-9 mm keeps their quotient finite.
             sigma = np.sqrt(variance) / max(distance, 1e-9)
             far[i, j] = far[j, i] = distance
             slack[i, j] = slack[j, i] = DISTANCE_SIGMAS * sigma + DISTANCE_SLACK_MM
@@ -163,6 +185,8 @@ def measure(positions: Float, covariances: Float, count: int, far: Float, slack:
 @compiled()
 def _inverse(a: Float, scale: float, out: Float) -> None:
     """Write ``scale`` times the inverse of a symmetric ``a`` (3, 3)."""
+    # Cofactors over the determinant; the upper triangle is enough. Where both rays are the same
+    # line the determinant is nearly zero, and the covariance so large that any distance agrees.
     c00 = a[1, 1] * a[2, 2] - a[1, 2] * a[1, 2]
     c01 = a[0, 2] * a[1, 2] - a[0, 1] * a[2, 2]
     c02 = a[0, 1] * a[1, 2] - a[0, 2] * a[1, 1]

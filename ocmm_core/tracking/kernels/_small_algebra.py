@@ -17,6 +17,8 @@ def largest_eigenvector(a: Float, v: Float) -> int:
     for i in range(4):
         for j in range(4):
             v[i, j] = 1.0 if i == j else 0.0
+    # The sweeps converge quadratically, a handful will do; 30 only bounds the loop where a matrix
+    # holds NaN.
     for _ in range(30):
         off = 0.0
         size = 0.0
@@ -24,18 +26,24 @@ def largest_eigenvector(a: Float, v: Float) -> int:
             size += a[i, i] * a[i, i]
             for j in range(i + 1, 4):
                 off += a[i, j] * a[i, j]
+        # Squares: the elements off the diagonal are below 1e-16 of it, the rounding of a float64.
         if off <= 1e-32 * size:
             break
         for p in range(3):
             for q in range(p + 1, 4):
                 if a[p, q] == 0.0:
                     continue
+                # Golub and Van Loan, Matrix Computations, on Jacobi methods: t = tan of the angle
+                # that makes a[p, q] zero solves t^2 + 2 theta t = 1. The smaller root turns by 45
+                # degrees at most, which makes the sweeps converge.
                 theta = 0.5 * (a[q, q] - a[p, p]) / a[p, q]
                 t = 1.0 / (abs(theta) + np.sqrt(theta * theta + 1.0))
+                # The root has the sign of theta, so that its denominator never cancels.
                 if theta < 0.0:
                     t = -t
                 c = 1.0 / np.sqrt(t * t + 1.0)
                 s = t * c
+                # A becomes J'AJ: columns first, then rows. V gathers the same turns of columns.
                 for k in range(4):
                     akp, akq = a[k, p], a[k, q]
                     a[k, p] = c * akp - s * akq
@@ -48,6 +56,8 @@ def largest_eigenvector(a: Float, v: Float) -> int:
                     vkp, vkq = v[k, p], v[k, q]
                     v[k, p] = c * vkp - s * vkq
                     v[k, q] = s * vkp + c * vkq
+    # The signed largest, not the largest in size: Horn's quaternion belongs to the most positive
+    # one.
     best = 0
     for k in range(1, 4):
         if a[k, k] > a[best, best]:
@@ -62,6 +72,7 @@ def cholesky(a: Float) -> bool:
         d = a[j, j]
         for k in range(j):
             d -= a[j, k] * a[j, k]
+        # Written so that NaN fails, too.
         if not d > 0.0:
             return False
         d = np.sqrt(d)
@@ -98,7 +109,9 @@ def backward(factor: Float, b: Float) -> None:
 def rotation_of(w: float, x: float, y: float, z: float, rotation: Float) -> None:
     """Write the rotation of a quaternion of any length to ``rotation`` (3, 3)."""
     size = w * w + x * x + y * y + z * z
+    # Dividing by the square of the length once spares the root that a unit quaternion needs.
     s = 2.0 / size
+    # Active and right-handed: it turns vectors, and columns are the turned axes.
     rotation[0, 0] = 1.0 - s * (y * y + z * z)
     rotation[0, 1] = s * (x * y - w * z)
     rotation[0, 2] = s * (x * z + w * y)
@@ -114,11 +127,14 @@ def rotation_of(w: float, x: float, y: float, z: float, rotation: Float) -> None
 def turn(rotation: Float, wx: float, wy: float, wz: float, step: Float, work: Float) -> None:
     """Replace ``rotation`` by exp(w) rotation."""
     angle = np.sqrt(wx * wx + wy * wy + wz * wz)
+    # Only keeps a division by zero out: sin(half) / angle loses no digits where a turn is small.
     if angle < 1e-300:
         return
     half = 0.5 * angle
+    # The axis w / angle times sin(half) is the vector part of the quaternion.
     scale = np.sin(half) / angle
     rotation_of(np.cos(half), wx * scale, wy * scale, wz * scale, step)
+    # From the left: w is along the axes of the world, as the rows of `normal_equations` are.
     for i in range(3):
         for j in range(3):
             work[i, j] = (
@@ -138,10 +154,13 @@ def best_turn(s: Float, rotation: Float, work4: Float, vectors4: Float) -> None:
     Horn's closed form with unit quaternions; ``s`` (3, 3) is the sum of ``a b'`` over pairs, and
     the rotation takes a to b. Never a reflection, also for points in one plane.
     """
+    # Horn 1987: for a unit quaternion q = (w, x, y, z) the sum of b . R(q) a is q'Nq with this N;
+    # its greatest value is the largest eigenvalue, and R(q) has determinant +1 for every q.
     work4[0, 0] = s[0, 0] + s[1, 1] + s[2, 2]
     work4[1, 1] = s[0, 0] - s[1, 1] - s[2, 2]
     work4[2, 2] = -s[0, 0] + s[1, 1] - s[2, 2]
     work4[3, 3] = -s[0, 0] - s[1, 1] + s[2, 2]
+    # The first row is the sum of the cross products a x b: the axis that takes a to b.
     work4[0, 1] = work4[1, 0] = s[1, 2] - s[2, 1]
     work4[0, 2] = work4[2, 0] = s[2, 0] - s[0, 2]
     work4[0, 3] = work4[3, 0] = s[0, 1] - s[1, 0]

@@ -128,9 +128,7 @@ class WavePage(CollectPage):
     def show_seen(self, seen: Seen) -> None:
         """Show coverage, prediction and cameras."""
         super().show_seen(seen)
-        view = seen.view
-        if not isinstance(view, RelocationView):
-            return
+        view = seen.view_as(RelocationView)
         step, fraction = view.base.step, view.coverage.fraction
         note = f"{step.done} poses of {step.wanted}"
         share = min(fraction, step.done / step.wanted if step.wanted else 1.0)
@@ -159,9 +157,7 @@ class BarPage(CollectPage):
     def show_seen(self, seen: Seen) -> None:
         """Show placements, prediction and cameras."""
         super().show_seen(seen)
-        view = seen.view
-        if not isinstance(view, RelocationView):
-            return
+        view = seen.view_as(RelocationView)
         show_prediction(self.length, view)
         if view.bar_placements != self._shown:
             self._shown = view.bar_placements
@@ -233,10 +229,10 @@ class WorldPage(CollectPage):
     def show_seen(self, seen: Seen) -> None:
         """Show the points and the cameras."""
         super().show_seen(seen)
-        if isinstance(seen.view, RelocationView):
-            self.seats.show_seats(seen.view.world_wanted, len(seen.view.world_points))
-            if not seen.view.world_wanted:
-                self.score.show_score("–", "nothing to touch", 1.0)
+        view = seen.view_as(RelocationView)
+        self.seats.show_seats(view.world_wanted, len(view.world_points))
+        if not view.world_wanted:
+            self.score.show_score("–", "nothing to touch", 1.0)
 
 
 def show_prediction(score: Score, view: RelocationView) -> None:

@@ -97,9 +97,7 @@ class SpheresPage(CollectPage):
     def show_seen(self, seen: Seen) -> None:
         """Show the sphere that is touched now."""
         super().show_seen(seen)
-        view = seen.view
-        if not isinstance(view, VerificationView):
-            return
+        view = seen.view_as(VerificationView)
         if not view.spheres:
             self.sphere.show_taken(0, "No sphere was chosen: go on.")
             return

@@ -53,9 +53,7 @@ class SweepPage(HandsPage):
 
     def show_seen(self, seen: Seen) -> None:
         """Show phase, map, scores and cameras."""
-        view = seen.view
-        if not isinstance(view, PivotView):
-            return
+        view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         sweep = view.second if self._second else view.first
         self.banner.tell(told_of(view, sweep))
@@ -113,9 +111,7 @@ class FirstConePage(HandsPage):
 
     def show_seen(self, seen: Seen) -> None:
         """Show what to do, how the probe was held in the first sweep, and the cameras."""
-        view = seen.view
-        if not isinstance(view, PivotView):
-            return
+        view = seen.view_as(PivotView)
         self.show_cameras(view.base.live)
         step = view.base.step
         self.map.show_map(mapped_of(view, view.first))

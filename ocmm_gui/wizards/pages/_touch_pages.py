@@ -38,9 +38,7 @@ class SpherePage(HandsPage):
 
     def show_seen(self, seen: Seen) -> None:
         """Show what to touch next, what was touched and what follows from it."""
-        view = seen.view
-        if not isinstance(view, TouchView):
-            return
+        view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         sphere = view.sphere
         self.banner.tell(told_of(view, "TOUCH", _next_place(sphere), automatic=seen.automatic))
@@ -89,9 +87,7 @@ class ConePage(HandsPage):
 
     def show_seen(self, seen: Seen) -> None:
         """Show how to hold the probe next, and how far the tip moved."""
-        view = seen.view
-        if not isinstance(view, TouchView):
-            return
+        view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         cone = view.cone
         where = _next_attitude(cone)

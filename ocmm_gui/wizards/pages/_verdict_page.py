@@ -94,9 +94,7 @@ class VerdictPage(StepPage):
 
     def show_seen(self, seen: Seen) -> None:
         """Show the verdict."""
-        view = seen.view
-        if not isinstance(view, VerificationView):
-            return
+        view = seen.view_as(VerificationView)
         self._seen = seen
         if view.outcome is not None and view.outcome is not self._outcome:
             self._outcome = view.outcome
@@ -131,9 +129,10 @@ class VerdictPage(StepPage):
 
     def _show_word(self) -> None:
         seen, theme = self._seen, self._theme
-        if seen is None or not isinstance(seen.view, VerificationView):
+        if seen is None:
             return
-        error, outcome = seen.view.base.error, seen.view.outcome
+        view = seen.view_as(VerificationView)
+        error, outcome = view.base.error, view.outcome
         if error is not None:
             self._word.show_text("NO VERDICT", theme.bad, Mark.BAD)
             text = f"{error.what} {error.remedy}"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.parts._calculation import ProcessCalculation
     from ocmm_gui.wizards.parts._facts import Facts
     from ocmm_gui.wizards.parts._far_banner import Told
-    from ocmm_gui.wizards.parts._forms import FIELDS, TEMPERATURE, WHO, Field
+    from ocmm_gui.wizards.parts._forms import TEMPERATURE, WHO, Field
     from ocmm_gui.wizards.parts._gate import gate_words, is_unstored
     from ocmm_gui.wizards.parts._hands_pages import HandsPage, ProbePreparePage
     from ocmm_gui.wizards.parts._live_panel import Score
@@ -27,37 +27,38 @@ if TYPE_CHECKING:
         CollectPage,
         KnownPointsPage,
         LinesPage,
-        PreparePage,
         SeatsPage,
         StepPage,
     )
     from ocmm_gui.wizards.parts._picture import BarPlace, bars, volume_coverage
+    from ocmm_gui.wizards.parts._prepare_page import PreparePage, planned_lines, planned_points
     from ocmm_gui.wizards.parts._probe_picture import ProbePicture
     from ocmm_gui.wizards.parts._result_frame import ResultFrame, Said
     from ocmm_gui.wizards.parts._shown import Calculation, Seen, ShownProcedure, Tap, Warmth
-    from ocmm_gui.wizards.parts._texts import TEXTS
+    from ocmm_gui.wizards.parts._texts import CALIBRATION_ENDS, VERDICT_ENDS, WizardTexts
 else:
     __getattr__ = door(
         __name__,
         _calculation="ProcessCalculation",
         _facts="Facts",
         _far_banner="Told",
-        _forms="FIELDS Field TEMPERATURE WHO",
+        _forms="Field TEMPERATURE WHO",
         _gate="gate_words is_unstored",
         _hands_pages="HandsPage ProbePreparePage",
         _live_panel="Score",
-        _pages="CollectPage KnownPointsPage LinesPage PreparePage SeatsPage StepPage",
+        _pages="CollectPage KnownPointsPage LinesPage SeatsPage StepPage",
         _picture="BarPlace bars volume_coverage",
+        _prepare_page="PreparePage planned_lines planned_points",
         _probe_picture="ProbePicture",
         _result_frame="ResultFrame Said",
         _shown="Calculation Seen ShownProcedure Tap Warmth",
-        _texts="TEXTS",
+        _texts="CALIBRATION_ENDS VERDICT_ENDS WizardTexts",
     )
 
 __all__ = [
-    "FIELDS",
+    "CALIBRATION_ENDS",
     "TEMPERATURE",
-    "TEXTS",
+    "VERDICT_ENDS",
     "WHO",
     "BarPlace",
     "Calculation",
@@ -81,8 +82,11 @@ __all__ = [
     "Tap",
     "Told",
     "Warmth",
+    "WizardTexts",
     "bars",
     "gate_words",
     "is_unstored",
+    "planned_lines",
+    "planned_points",
     "volume_coverage",
 ]

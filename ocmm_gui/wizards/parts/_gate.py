@@ -5,16 +5,24 @@ from __future__ import annotations
 from ocmm_core.calibration.guided import Decision, ProcedureView
 from ocmm_gui.kit import Mark
 from ocmm_gui.wizards.parts._shown import Seen
-from ocmm_gui.wizards.parts._texts import TEXTS
 
 
-def gate_words(seen: Seen, *, going_on: bool) -> tuple[str, Mark]:
-    """Return the sentence with its mark; ``going_on``: the next step is entered by itself."""
+def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]:
+    """Return the sentence with its mark.
+
+    Parameters
+    ----------
+    seen
+        The snapshot.
+    accepted
+        What is so after the result was accepted.
+    going_on
+        The next step is entered by itself.
+    """
     base = seen.view.base
     gate = base.step.gate
     if base.decision is not Decision.OPEN and not is_unstored(base):
-        accepted = base.decision is Decision.ACCEPTED
-        ended = TEXTS[base.kind].accepted if accepted else "Nothing was changed."
+        ended = accepted if base.decision is Decision.ACCEPTED else "Nothing was changed."
         return f"{ended} Press Esc to leave.", Mark.GOOD
     if base.current == len(base.steps) - 1:
         if base.error is not None and seen.view.outcome is None:

@@ -14,7 +14,8 @@ from ocmm_gui.kit import panel
 from ocmm_gui.wizards.parts._facts import Facts
 from ocmm_gui.wizards.parts._far_banner import FarBanner
 from ocmm_gui.wizards.parts._live_panel import CameraRow
-from ocmm_gui.wizards.parts._pages import StepPage, session_facts
+from ocmm_gui.wizards.parts._pages import StepPage
+from ocmm_gui.wizards.parts._prepare_page import session_facts
 from ocmm_gui.wizards.parts._probe_picture import ProbePicture
 from ocmm_gui.wizards.parts._shown import Seen
 

@@ -12,18 +12,22 @@ from PySide6.QtWidgets import QHBoxLayout, QListWidget, QListWidgetItem, QVBoxLa
 from ocmm_core.calibration.guided import (
     KnownPoint,
     KnownPointsView,
-    ProcedureView,
-    RelocationView,
     VerificationView,
 )
 from ocmm_core.camera import Rig
-from ocmm_gui.kit import panel, sentence_label, text_font
-from ocmm_gui.wizards.parts._facts import Facts
+from ocmm_core.geometry import Float
+from ocmm_gui.kit import panel, text_font
 from ocmm_gui.wizards.parts._live_panel import LivePanel, Score
-from ocmm_gui.wizards.parts._picture import ScenePicture, bar_places, bars, reference_points, seats
+from ocmm_gui.wizards.parts._picture import (
+    ScenePicture,
+    bar_places,
+    bars,
+    reference_points,
+    seats,
+)
 from ocmm_gui.wizards.parts._shown import Seen
 
-_SIDE_PX = 360
+SIDE_PX = 360
 Command = Callable[[datetime], None]
 
 
@@ -54,42 +58,6 @@ class StepPage(QWidget):
         return ""
 
 
-class PreparePage(StepPage):
-    """What is fixed for the whole session, beside a picture of what will be done.
-
-    Parameters
-    ----------
-    rig
-        What the session starts from.
-    """
-
-    def __init__(self, rig: Rig) -> None:
-        super().__init__()
-        self.picture = ScenePicture("The volume before the cameras", rig)
-        self.facts = Facts("The session")
-        column = QVBoxLayout()
-        self.notes = sentence_label("What could not be planned as advised", 14)
-        column.addWidget(self.facts)
-        column.addWidget(self.notes)
-        column.addStretch(1)
-        layout = _beside(self, self.picture)
-        side = panel(column)
-        side.setFixedWidth(_SIDE_PX)
-        layout.addWidget(side)
-
-    def show_seen(self, seen: Seen) -> None:
-        """Show who does what with what."""
-        view = seen.view
-        self.facts.show_facts(session_facts(view.base))
-        if isinstance(view, KnownPointsView):
-            contents = reference_points(view.points, None)
-            self.picture.show_contents(contents, f"{len(view.points)} reference points")
-        elif isinstance(view, VerificationView):
-            places = bar_places(view.lines)
-            self.picture.show_contents(bars(places, None), f"{len(places)} measuring lines")
-            self.notes.setText("\n".join(f"▲ {note}" for note in view.notes))
-
-
 class CollectPage(StepPage):
     """A picture of where to go on the left; score and what is seen on the right.
 
@@ -108,7 +76,7 @@ class CollectPage(StepPage):
         self.picture = ScenePicture("Where to go", rig)
         self.score = Score(counted)
         self.live = LivePanel(rig)
-        self.beside = _beside(self, self.picture)
+        self.beside = beside(self, self.picture)
         self.side = QVBoxLayout()
         self.side.setSpacing(8)
         self.scores = QVBoxLayout()
@@ -118,7 +86,7 @@ class CollectPage(StepPage):
         holder = QWidget()
         self.side.setContentsMargins(0, 0, 0, 0)
         holder.setLayout(self.side)
-        holder.setFixedWidth(_SIDE_PX)
+        holder.setFixedWidth(SIDE_PX)
         self.beside.addWidget(holder)
 
     def show_seen(self, seen: Seen) -> None:
@@ -169,9 +137,7 @@ class KnownPointsPage(CollectPage):
     def show_seen(self, seen: Seen) -> None:
         """Show list, picture, score and cameras."""
         super().show_seen(seen)
-        view = seen.view
-        if not isinstance(view, KnownPointsView):
-            return
+        view = seen.view_as(KnownPointsView)
         if _states(view.points) == _states(self._points) and view.next_point == self._aim:
             return
         self._points, self._aim = view.points, view.next_point
@@ -211,30 +177,52 @@ class LinesPage(CollectPage):
     def show_seen(self, seen: Seen) -> None:
         """Show lines, score and cameras."""
         super().show_seen(seen)
-        view = seen.view
-        if isinstance(view, VerificationView):
-            state = (view.current_line, tuple(line.taken for line in view.lines))
-            if state != self._shown:
-                self._shown = state
-                current = view.current_line
-                where = "all lines are taken" if current is None else view.lines[current].name
-                self.picture.show_contents(bars(bar_places(view.lines), current), where)
+        view = seen.view_as(VerificationView)
+        state = (view.current_line, tuple(line.taken for line in view.lines))
+        if state != self._shown:
+            self._shown = state
+            current = view.current_line
+            where = "all lines are taken" if current is None else view.lines[current].name
+            self.picture.show_contents(bars(bar_places(view.lines), current), where)
+
+
+class SeatsView(Protocol):
+    """The snapshot of a procedure that visits two seats first and last."""
+
+    @property
+    def seats_world(self) -> tuple[Float, ...]:
+        """Return the seats that were visited, (3,), mm."""
+        ...
+
+    @property
+    def next_seat(self) -> int | None:
+        """Return the seat that comes next; None where both were visited."""
+        ...
 
 
 class SeatsPage(CollectPage):
-    """The two seats that are visited first and last, the next one in the picture."""
+    """The two seats that are visited first and last, the next one in the picture.
 
-    def __init__(self, rig: Rig, *, again: bool) -> None:
+    Parameters
+    ----------
+    rig
+        What the session starts from.
+    view
+        Of the procedure whose seats they are.
+    again
+        They are visited for the second time.
+    """
+
+    def __init__(self, rig: Rig, view: type[SeatsView], *, again: bool) -> None:
         super().__init__(rig, "Seats visited")
+        self._view = view
         self._again = again
         self._shown: object = None
 
     def show_seen(self, seen: Seen) -> None:
         """Show seats, score and cameras."""
         super().show_seen(seen)
-        view = seen.view
-        if not isinstance(view, VerificationView | RelocationView):
-            return
+        view = seen.view_as(self._view)
         state = (view.next_seat, len(view.seats_world))
         if state != self._shown:
             self._shown = state
@@ -244,25 +232,12 @@ class SeatsPage(CollectPage):
             self.picture.show_contents(seats(known, number if self._again else None), where)
 
 
-def session_facts(base: ProcedureView) -> list[tuple[str, str]]:
-    """Return what is fixed for a session."""
-    begun = datetime.fromisoformat(base.begun_utc).astimezone()
-    # Where the name of the file may be broken.
-    file = base.session.name.replace("-", "-\u200b").replace("T", "T\u200b")
-    return [
-        ("Rig", base.rig),
-        ("Done by", base.who),
-        ("Begun", f"{begun:%Y-%m-%d %H:%M}"),
-        *((step.title, f"{step.wanted} wanted") for step in base.steps if step.wanted),
-        ("Session file", file),
-    ]
-
-
 def _states(points: Sequence[KnownPoint]) -> tuple[tuple[str, int | None], ...]:
     return tuple((point.name, point.views) for point in points)
 
 
-def _beside(page: QWidget, first: QWidget) -> QHBoxLayout:
+def beside(page: QWidget, first: QWidget) -> QHBoxLayout:
+    """Lay a widget out on a page, with room at its side."""
     layout = QHBoxLayout(page)
     layout.setContentsMargins(0, 0, 0, 0)
     layout.setSpacing(8)

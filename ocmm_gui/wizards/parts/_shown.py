@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import datetime
-from typing import Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias, TypeVar
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import Procedure, ProcedureView
@@ -15,6 +15,9 @@ Tap: TypeAlias = Callable[[Watcher | None], None]
 """Sends every block of frames to a watcher from now on, or to nobody."""
 Warmth: TypeAlias = Callable[[], Sequence[float | None]]
 """Returns how warm the sensors of the cameras are, degrees Celsius; empty where nobody knows."""
+
+
+V = TypeVar("V")
 
 
 class ShownView(Protocol):
@@ -77,3 +80,15 @@ class Seen:
     view: ShownView
     automatic: bool
     calculating_s: float | None
+
+    def view_as(self, kind: type[V]) -> V:
+        """Return the snapshot as that of the procedure a page is made for.
+
+        Raises
+        ------
+        TypeError
+            The page stands in the wizard of another procedure: a mistake in `_registry`.
+        """
+        if not isinstance(self.view, kind):
+            raise TypeError(f"the page shows {kind.__name__}, not {type(self.view).__name__}")
+        return self.view

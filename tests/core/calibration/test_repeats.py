@@ -14,7 +14,7 @@ from ocmm_core.calibration.guided import (
     judge_repeats,
     repeat_finding,
 )
-from ocmm_core.calibration.guided._repeats import REPEAT_CHANCE, moved_between
+from ocmm_core.calibration.guided._repeats import moved_between
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 
@@ -67,7 +67,6 @@ def test_a_shift_is_named_with_its_place_and_time() -> None:
         [repeat("line 1, nest 1", far, 0.0, 30.0), repeat("line 4, nest 1", 0.0 * far, 14.0, 31.0)]
     )
     assert [one.consistent for one in found] == [False, True]
-    assert found[0].probability < REPEAT_CHANCE / 2
     finding = repeat_finding(found, REMEDY)
     assert finding is not None
     assert finding.refuses

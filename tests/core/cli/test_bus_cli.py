@@ -45,6 +45,8 @@ def test_pictures_are_read_by_another_program_as_they_were(suffix: str, tmp_path
     ("arguments", "why"),
     [
         (("scan", "--source", "simulated"), "is no camera bus"),
+        (("scan", "--source", "ethercat:service"), "whose bus is its own"),
+        (("scan", "--source", "ethercat:"), "no source of frames"),
         (("object", "read", "left", "10180", *VIRTUAL), "not the address of an object"),
         (("object", "read", "middle", "1018", *VIRTUAL), "has no camera 'middle'"),
         (("object", "write", "left", "8000:02", "5g", *VIRTUAL), "no sequence of bytes"),

@@ -14,9 +14,22 @@ import pytest
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.records import CalibrationStore, store_folder
 from ocmm_core.camera import load_rig
-from ocmm_core.composition import StationRequest, calibration_of, script_of
+from ocmm_core.cli.calibrate._probe_site import own_folder
+from ocmm_core.cli.calibrate._run import virtual_feed
+from ocmm_core.composition import (
+    RECOMMENDED_RIG,
+    SOURCES,
+    STANDARD_PROBE,
+    Origin,
+    StationRequest,
+    VirtualSite,
+    calibration_of,
+    script_of,
+)
 from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
+from ocmm_core.simulation.calibration_scenes import Wave
 from ocmm_core.simulation.scene import SimulatedSource
 from tests.core.calibration.fresh_tips import Tips
 from tests.core.calibration.made_records import make_record, make_verification
@@ -161,3 +174,13 @@ def test_a_temperature_that_is_none_begins_no_session(
             "Give it in degrees Celsius, from 0 to 50."
         )
     assert not list((tmp_path / "cal" / "recommended").glob("sessions/*"))
+
+
+def test_a_virtual_rig_without_scenes_is_refused_and_never_taken_for_a_real_one() -> None:
+    script = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, 3, None).script((Wave(ways=1, seed=1),))
+    with pytest.raises(InputError, match="plays no scenes") as refused:
+        virtual_feed(script, "ethercat:pixels", 0.0)
+    assert refused.value.remedy == "Give simulated or ethercat:virtual."
+    for spec in SOURCES:
+        folder = own_folder(f"{spec.prefix}x" if spec.takes_value else spec.prefix)
+        assert (folder.name == "virtual-probes") is (spec.origin is Origin.VIRTUAL)

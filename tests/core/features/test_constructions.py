@@ -33,7 +33,7 @@ from ocmm_core.features.measured._construct import (
     in_order,
     needed_features,
 )
-from ocmm_core.features.measured._construct_fit import fit_through_centres, hole_angles
+from ocmm_core.features.measured._construct_fit import fit_through_centres
 from ocmm_core.features.measured._constructed import construct
 from ocmm_core.features.shapes import (
     ACROSS,
@@ -417,13 +417,6 @@ def test_nominals_of_constructions_follow_from_those_of_their_features() -> None
     ]
     items = [Midpoint(name="m", features=("A", "B"))]
     assert nominal_geometries(features, items)["m"][POINT] == pytest.approx([0.0, 4.0, 1.0])
-
-
-def test_angles_of_holes_are_counted_from_the_first() -> None:
-    turns = np.radians([20.0, 110.0, 200.5, 290.0])
-    centres = 40.0 * np.stack([np.cos(turns), np.sin(turns), 0.0 * turns], axis=1) + 5.0
-    angles = np.degrees(hole_angles(element((5.0, 5.0, 5.0), (0.0, 0.0, 1.0), 40.0), centres))
-    assert angles == pytest.approx([0.0, 90.0, 180.5, 270.0], abs=1e-9)
 
 
 def test_one_cylinder_through_the_points_of_two_bores() -> None:

@@ -38,7 +38,7 @@ def _job(bench: Bench, alignment: str) -> Path:
     with JobFile.create(bench.folder / "job.ocmm", head) as job:
         session = InspectionSession(load_plan(path), bench.rig, bench.body, job, SessionOptions())
         for touch in bench.touches:
-            assert isinstance(session.take_touch(touch), MeasuredPoint)
+            assert isinstance(session.touches.take(touch), MeasuredPoint)
     return bench.folder / "job.ocmm"
 
 

@@ -139,7 +139,7 @@ def test_a_history_that_is_not_here_or_of_another_calibration_says_nothing(
     # What was measured with the rig document has no history anywhere.
     with bench.job() as plain:
         session = bench.session(plain)
-        session.take_touch(bench.touches[0])
+        session.touches.take(bench.touches[0])
     assert reopen_job(bench.folder / "job.ocmm", calibrations=cameras.folder).remarks == ()
 
 

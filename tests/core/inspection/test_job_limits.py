@@ -26,10 +26,10 @@ def session_of(bench: Bench, job: JobFile, options: SessionOptions) -> Inspectio
 def test_a_job_is_computed_anew_with_its_own_limits(bench: Bench) -> None:
     with bench.job() as job:
         session = session_of(bench, job, STRICT)
-        session.note_limits()
-        session.note_limits()
+        session.conditions.note_limits()
+        session.conditions.note_limits()
         for touch in bench.touches:
-            session.take_touch(touch)
+            session.touches.take(touch)
         view = session.view
         assert [event.kind for event in job.events()].count(LIMITS_EVENT) == 1
     again = reopen_job(job.path)
@@ -48,12 +48,12 @@ def test_a_job_is_computed_anew_with_its_own_limits(bench: Bench) -> None:
 
 def test_other_limits_of_a_job_that_is_gone_on_with_are_stored_too(bench: Bench) -> None:
     with bench.job() as job:
-        session_of(bench, job, STRICT).note_limits()
+        session_of(bench, job, STRICT).conditions.note_limits()
     with JobFile.open(job.path) as job:
         same, other = (session_of(bench, job, o) for o in (STRICT, SessionOptions()))
-        same.note_limits()
+        same.conditions.note_limits()
         assert [event.kind for event in job.events()] == [LIMITS_EVENT]
-        other.note_limits()
+        other.conditions.note_limits()
     assert reopen_job(job.path).options == SessionOptions()
 
 
@@ -73,9 +73,9 @@ def test_the_method_of_the_thesis_proves_nothing_and_is_no_doubt(bench: Bench) -
     touches = collector.feed(pipeline.process(virtual.frames(0, virtual.n_frames)))
     with bench.job() as job:
         session = session_of(bench, job, options)
-        session.note_limits()
+        session.conditions.note_limits()
         for touch in touches:
-            session.take_touch(touch)
+            session.touches.take(touch)
         view = session.view
     assert view.unproven == FOR_COMPARISON
     assert view.characteristics[1].verdict is Verdict.NOT_PROVEN

@@ -50,13 +50,13 @@ def test_results_are_those_at_20_degrees_and_observations_stay(bench: Bench, job
     climate = part_at(30.0)
     plain = bench.session(job)
     for touch in bench.touches:
-        assert isinstance(plain.take_touch(touch), MeasuredPoint)
+        assert isinstance(plain.touches.take(touch), MeasuredPoint)
     stored = [point.tip_world for point in job.points()]
     with JobFile.create(bench.folder / "warm.ocmm", job.head) as other:
         warm = session_of(bench, other, climate)
-        warm.note_climate()
+        warm.conditions.note_climate()
         for touch in bench.touches:
-            assert isinstance(warm.take_touch(touch), MeasuredPoint)
+            assert isinstance(warm.touches.take(touch), MeasuredPoint)
         for before, after in zip(
             plain.view.characteristics, warm.view.characteristics, strict=True
         ):
@@ -83,10 +83,10 @@ def test_results_are_those_at_20_degrees_and_observations_stay(bench: Bench, job
 def test_a_job_is_computed_again_from_its_file(bench: Bench, job: JobFile) -> None:
     climate = part_at(26.0)
     first = session_of(bench, job, climate)
-    first.note_climate()
-    first.note_climate()
+    first.conditions.note_climate()
+    first.conditions.note_climate()
     for touch in bench.touches:
-        first.take_touch(touch)
+        first.touches.take(touch)
     notes = [event.text for event in job.events() if event.kind == CLIMATE_EVENT]
     assert len(notes) == 1
     again = session_of(bench, job, climate_of_text(notes[0]))
@@ -100,8 +100,8 @@ def test_a_job_does_not_go_on_with_other_temperatures(
     climate: Climate, bench: Bench, job: JobFile
 ) -> None:
     first = session_of(bench, job, part_at(26.0))
-    first.note_climate()
-    first.take_touch(bench.touches[0])
+    first.conditions.note_climate()
+    first.touches.take(bench.touches[0])
     with pytest.raises(MeasuringError, match="other temperatures") as caught:
         session_of(bench, job, climate)
     assert "26.0" in caught.value.what

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.documents import resource
-from ocmm_core.inspection.evaluation import Progress
+from ocmm_core.inspection.evaluation import Progress, SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session._acceptance import Meant
 from ocmm_core.inspection.session._any_order import Contact
-from ocmm_core.inspection.session._meaning import meant_for
+from ocmm_core.inspection.session._meaning import NominalPlace, meant_for
 from ocmm_core.measuring import Refusal, RefusalCode
 
 
@@ -17,7 +17,8 @@ def _meant(wanted: str) -> Meant | Refusal:
     plan = load_plan(resource("plans", "quick.toml"))
     progress = Progress(tuple(feature.name for feature in plan.features), active="BED")
     contact = Contact(np.zeros(3), (), 3.0, 1.5)
-    return meant_for(plan, progress, contact, lambda: None, wanted=wanted, selected="")
+    nominals = NominalPlace(plan, (), SessionOptions())
+    return meant_for(plan, progress, contact, nominals, wanted=wanted, selected="")
 
 
 def test_a_touch_for_a_feature_that_the_plan_does_not_have_is_refused() -> None:

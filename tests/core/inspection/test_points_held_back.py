@@ -14,7 +14,7 @@ REASON = "Camera left or camera right has changed since the calibration: yaw abo
 
 def measured(bench: Bench, job: JobFile) -> tuple[InspectionSession, list[MeasuredPoint]]:
     session = bench.session(job)
-    points = [session.take_touch(touch) for touch in bench.touches]
+    points = [session.touches.take(touch) for touch in bench.touches]
     return session, [point for point in points if isinstance(point, MeasuredPoint)]
 
 
@@ -29,7 +29,7 @@ def feature(session: InspectionSession, name: str) -> FeatureView:
 def test_points_since_the_last_good_check_prove_nothing(bench: Bench, job: JobFile) -> None:
     session, points = measured(bench, job)
     # The last two points of the ball.
-    assert session.hold_back(points[-2].time_s, REASON) == [13, 14]
+    assert session.held.hold_back(points[-2].time_s, REASON) == [13, 14]
     assert session.view.held == (13, 14)
     ball, block = result(session, "SPHERE"), result(session, "BLOCK_TOP")
     assert ball.verdict is Verdict.NOT_PROVEN
@@ -44,14 +44,14 @@ def test_points_since_the_last_good_check_prove_nothing(bench: Bench, job: JobFi
 
 def test_a_distance_rests_on_both_its_features(bench: Bench, job: JobFile) -> None:
     session, points = measured(bench, job)
-    session.hold_back(points[4].time_s, REASON)
+    session.held.hold_back(points[4].time_s, REASON)
     assert [item.verdict for item in session.view.characteristics] == [Verdict.NOT_PROVEN] * 2
 
 
 def test_points_stay_held_back_when_the_job_is_opened_again(bench: Bench) -> None:
     with bench.job() as job:
         session, points = measured(bench, job)
-        session.hold_back(points[-1].time_s, REASON)
+        session.held.hold_back(points[-1].time_s, REASON)
         before = session.view.characteristics
         path = job.path
     with JobFile.open(path) as job:
@@ -59,21 +59,21 @@ def test_points_stay_held_back_when_the_job_is_opened_again(bench: Bench) -> Non
         assert again.view.held == (14,)
         assert again.view.characteristics == before
         # The clock of the bus began anew: times of the earlier run mean nothing now.
-        assert again.hold_back(0.0, REASON) == []
-        assert again.release("The verification passed.") == []
+        assert again.held.hold_back(0.0, REASON) == []
+        assert again.held.release("The verification passed.") == []
         assert again.view.held == (14,)
         assert job.verify() == []
 
 
 def test_a_check_that_was_never_good_holds_back_the_whole_run(bench: Bench, job: JobFile) -> None:
     session, _ = measured(bench, job)
-    assert session.hold_back(None, REASON) == list(range(1, 15))
+    assert session.held.hold_back(None, REASON) == list(range(1, 15))
 
 
 def test_released_points_count_again(bench: Bench, job: JobFile) -> None:
     session, _ = measured(bench, job)
-    session.hold_back(None, REASON)
-    assert session.release("The verification passed.") == list(range(1, 15))
+    session.held.hold_back(None, REASON)
+    assert session.held.release("The verification passed.") == list(range(1, 15))
     assert session.view.held == ()
     assert [item.verdict for item in session.view.characteristics] == [Verdict.CONFORM] * 2
     assert bench.session(job).view.held == ()
@@ -81,8 +81,8 @@ def test_released_points_count_again(bench: Bench, job: JobFile) -> None:
 
 def test_a_flipped_point_stays_held_back(bench: Bench, job: JobFile) -> None:
     session, points = measured(bench, job)
-    session.hold_back(points[-1].time_s, REASON)
-    session.flip()
+    session.held.hold_back(points[-1].time_s, REASON)
+    session.points.flip()
     assert session.view.held == (15,)
     assert bench.session(job).view.held == (15,)
 

@@ -25,18 +25,18 @@ from tests.core.inspection.conftest import Bench
 
 def take_all(session: InspectionSession, bench: Bench) -> None:
     for touch in bench.touches:
-        assert isinstance(session.take_touch(touch), MeasuredPoint)
+        assert isinstance(session.touches.take(touch), MeasuredPoint)
 
 
 def test_features_follow_each_other_and_the_job_completes(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     assert session.view.active == "BED"
-    assert session.missing() == [("BED", 4), ("BLOCK_TOP", 4), ("SPHERE", 6)]
+    assert session.steps.missing() == [("BED", 4), ("BLOCK_TOP", 4), ("SPHERE", 6)]
     for touch in bench.touches[:4]:
-        session.take_touch(touch)
+        session.touches.take(touch)
     assert session.view.active == "BLOCK_TOP"
     for touch in bench.touches[4:]:
-        session.take_touch(touch)
+        session.touches.take(touch)
     view = session.view
     assert view.complete
     assert [feature.state for feature in view.features] == [FeatureState.DONE] * 3
@@ -51,7 +51,7 @@ def test_features_follow_each_other_and_the_job_completes(bench: Bench, job: Job
 def test_every_point_is_in_the_job_file_before_it_is_told(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     for count, touch in enumerate(bench.touches, start=1):
-        told = session.take_touch(touch)
+        told = session.touches.take(touch)
         stored = job.points()
         assert isinstance(told, MeasuredPoint)
         assert len(stored) == count
@@ -75,7 +75,7 @@ def test_whoever_looks_never_holds_up_a_touch(
 ) -> None:
     session = bench.session(job)
     for touch in bench.touches[:4]:
-        session.take_touch(touch)
+        session.touches.take(touch)
     looking, go_on = threading.Event(), threading.Event()
 
     def slow(*arguments: Any) -> JobView:
@@ -89,9 +89,9 @@ def test_whoever_looks_never_holds_up_a_touch(
     thread.start()
     assert looking.wait(10.0)
     # The view is being computed, and points are taken and taken back all the same.
-    assert isinstance(session.take_touch(bench.touches[4]), MeasuredPoint)
-    session.undo()
-    assert isinstance(session.take_touch(bench.touches[4]), MeasuredPoint)
+    assert isinstance(session.touches.take(bench.touches[4]), MeasuredPoint)
+    session.steps.undo()
+    assert isinstance(session.touches.take(bench.touches[4]), MeasuredPoint)
     assert not seen
     go_on.set()
     thread.join(10.0)
@@ -115,7 +115,7 @@ def test_the_frame_of_a_virtual_rig_proves_nothing_about_a_real_part(
     assert "The frame bed of the plan is SIMULATED" in real.unproven
     assert real.part_verdict.word is PartWord.NOT_PROVEN
     # On a virtual rig it is as good as the part.
-    session.note_origin(simulated=True)
+    session.conditions.note_origin(simulated=True)
     virtual = session.view
     assert virtual.unproven == ""
     assert virtual.part_verdict.word is PartWord.CONFORMS
@@ -124,12 +124,12 @@ def test_the_frame_of_a_virtual_rig_proves_nothing_about_a_real_part(
 def test_an_interrupted_touch_gives_no_point(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     whole = bench.touches[0]
-    refused = session.take_touch(replace(whole, interrupted=True))
+    refused = session.touches.take(replace(whole, interrupted=True))
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.GAP
     assert "interrupted" in refused.what
     assert not job.points()
-    assert isinstance(session.take_touch(whole), MeasuredPoint)
+    assert isinstance(session.touches.take(whole), MeasuredPoint)
 
 
 def test_undo_takes_the_last_point_back_and_keeps_its_observation(
@@ -137,16 +137,16 @@ def test_undo_takes_the_last_point_back_and_keeps_its_observation(
 ) -> None:
     session = bench.session(job)
     for touch in bench.touches[:5]:
-        session.take_touch(touch)
+        session.touches.take(touch)
     assert session.view.active == "BLOCK_TOP"
-    session.undo()
-    session.undo()
+    session.steps.undo()
+    session.steps.undo()
     view = session.view
     assert view.active == "BED"
     assert [len(feature.points) for feature in view.features] == [3, 0, 0]
     assert [point.number for point in job.points()] == [1, 2, 3]
     assert job.verify() == []
-    told = session.take_touch(bench.touches[3])
+    told = session.touches.take(bench.touches[3])
     # Numbers are never used twice.
     assert isinstance(told, MeasuredPoint)
     assert told.number == 6
@@ -154,7 +154,7 @@ def test_undo_takes_the_last_point_back_and_keeps_its_observation(
 
 def test_undo_without_a_point_says_so(bench: Bench, job: JobFile) -> None:
     with pytest.raises(MeasuringError, match="No point"):
-        bench.session(job).undo()
+        bench.session(job).steps.undo()
 
 
 def test_flip_turns_the_arrow_and_the_wrong_side_gives_no_number(
@@ -163,7 +163,7 @@ def test_flip_turns_the_arrow_and_the_wrong_side_gives_no_number(
     session = bench.session(job)
     take_all(session, bench)
     before = session.view.features[2].points[-1]
-    session.flip()
+    session.points.flip()
     after = session.view.features[2].points[-1]
     np.testing.assert_array_equal(after.direction, -before.direction)
     assert (after.approach, after.number) == ("flipped", before.number + 1)
@@ -171,18 +171,18 @@ def test_flip_turns_the_arrow_and_the_wrong_side_gives_no_number(
     assert ball.verdict is Verdict.NOT_MEASURED
     assert ball.measured is None
     assert f"{after.number}" in ball.note
-    session.flip()
+    session.points.flip()
     assert session.view.characteristics[0].verdict is Verdict.CONFORM
 
 
 def test_finish_needs_the_minimum_of_the_shape(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     for touch in bench.touches[:2]:
-        session.take_touch(touch)
+        session.touches.take(touch)
     with pytest.raises(MeasuringError, match="BED has 2 of the 3 points"):
-        session.finish()
-    session.take_touch(bench.touches[2])
-    session.finish()
+        session.steps.finish()
+    session.touches.take(bench.touches[2])
+    session.steps.finish()
     assert session.view.active == "BLOCK_TOP"
     assert session.view.features[0].state is FeatureState.DONE
 
@@ -192,12 +192,12 @@ def test_looking_back_changes_no_verdict_and_no_count(bench: Bench, job: JobFile
     take_all(session, bench)
     before, events = session.view, len(job.events())
     for name in ("BED", "SPHERE", "BLOCK_TOP"):
-        session.select(name)
+        session.steps.select(name)
         view = session.view
         assert (view.looked_at, view.shown) == (name, view.feature(name))
         assert replace(view, looked_at="") == before
         assert not view.shows_part
-    session.select("")
+    session.steps.select("")
     assert session.view == before
     assert session.view.shows_part
     assert len(job.events()) == events
@@ -207,34 +207,34 @@ def test_reopening_a_feature_is_a_step_that_can_be_taken_back(bench: Bench, job:
     session = bench.session(job)
     take_all(session, bench)
     before = session.view
-    session.select("BED")
-    session.reopen()
+    session.steps.select("BED")
+    session.steps.reopen()
     view = session.view
     assert (view.active, view.complete, view.undo) == ("BED", False, "reopening of BED")
     assert view.part_verdict.word is PartWord.NOT_COMPLETE
     with pytest.raises(MeasuringError, match="BED is open"):
-        session.reopen("BED")
-    session.undo()
+        session.steps.reopen("BED")
+    session.steps.undo()
     again = session.view
     assert again.complete
     assert again.characteristics == before.characteristics
-    session.redo()
+    session.steps.redo()
     assert bench.session(job).view.active == "BED"
 
 
 def test_an_unknown_feature_is_refused(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     with pytest.raises(MeasuringError, match="'HOLE'"):
-        session.select("HOLE")
+        session.steps.select("HOLE")
     with pytest.raises(MeasuringError, match="'HOLE'"):
-        session.reopen("HOLE")
+        session.steps.reopen("HOLE")
 
 
 def test_a_point_that_belongs_elsewhere_takes_the_result_away(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     # Three touches of the bed, one of the block: a plane through them is 20 mm off its points.
     for touch in (*bench.touches[:3], bench.touches[4]):
-        session.take_touch(touch, "BED")
+        session.touches.take(touch, "BED")
     bed = session.view.features[0]
     assert bed.fit is None
     assert "scatter" in bed.note
@@ -245,7 +245,7 @@ def test_a_point_that_belongs_elsewhere_takes_the_result_away(bench: Bench, job:
 def test_after_the_last_feature_a_touch_is_refused(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     take_all(session, bench)
-    refused = session.take_touch(bench.touches[0])
+    refused = session.touches.take(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_FEATURE
     assert session.view.refusal is refused
@@ -254,7 +254,7 @@ def test_after_the_last_feature_a_touch_is_refused(bench: Bench, job: JobFile) -
 
 def test_a_touch_without_approach_is_refused(bench: Bench, job: JobFile) -> None:
     touch = bench.touches[0]
-    refused = bench.session(job).take_touch(replace(touch, trail_world=touch.trail_world[:0]))
+    refused = bench.session(job).touches.take(replace(touch, trail_world=touch.trail_world[:0]))
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_APPROACH
     assert job.points() == []
@@ -263,7 +263,7 @@ def test_a_touch_without_approach_is_refused(bench: Bench, job: JobFile) -> None
 def test_a_touch_outside_the_calibrated_volume_is_refused(bench: Bench, job: JobFile) -> None:
     small = replace(bench.rig, volume_world=0.1 * bench.rig.volume_world)
     session = InspectionSession(bench.plan, small, bench.body, job, SessionOptions())
-    refused = session.take_touch(bench.touches[0])
+    refused = session.touches.take(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.OUTSIDE
 
@@ -271,7 +271,7 @@ def test_a_touch_outside_the_calibrated_volume_is_refused(bench: Bench, job: Job
 def test_a_touch_that_would_be_too_uncertain_is_refused(bench: Bench, job: JobFile) -> None:
     strict = SessionOptions(point=PointOptions(max_uncertainty=0.001))
     session = InspectionSession(bench.plan, bench.rig, bench.body, job, strict)
-    refused = session.take_touch(bench.touches[0])
+    refused = session.touches.take(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.UNCERTAIN
     assert "0.001" in refused.what
@@ -280,10 +280,10 @@ def test_a_touch_that_would_be_too_uncertain_is_refused(bench: Bench, job: JobFi
 def test_a_point_that_cannot_be_stored_is_no_point(bench: Bench) -> None:
     job = bench.job()
     session = bench.session(job)
-    session.take_touch(bench.touches[0])
+    session.touches.take(bench.touches[0])
     job.close()
     with pytest.raises(Exception, match="closed"):
-        session.take_touch(bench.touches[1])
+        session.touches.take(bench.touches[1])
     assert len(session.view.features[0].points) == 1
 
 
@@ -299,11 +299,11 @@ def test_a_point_approached_aslant_is_not_compensated(bench: Bench, job: JobFile
     touch = bench.touches[0]
     aslant = touch.window.tip_world[0] + np.outer(np.arange(8.0, 0.0, -0.5), [1.0, 0.0, 0.2])
     for trail, trusted in ((touch.trail_world, True), (aslant, False)):
-        session.take_touch(replace(touch, trail_world=trail), "CORNER")
+        session.touches.take(replace(touch, trail_world=trail), "CORNER")
         point = session.view.features[-1]
         assert (point.fit is not None) is trusted
         assert ("degrees off" in point.note) is not trusted
-        session.undo()
+        session.steps.undo()
 
 
 def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFile) -> None:
@@ -314,9 +314,9 @@ def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFil
     plan = msgspec.structs.replace(bench.plan, features=features, characteristics=[flatness])
     session = InspectionSession(plan, bench.rig, bench.body, job, SessionOptions())
     for touch in bench.touches[:4]:
-        session.take_touch(touch)
+        session.touches.take(touch)
     early = session.view.characteristics[0]
     assert (early.verdict, early.measured) == (Verdict.PROVISIONAL, None)
     assert "all its points" in early.note
-    session.finish()
+    session.steps.finish()
     assert session.view.characteristics[0].verdict is Verdict.CONFORM

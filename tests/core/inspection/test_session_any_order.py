@@ -56,10 +56,10 @@ def aligned(bench: Bench) -> Plan:
 @pytest.fixture
 def session(bench: Bench, job: JobFile, aligned: Plan) -> InspectionSession:
     session = InspectionSession(aligned, bench.rig, bench.body, job, SessionOptions())
-    session.set_order("any")
+    session.steps.set_order("any")
     # Before the part frame is known the order of the plan holds.
     for touch in (*bench.touches[:4], *bench.touches[8:14], bench.touches[4]):
-        assert isinstance(session.take_touch(touch), MeasuredPoint)
+        assert isinstance(session.touches.take(touch), MeasuredPoint)
     assert session.view.active == "POLE"
     return session
 
@@ -67,12 +67,12 @@ def session(bench: Bench, job: JobFile, aligned: Plan) -> InspectionSession:
 def test_the_feature_that_was_touched_gets_the_point(
     bench: Bench, session: InspectionSession
 ) -> None:
-    taken = session.take_touch(bench.touches[5])
+    taken = session.touches.take(bench.touches[5])
     assert isinstance(taken, MeasuredPoint)
     assert taken.feature == "BLOCK_TOP"
     assert session.view.active == "BLOCK_TOP"
-    session.take_touch(bench.touches[6])
-    session.take_touch(bench.touches[7])
+    session.touches.take(bench.touches[6])
+    session.touches.take(bench.touches[7])
     # The block is done: what was left before it is next.
     assert session.view.active == "POLE"
     assert session.view.characteristics[1].verdict is Verdict.CONFORM
@@ -81,27 +81,27 @@ def test_the_feature_that_was_touched_gets_the_point(
 def test_a_feature_that_is_done_takes_no_more_by_itself(
     bench: Bench, session: InspectionSession
 ) -> None:
-    refused = session.take_touch(bench.touches[1])
+    refused = session.touches.take(bench.touches[1])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_FEATURE
     assert "BED has all its points" in refused.what
-    session.reopen("BED")
-    assert isinstance(session.take_touch(bench.touches[1]), MeasuredPoint)
+    session.steps.reopen("BED")
+    assert isinstance(session.touches.take(bench.touches[1]), MeasuredPoint)
 
 
 def test_a_touch_of_a_point_and_its_surface_goes_to_the_one_that_is_open_or_selected(
     bench: Bench, session: InspectionSession
 ) -> None:
     # Where the corner is, the ball touches the top of the block, too; the corner is done.
-    taken = session.take_touch(bench.touches[4])
+    taken = session.touches.take(bench.touches[4])
     assert isinstance(taken, MeasuredPoint)
     assert taken.feature == "BLOCK_TOP"
-    session.reopen("CORNER")
-    again = session.take_touch(bench.touches[4])
+    session.steps.reopen("CORNER")
+    again = session.touches.take(bench.touches[4])
     assert isinstance(again, MeasuredPoint)
     assert again.feature == "CORNER"
     # The choice was for that one.
-    after = session.take_touch(bench.touches[4])
+    after = session.touches.take(bench.touches[4])
     assert isinstance(after, MeasuredPoint)
     assert after.feature == "BLOCK_TOP"
 
@@ -113,17 +113,17 @@ def test_the_way_the_ball_is_pulled_off_tells_faces_apart_as_well(
     tip, up = touch.window.tip_world.mean(axis=0), touch.trail_world[0] - touch.trail_world[-1]
     away = np.linspace(0.0, 10.0, 50)[:, None] * up / np.linalg.norm(up)
     blind = replace(touch, trail_world=np.empty((0, 3)), pull_world=tip - away)
-    refused = session.take_touch(blind)
+    refused = session.touches.take(blind)
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.AMBIGUOUS
-    session.set_compensation("pulled", "BLOCK_TOP")
-    taken = session.take_touch(replace(blind, pull_world=tip + away))
+    session.steps.set_compensation("pulled", "BLOCK_TOP")
+    taken = session.touches.take(replace(blind, pull_world=tip + away))
     assert isinstance(taken, MeasuredPoint)
     assert (taken.feature, taken.approach) == ("BLOCK_TOP", "pulled")
 
 
 def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSession) -> None:
-    session.select("BLOCK_TOP")
+    session.steps.select("BLOCK_TOP")
     view = session.view
     targets = view.feature("BLOCK_TOP").targets
     assert len(targets) == 3
@@ -133,7 +133,7 @@ def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSes
     pose = load_part(resource("parts", "demo.toml")).T_world_from_part
     heights = [pose.inverse().apply(target.surface_world)[2] for target in targets]
     np.testing.assert_allclose(heights, 20.342, atol=0.15)
-    session.take_touch(bench.touches[5])
+    session.touches.take(bench.touches[5])
     assert len(session.view.feature("BLOCK_TOP").targets) == 2
     coverage = session.view.feature("BED").coverage
     assert coverage is not None
@@ -143,9 +143,9 @@ def test_targets_are_where_the_features_are(bench: Bench, session: InspectionSes
 def test_the_nominal_normal_compensates_once_the_part_is_aligned(
     bench: Bench, session: InspectionSession, aligned: Plan, tmp_path: Path
 ) -> None:
-    session.set_compensation("nominal", "BLOCK_TOP")
+    session.steps.set_compensation("nominal", "BLOCK_TOP")
     blind = replace(bench.touches[5], trail_world=np.empty((0, 3)))
-    taken = session.take_touch(blind)
+    taken = session.touches.take(blind)
     assert isinstance(taken, MeasuredPoint)
     assert taken.approach == "nominal"
     up = load_part(resource("parts", "demo.toml")).T_world_from_part.rotation[:, 2]
@@ -153,18 +153,18 @@ def test_the_nominal_normal_compensates_once_the_part_is_aligned(
     assert taken.direction @ up > 1.0 - 1e-6
     with bench.job_at(tmp_path / "other.ocmm") as other:
         early = InspectionSession(aligned, bench.rig, bench.body, other, SessionOptions())
-        early.set_compensation("nominal", "BED")
-        refused = early.take_touch(bench.touches[0])
+        early.steps.set_compensation("nominal", "BED")
+        refused = early.touches.take(bench.touches[0])
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.NO_APPROACH
 
 
 def test_a_way_of_compensation_that_says_nothing_is_refused(session: InspectionSession) -> None:
     with pytest.raises(MeasuringError, match="shank"):
-        session.set_compensation("shank", "SPHERE")
+        session.steps.set_compensation("shank", "SPHERE")
     with pytest.raises(MeasuringError, match="guess"):
-        session.set_compensation("guess")
-    session.set_compensation("shank")
+        session.steps.set_compensation("guess")
+    session.steps.set_compensation("shank")
     ways = {feature.name: feature.compensation for feature in session.view.features}
     assert ways["BLOCK_TOP"] == "shank"
     assert ways["SPHERE"] == "approach"
@@ -187,7 +187,7 @@ def test_pulled_touches_conform_and_lead_to_the_next_part_of_the_batch(tmp_path:
     try:
         built.station.start()
         assert built.station.wait_finished(HANG_S)
-        view = built.station.job()
+        view = built.station.job.view()
     finally:
         built.station.close()
     assert view.complete
@@ -201,7 +201,7 @@ def test_pulled_touches_conform_and_lead_to_the_next_part_of_the_batch(tmp_path:
     # The next part is led by where this one stood, until its own place is known.
     following = build_station(replace(request, serial="SN-2"))
     try:
-        target = following.station.job().target
+        target = following.station.job.view().target
     finally:
         following.station.close()
     assert target is not None
@@ -217,9 +217,9 @@ def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
     with bench.job() as job:
         session = bench.session(job)
         for touch in bench.touches[:6]:
-            session.take_touch(touch)
-        session.skip("SPHERE")
-        session.pause()
+            session.touches.take(touch)
+        session.steps.skip("SPHERE")
+        session.pausing.pause()
     request = StationRequest(
         plan=tmp_path / "is-not-looked-at.toml", out=tmp_path, frame_rate_hz=500, seed=1,
         resume=job.path, operator="anna",
@@ -229,7 +229,7 @@ def test_a_job_goes_on_with_its_own_plan_until_nothing_is_missing(
         assert built.job_path == job.path
         built.station.start()
         assert built.station.wait_finished(HANG_S)
-        view = built.station.job()
+        view = built.station.job.view()
     finally:
         built.station.close()
     assert view.complete
@@ -245,7 +245,7 @@ def test_a_part_that_is_being_measured_is_in_the_list_of_its_batch(
     (tmp_path / "no-job.ocmm").write_bytes(b"something else")
     with bench.job_at(tmp_path / "a.ocmm") as job:
         job.append_event(HEADER_EVENT, header_text(JobHeader("me", "P", "1", "O-7", "B")))
-        bench.session(job).take_touch(bench.touches[0])
+        bench.session(job).touches.take(bench.touches[0])
         (part,) = parts_of_batch(tmp_path, "B")
         assert (part.serial, part.points, part.operator) == ("1", 1, "me")
         assert parts_of_batch(tmp_path, "C") == ()

@@ -102,7 +102,7 @@ def take_all(
 ) -> list[MeasuredPoint | Refusal]:
     if script.home is not None:
         session.keep_reference(script.home)
-    return [session.take_touch(touch) for touch in script.touches[first:last]]
+    return [session.touches.take(touch) for touch in script.touches[first:last]]
 
 
 def points_of(outcomes: list[MeasuredPoint | Refusal]) -> list[MeasuredPoint]:
@@ -197,7 +197,7 @@ def test_no_point_counts_before_the_first_place_is_durable(
     with new_job() as job:
         session = session_of(job)
         with pytest.raises(MeasuringError, match="not known where the reference body stood"):
-            session.take_touch(nudged.touches[0])
+            session.touches.take(nudged.touches[0])
         assert job.points() == []
 
 

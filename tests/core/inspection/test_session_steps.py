@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pytest
 
-from ocmm_core.errors import InputError, MeasuringError
+from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import FeatureState, JobView, Ward
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
@@ -20,7 +20,7 @@ from tests.core.inspection.conftest import Bench
 
 def take(session: InspectionSession, bench: Bench, first: int, last: int) -> None:
     for touch in bench.touches[first:last]:
-        assert isinstance(session.take_touch(touch), MeasuredPoint)
+        assert isinstance(session.touches.take(touch), MeasuredPoint)
 
 
 def numbers(view: JobView, name: str) -> list[int]:
@@ -31,7 +31,7 @@ def test_any_point_can_be_deleted_with_a_reason_and_put_back(bench: Bench, job: 
     session = bench.session(job)
     take(session, bench, 0, 14)
     whole = session.view
-    session.delete_point(2, "chip on the surface")
+    session.points.delete_point(2, "chip on the surface")
     view = session.view
     assert numbers(view, "BED") == [1, 3, 4]
     assert [(d.point.number, d.reason) for d in view.feature("BED").deleted] == [
@@ -49,7 +49,7 @@ def test_any_point_can_be_deleted_with_a_reason_and_put_back(bench: Bench, job: 
     before, after = whole.characteristics[0], view.characteristics[0]
     assert (before.measured, before.verdict) == (after.measured, after.verdict)
     assert after.uncertainty == pytest.approx(before.uncertainty, rel=1e-12)
-    session.restore_point(2)
+    session.points.restore_point(2)
     again = session.view
     assert numbers(again, "BED") == [1, 3, 4, 15]
     assert again.complete
@@ -70,7 +70,7 @@ def test_no_point_is_deleted_without_a_reason(bench: Bench, job: JobFile, reason
     session = bench.session(job)
     take(session, bench, 0, 1)
     with pytest.raises(MeasuringError, match="reason"):
-        session.delete_point(1, reason)
+        session.points.delete_point(1, reason)
     assert len(job.points()) == 1
 
 
@@ -80,32 +80,32 @@ def test_what_is_not_there_is_neither_deleted_nor_put_back_twice(
     session = bench.session(job)
     take(session, bench, 0, 3)
     with pytest.raises(MeasuringError, match="point 9"):
-        session.delete_point(9, "why not")
-    session.delete_point(2, "slipped")
+        session.points.delete_point(9, "why not")
+    session.points.delete_point(2, "slipped")
     with pytest.raises(MeasuringError, match="point 2"):
-        session.delete_point(2, "slipped")
-    session.restore_point(2)
+        session.points.delete_point(2, "slipped")
+    session.points.restore_point(2)
     with pytest.raises(MeasuringError, match="back already"):
-        session.restore_point(2)
+        session.points.restore_point(2)
     assert [point.number for point in job.points()] == [1, 3, 4]
 
 
 def test_steps_are_undone_and_done_again_in_turn(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     take(session, bench, 0, 4)
-    session.delete_point(1, "slipped")
-    session.skip("BLOCK_TOP")
+    session.points.delete_point(1, "slipped")
+    session.steps.skip("BLOCK_TOP")
     assert session.view.undo == "skipping of BLOCK_TOP"
-    session.undo()
+    session.steps.undo()
     assert session.view.feature("BLOCK_TOP").state is not FeatureState.SKIPPED
-    session.undo()
+    session.steps.undo()
     assert len(numbers(session.view, "BED")) == 4
-    session.undo()
+    session.steps.undo()
     # The last point was taken away; the one that was deleted and is back stays.
     assert numbers(session.view, "BED") == [2, 3, 5]
-    session.redo()
-    session.redo()
-    session.redo()
+    session.steps.redo()
+    session.steps.redo()
+    session.steps.redo()
     view = session.view
     assert view.redo == ""
     assert view.feature("BLOCK_TOP").skipped
@@ -113,7 +113,7 @@ def test_steps_are_undone_and_done_again_in_turn(bench: Bench, job: JobFile) -> 
     first = {tuple(point.tip_world) for point in bench_points(job, [2, 3, 4])}
     assert kept == first
     with pytest.raises(MeasuringError, match="Nothing was undone"):
-        session.redo()
+        session.steps.redo()
     assert job.verify() == []
 
 
@@ -127,9 +127,9 @@ def test_a_flip_that_is_undone_does_not_leave_the_flipped_point_to_be_put_back(
 ) -> None:
     session = bench.session(job)
     take(session, bench, 0, 4)
-    session.flip(2)
+    session.points.flip(2)
     assert session.view.feature("BED").points[-1].approach == "flipped"
-    session.undo()
+    session.steps.undo()
     view = session.view.feature("BED")
     assert [point.approach for point in view.points] == ["trail"] * 4
     assert view.deleted == ()
@@ -139,9 +139,9 @@ def test_a_skipped_feature_is_left_out_and_comes_back_when_it_is_reopened(
     bench: Bench, job: JobFile
 ) -> None:
     session = bench.session(job)
-    session.skip()
+    session.steps.skip()
     assert session.view.active == "BLOCK_TOP"
-    assert ("BED", 4) not in session.missing()
+    assert ("BED", 4) not in session.steps.missing()
     take(session, bench, 4, 14)
     view = session.view
     assert view.complete
@@ -149,7 +149,7 @@ def test_a_skipped_feature_is_left_out_and_comes_back_when_it_is_reopened(
     assert view.characteristics[1].verdict is Verdict.NOT_MEASURED
     assert view.characteristics[0].verdict is Verdict.CONFORM
     assert view.characteristics[1].note == "BED was skipped."
-    session.reopen("BED")
+    session.steps.reopen("BED")
     take(session, bench, 0, 4)
     assert session.view.characteristics[1].verdict is Verdict.CONFORM
 
@@ -159,14 +159,14 @@ def test_a_repeated_feature_begins_anew_and_its_points_are_annulled_with_a_reaso
 ) -> None:
     session = bench.session(job)
     take(session, bench, 0, 14)
-    session.repeat("BLOCK_TOP")
+    session.steps.repeat("BLOCK_TOP")
     assert session.view.active == "BLOCK_TOP"
     assert numbers(session.view, "BLOCK_TOP") == []
     assert {reason for _, reason in job.annulled()} == {"BLOCK_TOP is measured anew"}
     take(session, bench, 4, 8)
     assert session.view.complete
-    session.repeat("BLOCK_TOP")
-    session.undo()
+    session.steps.repeat("BLOCK_TOP")
+    session.steps.undo()
     assert session.view.complete
     assert len(numbers(session.view, "BLOCK_TOP")) == 4
 
@@ -175,12 +175,12 @@ def test_a_paused_job_takes_no_points_also_after_it_is_opened_again(bench: Bench
     with bench.job() as job:
         session = bench.session(job)
         take(session, bench, 0, 3)
-        session.skip("SPHERE")
-        session.finish()
-        session.set_order("any")
-        session.set_compensation("shank", "BLOCK_TOP")
-        session.pause()
-        refused = session.take_touch(bench.touches[4])
+        session.steps.skip("SPHERE")
+        session.steps.finish()
+        session.steps.set_order("any")
+        session.steps.set_compensation("shank", "BLOCK_TOP")
+        session.pausing.pause()
+        refused = session.touches.take(bench.touches[4])
         assert isinstance(refused, Refusal)
         assert refused.code is RefusalCode.PAUSED
         before = session.view
@@ -192,7 +192,7 @@ def test_a_paused_job_takes_no_points_also_after_it_is_opened_again(bench: Bench
         assert after.probing == "any"
         assert [f.state for f in after.features] == [f.state for f in before.features]
         assert after.feature("BLOCK_TOP").compensation == "shank"
-        session.go_on("anna")
+        session.pausing.go_on("anna")
         take(session, bench, 4, 8)
         assert session.view.complete
         assert any(e.kind == "gone on" and "anna" in e.text for e in again.events())
@@ -204,8 +204,8 @@ def test_points_of_an_earlier_run_can_be_undone(bench: Bench) -> None:
     with JobFile.open(job.path) as again:
         session = bench.session(again)
         assert session.view.undo == "point 5 of BLOCK_TOP"
-        session.undo()
-        session.undo()
+        session.steps.undo()
+        session.steps.undo()
         assert session.view.active == "BED"
         assert numbers(session.view, "BED") == [1, 2, 3]
 
@@ -229,32 +229,32 @@ def test_every_step_of_an_earlier_run_is_undone_and_done_again(bench: Bench) -> 
             seen.append(stands(session.view))
 
         for touch in bench.touches[:3]:
-            do(partial(session.take_touch, touch))
-        do(lambda: session.delete_point(2, "slipped"))
-        do(lambda: session.restore_point(2))
-        do(session.flip)
-        do(lambda: session.repeat("BED"))
-        do(lambda: session.skip("SPHERE"))
-        do(lambda: session.take_touch(bench.touches[0]))
+            do(partial(session.touches.take, touch))
+        do(lambda: session.points.delete_point(2, "slipped"))
+        do(lambda: session.points.restore_point(2))
+        do(session.points.flip)
+        do(lambda: session.steps.repeat("BED"))
+        do(lambda: session.steps.skip("SPHERE"))
+        do(lambda: session.touches.take(bench.touches[0]))
         # What was undone before a new step is gone for good, also for those who come later.
-        session.undo()
-        do(lambda: session.take_touch(bench.touches[1]))
+        session.steps.undo()
+        do(lambda: session.touches.take(bench.touches[1]))
         del seen[-2]
         words = session.view.undo
     # Each of them by another run of the program.
     for before in reversed(seen[:-1]):
         with JobFile.open(job.path) as again:
             session = bench.session(again)
-            session.undo()
+            session.steps.undo()
             assert stands(session.view) == before
     with JobFile.open(job.path) as again:
         assert bench.session(again).view.undo == ""
         with pytest.raises(MeasuringError, match="No point"):
-            bench.session(again).undo()
+            bench.session(again).steps.undo()
     for after in seen[1:]:
         with JobFile.open(job.path) as again:
             session = bench.session(again)
-            session.redo()
+            session.steps.redo()
             assert stands(session.view) == after
     with JobFile.open(job.path) as again:
         assert (bench.session(again).view.undo, bench.session(again).view.redo) == (words, "")
@@ -265,14 +265,14 @@ def test_steps_behind_those_of_an_older_program_are_not_taken_back(bench: Bench)
     with bench.job() as job:
         session = bench.session(job)
         take(session, bench, 0, 4)
-        session.delete_point(1, "slipped")
-        session.skip("SPHERE")
+        session.points.delete_point(1, "slipped")
+        session.steps.skip("SPHERE")
         last = session.view.feature("BED").points[-1]
         # An older program writes the point and no step.
         job.append_point(replace(last, number=job.next_number()))
         again = bench.session(job)
         assert again.view.undo == "point 5 of BED"
-        again.undo()
+        again.steps.undo()
         assert numbers(again.view, "BED") == [2, 3, 4]
         assert again.view.feature("SPHERE").skipped
 
@@ -289,7 +289,7 @@ def test_no_verdict_is_shown_while_a_feature_is_probed(bench: Bench, job: JobFil
     assert ball.stated is None
     assert "Provisional" in ball.note
     assert view.verdict_of("SPHERE").verdict is Verdict.PROVISIONAL
-    session.finish()
+    session.steps.finish()
     assert session.view.characteristics[0].verdict is Verdict.CONFORM
 
 
@@ -298,12 +298,12 @@ def test_a_point_that_was_held_back_stays_so_when_it_is_put_back(
 ) -> None:
     session = bench.session(job)
     take(session, bench, 0, 14)
-    session.delete_point(3, "slipped")
+    session.points.delete_point(3, "slipped")
     # Held back while it is out: it must not come back as if nothing had been.
-    session.hold_back(None, "The cameras moved.")
-    session.restore_point(3)
+    session.held.hold_back(None, "The cameras moved.")
+    session.points.restore_point(3)
     assert 15 in session.view.held
-    session.release("Verified.", Ward.CAMERAS)
+    session.held.release("Verified.", Ward.CAMERAS)
     assert session.view.held == ()
 
 
@@ -312,7 +312,7 @@ def test_a_touch_beside_the_feature_is_flagged_and_kept(bench: Bench, job: JobFi
     take(session, bench, 0, 14)
     assert all(feature.outliers == () for feature in session.view.features)
     # The third point of the sphere, as if it were taken 0.3 mm off.
-    points = session._points.counting  # noqa: SLF001 - nothing public moves a point
+    points = session._ledger.points.counting  # noqa: SLF001 - nothing public moves a point
     sphere = [index for index, point in enumerate(points) if point.feature == "SPHERE"]
     moved = points[sphere[2]]
     points[sphere[2]] = replace(moved, tip_world=moved.tip_world + 0.3 * moved.direction)
@@ -320,10 +320,3 @@ def test_a_touch_beside_the_feature_is_flagged_and_kept(bench: Bench, job: JobFi
     view = session.view.feature("SPHERE")
     assert view.outliers == (moved.number,)
     assert len(view.points) == 6
-
-
-def test_nominals_are_taught_only_in_a_part_frame(bench: Bench, job: JobFile) -> None:
-    session = bench.session(job)
-    take(session, bench, 0, 14)
-    with pytest.raises(InputError, match="part frame"):
-        session.taught_plan()

@@ -30,22 +30,24 @@ def test_verdicts_follow_from_what_is_measured(bench: Bench, seed: int) -> None:
         for _ in range(STEPS):
             name = str(rng.choice(names))
             before = session.view
-            session.select(name if rng.random() < 0.8 else "")
+            session.steps.select(name if rng.random() < 0.8 else "")
             _looked_back(before, session.view)
             verbs: list[Callable[[], object]] = [
                 lambda: _touch(session, bench, by_feature, rng),
                 lambda: _touch(session, bench, by_feature, rng),
                 lambda: _touch(session, bench, by_feature, rng),
-                session.finish,
-                partial(session.skip, name),
-                partial(session.reopen, name),
-                partial(session.repeat, name),
-                session.undo,
-                session.redo,
-                lambda: session.delete_point(int(rng.integers(1, 15)), "a chip"),
-                lambda: session.restore_point(int(rng.integers(1, 15))),
-                lambda: session.hold_back_points([int(rng.integers(1, 15))], "Why.", Ward.CAMERAS),
-                lambda: session.release("All is well."),
+                session.steps.finish,
+                partial(session.steps.skip, name),
+                partial(session.steps.reopen, name),
+                partial(session.steps.repeat, name),
+                session.steps.undo,
+                session.steps.redo,
+                lambda: session.points.delete_point(int(rng.integers(1, 15)), "a chip"),
+                lambda: session.points.restore_point(int(rng.integers(1, 15))),
+                lambda: session.held.hold_back_points(
+                    [int(rng.integers(1, 15))], "Why.", Ward.CAMERAS
+                ),
+                lambda: session.held.release("All is well."),
             ]
             with contextlib.suppress(MeasuringError):
                 verbs[int(rng.integers(len(verbs)))]()
@@ -68,7 +70,7 @@ def _touch(
     active = session.view.active
     if active:
         first, end = by_feature[active]
-        session.take_touch(bench.touches[int(rng.integers(first, end))])
+        session.touches.take(bench.touches[int(rng.integers(first, end))])
 
 
 def _looked_back(before: JobView, view: JobView) -> None:

@@ -35,7 +35,7 @@ def measured(bench: Bench, tips: Tips) -> Path:
     with JobFile.create(path, replace(head, probe_text=in_use.probe_text)) as job:
         session = InspectionSession(bench.plan, bench.rig, in_use.body, job, SessionOptions())
         for touch in bench.touches:
-            session.take_touch(touch)
+            session.touches.take(touch)
     return path
 
 

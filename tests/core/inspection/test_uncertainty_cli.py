@@ -21,10 +21,12 @@ def measured(bench: Bench) -> Path:
     """Return the file of a job with all its points."""
     with bench.job() as job:
         session = bench.session(job)
-        session.note_calibration("DESIGN " + "0" * 64, "DESIGN standard: " + "1" * 64, "")
-        session.note_climate()
+        session.conditions.note_calibration(
+            "DESIGN " + "0" * 64, "DESIGN standard: " + "1" * 64, ""
+        )
+        session.conditions.note_climate()
         for touch in bench.touches:
-            assert isinstance(session.take_touch(touch), MeasuredPoint)
+            assert isinstance(session.touches.take(touch), MeasuredPoint)
     return bench.folder / "job.ocmm"
 
 

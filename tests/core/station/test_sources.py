@@ -33,13 +33,13 @@ from ocmm_core.simulation.calibration_scenes import Wave
 
 _RIG = load_rig(RECOMMENDED_RIG)
 _PLAN = load_plan(DEMO_PLAN)
-_VALUES = {"ethercat:": "lo", "replay:": "frames.rec"}
-"""What follows a prefix here: an interface that every computer has, and a recording."""
+_VALUES = {Origin.CAMERAS: "lo", Origin.RECORDING: "frames.rec", Origin.VIRTUAL: "1"}
+"""What follows a prefix here: an interface that every computer has, a recording, a number."""
 
 
 def named(spec: SourceSpec) -> str:
     """Return a name of the source."""
-    return spec.prefix + _VALUES[spec.prefix] if spec.takes_value else spec.prefix
+    return spec.prefix + _VALUES[spec.origin] if spec.takes_value else spec.prefix
 
 
 def made(spec: SourceSpec, folder: Path) -> Feed:

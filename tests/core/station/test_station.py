@@ -53,14 +53,14 @@ def test_the_script_is_measured_and_told_by_signals(build: Callable[..., BuiltSt
     station = build().station
     taken: list[MeasuredPoint] = []
     changes: list[str] = []
-    station.point_taken.connect(taken.append)
-    station.changed.connect(lambda: changes.append(threading.current_thread().name))
+    station.events.point_taken.connect(taken.append)
+    station.events.changed.connect(lambda: changes.append(threading.current_thread().name))
     station.start()
     assert station.wait_finished(HANG_S)
-    assert station.job().complete
+    assert station.job.view().complete
     assert [point.number for point in taken] == list(range(1, 15))
     assert set(changes) == {"ocmm-reconstruction"}
-    status = station.acquisition_status()
+    status = station.looks.acquisition()
     assert status.elapsed == status.good + status.late + status.lost + status.bad
     assert (status.frames_lost, status.overrun) == (0, 0)
 
@@ -68,7 +68,7 @@ def test_the_script_is_measured_and_told_by_signals(build: Callable[..., BuiltSt
 def test_two_stations_do_not_hear_each_other(build: Callable[..., BuiltStation]) -> None:
     first, second = build().station, build(seed=2).station
     heard: list[MeasuredPoint] = []
-    second.point_taken.connect(heard.append)
+    second.events.point_taken.connect(heard.append)
     first.start()
     assert first.wait_finished(HANG_S)
     assert heard == []
@@ -81,13 +81,13 @@ def test_a_refused_touch_is_made_again_by_the_operator(build: Callable[..., Buil
     hidden = ScriptedOcclusion(-1, ALL_LEDS, third.first_frame, third.last_frame)
     station = build(world=WorldOptions(occlusions=(hidden,))).station
     refused: list[Refusal] = []
-    station.point_refused.connect(refused.append)
+    station.events.point_refused.connect(refused.append)
     station.start()
     assert station.wait_finished(HANG_S)
     assert [item.code.value for item in refused] == ["lost"]
     assert refused[0].what == "The cameras do not see the probe."
-    assert station.job().complete
-    assert all(len(feature.points) == feature.needed for feature in station.job().features)
+    assert station.job.view().complete
+    assert all(len(feature.points) == feature.needed for feature in station.job.view().features)
 
 
 def test_live_number_goes_when_the_targets_go_and_says_why(
@@ -95,17 +95,17 @@ def test_live_number_goes_when_the_targets_go_and_says_why(
 ) -> None:
     hidden = ScriptedOcclusion(-1, ALL_LEDS, 1000, 10**6)
     station = build(world=WorldOptions(occlusions=(hidden,)), speed=2.0, stay=True).station
-    assert station.live().status is StatusWord.NOT_READY
-    assert station.live().tip_world is None
+    assert station.looks.live().status is StatusWord.NOT_READY
+    assert station.looks.live().tip_world is None
     station.start()
-    wait_until(lambda: station.live().status is StatusWord.READY)
-    seen = station.live()
+    wait_until(lambda: station.looks.live().status is StatusWord.READY)
+    seen = station.looks.live()
     assert seen.tip_world is not None
     assert seen.tip_uncertainty is not None
     assert 0.005 < seen.tip_uncertainty < 0.05
     assert np.isfinite(seen.spots).all(axis=2).sum() == 12
-    wait_until(lambda: station.live().status is StatusWord.LOST)
-    lost = station.live()
+    wait_until(lambda: station.looks.live().status is StatusWord.LOST)
+    lost = station.looks.live()
     assert (lost.tip_world, lost.tip_uncertainty, lost.origin_world) == (None, None, None)
     assert lost.reason == "The cameras do not see the probe."
 
@@ -116,16 +116,16 @@ def test_take_arms_a_point_and_stop_comes_within_two_seconds(
 ) -> None:
     station = build(speed=1.0, stay=True).station
     outcomes: list[object] = []
-    station.point_taken.connect(outcomes.append)
-    station.point_refused.connect(outcomes.append)
+    station.events.point_taken.connect(outcomes.append)
+    station.events.point_refused.connect(outcomes.append)
     station.start()
-    wait_until(lambda: station.live().status is StatusWord.READY)
-    station.take()
+    wait_until(lambda: station.looks.live().status is StatusWord.READY)
+    station.job.take()
     wait_until(lambda: len(outcomes) > 0)
     start = time.monotonic()
     station.close()
     assert time.monotonic() - start < 2.0
-    assert station.acquisition_status().state is AcquisitionState.STOPPED
+    assert station.looks.acquisition().state is AcquisitionState.STOPPED
     station.close()
 
 
@@ -135,7 +135,7 @@ def test_export_writes_the_verdict_and_the_three_tables(
     station = build().station
     station.start()
     assert station.wait_finished(HANG_S)
-    names = [path.name for path in station.export(tmp_path / "report")]
+    names = [path.name for path in station.reports.export(tmp_path / "report")]
     kinds = ("job", "points", "features", "report")
     assert names[:4] == [f"QUICK-001_SIMULATED_{kind}.csv" for kind in kinds]
 

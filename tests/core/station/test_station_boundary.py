@@ -60,13 +60,13 @@ def _raising(*_: Any, **__: Any) -> Any:
 
 
 STEPS = (
-    "ocmm_core.station._station.InspectionSession",
-    "ocmm_core.station._station.ChangeWatch",
-    "ocmm_core.station._station.ProbeWatch",
+    "ocmm_core.station._open_job.InspectionSession",
+    "ocmm_core.station._open_job.ChangeWatch",
+    "ocmm_core.station._open_job.ProbeWatch",
     "ocmm_core.station._probe_watch.ProbeWatch.start",
-    "ocmm_core.station._station.InspectionSession.note_calibration",
-    "ocmm_core.station._station.InspectionSession.note_limits",
-    "ocmm_core.station._station.drop_if_empty",
+    "ocmm_core.inspection.session._conditions.Conditions.note_calibration",
+    "ocmm_core.inspection.session._conditions.Conditions.note_limits",
+    "ocmm_core.station._job_change.drop_if_empty",
     "ocmm_core.station._frame_loop.FrameLoop.between",
     "ocmm_core.station._jobs.header_text",
 )
@@ -94,33 +94,35 @@ def test_a_change_that_fails_changes_nothing(
     # It has no point either, but was not made by this change: it is never removed.
     older = tmp_path / "older.ocmm"
     older.write_bytes(empty_job)
-    path, view, files = station.job_path, station.job(), sorted(tmp_path.glob("*.ocmm"))
+    path, view, files = station.job.path, station.job.view(), sorted(tmp_path.glob("*.ocmm"))
     other = tmp_path / "other.toml"
     other.write_text(
         resource("plans", "quick.toml").read_text("utf-8").replace("QUICK", "OTHER"), "utf-8"
     )
     verbs: dict[str, Callable[[], object]] = {
-        "next_part": lambda: station.next_part(JobHeader("Ada", "DEMO_PART", "A-3", "12", "first")),
-        "change_plan": lambda: station.change_plan(
+        "next_part": lambda: station.jobs.next_part(
+            JobHeader("Ada", "DEMO_PART", "A-3", "12", "first")
+        ),
+        "change_plan": lambda: station.jobs.change_plan(
             other, JobHeader("Ada", "DEMO_PART", "A-3", "12", "first")
         ),
-        "go_on": lambda: station.go_on(older),
+        "go_on": lambda: station.jobs.go_on(older),
     }
     with monkeypatch.context() as patch:
         patch.setattr(where, _raising)
         with pytest.raises((InternalError, RuntimeError), match="injected"):
             verbs[verb]()
-    assert (station.job_path, station.job()) == (path, view)
+    assert (station.job.path, station.job.view()) == (path, view)
     assert sorted(tmp_path.glob("*.ocmm")) == files
     with JobFile.open(older):
         # Nobody holds it any more.
         pass
-    assert station.fault is None
+    assert station.faults.measuring is None
     if verb == "next_part":
         station.start()
-        _until(lambda: len(station.stored_job()[1]) >= 1)
+        _until(lambda: len(station.job.stored()[1]) >= 1)
     verbs[verb]()
-    assert station.job_path != path
+    assert station.job.path != path
 
 
 def test_a_paused_job_is_measured_on_where_the_other_plan_cannot_be(
@@ -128,18 +130,18 @@ def test_a_paused_job_is_measured_on_where_the_other_plan_cannot_be(
 ) -> None:
     station = built.station
     station.start()
-    _until(lambda: len(station.stored_job()[1]) >= 1)
+    _until(lambda: len(station.job.stored()[1]) >= 1)
     other = tmp_path / "other.toml"
     other.write_text(
         resource("plans", "quick.toml").read_text("utf-8").replace("QUICK", "OTHER"), "utf-8"
     )
     with monkeypatch.context() as patch:
-        patch.setattr("ocmm_core.station._station.drop_if_empty", _raising)
+        patch.setattr("ocmm_core.station._job_change.drop_if_empty", _raising)
         with pytest.raises(InternalError, match="The job before is measured as it was"):
-            station.change_plan(other, HEADER)
-    assert not station.job().paused
-    taken = len(station.stored_job()[1])
-    _until(lambda: len(station.stored_job()[1]) > taken)
+            station.jobs.change_plan(other, HEADER)
+    assert not station.job.view().paused
+    taken = len(station.job.stored()[1])
+    _until(lambda: len(station.job.stored()[1]) > taken)
 
 
 def test_failed_stays_until_a_new_start_and_takes_no_point(
@@ -148,21 +150,21 @@ def test_failed_stays_until_a_new_start_and_takes_no_point(
     station = built.station
     told: list[OcmmError] = []
     refused: list[Refusal] = []
-    station.failed.connect(told.append)
-    station.point_refused.connect(refused.append)
+    station.faults.failed.connect(told.append)
+    station.events.point_refused.connect(refused.append)
     station.start()
-    _until(lambda: station.live().tip_world is not None)
+    _until(lambda: station.looks.live().tip_world is not None)
     with monkeypatch.context() as patch:
         patch.setattr("ocmm_core.tracking._pipeline.TrackingPipeline.process", _raising)
-        _until(lambda: station.live().status is StatusWord.FAILED)
+        _until(lambda: station.looks.live().status is StatusWord.FAILED)
     # What failed works again, and still nothing comes back.
     time.sleep(0.1)
-    live = station.live()
+    live = station.looks.live()
     assert (live.status, live.tip_world, live.tip_uncertainty) == (StatusWord.FAILED, None, None)
-    station.take()
+    station.job.take()
     assert "RuntimeError: injected" in refused[-1].what
-    station.next_part(HEADER)
-    assert station.live().status is StatusWord.FAILED
+    station.jobs.next_part(HEADER)
+    assert station.looks.live().status is StatusWord.FAILED
     _until(lambda: bool(told))
     assert len(told) == 1
 
@@ -172,11 +174,11 @@ def test_a_start_that_fails_is_failed_and_not_waiting(
 ) -> None:
     station = built.station
     monkeypatch.setattr(
-        "ocmm_core.inspection.session._session.InspectionSession.note_climate", _raising
+        "ocmm_core.inspection.session._conditions.Conditions.note_climate", _raising
     )
     with pytest.raises(InternalError, match="The start failed: RuntimeError: injected"):
         station.start()
-    assert station.live().status is StatusWord.FAILED
+    assert station.looks.live().status is StatusWord.FAILED
 
 
 def test_a_step_that_nobody_foresaw_to_fail_stops_the_measuring(
@@ -185,8 +187,8 @@ def test_a_step_that_nobody_foresaw_to_fail_stops_the_measuring(
     station = built.station
     monkeypatch.setattr("ocmm_core.inspection.session._step_log.StepLog.undo", _raising)
     with pytest.raises(InternalError, match="The change of the job failed"):
-        station.undo()
-    assert station.live().status is StatusWord.FAILED
+        station.job.change(lambda session: session.steps.undo())
+    assert station.looks.live().status is StatusWord.FAILED
 
 
 def test_a_touch_that_cannot_be_stored_is_no_fault_of_the_station(
@@ -194,7 +196,7 @@ def test_a_touch_that_cannot_be_stored_is_no_fault_of_the_station(
 ) -> None:
     station = built.station
     told: list[OcmmError] = []
-    station.failed.connect(told.append)
+    station.faults.failed.connect(told.append)
 
     def full(*_: Any) -> None:
         raise StorageError("job.full", "The disk is full.", "Make room.")
@@ -203,15 +205,15 @@ def test_a_touch_that_cannot_be_stored_is_no_fault_of_the_station(
         patch.setattr("ocmm_core.storage._job_file.insert_point", full)
         station.start()
         _until(lambda: len(told) >= 1)
-    _until(lambda: len(station.stored_job()[1]) >= 1)
-    assert station.fault is None
+    _until(lambda: len(station.job.stored()[1]) >= 1)
+    assert station.faults.measuring is None
 
 
 def test_withdrawn_results_hold_no_number_and_say_why(built: BuiltStation) -> None:
     station = built.station
     station.start()
-    _until(lambda: len(station.stored_job()[1]) >= 14)
-    job = station.job()
+    _until(lambda: len(station.job.stored()[1]) >= 14)
+    job = station.job.view()
     assert any(result.measured is not None for result in job.characteristics)
     void = withdrawn(job, "The evaluation failed.")
     assert [feature.points for feature in void.features] == [f.points for f in job.features]

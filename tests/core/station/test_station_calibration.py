@@ -85,17 +85,17 @@ def test_a_job_is_measured_with_the_record_and_says_so(build: Build, tmp_path: P
     store = calibrate(tmp_path, fresh_record())
     built = build(frame_rate_hz=500)
     station = built.station
-    assert station.rig.identity == store.active_hash
+    assert station.instruments.rig.identity == store.active_hash
     station.start()
     assert station.wait_finished(HANG_S)
-    view = station.job()
+    view = station.job.view()
     assert view.complete
     assert view.unproven == ""
     assert {result.verdict for result in view.characteristics} == {Verdict.CONFORM}
-    report = station.export(tmp_path / "report")[3]
+    report = station.reports.export(tmp_path / "report")[3]
     with report.open(newline="") as stream:
         assert {row["Calibration"] for row in csv.DictReader(stream)} == {
-            f"VALID {station.rig.identity[:12]}"
+            f"VALID {station.instruments.rig.identity[:12]}"
         }
     station.close()
     with JobFile.open(built.job_path, read_only=True) as job:
@@ -109,8 +109,8 @@ def test_an_unverified_calibration_takes_no_points(build: Build, tmp_path: Path)
     calibrate(tmp_path, fresh_record(), verified=False)
     station = build(frame_rate_hz=500).station
     refused: list[Refusal] = []
-    station.point_refused.connect(refused.append)
-    live = station.live()
+    station.events.point_refused.connect(refused.append)
+    live = station.looks.live()
     assert live.status is StatusWord.NOT_READY
     station.start()
     # The scripted operator repeats a refused touch a few times, then gives up.
@@ -118,9 +118,9 @@ def test_an_unverified_calibration_takes_no_points(build: Build, tmp_path: Path)
     assert {item.code.value for item in refused} == {"calibration"}
     assert "not verified" in refused[0].what
     assert "length bar" in refused[0].remedy
-    assert "not verified" in station.live().reason
-    assert station.live().tip_world is None
-    assert all(not feature.points for feature in station.job().features)
+    assert "not verified" in station.looks.live().reason
+    assert station.looks.live().tip_world is None
+    assert all(not feature.points for feature in station.job.view().features)
 
 
 def test_who_insists_gets_points_that_prove_nothing_for_good(build: Build, tmp_path: Path) -> None:
@@ -128,19 +128,25 @@ def test_who_insists_gets_points_that_prove_nothing_for_good(build: Build, tmp_p
     station = built.station
     station.start()
     assert station.wait_finished(HANG_S)
-    view = station.job()
+    view = station.job.view()
     assert view.complete
     assert "never calibrated" in view.unproven
     assert {result.verdict for result in view.characteristics} == {Verdict.NOT_PROVEN}
     assert view.part_verdict.word is PartWord.NOT_PROVEN
     assert view.simulated
     assert all(view.unproven in result.note for result in view.characteristics)
-    names = [path.name for path in station.export(tmp_path / "report")]
+    names = [path.name for path in station.reports.export(tmp_path / "report")]
     assert names[3] == "QUICK-001_SIMULATED_UNCALIBRATED_report.csv"
     station.close()
     # Opened again, by a program that knows nothing of that day, it proves nothing either.
     with JobFile.open(built.job_path) as job:
-        again = InspectionSession(station.plan, station.rig, station.body, job, SessionOptions())
+        again = InspectionSession(
+            station.job.plan,
+            station.instruments.rig,
+            station.instruments.body,
+            job,
+            SessionOptions(),
+        )
         assert again.view.unproven == view.unproven
         assert again.view.characteristics == view.characteristics
 
@@ -152,23 +158,23 @@ def test_a_doubt_stops_a_running_job_and_a_verification_lets_it_go_on(
     store = calibrate(tmp_path, record)
     station = build(frame_rate_hz=500, speed=1.0, stay=True).station
     taken: list[MeasuredPoint] = []
-    station.point_taken.connect(taken.append)
+    station.events.point_taken.connect(taken.append)
     station.start()
     wait_until(lambda: len(taken) >= 1)
     now = datetime.now(UTC)
     store.suspect("monitor", "Camera 'left' has turned.", now, now)
-    wait_until(lambda: station.live().status is StatusWord.NOT_READY)
-    assert "Camera 'left' has turned." in station.live().reason
+    wait_until(lambda: station.looks.live().status is StatusWord.NOT_READY)
+    assert "Camera 'left' has turned." in station.looks.live().reason
     before = len(taken)
-    station.take()
+    station.job.take()
     time.sleep(0.5)
     assert len(taken) == before
-    refusal = station.job().refusal
+    refusal = station.job.view().refusal
     assert refusal is not None
     assert "has turned" in refusal.what
     store.verify(make_verification(record), datetime.now(UTC))
     wait_until(lambda: len(taken) > before)
-    assert station.calibration().word is Word.VALID
+    assert station.instruments.calibration().word is Word.VALID
 
 
 def test_a_verification_that_fails_meanwhile_holds_the_points_of_the_job_back(
@@ -178,23 +184,23 @@ def test_a_verification_that_fails_meanwhile_holds_the_points_of_the_job_back(
     store = calibrate(tmp_path, record)
     station = build(frame_rate_hz=500, speed=1.0, stay=True).station
     taken: list[MeasuredPoint] = []
-    station.point_taken.connect(taken.append)
+    station.events.point_taken.connect(taken.append)
     station.start()
     wait_until(lambda: len(taken) >= 1)
     failed = make_verification(record, passed=False)
     store.verify(msgspec.structs.replace(failed, data_sha256="c" * 64), datetime.now(UTC))
-    wait_until(lambda: set(station.job().held) == {point.number for point in taken})
+    wait_until(lambda: set(station.job.view().held) == {point.number for point in taken})
     store.verify(make_verification(record), datetime.now(UTC))
-    wait_until(lambda: station.calibration().word is Word.VALID)
-    assert {taken[0].number} <= set(station.job().held)
+    wait_until(lambda: station.instruments.calibration().word is Word.VALID)
+    assert {taken[0].number} <= set(station.job.view().held)
 
 
 def test_without_cameras_there_is_nothing_to_write_to(build: Build, tmp_path: Path) -> None:
     with pytest.raises(CalibrationError, match="never calibrated"):
-        build(frame_rate_hz=500).station.write_to_cameras()
+        build(frame_rate_hz=500).station.maintenance.write_to_cameras()
     calibrate(tmp_path, fresh_record())
     with pytest.raises(CalibrationError, match="do not come from cameras"):
-        build(frame_rate_hz=500).station.write_to_cameras()
+        build(frame_rate_hz=500).station.maintenance.write_to_cameras()
 
 
 def test_what_is_written_is_the_calibration_in_force(tmp_path: Path) -> None:
@@ -221,17 +227,17 @@ def test_cameras_that_store_nothing_are_not_measured_with_until_they_do(
     private_network()
     calibrate(tmp_path, fresh_record(sensor_temperatures_c=(36.5, 34.0)))
     station = build(source="ethercat:virtual").station
-    assert "not asked yet" in str(station.calibration().hindrance)
+    assert "not asked yet" in str(station.instruments.calibration().hindrance)
     station.start()
-    wait_until(lambda: "stores no intrinsics" in station.live().reason)
-    assert station.live().status is StatusWord.NOT_READY
-    assert station.calibration().word is Word.UNUSABLE
-    station.write_to_cameras()
-    wait_until(lambda: station.live().status in (StatusWord.READY, StatusWord.MEASURING))
-    assert station.calibration().word is Word.VALID
+    wait_until(lambda: "stores no intrinsics" in station.looks.live().reason)
+    assert station.looks.live().status is StatusWord.NOT_READY
+    assert station.instruments.calibration().word is Word.UNUSABLE
+    station.maintenance.write_to_cameras()
+    wait_until(lambda: station.looks.live().status in (StatusWord.READY, StatusWord.MEASURING))
+    assert station.instruments.calibration().word is Word.VALID
     # The cameras of the virtual wire have 36.5 and 37.5 degrees.
-    wait_until(lambda: bool(station.calibration().warnings))
-    (warning,) = station.calibration().warnings
+    wait_until(lambda: bool(station.instruments.calibration().warnings))
+    (warning,) = station.instruments.calibration().warnings
     assert "Camera 'right' is 3.5 K warmer" in warning
     begun = time.monotonic()
     station.close()

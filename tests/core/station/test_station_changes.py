@@ -68,11 +68,11 @@ def test_a_pushed_camera_puts_the_calibration_in_doubt_and_points_are_held_back(
     assert "camera left" in standing.reason.lower()
     assert "camera right" in standing.reason.lower()
     assert datetime.fromisoformat(standing.since_utc) < datetime.now(UTC)
-    wait_until(lambda: station.live().reason.startswith(standing.reason))
-    live = station.live()
+    wait_until(lambda: station.looks.live().reason.startswith(standing.reason))
+    live = station.looks.live()
     assert live.status is StatusWord.NOT_READY
     assert live.tip_world is None
-    job = station.job()
+    job = station.job.view()
     points = [point for feature in job.features for point in feature.points]
     held = [point for point in points if point.number in job.held]
     # All points after the push are held back, and none that is older than the checks before it.
@@ -91,7 +91,7 @@ def test_a_pushed_camera_puts_the_calibration_in_doubt_and_points_are_held_back(
 
     store.verify(make_verification(record), datetime.now(UTC))
     # The camera was verified where it stands now: the points count again.
-    wait_until(lambda: station.job().held == ())
+    wait_until(lambda: station.job.view().held == ())
     station.close()
     with JobFile.open(built.job_path, read_only=True) as job_file:
         assert "points released" in [event.kind for event in job_file.events()]
@@ -100,14 +100,20 @@ def test_a_pushed_camera_puts_the_calibration_in_doubt_and_points_are_held_back(
 def test_points_stay_held_back_when_the_job_is_opened_again(build: Build) -> None:
     built = build()
     station = built.station
-    assert station.calibration().record is None
+    assert station.instruments.calibration().record is None
     station.start()
-    wait_until(lambda: station.job().held != ())
-    assert "Fasten the cameras and verify the calibration" in station.live().reason
+    wait_until(lambda: station.job.view().held != ())
+    assert "Fasten the cameras and verify the calibration" in station.looks.live().reason
     station.close()
-    before = station.job()
+    before = station.job.view()
     with JobFile.open(built.job_path) as job:
-        again = InspectionSession(station.plan, station.rig, station.body, job, SessionOptions())
+        again = InspectionSession(
+            station.job.plan,
+            station.instruments.rig,
+            station.instruments.body,
+            job,
+            SessionOptions(),
+        )
         assert again.view.held == before.held
         assert again.view.characteristics == before.characteristics
         assert job.verify() == []
@@ -118,7 +124,7 @@ def test_the_record_is_named_by_the_doubt(build: Build, tmp_path: Path) -> None:
     store = calibrate(tmp_path, record)
     station = build(calibrations=tmp_path).station
     station.start()
-    wait_until(lambda: station.job().held != ())
+    wait_until(lambda: station.job.view().held != ())
     station.close()
     store.refresh()
     assert store.events[-1].calibration == record_hash(record)

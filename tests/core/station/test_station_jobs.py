@@ -54,38 +54,38 @@ def _header(serial: str) -> JobHeader:
 
 def test_parts_of_a_batch_follow_each_other_and_an_open_job_goes_on(built: BuiltStation) -> None:
     station = built.station
-    unused = station.job_path
-    station.next_part(_header("A-1"))
-    first = station.job_path
+    unused = station.job.path
+    station.jobs.next_part(_header("A-1"))
+    first = station.job.path
     # A job in which nothing was measured leaves no file behind.
     assert first != unused
     assert not unused.exists()
     station.start()
-    _until(lambda: len(station.stored_job()[1]) >= 2)
-    station.next_part(_header("A-2"))
-    second = station.job_path
+    _until(lambda: len(station.job.stored()[1]) >= 2)
+    station.jobs.next_part(_header("A-2"))
+    second = station.job.path
     kept = len(reopen_job(first).points)
     assert kept >= 2
-    assert station.job().header == _header("A-2")
-    _until(lambda: len(station.stored_job()[1]) >= 1)
+    assert station.job.view().header == _header("A-2")
+    _until(lambda: len(station.job.stored()[1]) >= 1)
 
     with pytest.raises(InputError, match="A-1"):
-        station.next_part(_header("A-1"))
-    assert station.job_path == second
+        station.jobs.next_part(_header("A-1"))
+    assert station.job.path == second
 
-    station.go_on(first)
-    assert station.job().header.serial == "A-1"
-    _until(lambda: len(station.stored_job()[1]) > kept)
+    station.jobs.go_on(first)
+    assert station.job.view().header.serial == "A-1"
+    _until(lambda: len(station.job.stored()[1]) > kept)
     assert reopen_job(second).doubts == ()
 
 
 def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on_with(
     built: BuiltStation, tmp_path: Path
 ) -> None:
-    station, begun_with = built.station, built.station.plan_file
+    station, begun_with = built.station, built.station.job.plan_file
     station.start()
-    _until(lambda: len(station.stored_job()[1]) >= 2)
-    first = station.job_path
+    _until(lambda: len(station.job.stored()[1]) >= 2)
+    first = station.job.path
     other = tmp_path / "plans" / "two.toml"
     other.parent.mkdir()
     # With a feature that is touched last, and one that nobody can touch on this part: what is
@@ -98,28 +98,28 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
     )
     save_plan(plan, other)
 
-    words = station.change_plan(other, _header("B-1"))
-    second = station.job_path
+    words = station.jobs.change_plan(other, _header("B-1"))
+    second = station.job.path
     assert f"{first.stem} is paused" in words
     assert "still to be measured" in words
-    assert (station.plan, station.plan_file) == (plan, other)
-    assert station.job().header.part == "OTHER"
-    assert [feature.name for feature in station.job().features] == ["SPHERE", "NOT_THERE"]
+    assert (station.job.plan, station.job.plan_file) == (plan, other)
+    assert station.job.view().header.part == "OTHER"
+    assert [feature.name for feature in station.job.view().features] == ["SPHERE", "NOT_THERE"]
     kept = len(reopen_job(first).points)
     assert kept >= 2
-    _until(lambda: station.missing() == [("NOT_THERE", 4)])
+    _until(lambda: station.job.missing() == [("NOT_THERE", 4)])
 
     # The same plan again is the next part of it, and nothing has to be paused.
-    assert station.change_plan(other, _header("B-2")) == ""
-    assert station.plan_file == other
+    assert station.jobs.change_plan(other, _header("B-2")) == ""
+    assert station.job.plan_file == other
 
-    station.go_on(first)
-    job = station.job()
+    station.jobs.go_on(first)
+    job = station.job.view()
     assert (job.header.serial, job.paused) == ("1", True)
-    assert station.plan.name != "TWO"
-    assert station.plan_file == begun_with
-    station.change(lambda session: session.resume())
-    _until(lambda: len(station.stored_job()[1]) > kept)
+    assert station.job.plan.name != "TWO"
+    assert station.job.plan_file == begun_with
+    station.job.change(lambda session: session.pausing.resume())
+    _until(lambda: len(station.job.stored()[1]) > kept)
     assert reopen_job(second).plan == plan
     assert reopen_job(second).doubts == ()
 
@@ -128,24 +128,24 @@ def test_the_next_job_is_begun_by_another_plan_and_the_one_before_can_be_gone_on
 def test_a_plan_that_cannot_be_begun_with_changes_nothing(
     built: BuiltStation, tmp_path: Path, fault: str
 ) -> None:
-    station, running = built.station, built.station.job_path
+    station, running = built.station, built.station.job.path
     path = tmp_path / "other.toml"
     if fault == "faulty":
         path.write_text('schema = "ocmm.plan/1"\n')
     elif fault == "measured":
-        station.next_part(_header("A-1"))
-        running = station.job_path
+        station.jobs.next_part(_header("A-1"))
+        running = station.job.path
         path.write_bytes(resource("plans", "demo.toml").read_bytes())
-        station.change(lambda session: session.skip())
+        station.job.change(lambda session: session.steps.skip())
     with pytest.raises(InputError, match="A-1" if fault == "measured" else "other.toml"):
-        station.change_plan(path, _header("A-1"))
-    assert station.job_path == running
-    assert not station.job().paused
-    assert station.plan_file == resource("plans", "quick.toml")
+        station.jobs.change_plan(path, _header("A-1"))
+    assert station.job.path == running
+    assert not station.job.view().paused
+    assert station.job.plan_file == resource("plans", "quick.toml")
 
 
 def test_the_growth_of_the_part_is_that_of_its_plan(built: BuiltStation) -> None:
-    plan = built.station.plan
+    plan = built.station.job.plan
     steel = msgspec.structs.replace(plan, material=Material(name="steel", expansion_ppm=11.5))
     warm = PartWarmth(Temperature(25.0, 0.5, "test"), material_expansion(plan), compensated=False)
     changed = climate_for(Climate(part=warm), plan, steel)

@@ -68,25 +68,35 @@ def test_a_job_keeps_tip_record_and_due_date(build: Build, tmp_path: Path) -> No
     station = built.station
     station.start()
     assert station.wait_finished(HANG_S)
-    view = station.job()
+    view = station.job.view()
     assert view.complete
     assert {result.verdict for result in view.characteristics} == {Verdict.CONFORM}
     due = min(tips.record.valid_until_utc, tips.qualified.valid_until_utc)[:10]
-    with station.export(tmp_path / "report")[3].open(newline="") as stream:
+    with station.reports.export(tmp_path / "report")[3].open(newline="") as stream:
         assert {row["Probe"] for row in csv.DictReader(stream)} == {
-            f"VALID standard/{TIP} {station.body.identity[:12]} due {due}"
+            f"VALID standard/{TIP} {station.instruments.body.identity[:12]} due {due}"
         }
     station.close()
     with JobFile.open(built.job_path) as job:
-        assert job.head.probe_identity == station.body.identity
+        assert job.head.probe_identity == station.instruments.body.identity
         (note,) = [event.text for event in job.events() if event.kind == "probe"]
-        assert note.startswith(f"VALID standard, tip {TIP}: {station.body.identity} calibration ")
+        assert note.startswith(
+            f"VALID standard, tip {TIP}: {station.instruments.body.identity} calibration "
+        )
         assert str(tips.store.active_hash(TIP)) in note
         # Opened with another geometry its points would be compensated with the wrong ball.
         other = open_probe_design(DOCUMENT).body
         with pytest.raises(MeasuringError, match="another tip"):
-            InspectionSession(station.plan, station.rig, other, job, SessionOptions())
-        again = InspectionSession(station.plan, station.rig, station.body, job, SessionOptions())
+            InspectionSession(
+                station.job.plan, station.instruments.rig, other, job, SessionOptions()
+            )
+        again = InspectionSession(
+            station.job.plan,
+            station.instruments.rig,
+            station.instruments.body,
+            job,
+            SessionOptions(),
+        )
         assert again.view.characteristics == view.characteristics
 
 
@@ -95,16 +105,16 @@ def test_a_tip_that_is_not_good_takes_no_points(build: Build, tmp_path: Path) ->
     tips.check(passed=False)
     station = build().station
     refused: list[Refusal] = []
-    station.point_refused.connect(refused.append)
+    station.events.point_refused.connect(refused.append)
     station.start()
     wait_until(lambda: len(refused) >= 2)
     assert {item.code.value for item in refused} == {"tip"}
     assert refused[0].what == f"The last check of tip '{TIP}' failed."
     assert "Make the quick tip check: one minute." in refused[0].remedy
-    live = station.live()
+    live = station.looks.live()
     assert "quick tip check" in live.reason
     assert live.tip_world is None
-    assert all(not feature.points for feature in station.job().features)
+    assert all(not feature.points for feature in station.job.view().features)
 
 
 def test_who_insists_gets_points_that_prove_nothing(build: Build) -> None:
@@ -112,10 +122,10 @@ def test_who_insists_gets_points_that_prove_nothing(build: Build) -> None:
     station = built.station
     station.start()
     assert station.wait_finished(HANG_S)
-    view = station.job()
+    view = station.job.view()
     assert "Probe 'standard' was never calibrated." in view.unproven
     assert {result.verdict for result in view.characteristics} == {Verdict.NOT_PROVEN}
-    assert station.probe_view().label.startswith("UNCALIBRATED standard ")
+    assert station.instruments.probe().label.startswith("UNCALIBRATED standard ")
 
 
 def test_a_blow_stops_points_until_the_tip_is_checked(build: Build, tmp_path: Path) -> None:
@@ -126,38 +136,38 @@ def test_a_blow_stops_points_until_the_tip_is_checked(build: Build, tmp_path: Pa
     world = WorldOptions(drops=(fifth.first_frame - RATE_HZ // 5,))
     station = build(world=world, speed=8.0, stay=True).station
     taken: list[MeasuredPoint] = []
-    station.point_taken.connect(taken.append)
+    station.events.point_taken.connect(taken.append)
     station.start()
-    wait_until(lambda: station.probe_view().word is Word.SUSPECT)
-    wait_until(lambda: station.job().refusal is not None)
-    live = station.live()
+    wait_until(lambda: station.instruments.probe().word is Word.SUSPECT)
+    wait_until(lambda: station.job.view().refusal is not None)
+    live = station.looks.live()
     assert live.status is StatusWord.NOT_READY
     assert live.reason.startswith("The probe felt a blow at 20")
     assert len(taken) == 4
     # What was touched before the blow was touched with a good tip.
-    assert station.job().held == ()
+    assert station.job.view().held == ()
     tips.store.refresh()
     last = tips.store.events[-1]
     assert (last.kind, last.who, last.tip) == (TipEventKind.DOUBTED, "monitor", TIP)
     # The doubt is not forgotten by starting again.
-    assert build().station.probe_view().word is Word.SUSPECT
+    assert build().station.instruments.probe().word is Word.SUSPECT
     tips.check()
-    station.probe_records_changed()
+    station.maintenance.probe_records_changed()
     wait_until(lambda: len(taken) > 4)
-    assert station.probe_view().word is Word.VALID
+    assert station.instruments.probe().word is Word.VALID
 
 
 def test_a_probe_without_records_that_felt_a_blow_is_not_trusted_again(build: Build) -> None:
     station = build(probes=None, world=WorldOptions(drops=(RATE_HZ,))).station
     refused: list[Refusal] = []
-    station.point_refused.connect(refused.append)
+    station.events.point_refused.connect(refused.append)
     station.start()
     wait_until(lambda: len(refused) >= 2)
     assert "felt a blow" in refused[-1].what
     assert "begin a new job" in refused[-1].remedy
-    assert station.probe_view().word is Word.SUSPECT
+    assert station.instruments.probe().word is Word.SUSPECT
     with pytest.raises(CalibrationError, match="one tip only"):
-        station.mount_tip(TIP)
+        station.maintenance.mount_tip(TIP)
 
 
 def test_a_failed_check_holds_the_points_back_for_good(build: Build, tmp_path: Path) -> None:
@@ -166,21 +176,29 @@ def test_a_failed_check_holds_the_points_back_for_good(build: Build, tmp_path: P
     station = built.station
     station.start()
     assert station.wait_finished(HANG_S)
-    count = len(station.job().held) + sum(len(one.points) for one in station.job().features)
+    count = len(station.job.view().held) + sum(
+        len(one.points) for one in station.job.view().features
+    )
     tips.check(passed=False)
-    station.probe_records_changed()
-    view = station.job()
+    station.maintenance.probe_records_changed()
+    view = station.job.view()
     assert len(view.held) == count
     assert {result.verdict for result in view.characteristics} == {Verdict.NOT_PROVEN}
     assert f"The check of tip '{TIP}' failed" in view.characteristics[0].note
     assert "Take them again." in view.characteristics[0].note
     tips.check()
-    station.probe_records_changed()
-    assert station.probe_view().word is Word.VALID
-    assert station.job().held == view.held
+    station.maintenance.probe_records_changed()
+    assert station.instruments.probe().word is Word.VALID
+    assert station.job.view().held == view.held
     station.close()
     with JobFile.open(built.job_path) as job:
-        again = InspectionSession(station.plan, station.rig, station.body, job, SessionOptions())
+        again = InspectionSession(
+            station.job.plan,
+            station.instruments.rig,
+            station.instruments.body,
+            job,
+            SessionOptions(),
+        )
         assert again.view.held == view.held
 
 
@@ -190,20 +208,20 @@ def test_another_tip_in_the_menu_ends_the_job(build: Build, tmp_path: Path) -> N
     station = build().station
     station.start()
     assert station.wait_finished(HANG_S)
-    points = sum(len(one.points) for one in station.job().features)
-    station.mount_tip(TIP)
-    assert station.probe_view().word is Word.SUSPECT
+    points = sum(len(one.points) for one in station.job.view().features)
+    station.maintenance.mount_tip(TIP)
+    assert station.instruments.probe().word is Word.SUSPECT
     # Nobody knows when it was unscrewed: the points count again when it was checked.
-    assert len(station.job().held) == points
+    assert len(station.job.view().held) == points
     tips.check()
-    station.probe_records_changed()
-    assert station.job().held == ()
+    station.maintenance.probe_records_changed()
+    assert station.job.view().held == ()
     with pytest.raises(CalibrationError, match="never calibrated with tip 'short'"):
-        station.mount_tip("short")
+        station.maintenance.mount_tip("short")
     tips.store.calibrate(other, "technician", "new", datetime.now(UTC))
-    station.probe_records_changed()
-    assert station.probe_view().word is Word.UNUSABLE
-    assert "Tip 'long' is on the probe" in str(station.probe_view().hindrance)
+    station.maintenance.probe_records_changed()
+    assert station.instruments.probe().word is Word.UNUSABLE
+    assert "Tip 'long' is on the probe" in str(station.instruments.probe().hindrance)
 
 
 def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Path) -> None:
@@ -212,12 +230,12 @@ def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Pat
     tips.store.calibrate(other, "technician", "new", datetime.now(UTC))
     station = build(tip=TIP, operator="Ada").station
     station.start()
-    assert station.probe_view().word is Word.SUSPECT
+    assert station.instruments.probe().word is Word.SUSPECT
     tips.store.refresh()
     assert tips.store.mounted == TIP
     assert tips.store.events[-1].who == "Ada"
     tips.check()
-    wait_until(lambda: station.probe_view().word is Word.VALID)
+    wait_until(lambda: station.instruments.probe().word is Word.VALID)
     with pytest.raises(InputError, match="measured with its document"):
         build(probes=None, tip=TIP)
 
@@ -226,14 +244,14 @@ def test_a_tip_that_rested_over_night_is_checked(build: Build, tmp_path: Path) -
     tips = Tips(tmp_path, ago=timedelta(hours=9))
     station = build(check_after_h=10.0).station
     station.start()
-    assert station.probe_view().word is Word.VALID
+    assert station.instruments.probe().word is Word.VALID
     station.close()
     station = build().station
     station.start()
-    assert "not used for more than 8 hours" in str(station.probe_view().hindrance)
+    assert "not used for more than 8 hours" in str(station.instruments.probe().hindrance)
     tips.check()
-    station.probe_records_changed()
-    assert station.probe_view().word is Word.VALID
+    station.maintenance.probe_records_changed()
+    assert station.instruments.probe().word is Word.VALID
 
 
 def no_frames(*flags: int) -> FrameBlock:

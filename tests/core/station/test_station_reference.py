@@ -52,7 +52,7 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
     station = built.station
     station.start()
     assert station.wait_finished(HANG_S)
-    job = station.job()
+    job = station.job.view()
     assert job.complete
     assert job.held == ()
     assert built.virtual is not None
@@ -63,7 +63,7 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
     # Twice U: 1 in 16,000 seeds would fail, and a step without reference body is 0.5 mm off. At
     # 500 Hz a part of U is what the ball may drift unnoticed.
     assert abs(step.measured - true_step) < 2.0 * step.uncertainty < 0.025
-    live = station.live()
+    live = station.looks.live()
     assert live.reference is not None
     assert live.reference.name == "plate"
     assert live.reference.seen == 4
@@ -82,27 +82,27 @@ def test_a_nudge_of_part_against_cameras_changes_no_result_and_raises_no_alarm(
 def test_a_job_goes_on_relative_to_where_its_own_reference_body_stood(build: Build) -> None:
     first = build(stay=True)
     first.station.start()
-    wait_until(lambda: len(first.station.stored_job()[1]) >= 5)
+    wait_until(lambda: len(first.station.job.stored()[1]) >= 5)
     first.station.close()
     # Since then part and reference body were carried on: the program takes another first place.
     moved = ScriptedNudge(0, 0, NUDGE.turn, (40.0, -25.0, 5.0))
     station = build(world=WorldOptions(nudges=(moved,)), stay=True).station
     station.start()
-    wait_until(lambda: station.live().status is StatusWord.READY)
-    station.go_on(first.job_path)
-    wait_until(lambda: station.job().complete)
-    view = station.job()
+    wait_until(lambda: station.looks.live().status is StatusWord.READY)
+    station.jobs.go_on(first.job_path)
+    wait_until(lambda: station.job.view().complete)
+    view = station.job.view()
     step = next(item for item in view.characteristics if item.name == "Block step")
     assert step.measured is not None
     assert step.uncertainty is not None
     assert abs(step.measured - 20.342) < 2.0 * step.uncertainty < 0.025
-    reference = station.live().reference
+    reference = station.looks.live().reference
     assert reference is not None
     assert reference.moved_mm == pytest.approx(47.4, abs=1.0)
     # The next part is measured in the same world.
-    station.next_part(JobHeader("Ada", "DEMO_PART", "2", "", ""))
-    wait_until(lambda: len(station.stored_job()[1]) >= 1)
-    second = station.job_path
+    station.jobs.next_part(JobHeader("Ada", "DEMO_PART", "2", "", ""))
+    wait_until(lambda: len(station.job.stored()[1]) >= 1)
+    second = station.job.path
     station.close()
     opened = [reopen_job(path) for path in (first.job_path, second)]
     assert [job.doubts for job in opened] == [(), ()]
@@ -120,11 +120,11 @@ def test_one_pushed_camera_is_noticed_as_without_a_reference_body(build: Build) 
     built = build(world=WorldOptions(nudges=(NUDGE,), bumps=(push,)))
     station = built.station
     refusals: list[Refusal] = []
-    station.point_refused.connect(refusals.append)
+    station.events.point_refused.connect(refusals.append)
     station.start()
     # The operator goes on touching: the first touch after the alarm says why it gives no point.
     wait_until(lambda: len(refusals) > 0)
-    assert station.job().held != ()
+    assert station.job.view().held != ()
     assert {refusal.code for refusal in refusals} == {RefusalCode.CALIBRATION}
     assert "has changed since the calibration" in refusals[0].what
 
@@ -134,11 +134,11 @@ def test_a_lost_reference_body_blocks_the_readout_and_the_points(build: Build) -
     built = build(world=WorldOptions(occlusions=(hidden,)), speed=20.0, stay=True)
     station = built.station
     refusals: list[Refusal] = []
-    station.point_refused.connect(refusals.append)
+    station.events.point_refused.connect(refusals.append)
     station.start()
-    wait_until(lambda: station.live().frame_counter > 6 * RATE_HZ + 50)
+    wait_until(lambda: station.looks.live().frame_counter > 6 * RATE_HZ + 50)
     wait_until(lambda: len(refusals) > 0)
-    live = station.live()
+    live = station.looks.live()
     assert live.status is StatusWord.LOST
     assert live.reason == "The reference body is lost. Camera right does not see R1, R3."
     assert live.tip_world is None
@@ -149,7 +149,7 @@ def test_a_lost_reference_body_blocks_the_readout_and_the_points(build: Build) -
     assert refusals[0].code is RefusalCode.REFERENCE
     assert all(
         point.last_frame < 6 * RATE_HZ
-        for feature in station.job().features
+        for feature in station.job.view().features
         for point in feature.points
     )
 
@@ -160,11 +160,11 @@ def test_while_the_table_moves_the_first_place_is_not_taken(build: Build) -> Non
     station = built.station
     station.start()
     words = "The reference body: it does not rest, so that its place cannot be taken."
-    wait_until(lambda: station.live().reason == words)
-    assert station.live().status is StatusWord.NOT_READY
-    assert station.live().tip_world is None
-    wait_until(lambda: station.live().status is StatusWord.READY)
-    reference = station.live().reference
+    wait_until(lambda: station.looks.live().reason == words)
+    assert station.looks.live().status is StatusWord.NOT_READY
+    assert station.looks.live().tip_world is None
+    wait_until(lambda: station.looks.live().status is StatusWord.READY)
+    reference = station.looks.live().reference
     assert reference is not None
     assert reference.moved_mm is not None
     # Nothing of the motion before the first place is left in the job.
@@ -175,8 +175,8 @@ def test_slots_say_which_led_of_which_body_they_follow(build: Build) -> None:
     built = build(speed=20.0, stay=True)
     station = built.station
     station.start()
-    wait_until(lambda: station.live().status is StatusWord.READY)
-    live = station.live()
+    wait_until(lambda: station.looks.live().status is StatusWord.READY)
+    live = station.looks.live()
     assert built.virtual is not None
     truth = built.virtual.truth
     assert live.slot_references is not None

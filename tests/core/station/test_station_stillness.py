@@ -45,8 +45,8 @@ def test_a_ball_that_drifts_is_refused_in_words_and_a_still_one_is_taken(build: 
     station = build(WorldOptions(nudges=(glide,))).station
     taken: list[MeasuredPoint] = []
     refused: list[Refusal] = []
-    station.point_taken.connect(taken.append)
-    station.point_refused.connect(refused.append)
+    station.events.point_taken.connect(taken.append)
+    station.events.point_refused.connect(refused.append)
     station.start()
     assert station.wait_finished(HANG_S)
     assert [item.code.value for item in refused] == ["moving"]
@@ -58,5 +58,5 @@ def test_a_ball_that_drifts_is_refused_in_words_and_a_still_one_is_taken(build: 
     assert 0.7 * SHIFT_MM < float(said[2]) < 1.5 * SHIFT_MM
     assert refused[0].remedy == "Hold the ball still on the surface until the sound."
     # The operator touches there again; no other touch was refused.
-    assert station.job().complete
+    assert station.job.view().complete
     assert [point.number for point in taken] == list(range(1, 15))

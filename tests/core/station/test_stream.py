@@ -111,7 +111,7 @@ def test_every_point_of_a_job_arrives_in_order_and_exactly(station: MeasuringSta
             station.start()
             points = client.steps(POINTS)
             assert station.wait_finished(TIMEOUT_S)
-            for line, stored in zip(points, station.stored_job()[1], strict=True):
+            for line, stored in zip(points, station.job.stored()[1], strict=True):
                 assert (line["number"], line["feature"]) == (stored.number, stored.feature)
                 np.testing.assert_array_equal(line["pos"], stored.tip_world)
                 np.testing.assert_array_equal(line["surface"], stored.surface_world)
@@ -235,10 +235,10 @@ def test_a_client_resumes_after_the_last_number_it_has(station: MeasuringStation
             numbers = [line["seq"] for line in second.steps(POINTS - 5)]
             assert numbers == list(range(6, POINTS + 1))
             # What is taken back is told, as what is turned round.
-            station.undo()
+            station.job.change(lambda session: session.steps.undo())
             gone = {"seq": POINTS + 1, "job": JOB, "number": POINTS}
             assert second.steps(1) == [{"v": 1, "type": "annulled"} | gone]
-            station.flip()
+            station.job.change(lambda session: session.points.flip())
             gone, new = second.steps(2)
             assert (gone["type"], gone["number"]) == ("annulled", POINTS - 1)
             assert (new["type"], new["approach"]) == ("point", "flipped")
@@ -278,7 +278,7 @@ def test_the_verdict_follows_every_change_and_is_that_of_the_job(
         points = client.steps(POINTS)
         last = told_until(client, points[-1]["seq"])
         assert station.wait_finished(TIMEOUT_S)
-        view = station.job()
+        view = station.job.view()
         part = view.part_verdict
         assert last["part"] == part.word.value == "PART CONFORMS"
         assert (last["job"], last["simulated"], last["missing"]) == (JOB, True, [])
@@ -291,10 +291,10 @@ def test_the_verdict_follows_every_change_and_is_that_of_the_job(
             assert (item["verdict"], item["deciding"]) == (wanted, summary.deciding)
             assert item["state"] == "done"
         # A point that goes takes the verdict with it.
-        station.undo()
+        station.job.change(lambda session: session.steps.undo())
         (gone,) = client.steps(1)
         after = told_until(client, gone["seq"])
-        assert after["part"] == station.job().part_verdict.word.value == "NOT COMPLETE"
+        assert after["part"] == station.job.view().part_verdict.word.value == "NOT COMPLETE"
         assert after["missing"][0] == points[-1]["feature"]
 
 
@@ -310,7 +310,7 @@ def test_a_job_that_cannot_be_evaluated_takes_the_verdict_back(
         def __call__(self) -> JobView:
             if self.errors:
                 raise self.errors.pop(0)
-            return station.job()
+            return station.job.view()
 
     made = threading.Semaphore(0)
     watch = VerdictWatch(Broken(), lambda: JOB, lambda: 7, made.release)
@@ -339,9 +339,9 @@ def test_the_points_of_the_next_part_follow_under_its_own_name(
         closing(Client(server.address, '{"poses": false}')) as client,
     ):
         assert {line["job"] for line in client.steps(POINTS)} == {JOB}
-        first = station.job_path
-        station.next_part(JobHeader("Ada", "DEMO_PART", "A-2", "12", "first"))
-        station.go_on(first)
+        first = station.job.path
+        station.jobs.next_part(JobHeader("Ada", "DEMO_PART", "A-2", "12", "first"))
+        station.jobs.go_on(first)
         # Nothing was annulled: the points of the first job come again when it goes on.
         again = client.steps(POINTS)
         assert {(line["type"], line["job"]) for line in again} == {("point", JOB)}

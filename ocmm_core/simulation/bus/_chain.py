@@ -14,10 +14,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ocmm_core.fieldbus.device import CameraIdentity
-from ocmm_core.simulation.slave._pattern import CameraFrames, ClockPattern
-from ocmm_core.simulation.slave._segment import Segment
-from ocmm_core.simulation.slave._software_camera import SoftwareCamera
-from ocmm_core.simulation.slave._store import CameraStore
+from ocmm_core.simulation.slave import (
+    CameraFrames,
+    CameraStore,
+    ClockPattern,
+    Segment,
+    SoftwareCamera,
+)
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,0 +1,96 @@
+"""Where a touch enters the job: it must not be paused, and the ball must have rested."""
+
+from __future__ import annotations
+
+from ocmm_core.camera import Rig
+from ocmm_core.inspection.session._ledger import JobLedger
+from ocmm_core.inspection.session._meaning import Assignment
+from ocmm_core.measuring import (
+    MeasuredPoint,
+    PointOptions,
+    Refusal,
+    RefusalCode,
+    Touch,
+    approach_direction,
+    average,
+)
+
+
+class TouchIntake:
+    """Make durable points of touches, for any thread; the first of three steps.
+
+    A touch goes from its ball at rest (here) to the feature that it is meant for (`Assignment`),
+    and to the side of the material and the point (`Acceptance`).
+
+    Parameters
+    ----------
+    ledger
+        Keeps why a touch gave no point.
+    rig
+        The cameras.
+    options
+        What a touch is.
+    assignment
+        The step that follows.
+    """
+
+    def __init__(
+        self, ledger: JobLedger, rig: Rig, options: PointOptions, assignment: Assignment
+    ) -> None:
+        self._ledger, self._rig, self._options = ledger, rig, options
+        self._assignment = assignment
+
+    def take(self, touch: Touch, feature: str | None = None) -> MeasuredPoint | Refusal:
+        """Turn a touch into a durable point of the active feature, or say why not.
+
+        Parameters
+        ----------
+        touch
+            The frames.
+        feature
+            Feature that the touch is meant for; None for the active one.
+
+        Raises
+        ------
+        StorageError
+            The point could not be made durable; it is not part of the job then.
+        """
+        with self._ledger.lock:
+            outcome = self._rest(touch, feature)
+            if isinstance(outcome, Refusal):
+                self._note(outcome)
+            return outcome
+
+    def refuse(self, refusal: Refusal) -> None:
+        """Note that a trigger got no answer from the cameras."""
+        with self._ledger.lock:
+            self._note(refusal)
+
+    def _rest(self, touch: Touch, feature: str | None) -> MeasuredPoint | Refusal:
+        if self._ledger.paused:
+            return Refusal(
+                RefusalCode.PAUSED,
+                "The job is paused.",
+                "Go on with the job, then touch again.",
+                float(touch.window.time_ns[0]) * 1e-9 if len(touch.window) else 0.0,
+            )
+        if touch.interrupted:
+            return Refusal(
+                RefusalCode.GAP,
+                "The frames of the cameras were interrupted during the touch.",
+                "Touch again when the machine is ready.",
+                0.0,
+            )
+        stable = average(touch.window, touch.expected, self._rig, self._options)
+        if isinstance(stable, Refusal):
+            return stable
+        near_mm = self._options.approach_mm
+        trails = (touch.trail_world, touch.pull_world[::-1])
+        ways = [approach_direction(trail, stable.tip_world, near_mm) for trail in trails]
+        known = tuple(way for way in ways if way is not None)
+        return self._assignment.take(touch, stable, known, feature)
+
+    def _note(self, refusal: Refusal) -> None:
+        ledger = self._ledger
+        ledger.job.append_event("refused", f"{refusal.code.value}: {refusal.what}")
+        ledger.refusal, ledger.view, ledger.looked_at = refusal, None, ""

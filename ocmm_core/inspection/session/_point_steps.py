@@ -1,0 +1,92 @@
+"""What an inspector decides about single points."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ocmm_core.errors import MeasuringError
+from ocmm_core.inspection.session._ledger import JobLedger
+
+_LONGEST_REASON = 200
+
+
+class PointSteps:
+    """Steps of single points: every one durable, and to be taken back.
+
+    Parameters
+    ----------
+    ledger
+        What they change.
+    """
+
+    def __init__(self, ledger: JobLedger) -> None:
+        self._ledger = ledger
+
+    def flip(self, number: int | None = None) -> None:
+        """Turn the compensation of a point, or of the last one, to the other side.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such point.
+        """
+        ledger = self._ledger
+        with ledger.lock:
+            if not ledger.points.counting:
+                raise MeasuringError(
+                    "session.no_point", "No point was taken yet.", "Take one first."
+                )
+            old = ledger.points.counting[-1] if number is None else ledger.points.point(number)
+            new = replace(
+                old,
+                number=ledger.points.next_number(),
+                direction=-old.direction,
+                approach="flipped",
+            )
+            ledger.log.flip(old, new)
+            ledger.changed()
+
+    def delete_point(self, number: int, reason: str) -> None:
+        """Take a point out, and say why; its observation stays in the job file.
+
+        The feature is fitted without it. It takes points again where it has fewer than the plan
+        wants; `finish` accepts it with fewer.
+
+        Raises
+        ------
+        MeasuringError
+            There is no such point, or no reason is given.
+        """
+        ledger = self._ledger
+        with ledger.lock:
+            feature = ledger.points.point(number).feature
+            ledger.did(
+                f"deletion of point {number}",
+                ledger.settled(feature, -1),
+                annul={number: _checked_reason(reason)},
+            )
+
+    def restore_point(self, number: int) -> None:
+        """Put a deleted point back, with a new number.
+
+        Raises
+        ------
+        MeasuringError
+            The point was not deleted, or is back already.
+        """
+        ledger = self._ledger
+        with ledger.lock:
+            feature = ledger.points.taken_out(number).feature
+            ledger.did(f"restoring of point {number}", ledger.settled(feature, 1), restore=[number])
+
+
+def _checked_reason(reason: str) -> str:
+    """Return the reason of a deletion on one line; MeasuringError where there is none."""
+    line = " ".join(reason.split())[:_LONGEST_REASON]
+    if not line or not line.isprintable():
+        raise MeasuringError(
+            "session.no_reason",
+            "A point is only deleted with a reason.",
+            "Say in some words why it does not belong to the feature.",
+        )
+    return line

@@ -1,0 +1,158 @@
+"""Cameras, probe and reference body of a station: may points be taken, and if not, why."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.records import (
+    CalibrationInUse,
+    CalibrationOverview,
+    CalibrationView,
+    Obstacle,
+    ProbeInUse,
+    ProbeOverview,
+    ProbeView,
+    Word,
+    overview,
+    probe_overview,
+)
+from ocmm_core.errors import OcmmError
+from ocmm_core.fieldbus.wire import is_virtual_interface
+from ocmm_core.measuring import RefusalCode
+from ocmm_core.station._bus_watch import BusWatch
+from ocmm_core.station._calibration_watch import CalibrationWatch
+from ocmm_core.station._faults import StationEvents, StationFaults
+from ocmm_core.station._open_job import CurrentJob, Gear, OpenJob
+from ocmm_core.tracking import TrackBlock, in_rig
+
+
+class Instruments:
+    """Say how far what is measured with can be trusted.
+
+    Parameters
+    ----------
+    gear
+        What is measured with.
+    calibration
+        Judges the calibration of the cameras.
+    current
+        Its watches judge the tip, and what the monitor finds.
+    bus
+        None where the frames do not come over one.
+    simulated
+        The frames are known to come from a virtual rig.
+    faults, events
+        Told what fails, and what is held back or released.
+    """
+
+    def __init__(
+        self,
+        gear: Gear,
+        calibration: CalibrationWatch,
+        current: CurrentJob,
+        bus: BusWatch | None,
+        faults: StationFaults,
+        events: StationEvents,
+        *,
+        simulated: bool,
+    ) -> None:
+        self.rig, self.body, self.reference = gear.rig, gear.body, gear.reference
+        self._gear, self._calibration, self._current = gear, calibration, current
+        self._bus, self._simulated = bus, simulated
+        self._faults, self._events = faults, events
+
+    @property
+    def simulated(self) -> bool:
+        """Return whether the frames come from a virtual rig, as far as is known by now."""
+        report = self._bus.report() if self._bus is not None else None
+        return self._simulated or (report is not None and is_virtual_interface(report.interface))
+
+    @property
+    def calibration_in_use(self) -> CalibrationInUse:
+        """Return the calibration that the job was begun with, and its store."""
+        return self._gear.calibration
+
+    @property
+    def probe_in_use(self) -> ProbeInUse:
+        """Return the probe that the job was begun with, and its records."""
+        return self._gear.probe
+
+    def calibration(self) -> CalibrationView:
+        """Return what is to be said about the calibration, at most 0.2 s old."""
+        try:
+            return self._calibration.view()
+        except Exception as error:
+            told = self._faults.fail(error, "The watch over the calibration")
+            return CalibrationView(
+                word=Word.UNUSABLE,
+                rig=self.rig.name,
+                identity=self.rig.identity,
+                obstacle=Obstacle(told.what, told.remedy),
+            )
+
+    def calibration_overview(self) -> CalibrationOverview:
+        """Return what the store of the rig holds; reads all its records."""
+        return overview(self._gear.calibration.store)
+
+    def probe(self) -> ProbeView:
+        """Return what is to be said about probe and tip, at most 0.2 s old."""
+        try:
+            return self._current.now.probe.view()
+        except Exception as error:
+            told = self._faults.fail(error, "The watch over the probe")
+            return ProbeView(
+                word=Word.UNUSABLE,
+                probe=self.body.name,
+                tip=self._gear.probe.tip,
+                identity=self.body.identity,
+                diameter_mm=2.0 * self.body.tip_radius,
+                obstacle=Obstacle(told.what, told.remedy),
+            )
+
+    def probe_overview(self) -> ProbeOverview:
+        """Return what the records of the probe hold; reads all of them."""
+        return probe_overview(self._gear.probe.store, datetime.now(UTC))
+
+    def hindrance(self) -> tuple[RefusalCode, Obstacle | None]:
+        """Return why no points may be taken because of calibration or tip, or None."""
+        view, now = self._calibration.view(), self._current.now
+        cameras = view.hindrance or (None if view.uncalibrated else now.changes.doubt)
+        if cameras is not None:
+            return RefusalCode.CALIBRATION, cameras
+        return RefusalCode.TIP, now.probe.view().hindrance
+
+    def note_start(self, job: OpenJob) -> None:
+        """Store with what the points of a job are taken from now on."""
+        job.probe.start()
+        calibration, view = self.calibration(), job.probe.view()
+        unproven = calibration.unproven
+        if unproven and view.obstacle is not None:
+            unproven = f"{unproven} {view.obstacle.what}"
+        job.session.conditions.note_calibration(
+            f"{calibration.word.value} {calibration.identity}", view.note, unproven
+        )
+        job.session.conditions.note_climate()
+        job.session.conditions.note_limits()
+        job.session.conditions.note_origin(simulated=self.simulated)
+
+    def watch_cameras(self, track: TrackBlock) -> None:
+        """Let the monitor see the frames; what it holds back is told as a change of the job."""
+        try:
+            turned = self._current.now.changes.feed(in_rig(track), self._calibration.view())
+        except OcmmError as error:
+            self._faults.tell(error)
+            turned = True
+        if turned:
+            self._calibration.forget()
+            self._events.emit(self._events.changed)
+
+    def watch_probe(self, block: FrameBlock) -> None:
+        """Look for what can change the tip; what it holds back is told as a change of the job."""
+        try:
+            changed = self._current.now.probe.feed(block)
+        except OcmmError as error:
+            self._faults.tell(error)
+            changed = True
+        if changed:
+            self._events.emit(self._events.changed)

@@ -1,0 +1,206 @@
+"""Another job while the station runs: the next part, another plan, or a job that was left open."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from ocmm_core.documents import digest, read_bytes
+from ocmm_core.errors import OcmmError
+from ocmm_core.failure import contained
+from ocmm_core.inspection.evaluation import JobHeader
+from ocmm_core.inspection.plan import load_plan, stored_plan
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.station._faults import StationEvents
+from ocmm_core.station._frame_loop import FrameLoop
+from ocmm_core.station._instruments import Instruments
+from ocmm_core.station._jobs import drop_if_empty, give_back, job_for
+from ocmm_core.station._open_job import CurrentJob, Gear, PlanInUse, open_job
+from ocmm_core.storage import JobFile, JobHead
+
+_NOTHING_CHANGED = "The job before is measured as it was."
+
+
+class JobChange:
+    """Begin another job, or go on with one, while the station runs.
+
+    Parameters
+    ----------
+    gear
+        What every job is measured with.
+    current
+        Is exchanged.
+    instruments
+        Note with what the points of the other job are taken.
+    frames
+        Must not measure meanwhile.
+    events
+        Tell of the exchange.
+    """
+
+    def __init__(
+        self,
+        gear: Gear,
+        current: CurrentJob,
+        instruments: Instruments,
+        frames: FrameLoop,
+        events: StationEvents,
+    ) -> None:
+        self._gear, self._current = gear, current
+        self._instruments, self._frames, self._events = instruments, frames, events
+        self._plan_files: dict[str, Path] = {}
+        now = current.now
+        if now.use.file is not None:
+            self._plan_files[now.file.head.plan_identity] = now.use.file
+
+    def next_part(self, header: JobHeader) -> None:
+        """Go on with a new job for another part by the same plan; errors as `job_for`."""
+        now = self._current.now
+        job = job_for(header, now.file.head, now.use.plan, now.file.path.parent)
+        self._begin(job, lambda: self._current.now.use)
+
+    def change_plan(self, path: Path, header: JobHeader) -> str:
+        """Begin a job by the plan of a file, and say in a sentence what became of the one before.
+
+        A job that has points and is not finished is paused first; it can be gone on with. Where
+        the file is the plan that is measured already, this is `next_part`.
+
+        Parameters
+        ----------
+        path
+            Document of the plan.
+        header
+            Operator, serial number, order and batch; the part is that of the plan.
+
+        Raises
+        ------
+        InputError, StorageError
+            The plan or a name cannot be used, or the file cannot be made; nothing has changed then.
+        """
+        path, now = path.absolute(), self._current.now
+        if digest(path) == now.file.head.plan_identity:
+            self.next_part(replace(header, part=now.use.plan.part))
+            return ""
+        job, use = _job_by(path, header, now.file.head, now.use, now.file.path.parent)
+        self._plan_files[job.head.plan_identity] = path
+        return self._begin(job, lambda: use)
+
+    def go_on(self, path: Path) -> str:
+        """Go on with a job that was left open, by the plan in its own file.
+
+        Returns what became of the job before, as `change_plan`.
+
+        Raises
+        ------
+        StorageError, InputError, MeasuringError
+            The file cannot be opened for measuring, or its plan cannot be used; the job belongs to
+            another probe, or to another reference body.
+        """
+        job = JobFile.open(path)
+        now = self._current.now
+        return self._begin(
+            job, lambda: _plan_of(job, now.file.head, now.use, self._plan_files), made=False
+        )
+
+    def _begin(self, job: JobFile, by: Callable[[], PlanInUse], *, made: bool = True) -> str:
+        """Measure into another job file; the one before is closed.
+
+        All or nothing: whatever is raised, the job before is measured as it was, and the other
+        file is closed, and removed where it was ``made`` for this and holds no point.
+        """
+        before, words = self._current.now, ""
+        was_paused = before.session.pausing.paused
+        try:
+            after = open_job(job, by(), self._gear)
+            pipeline = None
+            if after.session.reference_home is not None:
+                # Its points are relative to where the reference body stood when it was begun.
+                pipeline = self._frames.pipeline_from(after.session.reference_home)
+            with self._frames.between():
+                self._instruments.note_start(after)
+                if after.use is not before.use:
+                    words = _pause_unfinished(before.session, before.file)
+                self._current.now = after
+                drop_if_empty(before.file)
+                if pipeline is not None:
+                    self._frames.track_by(pipeline)
+        except BaseException as error:
+            self._current.now = before
+            give_back(job, made=made)
+            if words and not was_paused:
+                before.session.pausing.resume()
+            if isinstance(error, OcmmError) or not isinstance(error, Exception):
+                raise
+            raise contained(error, "The change of the job", _NOTHING_CHANGED) from error
+        self._events.emit(self._events.changed)
+        return words
+
+
+def _job_by(
+    path: Path, header: JobHeader, like: JobHead, before: PlanInUse, folder: Path
+) -> tuple[JobFile, PlanInUse]:
+    """Return a new job file for a part by the plan of a file, and that plan.
+
+    Parameters
+    ----------
+    path
+        Document of the plan.
+    header
+        Operator, serial number, order and batch; the part is that of the plan.
+    like, before
+        Head and plan of the job before.
+    folder
+        Where the file is made.
+
+    Raises
+    ------
+    InputError
+        The plan cannot be used, or as `job_for`.
+    StorageError
+        The file cannot be made.
+    """
+    plan = load_plan(path)
+    use = before.with_plan(plan, path)
+    head = replace(like, plan_text=read_bytes(path).decode("utf-8"))
+    return job_for(replace(header, part=plan.part), head, plan, folder), use
+
+
+def _plan_of(job: JobFile, like: JobHead, now: PlanInUse, files: Mapping[str, Path]) -> PlanInUse:
+    """Return the plan that a job was begun with: the one in use, or that of its own file.
+
+    Parameters
+    ----------
+    like, now
+        Head and plan of the job that is measured.
+    files
+        Files of plans by their SHA-256, for the pictures.
+
+    Raises
+    ------
+    InputError
+        The plan is of another version of the program, or as `climate_for`.
+    """
+    identity = job.head.plan_identity
+    if identity == like.plan_identity:
+        return now
+    return now.with_plan(stored_plan(job.head), files.get(identity))
+
+
+def _pause_unfinished(session: InspectionSession, job: JobFile) -> str:
+    """Pause a job that has points and is not finished, and return what was done, a sentence.
+
+    Raises
+    ------
+    StorageError
+        It could not be made durable.
+    """
+    missing = session.steps.missing()
+    if not missing or job.next_number() == 1:
+        return ""
+    session.pausing.pause()
+    features = "feature is" if len(missing) == 1 else "features are"
+    return (
+        f"Job {job.path.stem} is paused, {len(missing)} {features} still to be measured; all its "
+        "points are in its file, and it can be gone on with."
+    )

@@ -1,0 +1,91 @@
+"""What is seen of a running station: live values, acquisition and bus."""
+
+from __future__ import annotations
+
+from ocmm_core.acquisition.frames import (
+    AcquisitionState,
+    AcquisitionStatus,
+    FrameRing,
+    StopReason,
+    read_status,
+)
+from ocmm_core.fieldbus.report import BusReport
+from ocmm_core.inspection.evaluation import LiveView
+from ocmm_core.station._bus_watch import BusView, BusWatch
+from ocmm_core.station._faults import StationFaults
+from ocmm_core.station._instruments import Instruments
+from ocmm_core.station._live import LiveState
+
+_UNKNOWN = AcquisitionStatus(
+    AcquisitionState.STOPPED, StopReason.FAILED, "", 0, 0, 0, 0, 0, 0, 0, 0
+)
+
+
+class Looks:
+    """Give snapshots of what the station sees, to any thread.
+
+    Parameters
+    ----------
+    ring
+        Where the frames come from.
+    live
+        Keeps what the latest frames say.
+    bus
+        None where the frames do not come over one.
+    instruments
+        May forbid points.
+    faults
+        May forbid every number.
+    """
+
+    def __init__(
+        self,
+        ring: FrameRing,
+        live: LiveState,
+        bus: BusWatch | None,
+        instruments: Instruments,
+        faults: StationFaults,
+    ) -> None:
+        self._ring, self._live, self._bus = ring, live, bus
+        self._instruments, self._faults = instruments, faults
+        self._last_status: AcquisitionStatus | None = None
+
+    def acquisition(self) -> AcquisitionStatus:
+        """Return the counters of the acquisition; after `close`, those at the end."""
+        return self._last_status if self._last_status is not None else read_status(self._ring)
+
+    def live(self) -> LiveView:
+        """Return what the machine sees now."""
+        status = _UNKNOWN
+        try:
+            status = self.acquisition()
+            if self._faults.measuring is None:
+                _, obstacle = self._instruments.hindrance()
+                return self._live.view(status, str(obstacle or ""), self._words_beside)
+        except Exception as error:
+            self._faults.fail(error, "The judging of what is seen")
+        return self._live.failed(status, self._faults.reason, self._words_beside)
+
+    def bus(self) -> BusView | None:
+        """Return what is known about the bus; None where the frames do not come over one."""
+        if self._bus is None:
+            return None
+        status = self.acquisition()
+        ended = ""
+        if status.state is AcquisitionState.STOPPED:
+            ended = status.message or "The acquisition has ended."
+        return self._bus.view(ended)
+
+    def bus_report(self) -> BusReport | None:
+        """Return what the bus process said last; None without one, or before its first report."""
+        return self._bus.report() if self._bus is not None else None
+
+    def close(self) -> None:
+        """Keep what is known, and leave the ring alone from now on."""
+        self._last_status = self.acquisition()
+        if self._bus is not None:
+            self._bus.close()
+
+    @property
+    def _words_beside(self) -> tuple[str, ...]:
+        return tuple(fault.error.what for fault in self._faults.beside)

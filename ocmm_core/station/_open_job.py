@@ -1,0 +1,124 @@
+"""The job that is measured: its file, its session, and the watches that hold back its points."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from datetime import timedelta
+from pathlib import Path
+
+from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
+from ocmm_core.camera import Rig
+from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.plan import Plan, climate_for
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.station._change_watch import ChangeWatch
+from ocmm_core.station._probe_watch import PAUSE, ProbeWatch
+from ocmm_core.storage import JobFile
+from ocmm_core.tracking import ProbeBody, ReferenceBody
+
+
+@dataclass(frozen=True, slots=True)
+class Gear:
+    """What every job of a station is measured with.
+
+    Attributes
+    ----------
+    calibration, probe
+        Of the cameras, and of the mounted tip.
+    reference
+        The reference body to which everything is given; None without one.
+    pause
+        After so long without a point or a check the tip must be checked.
+    """
+
+    calibration: CalibrationInUse
+    probe: ProbeInUse
+    reference: ReferenceBody | None = None
+    pause: timedelta = PAUSE
+
+    @property
+    def rig(self) -> Rig:
+        """Return the cameras as they are calibrated."""
+        return self.calibration.rig
+
+    @property
+    def body(self) -> ProbeBody:
+        """Return the probe with its tip."""
+        return self.probe.body
+
+
+@dataclass(frozen=True, slots=True)
+class PlanInUse:
+    """A plan with what a session measures by it.
+
+    Attributes
+    ----------
+    plan
+        What is measured.
+    options
+        Limits, and the climate with the growth that the plan says.
+    file
+        Where the plan is, with its pictures beside it; None where that is not known.
+    """
+
+    plan: Plan
+    options: SessionOptions
+    file: Path | None = None
+
+    def with_plan(self, plan: Plan, file: Path | None) -> PlanInUse:
+        """Return another plan in use; InputError as `climate_for`."""
+        # Where a part by the plan before stood says nothing about this one.
+        options = replace(
+            self.options, climate=climate_for(self.options.climate, self.plan, plan), near=None
+        )
+        return PlanInUse(plan, options, file)
+
+
+@dataclass(frozen=True, slots=True)
+class OpenJob:
+    """Everything that belongs to one job.
+
+    Attributes
+    ----------
+    file
+        Where its points are durable.
+    session
+        Makes points of touches.
+    use
+        Its plan.
+    changes, probe
+        Hold back its points where cameras or tip are in doubt.
+    """
+
+    file: JobFile
+    session: InspectionSession
+    use: PlanInUse
+    changes: ChangeWatch
+    probe: ProbeWatch
+
+
+def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
+    """Return a job that can be measured; errors as `InspectionSession` and `ChangeWatch`."""
+    session = InspectionSession(use.plan, gear.rig, gear.body, file, use.options)
+    changes = ChangeWatch(gear.calibration, gear.body, session, file)
+    return OpenJob(file, session, use, changes, ProbeWatch(gear.probe, session, file, gear.pause))
+
+
+class CurrentJob:
+    """Which job is measured; for any thread, so that whoever wants two things of it reads once.
+
+    Parameters
+    ----------
+    now
+        The first one.
+    """
+
+    def __init__(self, now: OpenJob) -> None:
+        self.now = now
+        """The job that is measured."""
+        self.ended = False
+        """The station was closed: there is nothing to show any more."""
+
+    def what_is_safe(self) -> str:
+        """Return the sentence that says what is not lost."""
+        return f"All points taken are saved in {self.now.file.path.absolute()}."

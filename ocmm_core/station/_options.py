@@ -1,0 +1,46 @@
+"""How a station works."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import timedelta
+from pathlib import Path
+
+from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.station._probe_watch import PAUSE
+from ocmm_core.station._touches import Intent
+from ocmm_core.station.stream import StreamOptions
+from ocmm_core.tracking import TrackingOptions
+
+
+@dataclass(frozen=True, slots=True)
+class StationOptions:
+    """How the station works.
+
+    Attributes
+    ----------
+    session, tracking
+        Options of the session and of the tracking.
+    live_source
+        Frames come by themselves, over a bus, so that silence means a fault.
+    intent
+        For scripted operators: which feature the touch that ends at an exposure is meant for;
+        None where the active feature of the session takes every point.
+    pause
+        After so long without a point or a check the tip must be checked.
+    stream
+        How points and poses are given to other programs; None where they are not.
+    plan_file
+        Where the plan is, with its pictures beside it; None where that is not known.
+    simulated
+        The frames come from a virtual rig; the job says so, for good.
+    """
+
+    session: SessionOptions
+    tracking: TrackingOptions
+    live_source: bool = False
+    intent: Intent | None = None
+    pause: timedelta = PAUSE
+    stream: StreamOptions | None = None
+    plan_file: Path | None = None
+    simulated: bool = False

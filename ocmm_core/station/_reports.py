@@ -1,0 +1,92 @@
+"""Reports of the job that a station measures, as it stands."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from ocmm_core.errors import MeasuringError
+from ocmm_core.export import DEFAULT_FORMAT, write_report
+from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
+from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.station._instruments import Instruments
+from ocmm_core.station._open_job import CurrentJob, OpenJob
+
+_TRIES = 20
+
+
+class Reports:
+    """Say everything about the job, and write it down.
+
+    Parameters
+    ----------
+    current
+        Which job that is.
+    instruments
+        What it is measured with.
+    """
+
+    def __init__(self, current: CurrentJob, instruments: Instruments) -> None:
+        self._current, self._instruments = current, instruments
+
+    def data(self) -> ReportData:
+        """Return everything that a report can say about the job as it stands.
+
+        Takes up to some seconds: not for the thread of a window.
+
+        Raises
+        ------
+        MeasuringError
+            The job changes faster than it can be reported.
+        OcmmError
+            The job file cannot be read.
+        """
+        for _ in range(_TRIES):
+            job = self._current.now
+            view = job.session.view
+            found = self._data_of(job, view)
+            # A point that came meanwhile would be in one half of the report only.
+            if job.session.view is view and job is self._current.now:
+                return found
+        raise MeasuringError(
+            "export.busy",
+            "The job changes faster than it can be reported.",
+            "Pause it, or write the report when less is probed at a time.",
+        )
+
+    def export(
+        self,
+        directory: Path,
+        formats: Sequence[str] = (DEFAULT_FORMAT,),
+        profile: Profile | None = None,
+        *,
+        incomplete: bool = False,
+    ) -> tuple[Path, ...]:
+        """Write reports of the job to ``directory`` and return their paths; as `write_report`."""
+        return write_report(self.data(), formats, directory, profile, incomplete=incomplete)
+
+    def _data_of(self, job: OpenJob, view: JobView) -> ReportData:
+        instruments = self._instruments
+        calibration, probe = instruments.calibration(), instruments.probe()
+        reference = instruments.reference
+        back = tuple(job.file.annulled())
+        return report_data(
+            view,
+            job.file.head,
+            job.use.plan,
+            T_part_from_world=job.session.frame.T_part_from_world,
+            calibration=Instrument(
+                calibration.label, f"{calibration.word.value} {calibration.identity}"
+            ),
+            probe=Instrument(probe.label, probe.note),
+            reference=Instrument(
+                "" if reference is None else reference.label,
+                "" if reference is None else f"{reference.name} {reference.identity}",
+            ),
+            climate=job.use.options.climate,
+            observations=tuple(job.file.points()),
+            annulled=tuple(point.number for point, _ in back),
+            taken_utc=job.file.taken_utc(),
+            taken_back=back,
+            explained=job.session.explanations(),
+        )

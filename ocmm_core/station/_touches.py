@@ -1,0 +1,108 @@
+"""From tracked frames to durable points: the step after the frame loop, on its thread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.measuring import Refusal, Touch
+from ocmm_core.station._faults import StationEvents, StationFaults
+from ocmm_core.station._frame_loop import Tracked
+from ocmm_core.station._instruments import Instruments
+from ocmm_core.station._live import LiveState
+from ocmm_core.station._maintenance import StationMaintenance
+from ocmm_core.station._open_job import CurrentJob
+from ocmm_core.station.stream import ButtonWatch
+
+Intent = Callable[[int], str | None]
+"""Returns the feature that a touch that ends at an exposure is meant for; None: the active one."""
+
+
+class TouchTaker:
+    """Make points of touches; a `MeasureStep`.
+
+    Parameters
+    ----------
+    current
+        Gets the points.
+    live
+        Keeps what the latest frames say.
+    instruments
+        See the frames, and may forbid points.
+    maintenance
+        Its procedures see the frames instead of the job.
+    faults, events
+        Told what comes of a touch.
+    intent
+        Of a scripted operator; None where the session knows what is meant.
+    """
+
+    def __init__(
+        self,
+        current: CurrentJob,
+        live: LiveState,
+        instruments: Instruments,
+        maintenance: StationMaintenance,
+        faults: StationFaults,
+        events: StationEvents,
+        intent: Intent | None,
+    ) -> None:
+        self._current, self._live = current, live
+        self._instruments, self._maintenance = instruments, maintenance
+        self._faults, self._events, self._intent = faults, events, intent
+        self._button = ButtonWatch()
+
+    @property
+    def awaits_pull(self) -> bool:
+        """Return whether the ball is followed while it is pulled away after a touch."""
+        return self._current.now.session.awaits_pull
+
+    def measure(self, tracked: Tracked) -> None:
+        """Measure a block of frames; on the reconstruction thread."""
+        block, track, pipeline = tracked.block, tracked.track, tracked.pipeline
+        for change in self._button.feed(block):
+            self._events.emit(self._events.button, change)
+        session = self._current.now.session
+        if pipeline.home is not None and session.reference_home is None:
+            # Durable before the first point that rests on it.
+            session.keep_reference(pipeline.home)
+        self._live.feed(block, track, pipeline, collecting=tracked.collecting)
+        self._instruments.watch_probe(block)
+        if self._maintenance.takes(block):
+            return
+        self._instruments.watch_cameras(track)
+        if not tracked.touches:
+            return
+        code, obstacle = self._instruments.hindrance()
+        for touch in tracked.touches:
+            if obstacle is None:
+                self._take(touch)
+                continue
+            time_s = float(block.time_ns[-1]) * 1e-9
+            refuse(session, Refusal(code, obstacle.what, obstacle.remedy, time_s), self._events)
+
+    def _take(self, touch: Touch) -> None:
+        job, events = self._current.now, self._events
+        feature = self._intent(touch.first_frame) if self._intent is not None else None
+        try:
+            # A service names its interface only once it runs: before the first point it has.
+            job.session.conditions.note_origin(simulated=self._instruments.simulated)
+            outcome = job.session.touches.take(touch, feature)
+        except OcmmError as error:
+            # A point that could not be made durable is no point; measuring goes on.
+            self._faults.tell(error)
+            return
+        if isinstance(outcome, Refusal):
+            events.emit(events.point_refused, outcome)
+        else:
+            job.probe.used()
+            events.emit(events.point_taken, outcome)
+        events.emit(events.changed)
+
+
+def refuse(session: InspectionSession, refusal: Refusal, events: StationEvents) -> None:
+    """Note in the job that a touch gave no point, and tell it."""
+    session.touches.refuse(refusal)
+    events.emit(events.point_refused, refusal)
+    events.emit(events.changed)

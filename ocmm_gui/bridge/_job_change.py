@@ -1,0 +1,62 @@
+"""Another job, asked for in the window."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import QObject, Signal
+
+from ocmm_core.inspection.evaluation import JobHeader
+from ocmm_core.station import MeasuringStation
+from ocmm_gui.bridge._commands import CommandQueue
+
+
+class JobChangeCommands(QObject):
+    """Begin another job, or go on with one.
+
+    Parameters
+    ----------
+    station
+        Measures it.
+    queue
+        Carries the commands out.
+    """
+
+    job_left = Signal(str)
+    """Emits what became of a job that another one was begun before it was finished."""
+    job_begun = Signal()
+    """Another job is measured now; its first `job_changed` follows when it is evaluated."""
+
+    def __init__(self, station: MeasuringStation, queue: CommandQueue, parent: QObject) -> None:
+        super().__init__(parent)
+        self._jobs, self._queue = station.jobs, queue
+
+    def next_part(self, header: JobHeader) -> None:
+        """Go on with a new job for another part; `job_begun` tells when it is there."""
+
+        def begin() -> str:
+            self._jobs.next_part(header)
+            return ""
+
+        self._begin(begin)
+
+    def change_plan(self, path: Path, header: JobHeader) -> None:
+        """Begin a job by the plan of a file; `job_begun` tells when it is there."""
+        self._begin(lambda: self._jobs.change_plan(path, header))
+
+    def go_on(self, path: Path) -> None:
+        """Go on with a job that was left open; `job_begun` tells when it is there."""
+        self._begin(lambda: self._jobs.go_on(path))
+
+    def is_beginning(self) -> bool:
+        """Return whether another job is being begun."""
+        return self._queue.begins
+
+    def _begin(self, call: Callable[[], str]) -> None:
+        def done(words: str) -> None:
+            if words:
+                self.job_left.emit(words)
+            self.job_begun.emit()
+
+        self._queue.begin(call, done)

@@ -1,0 +1,284 @@
+"""All wizards: one entry for each says everything that start page, sessions and window ask."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+from typing import Any, Generic, TypeVar
+
+from ocmm_core.calibration.guided import Kind, RelocationView, VerificationView
+from ocmm_core.calibration.relocation import RelocationProcedure
+from ocmm_core.calibration.sweeping import PivotProcedure
+from ocmm_core.calibration.tip import TouchView
+from ocmm_core.errors import InputError
+from ocmm_gui.wizards import _camera_sessions as cameras
+from ocmm_gui.wizards import _probe_sessions as probe
+from ocmm_gui.wizards._site import Place, Subject, WizardSite
+from ocmm_gui.wizards.pages import (
+    BarPage,
+    ConePage,
+    FirstConePage,
+    PivotResultPage,
+    ResultPage,
+    SpherePage,
+    SpheresPage,
+    SweepPage,
+    TipCheckResultPage,
+    TipResultPage,
+    VerdictPage,
+    WavePage,
+    WorldPage,
+    repeat_worst,
+)
+from ocmm_gui.wizards.parts import (
+    CALIBRATION_ENDS,
+    VERDICT_ENDS,
+    Field,
+    KnownPointsPage,
+    LinesPage,
+    PreparePage,
+    ProbePreparePage,
+    SeatsPage,
+    ShownProcedure,
+    StepPage,
+    WizardTexts,
+    planned_lines,
+    planned_points,
+)
+
+P = TypeVar("P", bound=ShownProcedure)
+Command = Callable[[datetime], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WizardSpec(Generic[P]):
+    """One wizard over a procedure of the core.
+
+    What is heard, read from afar and painted in a step belongs to the page of that step.
+
+    Attributes
+    ----------
+    kind
+        Of its procedure; session files begin with it.
+    subject
+        Which records it works on, and on which page of Maintain it is offered.
+    action
+        Key of the action of the window that opens it, in `kit.ACTIONS`.
+    texts
+        What it is called and for, and what it says when it ends.
+    fields
+        What is filled in before a session begins.
+    begin, resume
+        Make the procedure, from what was filled in or from a session file. Both are functions of a
+        module: the process of a calculation calls `resume`.
+    pages
+        One for each step, by the step's name; the last one shows the result.
+    is_slow
+        The result is calculated in a process of its own, so that the window never stands still.
+    predict
+        Works out meanwhile how good the result would be by now; None where nothing does.
+    commands
+        What the keys ``skip``, ``repeat`` and ``anew`` of `WIZARD_ACTIONS` do, where a page has
+        them.
+    """
+
+    kind: Kind
+    subject: Subject
+    action: str
+    texts: WizardTexts
+    fields: Callable[[WizardSite], tuple[Field, ...]]
+    begin: Callable[[Place, Mapping[str, str], datetime], P]
+    resume: Callable[[Place, Path], P]
+    pages: Callable[[Place, P], dict[str, StepPage]]
+    is_slow: bool
+    predict: Callable[[P], None] | None = None
+    commands: Mapping[str, Callable[[P], Command]] = field(default_factory=dict)
+
+
+def wizard_of(kind: Kind) -> WizardSpec[Any]:
+    """Return the wizard over a kind of procedure; raise InputError where there is none."""
+    for spec in WIZARDS:
+        if spec.kind is kind:
+            return spec
+    raise InputError(
+        "wizard.unknown",
+        f"The window has no wizard for {kind.value}.",
+        "Use ocmm calibrate on a terminal, or a version of the window that has it.",
+    )
+
+
+_VERIFY = (
+    "The new calibration is in force. Verify it: until then it is SUSPECT and no points are taken."
+)
+
+_KNOWN_POINTS = WizardSpec(
+    kind=Kind.KNOWN_POINTS,
+    subject=Subject.CAMERAS,
+    action="calibrate",
+    texts=WizardTexts(
+        title="Calibrate cameras",
+        purpose="A machine that knows its position brings one bright target to every point of a "
+        "list, through the whole depth of the volume. From what the cameras see there follow their "
+        "lenses and where they stand.",
+        ends=CALIBRATION_ENDS,
+        accepted=_VERIFY,
+    ),
+    fields=cameras.known_points_fields,
+    begin=cameras.begin_known_points,
+    resume=cameras.resume_known_points,
+    pages=lambda place, procedure: {
+        "prepare": PreparePage(place.rig, planned_points),
+        "collect": KnownPointsPage(place.rig, procedure),
+        "result": ResultPage(place.rig, "Errors at points that were held back"),
+    },
+    is_slow=True,
+    commands={"skip": lambda procedure: procedure.skip},
+)
+
+_RELOCATION = WizardSpec(
+    kind=Kind.RELOCATION,
+    subject=Subject.CAMERAS,
+    action="relocate",
+    texts=WizardTexts(
+        title="Relocate",
+        purpose="After the frame or a camera was moved: visit two seats, wave the probe through "
+        "the volume, show the length bar, touch the control points, and visit the seats again. No "
+        "measuring machine is needed.",
+        ends=CALIBRATION_ENDS,
+        accepted=_VERIFY,
+    ),
+    fields=cameras.relocation_fields,
+    begin=cameras.begin_relocation,
+    resume=cameras.resume_relocation,
+    pages=lambda place, _procedure: {
+        "prepare": PreparePage(place.rig),
+        "seats": SeatsPage(place.rig, RelocationView, again=False),
+        "wave": WavePage(place.rig),
+        "bar": BarPage(place.rig),
+        "world": WorldPage(place.rig),
+        "again": SeatsPage(place.rig, RelocationView, again=True),
+        "result": ResultPage(place.rig, "Misfits of bar and control points"),
+    },
+    is_slow=True,
+    predict=RelocationProcedure.predict,
+)
+
+_VERIFICATION = WizardSpec(
+    kind=Kind.VERIFICATION,
+    subject=Subject.CAMERAS,
+    action="verify",
+    texts=WizardTexts(
+        title="Verify",
+        purpose="An independent check: visit two seats, put the ball into the nests of a certified "
+        "length bar along seven lines, touch a certified sphere, and visit the seats again. Only a "
+        "calibration that passed may be used.",
+        ends=VERDICT_ENDS,
+        accepted="The verdict is stored.",
+    ),
+    fields=cameras.verification_fields,
+    begin=cameras.begin_verification,
+    resume=cameras.resume_verification,
+    pages=lambda place, _procedure: {
+        "prepare": PreparePage(place.rig, planned_lines),
+        "seats": SeatsPage(place.rig, VerificationView, again=False),
+        "lines": LinesPage(place.rig),
+        "spheres": SpheresPage(place.rig),
+        "again": SeatsPage(place.rig, VerificationView, again=True),
+        "result": VerdictPage(),
+    },
+    is_slow=False,
+    commands={"repeat": lambda procedure: repeat_worst(procedure, procedure.view)},
+)
+
+
+def _pivot_pages(place: Place, procedure: PivotProcedure) -> dict[str, StepPage]:
+    view = procedure.view
+    return {
+        "prepare": ProbePreparePage(place.body, (("Probe", view.probe), ("Tip", view.tip))),
+        "first": SweepPage(place.rig, second=False),
+        "second": SweepPage(place.rig, second=True),
+        "again": FirstConePage(place.rig),
+        "result": PivotResultPage(place.rig),
+    }
+
+
+_PIVOT = WizardSpec(
+    kind=Kind.PIVOT,
+    subject=Subject.PROBE,
+    action="pivot",
+    texts=WizardTexts(
+        title="Calibrate probe",
+        purpose="Rest the ball in a cone and sweep the probe about it, then once more in another "
+        "cone or leaning another way, and come back to the first cone. From the sweeps follow "
+        "where the tip is and where the LEDs stand.",
+        ends=CALIBRATION_ENDS,
+        accepted="The new calibration of the probe is in force. Qualify the tip: until then it is "
+        "SUSPECT and no points are taken.",
+    ),
+    fields=probe.pivot_fields,
+    begin=probe.begin_pivot,
+    resume=probe.resume_pivot,
+    pages=_pivot_pages,
+    is_slow=True,
+    commands={"anew": lambda procedure: procedure.sweep_anew},
+)
+
+
+def _touch_pages(place: Place, view: TouchView, result: StepPage) -> dict[str, StepPage]:
+    """Return the pages of qualification and check, which differ in their result."""
+    sphere = f"{view.sphere_diameter_mm:.4f} mm, U {1e3 * view.sphere_expanded_mm:.1f} µm"
+    facts = (
+        ("Probe", view.probe), ("Tip", view.tip), ("Ball", f"{view.nominal_mm:g} mm"),
+        (view.sphere_name, sphere),
+    )  # fmt: skip
+    return {
+        "prepare": ProbePreparePage(place.body, facts),
+        "sphere": SpherePage(place.rig),
+        "cone": ConePage(place.rig),
+        "result": result,
+    }
+
+
+_QUALIFICATION = WizardSpec(
+    kind=Kind.QUALIFICATION,
+    subject=Subject.PROBE,
+    action="qualify",
+    texts=WizardTexts(
+        title="Qualify tip",
+        purpose="Touch a certified sphere all around, then rest the ball in a cone in five "
+        "attitudes. From that follow the diameter of the ball, its form, and whether the tip stays "
+        "where it is.",
+        ends=VERDICT_ENDS,
+        accepted="The verdict on the tip is stored.",
+    ),
+    fields=probe.qualification_fields,
+    begin=probe.begin_qualification,
+    resume=probe.resume_qualification,
+    pages=lambda place, procedure: _touch_pages(place, procedure.view, TipResultPage(place.rig)),
+    is_slow=False,
+)
+
+_TIP_CHECK = WizardSpec(
+    kind=Kind.TIP_CHECK,
+    subject=Subject.PROBE,
+    action="check_tip",
+    texts=WizardTexts(
+        title="Check tip",
+        purpose="One minute on the sphere and in the cone: is the tip on the probe still the one "
+        "that was qualified?",
+        ends=VERDICT_ENDS,
+        accepted="The verdict on the tip is stored.",
+    ),
+    fields=probe.tip_check_fields,
+    begin=probe.begin_tip_check,
+    resume=probe.resume_tip_check,
+    pages=lambda place, procedure: _touch_pages(place, procedure.view, TipCheckResultPage()),
+    is_slow=False,
+)
+
+WIZARDS: tuple[WizardSpec[Any], ...] = (
+    _KNOWN_POINTS, _RELOCATION, _VERIFICATION, _TIP_CHECK, _QUALIFICATION, _PIVOT,
+)  # fmt: skip
+"""In the order in which the pages of Maintain offer them."""

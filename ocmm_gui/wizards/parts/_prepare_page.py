@@ -1,0 +1,94 @@
+"""The page on which a session is shown before it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+
+from PySide6.QtWidgets import QVBoxLayout
+
+from ocmm_core.calibration.guided import KnownPointsView, ProcedureView, VerificationView
+from ocmm_core.camera import Rig
+from ocmm_gui.kit import panel, sentence_label
+from ocmm_gui.wizards.parts._facts import Facts
+from ocmm_gui.wizards.parts._pages import SIDE_PX, StepPage, beside
+from ocmm_gui.wizards.parts._picture import (
+    Contents,
+    ScenePicture,
+    bar_places,
+    bars,
+    reference_points,
+)
+from ocmm_gui.wizards.parts._shown import Seen
+
+
+@dataclass(frozen=True, slots=True)
+class Planned:
+    """What will be done: a picture, the same in words, and what could not be planned as advised."""
+
+    contents: Contents
+    description: str
+    notes: tuple[str, ...] = ()
+
+
+def planned_points(seen: Seen) -> Planned:
+    """Return the list of reference points."""
+    points = seen.view_as(KnownPointsView).points
+    return Planned(reference_points(points, None), f"{len(points)} reference points")
+
+
+def planned_lines(seen: Seen) -> Planned:
+    """Return the lines of a verification."""
+    view = seen.view_as(VerificationView)
+    places = bar_places(view.lines)
+    return Planned(bars(places, None), f"{len(places)} measuring lines", view.notes)
+
+
+class PreparePage(StepPage):
+    """What is fixed for the whole session, beside a picture of what will be done.
+
+    Parameters
+    ----------
+    rig
+        What the session starts from.
+    planned
+        What will be done; None where nothing is known of it before.
+    """
+
+    def __init__(self, rig: Rig, planned: Callable[[Seen], Planned] | None = None) -> None:
+        super().__init__()
+        self._planned = planned
+        self.picture = ScenePicture("The volume before the cameras", rig)
+        self.facts = Facts("The session")
+        column = QVBoxLayout()
+        self.notes = sentence_label("What could not be planned as advised", 14)
+        column.addWidget(self.facts)
+        column.addWidget(self.notes)
+        column.addStretch(1)
+        layout = beside(self, self.picture)
+        side = panel(column)
+        side.setFixedWidth(SIDE_PX)
+        layout.addWidget(side)
+
+    def show_seen(self, seen: Seen) -> None:
+        """Show who does what with what."""
+        self.facts.show_facts(session_facts(seen.view.base))
+        if self._planned is not None:
+            planned = self._planned(seen)
+            self.picture.show_contents(planned.contents, planned.description)
+            self.notes.setText("\n".join(f"▲ {note}" for note in planned.notes))
+
+
+def session_facts(base: ProcedureView) -> list[tuple[str, str]]:
+    """Return what is fixed for a session."""
+    begun = datetime.fromisoformat(base.begun_utc).astimezone()
+    # Where the name of the file may be broken.
+    file = base.session.name.replace("-", "-\u200b").replace("T", "T\u200b")
+    return [
+        ("Rig", base.rig),
+        ("Done by", base.who),
+        ("Begun", f"{begun:%Y-%m-%d %H:%M}"),
+        *((step.title, f"{step.wanted} wanted") for step in base.steps if step.wanted),
+        ("Session file", file),
+    ]
