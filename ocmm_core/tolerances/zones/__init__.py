@@ -5,7 +5,7 @@ its gradient by the points.
 
 Read `_characteristic` (what a plan says) and `_evaluation` (what is known before uncertainty),
 then `_surface` (points under the ball), `_derived` (centres, axes), `_zone_frame` (where a zone
-stands), `_zones`, `_minimax` and `_associated` (smallest ones), `_nominal_distance` (profiles),
+stands), `_zones`, `_minimax` and `_associated` (smallest ones),
 `_two_point` (local sizes), `_points` (how many points are enough).
 It is the first room of tolerances and must not know a single kind.
 """
