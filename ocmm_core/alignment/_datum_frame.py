@@ -15,7 +15,7 @@ from itertools import islice
 import numpy as np
 
 from ocmm_core.alignment._freedom import Freedom, Held, cross, move_to, square_pair, turn_to
-from ocmm_core.alignment._misfit import LEVER_MM, WITH_SENSE, misfit_of_all
+from ocmm_core.alignment._misfit import LEVER_MM, misfit_of_all
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import gauge_point
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, RADIUS, Shape
@@ -23,11 +23,6 @@ from ocmm_core.geometry import Float, RigidTransform, unit
 
 MOST_DATUMS = 3
 
-_WITH_HEIGHT = (Shape.POINT, Shape.SPHERE, Shape.CONE, Shape.TORUS)
-"""Shapes that have a place in every direction; a circle or slot lies as deep as it was probed."""
-
-_POINTS = (Shape.POINT, Shape.SPHERE)
-_ACROSS = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
 _CLEARLY = 1e-6
 """Part by which, and mm^2 by that at least, a choice of senses must be better than another."""
 
@@ -176,7 +171,7 @@ def _element(
     shape = shapes[name]
     if shape is Shape.CONE:
         measured[POINT] = gauge_point(measured, float(nominal[RADIUS]))
-    if shape not in _POINTS:
+    if shape.spec.has_direction:
         for geometry in (measured, nominal):
             geometry[DIRECTION] = unit(geometry[DIRECTION])
     return _Element(name, shape, measured, nominal, _rows(shape, nominal))
@@ -188,11 +183,12 @@ def _ways(held: Held, elements: Sequence[_Element]) -> Iterator[Held]:
         yield held
         return
     element = elements[0]
-    both = (1.0,) if element.shape in WITH_SENSE else (1.0, -1.0)
-    for turned in _turns(held, element, DIRECTION, () if element.shape in _POINTS else both):
+    both = (1.0,) if element.shape.spec.has_sense else (1.0, -1.0)
+    senses = both if element.shape.spec.has_direction else ()
+    for turned in _turns(held, element, DIRECTION, senses):
         measured, nominal = element.measured[POINT], element.nominal[POINT]
         placed = move_to(turned, measured, nominal, element.rows, element.name)
-        ends = (1.0, -1.0) if element.shape in _ACROSS else ()
+        ends = (1.0, -1.0) if element.shape.spec.has_across else ()
         for met in _turns(placed, element, ACROSS, ends):
             yield from _ways(met, elements[1:])
 
@@ -243,16 +239,20 @@ def _likeliest(
 def _rows(shape: Shape, nominal: Float) -> Float:
     """Return the directions along which a datum has a place, (m, 3), frame."""
     direction = nominal[DIRECTION]
-    if shape is Shape.PLANE:
-        rows: Float = direction[None]
-        return rows
-    return np.eye(3) if shape in _WITH_HEIGHT else square_pair(direction)
+    match shape.spec.located:
+        case "along":
+            rows: Float = direction[None]
+            return rows
+        case "everywhere":
+            return np.eye(3)
+        case "across":
+            return square_pair(direction)
 
 
 def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfit:
     off = T_frame_from_world.apply(element.measured[POINT]) - element.nominal[POINT]
     angle = 0.0
-    if element.shape not in _POINTS:
+    if element.shape.spec.has_direction:
         direction = T_frame_from_world.rotation @ element.measured[DIRECTION]
         angle = _angle(direction, element.nominal[DIRECTION], element.shape)
     return DatumMisfit(element.name, float(np.linalg.norm(element.rows @ off)), angle)
@@ -260,6 +260,6 @@ def _misfit(element: _Element, T_frame_from_world: RigidTransform) -> DatumMisfi
 
 def _angle(direction: Float, nominal: Float, shape: Shape) -> float:
     cosine = float(direction @ nominal)
-    if shape not in WITH_SENSE:
+    if not shape.spec.has_sense:
         cosine = abs(cosine)
     return float(np.arctan2(np.linalg.norm(cross(direction, nominal)), cosine))

@@ -10,18 +10,6 @@ from ocmm_core.alignment._freedom import Freedom
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float, RigidTransform, unit
 
-WITH_SENSE = (Shape.PLANE, Shape.CONE)
-"""Shapes whose direction says more than a line: away from the material, to the growing radius."""
-
-DEEP_AS_PROBED = (
-    Shape.CIRCLE,
-    Shape.ELLIPSE,
-    Shape.ROUND_SLOT,
-    Shape.SQUARE_SLOT,
-    Shape.RECTANGLE,
-)
-"""Shapes whose place along their axis is where they were probed."""
-
 LEVER_MM = 100.0
 """A direction that is wrong counts as much as a place wrong by it, where senses are chosen."""
 
@@ -42,13 +30,13 @@ def misfit_of_all(
         return 0.0
     T = T_frame_from_world
     names = [name for name in nominals if name in geometries]
-    places = [name for name in names if shapes[name] is not Shape.PLANE]
+    places = [name for name in names if shapes[name].spec.located != "along"]
     total = 0.0
     if places:
         measured = T.apply(np.array([geometries[name][POINT] for name in places]))
         wanted = np.array([nominals[name][POINT] for name in places])
         off = measured - wanted
-        flat = [shapes[name] in DEEP_AS_PROBED for name in places]
+        flat = [shapes[name].spec.is_flat for name in places]
         axes = np.array([nominals[name][DIRECTION] for name in places]) * np.array(flat)[:, None]
         off = off - np.sum(off * axes, axis=1, keepdims=True) * axes
         if len(free.turn):
@@ -60,7 +48,7 @@ def misfit_of_all(
         off = off - off.mean(axis=0) @ free.slide.T @ free.slide
         total += float(np.sum(off**2))
     for name in names:
-        if shapes[name] not in WITH_SENSE:
+        if not shapes[name].spec.has_sense:
             continue
         off = T.rotation @ geometries[name][DIRECTION] - unit(nominals[name][DIRECTION])
         if len(free.turn):

@@ -9,7 +9,6 @@ import numpy as np
 
 from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
 from ocmm_core.alignment._frame_slopes import frame_slopes
-from ocmm_core.alignment._misfit import DEEP_AS_PROBED
 from ocmm_core.alignment._precedence import geometries_of, held_again
 from ocmm_core.alignment._residuals import Residual, brought_together, residuals_of
 from ocmm_core.alignment._rules import (
@@ -175,7 +174,7 @@ def _free(bound: BoundAlignment, geometries: Mapping[str, Float]) -> tuple[str, 
 
 def _lies_as_touched(feature: ActualFeature) -> bool:
     """Return whether the place of a feature along its axis is where it was touched."""
-    return feature.raw is not None and feature.fit.shape in DEEP_AS_PROBED
+    return feature.raw is not None and feature.fit.shape.spec.is_flat
 
 
 def _advice(

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.alignment._misfit import DEEP_AS_PROBED, WITH_SENSE
 from ocmm_core.alignment._rules import (
     Alignment,
     BestFit,
@@ -15,7 +14,7 @@ from ocmm_core.alignment._rules import (
     ReferencePoints,
     Relocation,
 )
-from ocmm_core.features.measured import CENTRED, ActualFeature, gauge_point
+from ocmm_core.features.measured import ActualFeature, gauge_point
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, Shape, element
 from ocmm_core.geometry import Float, RigidTransform, skew, unit
 from ocmm_core.measuring import COVERAGE_FACTOR
@@ -134,7 +133,7 @@ def _residual(
     angle, tilted = 0.0, np.zeros_like(moved)
     if np.any(nominal[DIRECTION]) and np.any(direction):
         here, there = rotation @ unit(direction), unit(nominal[DIRECTION])
-        sense = 1.0 if shape in WITH_SENSE or here @ there >= 0.0 else -1.0
+        sense = 1.0 if shape.spec.has_sense or here @ there >= 0.0 else -1.0
         angle = float(np.arctan2(np.linalg.norm(np.cross(here, there)), sense * (here @ there)))
         tilted = -skew(here) @ slopes[:3] + rotation @ turning
     return Residual(
@@ -161,11 +160,12 @@ def _gauge_gain(feature: ActualFeature, nominal: Float) -> Float:
 
 def _directions(shape: Shape, nominal: Float) -> Float:
     """Return the projection (3, 3) on the directions along which a shape has a place."""
-    if shape in (Shape.CONE, *CENTRED) and shape not in DEEP_AS_PROBED:
+    located = shape.spec.located
+    if located == "everywhere":
         return np.eye(3)
     along = unit(nominal[DIRECTION])
     own: Float = np.outer(along, along)
-    return own if shape is Shape.PLANE else np.eye(3) - own
+    return own if located == "along" else np.eye(3) - own
 
 
 def _worst(rows: Float, covariance: Float | None) -> float | None:

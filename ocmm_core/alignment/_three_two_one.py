@@ -8,7 +8,7 @@ from itertools import product
 import numpy as np
 
 from ocmm_core.alignment._freedom import Freedom
-from ocmm_core.alignment._misfit import WITH_SENSE, misfit_of_all
+from ocmm_core.alignment._misfit import misfit_of_all
 from ocmm_core.alignment._rules import AxisName, BoundAlignment, DatumAlignment
 from ocmm_core.errors import FitError
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
@@ -69,13 +69,15 @@ def three_two_one(
 
 def _senses_up(rule: DatumAlignment, shapes: Mapping[str, Shape]) -> tuple[float, ...]:
     shape = shapes.get(rule.primary, Shape.PLANE)
-    return (1.0,) if shape in WITH_SENSE else (1.0, -1.0)
+    return (1.0,) if shape.spec.has_sense else (1.0, -1.0)
 
 
 def _senses_along(rule: DatumAlignment, shapes: Mapping[str, Shape]) -> tuple[float, ...]:
     if len(rule.secondary) == 2 or rule.towards:
         return (1.0,)
-    return (1.0,) if shapes.get(rule.secondary[0]) in WITH_SENSE else (1.0, -1.0)
+    secondary = shapes.get(rule.secondary[0])
+    has_sense = secondary is not None and secondary.spec.has_sense
+    return (1.0,) if has_sense else (1.0, -1.0)
 
 
 def _frame(

@@ -6,14 +6,10 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
 from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 
-from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.evaluation import FeatureView
 from ocmm_gui.kit import Painted, fitted, text_font
 
-_ROUND = (
-    Shape.CIRCLE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TORUS, Shape.ELLIPSE,
-)  # fmt: skip
 _MARGIN = 0.16
 _FOOT_SHARE = 0.2
 _FINGER_PX = 16.0
@@ -71,7 +67,7 @@ class CoverageView(Painted):
         if feature is None or side < 20.0:
             return
         inner = _inner(box)
-        if feature.shape in _ROUND:
+        if feature.shape.spec.is_round:
             self._paint_dial(painter, box, inner, feature)
         else:
             painter.setPen(QPen(QColor(self._theme.border), max(1.5, 0.012 * side)))
@@ -97,7 +93,7 @@ class CoverageView(Painted):
         cells = () if feature.coverage is None else feature.coverage.cells
         start = 0.0 if feature.coverage is None else np.degrees(feature.coverage.start)
         pole = False
-        if feature.shape is Shape.SPHERE and cells:
+        if feature.shape.spec.spread == "sphere" and cells:
             # The first patch is the pole, the others are sectors round it.
             pole, cells = cells[0], cells[1:]
         rim = box.adjusted(0.03 * side, 0.03 * side, -0.03 * side, -0.03 * side)
@@ -182,7 +178,7 @@ def picture_places(feature: FeatureView) -> Float:
     first, second = perpendicular_pair(axis)
     flat = (surface - middle) @ np.stack([first, second], axis=1)
     reach = float(np.abs(flat).max())
-    if feature.shape in _ROUND:
+    if feature.shape.spec.is_round:
         reach = float(np.linalg.norm(flat, axis=1).max())
     shown: Float = flat / max(reach, 1e-9)
     return shown

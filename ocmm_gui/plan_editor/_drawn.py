@@ -2,25 +2,18 @@
 
 from __future__ import annotations
 
-import math
-
 from ocmm_core.camera import Vector3
 from ocmm_core.features.measured import nominal_geometries
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
-    HALF_ANGLE,
     POINT,
-    RADIUS,
-    SECOND,
     NominalFeature,
     Shape,
 )
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.plan import Plan, usual_points
 from ocmm_gui.plan_editor._plan_items import ItemKey, item_of
-
-_OUTLINES = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
 
 
 def drawn_of(plan: Plan, key: ItemKey) -> NominalFeature | None:
@@ -41,7 +34,7 @@ def drawn_of(plan: Plan, key: ItemKey) -> NominalFeature | None:
 
 
 def _drawn(name: str, shape: Shape, geometry: Float) -> NominalFeature:
-    outline = shape in _OUTLINES
+    sizes = {size.field: size.whole(geometry) for size in shape.spec.sizes}
     direction = _vector(geometry[DIRECTION])
     return NominalFeature(
         name=name,
@@ -49,11 +42,11 @@ def _drawn(name: str, shape: Shape, geometry: Float) -> NominalFeature:
         points=usual_points(shape),
         point=_vector(geometry[POINT]),
         direction=direction if any(direction) else (0.0, 0.0, 1.0),
-        diameter=0.0 if outline else 2.0 * float(geometry[RADIUS]),
-        length=2.0 * float(geometry[RADIUS]) if outline else 0.0,
-        width=2.0 * float(geometry[SECOND]),
-        angle_deg=2.0 * math.degrees(float(geometry[HALF_ANGLE])),
-        across=_vector(geometry[ACROSS]) if outline else (1.0, 0.0, 0.0),
+        diameter=sizes.get("diameter", 0.0),
+        length=sizes.get("length", 0.0),
+        width=sizes.get("width", 0.0),
+        angle_deg=sizes.get("angle_deg", 0.0),
+        across=_vector(geometry[ACROSS]) if shape.spec.has_across else (1.0, 0.0, 0.0),
     )
 
 

@@ -10,8 +10,6 @@ from ocmm_core.inspection.plan import Plan, add_feature, new_plan, usual_points
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor._plan_items import ItemKey, item_of
 
-_ROUND = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
-
 
 def fresh_plan() -> Plan:
     """Return a plan with one feature, to begin with."""
@@ -59,7 +57,7 @@ def new_characteristic(plan: Plan, chosen: ItemKey) -> Characteristic | None:
     if chosen.group != "features":
         return None
     feature: NominalFeature = item_of(plan, chosen)
-    if feature.shape in _ROUND:
+    if feature.shape.spec.is_radial:
         return _of(plan, [feature.name], "diameter", feature.diameter, -0.1)
     return _of(plan, [feature.name], "form", 0.0, 0.0)
 

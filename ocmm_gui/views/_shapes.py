@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ocmm_core.camera import CameraModel
@@ -70,25 +72,34 @@ def fitted_shape(fit: Fit, surface: Float) -> tuple[Float, Float]:
     ``surface`` (n, 3) are the compensated points: they say how far lines, planes and cylinders
     reach. Either part may be empty.
     """
-    nothing = np.empty((0, 3))
-    if fit.shape is Shape.CIRCLE:
-        corners = ring(fit.point, fit.direction, fit.radius)
-        return polyline(corners, closed=True), corners
-    if fit.shape is Shape.SPHERE:
-        return sphere(fit.point, fit.radius), nothing
-    if fit.shape is Shape.POINT:
-        return np.empty((0, 2, 3)), nothing
-    if fit.shape in _OUTLINES:
-        corners = _outline(fit)
-        return polyline(corners, closed=True), corners
-    if fit.shape is Shape.TORUS:
-        return _torus(fit), nothing
+    return DRAWN[fit.shape](fit, surface)
+
+
+_NOTHING = np.empty((0, 3))
+
+
+def _point(fit: Fit, surface: Float) -> tuple[Float, Float]:
+    return np.empty((0, 2, 3)), _NOTHING
+
+
+def _line(fit: Fit, surface: Float) -> tuple[Float, Float]:
     along = (surface - fit.point) @ fit.direction
-    if fit.shape is Shape.PLANE:
-        return _plane(fit, surface)
+    return (fit.point + np.outer(_stretched(along), fit.direction))[None], _NOTHING
+
+
+def _circle(fit: Fit, surface: Float) -> tuple[Float, Float]:
+    corners = ring(fit.point, fit.direction, fit.radius)
+    return polyline(corners, closed=True), corners
+
+
+def _sphere(fit: Fit, surface: Float) -> tuple[Float, Float]:
+    return sphere(fit.point, fit.radius), _NOTHING
+
+
+def _tube(fit: Fit, surface: Float) -> tuple[Float, Float]:
+    """Return a cylinder or cone as both its ends, its sides and its axis."""
+    along = (surface - fit.point) @ fit.direction
     ends = fit.point + np.outer(_stretched(along), fit.direction)
-    if fit.shape is Shape.LINE:
-        return ends[None], nothing
     # The radius of a cone grows along its direction; that of a cylinder stays.
     growth = np.tan(fit.half_angle) * _stretched(along)
     rings = [
@@ -97,29 +108,37 @@ def fitted_shape(fit: Fit, surface: Float) -> tuple[Float, Float]:
     ]
     sides = np.stack(rings, axis=1)[:: _TURN // 12]
     hoops = [polyline(corners, closed=True) for corners in rings]
-    return np.concatenate([*hoops, sides, ends[None]]), nothing
+    return np.concatenate([*hoops, sides, ends[None]]), _NOTHING
 
 
-_OUTLINES = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+def _angles() -> Float:
+    angles: Float = np.linspace(0.0, 2.0 * np.pi, _TURN, endpoint=False)
+    return angles
 
 
-def _outline(fit: Fit) -> Float:
-    """Return the corners (n, 3) of an ellipse, a slot or a rectangle."""
-    long, short = fit.across, np.cross(fit.direction, fit.across)
+def _ellipse(fit: Fit, surface: Float) -> tuple[Float, Float]:
+    angle = _angles()
+    return _outline(fit, np.stack([fit.radius * np.cos(angle), fit.second * np.sin(angle)], axis=1))
+
+
+def _round_slot(fit: Fit, surface: Float) -> tuple[Float, Float]:
+    angle, half, wide = _angles(), fit.radius, fit.second
+    middle = np.where(np.cos(angle) >= 0.0, half - wide, wide - half)
+    return _outline(fit, np.stack([middle + wide * np.cos(angle), wide * np.sin(angle)], axis=1))
+
+
+def _rectangle(fit: Fit, surface: Float) -> tuple[Float, Float]:
     half, wide = fit.radius, fit.second
-    angle = np.linspace(0.0, 2.0 * np.pi, _TURN, endpoint=False)
-    if fit.shape is Shape.ELLIPSE:
-        flat = np.stack([half * np.cos(angle), wide * np.sin(angle)], axis=1)
-    elif fit.shape is Shape.ROUND_SLOT:
-        middle = np.where(np.cos(angle) >= 0.0, half - wide, wide - half)
-        flat = np.stack([middle + wide * np.cos(angle), wide * np.sin(angle)], axis=1)
-    else:
-        flat = np.array([[half, wide], [-half, wide], [-half, -wide], [half, -wide]])
-    corners: Float = fit.point + flat @ np.stack([long, short])
-    return corners
+    return _outline(fit, np.array([[half, wide], [-half, wide], [-half, -wide], [half, -wide]]))
 
 
-def _torus(fit: Fit) -> Float:
+def _outline(fit: Fit, flat: Float) -> tuple[Float, Float]:
+    """Return an ellipse, a slot or a rectangle by its corners (n, 2) in its plane."""
+    corners = fit.point + flat @ np.stack([fit.across, np.cross(fit.direction, fit.across)])
+    return polyline(corners, closed=True), corners
+
+
+def _torus(fit: Fit, surface: Float) -> tuple[Float, Float]:
     """Return a torus as its greatest, smallest and highest circles and eight of its tube."""
     lift = fit.second * fit.direction
     circles = [
@@ -132,7 +151,7 @@ def _torus(fit: Fit) -> Float:
     for middle in middles:
         outward = (middle - fit.point) / max(fit.radius, 1e-9)
         circles.append(ring(middle, np.cross(fit.direction, outward), fit.second))
-    return np.concatenate([polyline(corners, closed=True) for corners in circles])
+    return np.concatenate([polyline(corners, closed=True) for corners in circles]), _NOTHING
 
 
 def _plane(fit: Fit, surface: Float) -> tuple[Float, Float]:
@@ -151,3 +170,20 @@ def _stretched(values: Float) -> Float:
     low, high = float(values.min()), float(values.max())
     more = max(0.12 * (high - low), 1.5)
     return np.array([low - more, high + more])
+
+
+DRAWN: dict[Shape, Callable[[Fit, Float], tuple[Float, Float]]] = {
+    Shape.POINT: _point,
+    Shape.LINE: _line,
+    Shape.PLANE: _plane,
+    Shape.CIRCLE: _circle,
+    Shape.SPHERE: _sphere,
+    Shape.CYLINDER: _tube,
+    Shape.ELLIPSE: _ellipse,
+    Shape.ROUND_SLOT: _round_slot,
+    Shape.SQUARE_SLOT: _rectangle,
+    Shape.RECTANGLE: _rectangle,
+    Shape.CONE: _tube,
+    Shape.TORUS: _torus,
+}
+"""The registry of drawings: how each shape is drawn, see `fitted_shape`."""

@@ -11,7 +11,6 @@ from PySide6.QtGui import QImage, QImageReader, QPaintEvent
 from ocmm_core.features.shapes import (
     GEOMETRY_SIZE,
     NominalFeature,
-    Shape,
     make_fit,
     nominal_geometry,
 )
@@ -101,7 +100,7 @@ def nominal_items(
     items: list[Item] = [Face(corners, colour, 50)] if len(corners) else []
     items += [Lines(lines, colour, 2.0), Dots(fit.point[None], arrow, 6.0)]
     reach = np.concatenate([lines.reshape(-1, 3), fit.point[None]])
-    if nominal.shape is not Shape.SPHERE:
+    if nominal.shape.spec.planned_direction:
         size = max(0.5 * float(np.ptp(reach, axis=0).max()), 8.0)
         tip = fit.point + size * np.array(nominal.direction) / np.linalg.norm(nominal.direction)
         items.append(Lines(np.stack([fit.point, tip])[None], arrow, 1.5))
@@ -114,7 +113,7 @@ def _ends(nominal: NominalFeature, geometry: Float) -> Float:
     point, direction = geometry[0:3], np.array(nominal.direction)
     direction = direction / np.linalg.norm(direction)
     half = 0.5 * nominal.length or (nominal.diameter or _PLAIN_MM)
-    if nominal.shape is not Shape.PLANE:
+    if nominal.shape.spec.spread != "plane":
         return np.stack([point - half * direction, point + half * direction])
     across = np.array(nominal.across) - (direction @ np.array(nominal.across)) * direction
     if np.linalg.norm(across) < 1e-9:

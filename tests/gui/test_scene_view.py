@@ -7,6 +7,7 @@ import pytest
 
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
+from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Fit, Shape, element, make_fit
 from ocmm_core.geometry import Float
 from ocmm_gui.views import Orbit, upright
@@ -81,6 +82,28 @@ def test_a_plane_covers_its_points() -> None:
     first, second = corners[1] - corners[0], corners[3] - corners[0]
     shares = (surface - corners[0]) @ np.linalg.pinv(np.stack([first, second]))
     assert ((shares > 0.0) & (shares < 1.0)).all()
+
+
+@pytest.mark.parametrize("shape", [*Shape])
+def test_every_shape_is_drawn_on_its_element(shape: Shape) -> None:
+    spec = shape.spec
+    geometry = element(
+        [5.0, -7.0, 3.0], UP if spec.has_direction else np.zeros(3),
+        across=[1.0, 0.0, 0.0] if spec.has_across else np.zeros(3),
+    )  # fmt: skip
+    for size in spec.sizes:
+        geometry[size.place] = 0.3 if size.is_angle else {6: 12.5, 7: 5.0}[size.place]
+    fit = make_fit(shape, geometry, np.zeros((12, 3)), np.zeros(1))
+    lines, _ = shapes.fitted_shape(fit, np.array([[5.0, -7.0, -8.0], [9.0, 2.0, 10.0]]))
+    ends = lines.reshape(-1, 3)
+    assert len(ends) > 0 or shape is Shape.POINT
+    if not spec.has_normals:
+        # Distances from a point or line are those from a face, which is not drawn.
+        geometry[3:6] = [1.0, 0.0, 0.0]
+    distances, _ = nominal_distances(shape, geometry, ends)
+    # Of what has an axis over a length, the axis is drawn, too.
+    on_axis = np.linalg.norm(ends[:, :2] - geometry[:2], axis=1) < EXACT
+    assert np.abs(distances[~(on_axis & spec.is_long)]).max(initial=0.0) < EXACT
 
 
 def test_camera_pyramids_open_towards_the_volume() -> None:

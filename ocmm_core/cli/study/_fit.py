@@ -26,24 +26,20 @@ from ocmm_core.tolerances.uncertainty import FitUncertainty, fit_uncertainty
 LISTED = 20
 """Outliers that are printed one by one."""
 
-AMBIGUOUS = (Shape.CYLINDER, Shape.CONE, Shape.TORUS, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+
+def _word_of(shape: Shape) -> str:
+    return shape.name.lower().replace("_", "-")
 
 
-class ShapeWord(StrEnum):
-    """Shapes on the command line."""
+SHAPES = {_word_of(shape): shape for shape in Shape}
+"""Shapes by their words on the command line."""
 
-    POINT = "point"
-    LINE = "line"
-    PLANE = "plane"
-    CIRCLE = "circle"
-    SPHERE = "sphere"
-    CYLINDER = "cylinder"
-    ELLIPSE = "ellipse"
-    ROUND_SLOT = "round-slot"
-    SQUARE_SLOT = "square-slot"
-    RECTANGLE = "rectangle"
-    CONE = "cone"
-    TORUS = "torus"
+
+def _shape_of(word: str) -> Shape:
+    if word not in SHAPES:
+        words = ", ".join(repr(known) for known in SHAPES)
+        raise typer.BadParameter(f"{word!r} is not one of {words}.")
+    return SHAPES[word]
 
 
 class CriterionWord(StrEnum):
@@ -59,7 +55,16 @@ def fit_command(
     file: Annotated[
         Path, typer.Argument(help="Text file, a row x y z in mm for every point.", metavar="FILE")
     ],
-    shape: Annotated[ShapeWord, typer.Option("--shape", help="What to fit.")],
+    shape: Annotated[
+        Shape,
+        typer.Option(
+            "--shape",
+            help="What to fit.",
+            parser=_shape_of,
+            metavar=f"<{'|'.join(SHAPES)}>",
+            autocompletion=lambda: list(SHAPES),
+        ),
+    ],
     criterion: Annotated[
         CriterionWord, typer.Option("--criterion", help="How it is associated with the points.")
     ] = CriterionWord.LEAST_SQUARES,
@@ -78,10 +83,9 @@ def fit_command(
     system. U holds the true value in 95 of 100 cases, however few points there are; where the
     points determine a number too weakly for that, it is shown without U.
     """
-    wanted = Shape[shape.name]
-    if free and wanted is not Shape.CIRCLE:
+    if free and not shape.spec.may_be_free:
         raise InputError(
-            "fit.free", f"--free is for circles, not for a {shape.value}.", "Leave it out."
+            "fit.free", f"--free is for circles, not for a {_word_of(shape)}.", "Leave it out."
         )
     if free and criterion in (CriterionWord.INSCRIBED, CriterionWord.CIRCUMSCRIBED):
         raise InputError(
@@ -90,7 +94,7 @@ def fit_command(
     held = read_points_file(file)
     points = held.points
     try:
-        fit = fit_shape(wanted, points, criterion=Criterion[criterion.name], free=free)
+        fit = fit_shape(shape, points, criterion=Criterion[criterion.name], free=free)
     except FitError as error:
         raise FitError(error.code, f"{file}: {error.what}", error.remedy) from error
     found = fit_uncertainty(fit, points)
@@ -108,7 +112,7 @@ def fit_command(
     if fit.criterion is Criterion.LEAST_SQUARES:
         _print_outliers(console, fit, points)
     _print_rival(console, fit)
-    if fit.rival is None and wanted in AMBIGUOUS and len(points) <= MINIMUM_POINTS[wanted]:
+    if fit.rival is None and shape.spec.often_ambiguous and len(points) <= MINIMUM_POINTS[shape]:
         console.print(
             f"[yellow]{len(points)} points are as few as a {shape.value} needs: others may pass "
             "through them as well. Take more points.[/]",

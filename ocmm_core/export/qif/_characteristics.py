@@ -133,7 +133,7 @@ def _plane_of_profile(run: Sequence[ReportedFeature], frame: RigidTransform) -> 
         element = feature.nominal_element or feature.actual_element
         if element is None:
             continue
-        if feature.shape not in (Shape.POINT, Shape.LINE) and element.direction is not None:
+        if feature.shape.spec.has_normals and element.direction is not None:
             return element.direction
         places.append(element.point)
         rows += [] if element.direction is None else [element.direction]

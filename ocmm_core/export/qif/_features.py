@@ -8,9 +8,9 @@ import numpy as np
 from lxml import etree
 
 from ocmm_core.export.qif._words import (
-    STARTING,
     definition_of,
     feature_word,
+    is_told_from_start,
     measured_of,
     nominal_of,
 )
@@ -126,7 +126,11 @@ def _attributes(feature: ReportedFeature, summary: VerdictSummary) -> dict[str, 
 
 def _from_start(feature: ReportedFeature, element: Element, data: ReportData) -> Element:
     """Return a measured line or cylinder with its point where the points on it begin."""
-    if feature.shape not in STARTING or element.direction is None or not feature.seen.points:
+    if (
+        not is_told_from_start(feature.shape)
+        or element.direction is None
+        or not feature.seen.points
+    ):
         return element
     places = np.array([data.frame.apply(point.surface_world) for point in feature.seen.points])
     first = float(((places - element.point) @ element.direction).min())

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.export.report import Element
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import QifShape, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.kinds import spec_for
 
@@ -15,31 +15,15 @@ Value = float | Float | str
 Pair = tuple[str, "Value | list[Pair]"]
 """Name of an XML element and what it holds: a number, a vector, text, or elements."""
 
-_WORDS = {
-    Shape.POINT: "Point",
-    Shape.LINE: "Line",
-    Shape.PLANE: "Plane",
-    Shape.CIRCLE: "Circle",
-    Shape.SPHERE: "Sphere",
-    Shape.CYLINDER: "Cylinder",
-    Shape.ELLIPSE: "Ellipse",
-    Shape.ROUND_SLOT: "ElongatedCircle",
-    Shape.SQUARE_SLOT: "OppositeParallelLines",
-    Shape.RECTANGLE: "OppositeParallelLines",
-    Shape.CONE: "Cone",
-    Shape.TORUS: "Torus",
-}
-
-
-STARTING = (Shape.LINE, Shape.CYLINDER)
-"""Shapes that QIF tells from the point where they begin, along their direction."""
-
-_FLAT_SLOTS = (Shape.SQUARE_SLOT, Shape.RECTANGLE)
-
 
 def feature_word(shape: Shape) -> str:
     """Return how the names of the elements of a feature begin."""
-    return _WORDS[shape]
+    return shape.spec.qif.feature
+
+
+def is_told_from_start(shape: Shape) -> bool:
+    """Return whether QIF tells a shape from the point where it begins, along its direction."""
+    return shape.spec.qif.extent in ("nominal", "definition")
 
 
 def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
@@ -62,72 +46,73 @@ def characteristic_word(kind: str, shape: Shape | None, count: int) -> str:
 
 def definition_of(shape: Shape, element: Element, side: str) -> list[Pair]:
     """Return what the definition of a feature holds."""
-    sided: list[Pair] = [("InternalExternal", "INTERNAL" if side == "inner" else "EXTERNAL")]
-    diameter, length, width = element.diameter or 0.0, element.length or 0.0, element.width or 0.0
-    if shape in (Shape.CIRCLE, Shape.SPHERE):
-        return [*sided, ("Diameter", diameter)]
-    if shape is Shape.CYLINDER:
-        return [*sided, ("Diameter", diameter), *_told(("Length", element.length))]
-    if shape is Shape.CONE:
-        angle = element.angle_deg or 0.0
-        return [*sided, ("Diameter", diameter), ("FullAngle", angle), *_ends(element, angle)]
-    if shape is Shape.ELLIPSE:
-        return [*sided, ("MajorDiameter", length), ("MinorDiameter", width)]
-    if shape is Shape.ROUND_SLOT:
-        return [*sided, ("Diameter", width), ("Length", length)]
-    if shape in _FLAT_SLOTS:
-        ends: list[Pair] = [("SlotEndEnum", "FLAT")]
-        return [*sided, ("Width", width), ("Length", length), ("EndType", ends)]
-    if shape is Shape.TORUS:
-        return [*sided, ("MinorDiameter", width), ("MajorDiameter", diameter)]
-    return []
+    words = shape.spec.qif
+    if not words.sizes:
+        return []
+    held: list[Pair] = [("InternalExternal", "INTERNAL" if side == "inner" else "EXTERNAL")]
+    held += [(name, value or 0.0) for name, value in _sizes(words, element)]
+    match words.extent:
+        case "definition":
+            held += _told(("Length", element.length))
+        case "cone":
+            held += _ends(element, element.angle_deg or 0.0)
+        case "flat":
+            ends: list[Pair] = [("SlotEndEnum", "FLAT")]
+            held.append(("EndType", ends))
+        case "" | "nominal":
+            pass
+    return held
 
 
 def place_of(shape: Shape, element: Element) -> list[Pair]:
     """Return where an element lies, as nominals tell it."""
     point, direction, across = element.point, element.direction, element.across
-    if shape is Shape.SPHERE or direction is None:
+    place = shape.spec.qif.place
+    if place == "location" or direction is None:
         return [("Location", point)]
-    if shape in (Shape.CYLINDER, Shape.CONE):
-        return [("Axis", [("AxisPoint", point), ("Direction", direction)])]
-    if shape is Shape.TORUS:
-        return [("Location", point), ("AxisVector", direction)]
-    if shape is Shape.LINE:
-        return [("Location", point), ("Direction", direction)]
-    if across is not None and shape is Shape.ELLIPSE:
-        return [("Axis", [("AxisPoint", point), ("Direction", across)]), ("Normal", direction)]
-    if across is not None and shape in (Shape.ROUND_SLOT, *_FLAT_SLOTS):
-        return [("CenterLine", [("StartPoint", point), ("Vector", across)]), ("Normal", direction)]
-    return [("Location", point), ("Normal", direction)]
+    match place:
+        case "axis":
+            return [("Axis", [("AxisPoint", point), ("Direction", direction)])]
+        case "location, axis":
+            return [("Location", point), ("AxisVector", direction)]
+        case "location, direction":
+            return [("Location", point), ("Direction", direction)]
+        case "long axis" if across is not None:
+            axis: list[Pair] = [("AxisPoint", point), ("Direction", across)]
+            return [("Axis", axis), ("Normal", direction)]
+        case "centre line" if across is not None:
+            line: list[Pair] = [("StartPoint", point), ("Vector", across)]
+            return [("CenterLine", line), ("Normal", direction)]
+        case "location, normal" | "long axis" | "centre line":
+            return [("Location", point), ("Normal", direction)]
 
 
 def nominal_of(shape: Shape, element: Element) -> list[Pair]:
     """Return where a nominal element lies; a line and a cylinder are told from their start."""
-    if shape not in STARTING or element.length is None or element.direction is None:
+    if not is_told_from_start(shape) or element.length is None or element.direction is None:
         return place_of(shape, element)
     start = element.point - 0.5 * element.length * element.direction
     place = place_of(shape, replace(element, point=start))
-    return [*place, ("Length", element.length)] if shape is Shape.LINE else place
+    return [*place, ("Length", element.length)] if shape.spec.qif.extent == "nominal" else place
 
 
 def measured_of(shape: Shape, element: Element) -> list[Pair]:
     """Return where a measured element lies and how large it is."""
-    place = place_of(shape, element)
-    sizes: list[Pair] = []
-    if shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER):
-        sizes = _told(("Diameter", element.diameter))
-    elif shape is Shape.CONE:
-        sizes = _told(("Diameter", element.diameter), ("FullAngle", element.angle_deg))
-    elif shape is Shape.ELLIPSE:
-        sizes = _told(("MajorDiameter", element.length), ("MinorDiameter", element.width))
-    elif shape is Shape.TORUS:
-        sizes = _told(("MinorDiameter", element.width), ("MajorDiameter", element.diameter))
-    elif shape in _FLAT_SLOTS:
-        sizes = _told(("Width", element.width), ("Length", element.length))
-    elif shape is Shape.ROUND_SLOT:
-        # The one feature whose size comes before its place.
-        return [*_told(("Diameter", element.width)), *place, *_told(("Length", element.length))]
-    return [*place, *sizes]
+    words = shape.spec.qif
+    sizes = _sizes(words, element)
+    before, after = sizes[: words.before], sizes[words.before :]
+    return [*_told(*before), *place_of(shape, element), *_told(*after)]
+
+
+def _sizes(words: QifShape, element: Element) -> list[tuple[str, float | None]]:
+    """Return the sizes of an element by their names; None where one is not known."""
+    known = {
+        "diameter": element.diameter,
+        "length": element.length,
+        "width": element.width,
+        "angle_deg": element.angle_deg,
+    }
+    return [(name, known[field]) for name, field in words.sizes]
 
 
 def _ends(element: Element, angle_deg: float) -> list[Pair]:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.features.shapes import Fit, NominalFeature, Shape
+from ocmm_core.features.shapes import Fit, NominalFeature
 from ocmm_core.geometry import Float, RigidTransform, unit
 
 
@@ -45,12 +45,14 @@ def element_of_nominal(nominal: NominalFeature, frame: RigidTransform) -> Elemen
     What the shape has not is left out, whatever the defaults of the plan say.
     """
     shape = nominal.shape
-    across = unit(np.array(nominal.across)) if shape in _LONG else None
+    across = unit(np.array(nominal.across)) if shape.spec.has_across else None
     return Element(
         point=frame.apply(np.array(nominal.point, dtype=np.float64)),
         # A sphere has no direction, whatever the plan's default says.
         direction=(
-            None if shape is Shape.SPHERE else frame.rotation @ unit(np.array(nominal.direction))
+            frame.rotation @ unit(np.array(nominal.direction))
+            if shape.spec.planned_direction
+            else None
         ),
         across=None if across is None else frame.rotation @ across,
         diameter=nominal.diameter or None,
@@ -62,17 +64,13 @@ def element_of_nominal(nominal: NominalFeature, frame: RigidTransform) -> Elemen
 
 def element_of_fit(fit: Fit, frame: RigidTransform) -> Element:
     """Return a fit (world frame) in another frame, with whole sizes instead of half ones."""
-    long = fit.shape in _LONG
+    sizes = {size.field: size.whole(fit.geometry) or None for size in fit.shape.spec.sizes}
     return Element(
         point=frame.apply(fit.point),
         direction=frame.rotation @ fit.direction if fit.direction.any() else None,
         across=frame.rotation @ fit.across if fit.across.any() else None,
-        diameter=2.0 * fit.radius if fit.radius and not long else None,
-        length=2.0 * fit.radius if long else None,
-        width=2.0 * fit.second if fit.second else None,
-        angle_deg=float(np.degrees(2.0 * fit.half_angle)) if fit.half_angle else None,
+        diameter=sizes.get("diameter"),
+        length=sizes.get("length"),
+        width=sizes.get("width"),
+        angle_deg=sizes.get("angle_deg"),
     )
-
-
-_LONG = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-"""Shapes with a length and a width in a plane."""

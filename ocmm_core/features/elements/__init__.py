@@ -1,4 +1,4 @@
-"""Least squares by orthogonal distance, one module a shape.
+"""Least squares by orthogonal distance, one module a shape; `_registry` names them all.
 
 In: points (n, 3), mm. Out: a `Fit`: geometry vector, residuals, Jacobian by all points.
 
@@ -24,7 +24,6 @@ if TYPE_CHECKING:
     )
     from ocmm_core.features.elements._cone import fit_cone
     from ocmm_core.features.elements._cylinder import fit_cylinder
-    from ocmm_core.features.elements._distances import distance_derivatives, surface_normals
     from ocmm_core.features.elements._ellipse import fit_ellipse, fit_ellipse_projected
     from ocmm_core.features.elements._line import fit_line
     from ocmm_core.features.elements._oriented import (
@@ -34,6 +33,14 @@ if TYPE_CHECKING:
     )
     from ocmm_core.features.elements._plane import fit_plane
     from ocmm_core.features.elements._point import fit_point
+    from ocmm_core.features.elements._registry import (
+        ELEMENTS,
+        ElementSpec,
+        Known,
+        distance_derivatives,
+        nominal_distances,
+        surface_normals,
+    )
     from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
     from ocmm_core.features.elements._sphere import fit_sphere
     from ocmm_core.features.elements._torus import fit_torus
@@ -44,19 +51,24 @@ else:
         _circle="fit_circle fit_circle_free fit_circle_projected",
         _cone="fit_cone",
         _cylinder="fit_cylinder",
-        _distances="distance_derivatives surface_normals",
         _ellipse="fit_ellipse fit_ellipse_projected",
         _line="fit_line",
         _oriented="fit_oriented fixed_direction turned_direction",
         _plane="fit_plane",
         _point="fit_point",
+        _registry=(
+            "ELEMENTS ElementSpec Known distance_derivatives nominal_distances surface_normals"
+        ),
         _slot="fit_slot fit_slot_projected",
         _sphere="fit_sphere",
         _torus="fit_torus",
     )
 
 __all__ = [
+    "ELEMENTS",
     "LARGEST_RADIUS",
+    "ElementSpec",
+    "Known",
     "distance_derivatives",
     "fit_circle",
     "fit_circle_free",
@@ -74,6 +86,7 @@ __all__ = [
     "fit_sphere",
     "fit_torus",
     "fixed_direction",
+    "nominal_distances",
     "surface_normals",
     "turned_direction",
 ]

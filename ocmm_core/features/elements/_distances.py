@@ -1,79 +1,69 @@
-"""How the residuals of a fit move: the base of every statement on form."""
+"""Signed distances of points from an element of each shape, and how they move with it.
+
+What is called slopes here writes d(distance) / d(geometry) but for the point, whose part all shapes
+share, and returns the normals. `_registry` says which function belongs to which shape.
+"""
 
 from __future__ import annotations
-
-from dataclasses import replace
 
 import numpy as np
 
 from ocmm_core.features.search import ELLIPSE, ROUND_ENDS, SQUARE_ENDS, derivatives
-from ocmm_core.features.shapes import (
-    ACROSS,
-    DIRECTION,
-    GEOMETRY_SIZE,
-    HALF_ANGLE,
-    POINT,
-    RADIUS,
-    SECOND,
-    Fit,
-    Shape,
-)
+from ocmm_core.features.shapes import ACROSS, DIRECTION, HALF_ANGLE, RADIUS, SECOND, Fit
 from ocmm_core.geometry import Float, Points3
 
 ON_CIRCLE = 1e-12
 """Distance from a circle in space, against its radius, that is none."""
+_NEWTON_STEPS = 30
+_SMALL = 1e-12
 
 
-def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
-    """Return how the signed distance of every point from the element moves, to first order.
+def point_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write nothing but return the directions away from a point."""
+    return _outward(arms, np.zeros(len(arms)), fit.direction)[1]
 
-    Parameters
-    ----------
-    fit
-        Any fit.
-    points
-        (n, 3), mm; the points that were fitted, as the side of a line comes from their residuals.
 
-    Returns
-    -------
-    by_geometry
-        (n, 12): d(distance) / d(geometry).
-    by_point
-        (n, 3): d(distance) / d(the point itself): the normal of the element towards the point.
+def sphere_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a sphere answer to its radius; return the normals."""
+    by_geometry[:, RADIUS] = -1.0
+    return point_slopes(fit, arms, by_geometry)
+
+
+def plane_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a plane answer to its normal; return the normals."""
+    by_geometry[:, DIRECTION] = arms
+    return np.tile(fit.direction, (len(arms), 1))
+
+
+def line_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a line answer to its direction; return the normals.
+
+    The side of a line in space comes from the residuals; one in a plane is an outline without
+    width.
     """
-    arms = points - fit.point
-    by_geometry = np.zeros((len(points), GEOMETRY_SIZE))
     if fit.across.any():
-        normals = _from_outline(fit, arms, by_geometry)
-    elif fit.shape is Shape.PLANE:
-        normals = np.tile(fit.direction, (len(points), 1))
-        by_geometry[:, DIRECTION] = arms
-    elif fit.shape is Shape.CONE:
-        normals = _from_cone(fit, arms, by_geometry)
-    elif fit.shape is Shape.TORUS:
-        normals = _from_torus(fit, arms, by_geometry)
-    elif fit.free:
-        normals = _from_ring(fit, arms, by_geometry)
-    else:
-        has_axis = fit.shape in (Shape.LINE, Shape.CIRCLE, Shape.CYLINDER)
-        along = arms @ fit.direction if has_axis else np.zeros(len(points))
-        _, normals = _outward(arms, along, fit.direction)
-        if fit.shape is Shape.LINE:
-            normals *= np.where(fit.residuals < 0.0, -1.0, 1.0)[:, None]
-        by_geometry[:, DIRECTION] = -along[:, None] * normals
-        has_radius = fit.shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
-        by_geometry[:, RADIUS] = -1.0 if has_radius else 0.0
-    by_geometry[:, POINT] = -normals
-    return by_geometry, normals
+        return square_slopes(fit, arms, by_geometry)
+    along = arms @ fit.direction
+    normals: Points3 = _outward(arms, along, fit.direction)[1]
+    normals *= np.where(fit.residuals < 0.0, -1.0, 1.0)[:, None]
+    by_geometry[:, DIRECTION] = -along[:, None] * normals
+    return normals
 
 
-def surface_normals(fit: Fit, points: Points3) -> Points3:
-    """Return the normals (n, 3) of the surface that an element stands for, towards the outside.
+def cylinder_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a cylinder answer to its axis and radius; return the normals."""
+    along = arms @ fit.direction
+    normals: Points3 = _outward(arms, along, fit.direction)[1]
+    by_geometry[:, DIRECTION] = -along[:, None] * normals
+    by_geometry[:, RADIUS] = -1.0
+    return normals
 
-    A circle is the rim of a bore or pin, whose normals lie in its plane, also where the distances
-    of a circle in space do not.
-    """
-    return distance_derivatives(replace(fit, free=False), points)[1]
+
+def circle_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a circle, in its plane or in space, move; return the normals."""
+    if fit.free:
+        return _from_ring(fit, arms, by_geometry)
+    return cylinder_slopes(fit, arms, by_geometry)
 
 
 def _outward(arms: Float, along: Float, axis: Float) -> tuple[Float, Float]:
@@ -84,18 +74,20 @@ def _outward(arms: Float, along: Float, axis: Float) -> tuple[Float, Float]:
     return distances, across / np.maximum(distances, 1e-12)[:, None]
 
 
-def _from_cone(fit: Fit, arms: Float, by_geometry: Float) -> Float:
+def cone_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a cone answer to its axis and sizes; return the normals."""
     cosine, sine = np.cos(fit.half_angle), np.sin(fit.half_angle)
     along = arms @ fit.direction
     rho, outward = _outward(arms, along, fit.direction)
     by_geometry[:, DIRECTION] = -(cosine * along)[:, None] * outward - sine * arms
     by_geometry[:, RADIUS] = -cosine
     by_geometry[:, HALF_ANGLE] = -(rho - fit.radius) * sine - along * cosine
-    normals: Float = cosine * outward - sine * fit.direction
+    normals: Points3 = cosine * outward - sine * fit.direction
     return normals
 
 
-def _from_torus(fit: Fit, arms: Float, by_geometry: Float) -> Float:
+def torus_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a torus answer to its axis and sizes; return the normals."""
     along = arms @ fit.direction
     rho, outward = _outward(arms, along, fit.direction)
     beyond = rho - fit.radius
@@ -104,7 +96,7 @@ def _from_torus(fit: Fit, arms: Float, by_geometry: Float) -> Float:
     by_geometry[:, DIRECTION] = -(radial * along)[:, None] * outward + lift[:, None] * arms
     by_geometry[:, RADIUS] = -radial
     by_geometry[:, SECOND] = -1.0
-    normals: Float = radial[:, None] * outward + lift[:, None] * fit.direction
+    normals: Points3 = radial[:, None] * outward + lift[:, None] * fit.direction
     return normals
 
 
@@ -119,20 +111,131 @@ def _from_ring(fit: Fit, arms: Float, by_geometry: Float) -> Float:
     radial, lift = np.where(on, 1.0, beyond / away), np.where(on, 0.0, along / away)
     by_geometry[:, DIRECTION] = -(radial * along)[:, None] * outward + lift[:, None] * arms
     by_geometry[:, RADIUS] = -radial
-    normals: Float = radial[:, None] * outward + lift[:, None] * fit.direction
+    normals: Points3 = radial[:, None] * outward + lift[:, None] * fit.direction
     return normals
 
 
-def _from_outline(fit: Fit, arms: Float, by_geometry: Float) -> Float:
+def ellipse_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from an ellipse in its plane move; return the normals."""
+    return _from_outline(ELLIPSE, fit, arms, by_geometry)
+
+
+def round_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a slot with round ends move; return the normals."""
+    return _from_outline(ROUND_ENDS, fit, arms, by_geometry)
+
+
+def square_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+    """Write how distances from a rectangle in its plane move; return the normals."""
+    return _from_outline(SQUARE_ENDS, fit, arms, by_geometry)
+
+
+def _from_outline(kind: int, fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     beside = np.cross(fit.direction, fit.across)
     flat = np.stack([arms @ fit.across, arms @ beside], axis=1)
     # An ellipse through the centres of a ball is fitted at a distance; its normals are the same.
     p = np.array([0.0, 0.0, 0.0, fit.radius, fit.second, 0.0, 0.0, 0.0])
-    kind = {Shape.ELLIPSE: ELLIPSE, Shape.ROUND_SLOT: ROUND_ENDS}.get(fit.shape, SQUARE_ENDS)
     _, jacobian, _ = derivatives(kind, flat, p)
     x, y = -jacobian[:, 0:1], -jacobian[:, 1:2]
     by_geometry[:, RADIUS], by_geometry[:, SECOND] = jacobian[:, 3], jacobian[:, 4]
     by_geometry[:, ACROSS] = x * arms + y * np.cross(arms, fit.direction)
     by_geometry[:, DIRECTION] = y * np.cross(fit.across, arms)
-    normals: Float = x * fit.across + y * beside
+    normals: Points3 = x * fit.across + y * beside
     return normals
+
+
+def signed_plane(geometry: Float, arms: Float) -> tuple[Float, Points3]:
+    """Return distances from a plane, or from the face of a point or a line, and its normals."""
+    direction = geometry[DIRECTION]
+    return arms @ direction, np.tile(direction, (len(arms), 1))
+
+
+def signed_sphere(geometry: Float, arms: Float) -> tuple[Float, Points3]:
+    """Return distances from a sphere and its normals."""
+    distances = np.maximum(np.linalg.norm(arms, axis=1), _SMALL)
+    return distances - geometry[RADIUS], arms / distances[:, None]
+
+
+def signed_cylinder(geometry: Float, arms: Float) -> tuple[Float, Points3]:
+    """Return distances from a cylinder, or from a circle seen along its normal, and the normals."""
+    _, rho, radial = _from_axis(geometry, arms)
+    return rho - geometry[RADIUS], radial
+
+
+def signed_cone(geometry: Float, arms: Float) -> tuple[Float, Points3]:
+    """Return distances from a cone and its normals."""
+    along, rho, radial = _from_axis(geometry, arms)
+    sine, cosine = np.sin(geometry[HALF_ANGLE]), np.cos(geometry[HALF_ANGLE])
+    distances = (rho - geometry[RADIUS]) * cosine - along * sine
+    return distances, cosine * radial - sine * geometry[DIRECTION]
+
+
+def signed_torus(geometry: Float, arms: Float) -> tuple[Float, Points3]:
+    """Return distances from the tube of a torus and its normals."""
+    along, rho, radial = _from_axis(geometry, arms)
+    off = np.maximum(np.hypot(rho - geometry[RADIUS], along), _SMALL)
+    normals = ((rho - geometry[RADIUS]) / off)[:, None] * radial
+    return off - geometry[SECOND], normals + np.outer(along / off, geometry[DIRECTION])
+
+
+def _from_axis(geometry: Float, arms: Float) -> tuple[Float, Float, Points3]:
+    """Return places along an axis (n,), distances from it (n,), and unit vectors away from it."""
+    direction = geometry[DIRECTION]
+    along = arms @ direction
+    across = arms - np.outer(along, direction)
+    rho = np.maximum(np.linalg.norm(across, axis=1), _SMALL)
+    return along, rho, across / rho[:, None]
+
+
+def signed_round_slot(geometry: Float, arms: Float) -> tuple[Float, Points3]:
+    """Return distances from a slot with round ends, seen along its normal, and its normals."""
+    basis, flat, half = _in_plane(geometry, arms)
+    straight = half[0] - half[1]
+    beyond = np.sign(flat[:, 0]) * np.maximum(np.abs(flat[:, 0]) - straight, 0.0)
+    ways = np.stack([beyond, flat[:, 1]], axis=1)
+    distances = np.maximum(np.linalg.norm(ways, axis=1), _SMALL)
+    return distances - half[1], ways / distances[:, None] @ basis
+
+
+def signed_rectangle(geometry: Float, arms: Float) -> tuple[Float, Points3]:
+    """Return distances from the sides of a rectangle, seen along its normal, and their normals."""
+    basis, flat, half = _in_plane(geometry, arms)
+    outside = np.abs(flat) - half
+    side = np.argmin(np.abs(outside), axis=1)
+    rows = np.arange(len(flat))
+    normals = np.zeros_like(flat)
+    normals[rows, side] = np.where(flat[rows, side] < 0.0, -1.0, 1.0)
+    return outside[rows, side], normals @ basis
+
+
+def signed_ellipse(geometry: Float, arms: Float) -> tuple[Float, Points3]:
+    """Return distances from an ellipse, seen along its normal, and its normals.
+
+    Newton's steps on the angle of the foot, in one quadrant.
+
+    The cosine of the angle between arm and tangent has one zero in the quadrant of a point that
+    lies nearer to the curve than its centres of curvature do, as probed points do.
+    """
+    basis, flat, (a, b) = _in_plane(geometry, arms)
+    x, y = np.abs(flat).T
+    turn = np.arctan2(a * y, b * x)
+    for _ in range(_NEWTON_STEPS):
+        sine, cosine = np.sin(turn), np.cos(turn)
+        slope = (a * a - b * b) * sine * cosine - x * a * sine + y * b * cosine
+        curve = (a * a - b * b) * (cosine**2 - sine**2) - x * a * cosine - y * b * sine
+        step = slope / np.where(np.abs(curve) > _SMALL, curve, -_SMALL)
+        turn = np.clip(turn - step, 0.0, 0.5 * np.pi)
+        if float(np.abs(step).max()) < 1e-15:
+            break
+    signs = np.where(flat < 0.0, -1.0, 1.0)
+    normals = signs * np.stack([b * np.cos(turn), a * np.sin(turn)], axis=1)
+    normals /= np.linalg.norm(normals, axis=1)[:, None]
+    feet = signs * np.stack([a * np.cos(turn), b * np.sin(turn)], axis=1)
+    return np.sum((flat - feet) * normals, axis=1), normals @ basis
+
+
+def _in_plane(geometry: Float, arms: Float) -> tuple[Float, Float, Float]:
+    """Return the basis of an outline's plane (2, 3), places in it (n, 2), and half sizes (2,)."""
+    along = geometry[ACROSS]
+    basis = np.stack([along, np.cross(geometry[DIRECTION], along)])
+    return basis, arms @ basis.T, np.array([geometry[RADIUS], geometry[SECOND]])

@@ -9,7 +9,7 @@ from scipy.optimize import linprog
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements._ball import WORST_CONDITION
-from ocmm_core.features.elements._distances import distance_derivatives
+from ocmm_core.features.elements._registry import ELEMENTS, distance_derivatives
 from ocmm_core.features.search import centred, degenerate
 from ocmm_core.features.shapes import (
     DIRECTION,
@@ -45,6 +45,15 @@ class OrientedSearch:
     """Sizes, places and, where it may turn, direction of an element, about the points' centroid."""
 
     def __init__(self, start: Fit, points: Points3, direction: Float, about: Float | None) -> None:
+        if not ELEMENTS[start.shape].may_be_turned:
+            raise FitError(
+                "fit.oriented_shape",
+                f"A {start.shape.value.lower()} is not found with a direction that the datums "
+                "give it.",
+                "Name it as the first datum, or choose least squares for it.",
+            )
+        spec = start.shape.spec
+        self._has_own_centre = spec.centred and spec.located == "everywhere"
         self._start, self._about = start, about
         self._centroid, middle, self._size = centred(start.shape, points)
         self._points = middle * self._size
@@ -140,16 +149,16 @@ class OrientedSearch:
         """Return what of the geometry is free, (12, k)."""
         direction = self._geometry[DIRECTION]
         moves: list[tuple[slice | int, Float | float]] = []
-        shape = self._start.shape
-        if shape is Shape.PLANE:
-            moves.append((POINT, direction))
-        else:
+        spec = self._start.shape.spec
+        if spec.located != "along":
             moves += [(POINT, across) for across in perpendicular_pair(direction)]
-            moves.append((RADIUS, 1.0))
-        if shape is Shape.TORUS:
-            moves += [(POINT, direction), (SECOND, 1.0)]
-        if shape is Shape.CONE:
-            moves.append((HALF_ANGLE, 1.0 / self._size))
+        # The radius comes third, as `_program` takes it.
+        moves += [(size.place, 1.0) for size in spec.sizes if size.place == RADIUS]
+        if spec.located == "along" or self._has_own_centre:
+            moves.append((POINT, direction))
+        for size in spec.sizes:
+            if size.place != RADIUS:
+                moves.append((size.place, 1.0 / self._size if size.is_angle else 1.0))
         if self._about is not None:
             moves.append((DIRECTION, np.cross(self._about, direction) / self._size))
         basis = np.zeros((GEOMETRY_SIZE, len(moves)))
@@ -170,14 +179,13 @@ class OrientedSearch:
         """Return the geometry with its point where the centroid is dropped on the element."""
         point, direction = geometry[POINT], geometry[DIRECTION]
         along = float(point @ direction)
-        match self._start.shape:
-            case Shape.TORUS:
-                return geometry
-            case Shape.PLANE:
-                geometry[POINT] = along * direction
-            case _:
-                geometry[POINT] = point - along * direction
-                geometry[RADIUS] -= along * np.tan(geometry[HALF_ANGLE])
+        if self._has_own_centre:
+            return geometry
+        if self._start.shape.spec.located == "along":
+            geometry[POINT] = along * direction
+        else:
+            geometry[POINT] = point - along * direction
+            geometry[RADIUS] -= along * np.tan(geometry[HALF_ANGLE])
         return geometry
 
     def _program(
@@ -237,12 +245,12 @@ class OrientedSearch:
 
         With ``n`` the columns are those of the points, which move the centroid.
         """
-        shape, direction = self._start.shape, self._geometry[DIRECTION]
-        if shape is Shape.TORUS:
+        direction = self._geometry[DIRECTION]
+        if self._has_own_centre:
             return slopes
         point, result = self._geometry[POINT], slopes.copy()
         middle = np.tile(np.eye(3) / n, n) if n else np.zeros((3, slopes.shape[1]))
-        if shape is Shape.PLANE:
+        if self._start.shape.spec.located == "along":
             offset = float(point @ direction)
             own = direction @ slopes[POINT] + point @ slopes[DIRECTION]
             result[POINT] = np.outer(direction, own) + offset * slopes[DIRECTION]

@@ -17,23 +17,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements import (
-    distance_derivatives,
-    fit_circle_projected,
-    fit_ellipse,
-    fit_ellipse_projected,
-    fit_slot_projected,
-    surface_normals,
-)
+from ocmm_core.features.elements import ELEMENTS, Known, distance_derivatives, surface_normals
 from ocmm_core.features.measured._ball_off import compensation
-from ocmm_core.features.measured._fit import associate, fit_shape
+from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import (
     CRITERIA,
     DIRECTION,
     GEOMETRY_SIZE,
     MINIMUM_POINTS,
-    Criterion,
     Fit,
     NominalFeature,
     Shape,
@@ -43,9 +35,6 @@ from ocmm_core.measuring import MeasuredPoint
 
 SAME_RADIUS = 1e-9
 """mm: tip radii that differ by more belong to different balls."""
-
-_SLOTS = (Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-_OUTLINES = (Shape.ELLIPSE, *_SLOTS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -150,13 +139,14 @@ def compensated(
     """
     sign = _sign(nominal)
     by_geometry, normals = distance_derivatives(raw, touches.tips)
-    if nominal.shape is Shape.ELLIPSE:
+    kept = nominal.shape.spec.ball == "kept"
+    if kept:
         # Its fit holds the ball already: a greater one is like points that lie further inside.
         own = raw.jacobian.reshape(GEOMETRY_SIZE, -1, 3)
         by_all = by_all.copy()
         by_all[:, -1] -= sign * np.einsum("kna,na->k", own, normals)
     by_residual = by_geometry @ by_all
-    if nominal.shape is Shape.ELLIPSE:
+    if kept:
         by_residual[:, -1] -= sign
     for row, place in enumerate(touches.places):
         by_residual[row, 3 * place : 3 * place + 3] += normals[row]
@@ -173,7 +163,7 @@ def _sign(nominal: NominalFeature) -> float:
 
 
 def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
-    """Return the fit of the ball centres, of an ellipse that of the surface itself.
+    """Return the fit of the ball centres, of a shape that keeps the ball that of the surface.
 
     Raises
     ------
@@ -181,23 +171,18 @@ def _fit(nominal: NominalFeature, touches: Touches) -> Fit:
         The points do not determine one element; between rivals the sizes of the plan may decide.
     """
     offset = _sign(nominal) * touches.tip_radius
-    criterion = CRITERIA[nominal.criterion]
-    sense = _sense(nominal, touches)
-    if nominal.shape is Shape.ELLIPSE:
-        start = fit_ellipse(touches.tips, sense, offset)
-        if criterion is Criterion.LEAST_SQUARES:
-            return unambiguous(start)
-        return unambiguous(associate(start, touches.tips, criterion, offset))
-    half_length = 0.5 * (nominal.length if nominal.shape in _OUTLINES else nominal.diameter)
+    spec = nominal.shape.spec
+    half_length = 0.5 * (nominal.length if spec.has_across else nominal.diameter)
     fit = fit_shape(
         nominal.shape,
         touches.tips,
-        direction_hint=sense,
+        direction_hint=_sense(nominal, touches),
         radius_hint=half_length + offset,
         second_hint=0.5 * nominal.width + offset,
         half_angle_hint=np.radians(0.5 * nominal.angle_deg) if nominal.angle_deg else None,
-        criterion=criterion,
+        criterion=CRITERIA[nominal.criterion],
         free=nominal.free,
+        offset=offset if spec.ball == "kept" else 0.0,
     )
     return unambiguous(fit)
 
@@ -220,14 +205,14 @@ def fit_projected(
             f"{nominal.criterion!r}, which goes with unprojected points only.",
             "Choose least squares, or leave out the projection.",
         )
-    match nominal.shape:
-        case Shape.CIRCLE:
-            fit, by_normal = fit_circle_projected(touches.tips, plane_normal)
-        case Shape.ELLIPSE:
-            fit, by_normal = fit_ellipse_projected(touches.tips, plane_normal, offset)
-        case _:
-            sizes = (0.5 * nominal.length + offset, 0.5 * nominal.width + offset)
-            fit, by_normal = fit_slot_projected(nominal.shape, touches.tips, plane_normal, sizes)
+    projected = ELEMENTS[nominal.shape].projected
+    if projected is None:
+        # A plan that asks for it is refused (`shapes.shape_fault`).
+        raise TypeError(nominal.shape)
+    known = Known(
+        radius=0.5 * nominal.length + offset, second=0.5 * nominal.width + offset, offset=offset
+    )
+    fit, by_normal = projected(touches.tips, plane_normal, known)
     return unambiguous(fit), by_normal
 
 

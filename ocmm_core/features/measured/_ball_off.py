@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
 
@@ -12,23 +12,13 @@ from ocmm_core.features.shapes import (
     GEOMETRY_SIZE,
     HALF_ANGLE,
     RADIUS,
-    SECOND,
     Fit,
     NominalFeature,
-    Shape,
 )
 from ocmm_core.geometry import Float
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured._actual import Touches
-
-_SLOTS = (Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-_OUTLINES = (Shape.ELLIPSE, *_SLOTS)
-_SIZES = {
-    **dict.fromkeys((Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, Shape.CONE), (RADIUS,)),
-    **dict.fromkeys((*_OUTLINES, Shape.TORUS), (RADIUS, SECOND)),
-}
-"""Places in the geometry vector that must be greater than zero."""
 
 ALONG = 0.1
 """Part of the approach square to a line below which it does not say where the material is."""
@@ -64,33 +54,36 @@ def compensation(
     by_raw = np.eye(GEOMETRY_SIZE)
     by_radius = np.zeros(GEOMETRY_SIZE)
     radius = touches.tip_radius
-    match nominal.shape:
-        case Shape.POINT:
+    spec = nominal.shape.spec
+    if spec.is_curved:
+        _check_sides(nominal, touches, sign * np.sum(touches.directions * normals, axis=1))
+    match spec.ball:
+        case "approach":
             by_radius[0:3] = -touches.directions.mean(axis=0)
-        case Shape.PLANE:
+        case "normal":
             _check_sides(nominal, touches, touches.directions @ raw.direction)
             by_radius[0:3] = -raw.direction
             by_raw[0:3, 3:6] = -radius * np.eye(3)
-        case Shape.LINE:
+        case "beside":
             towards, by_direction = _beside_line(nominal, raw, touches)
             _check_sides(nominal, touches, touches.directions @ towards)
             by_radius[0:3] = -towards
             by_raw[0:3, 3:6] = -radius * by_direction
+        case "slanted":
+            # The cone of the ball centres is shifted square to its surface, not to its axis.
+            by_radius[RADIUS] = -sign / np.cos(raw.half_angle)
+            by_raw[RADIUS, HALF_ANGLE] = radius * by_radius[RADIUS] * np.tan(raw.half_angle)
+        case "sizes":
+            for size in spec.sizes:
+                by_radius[size.place] = -sign if size.grows else 0.0
+        case "kept":
+            pass
         case _:
-            approach = np.sum(touches.directions * normals, axis=1)
-            _check_sides(nominal, touches, sign * approach)
-            if nominal.shape is Shape.CONE:
-                # The cone of the ball centres is shifted square to its surface, not to its axis.
-                by_radius[RADIUS] = -sign / np.cos(raw.half_angle)
-                by_raw[RADIUS, HALF_ANGLE] = radius * by_radius[RADIUS] * np.tan(raw.half_angle)
-            elif nominal.shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, *_SLOTS):
-                by_radius[RADIUS] = -sign
-            if nominal.shape in (Shape.TORUS, *_SLOTS):
-                by_radius[SECOND] = -sign
+            assert_never(spec.ball)
     geometry += radius * by_radius
-    sizes = [2.0 * geometry[place] for place in _SIZES.get(nominal.shape, ())]
+    sizes = [size.whole(geometry) for size in spec.sizes if not size.is_angle]
     if sizes and min(sizes) <= 0.0:
-        word = "diameter" if nominal.shape not in _SLOTS else "width"
+        word = "width" if spec.has_sides else "diameter"
         raise FitError(
             "feature.smaller_than_ball",
             f"{nominal.name} would have a {word} of {min(sizes):.3f} mm once the ball is taken "
@@ -128,10 +121,9 @@ def _check_sides(nominal: NominalFeature, touches: Touches, approach: Float) -> 
         return
     listed = ", ".join(str(touches.numbers[i]) for i in wrong[:5])
     listed += " and more" if wrong.size > 5 else ""
-    where = {
-        Shape.PLANE: "the other points were taken on the other face",
-        Shape.LINE: "the other points were taken on the other face",
-    }.get(nominal.shape, f"the plan says {nominal.side!r}")
+    where = "the other points were taken on the other face"
+    if nominal.shape.spec.is_curved:
+        where = f"the plan says {nominal.side!r}"
     raise FitError(
         "feature.wrong_side",
         f"Point{'s' if wrong.size > 1 else ''} {listed} of {nominal.name} "

@@ -21,27 +21,18 @@ from ocmm_core.features.measured._construct import (
     in_order,
     needed_features,
 )
-from ocmm_core.features.shapes import MINIMUM_POINTS, Shape
+from ocmm_core.features.shapes import MINIMUM_POINTS, Shape, shapes_where
 
-CENTRED = (
-    Shape.POINT,
-    Shape.SPHERE,
-    Shape.CIRCLE,
-    Shape.TORUS,
-    Shape.ELLIPSE,
-    Shape.ROUND_SLOT,
-    Shape.SQUARE_SLOT,
-    Shape.RECTANGLE,
-)
+CENTRED = shapes_where(lambda spec: spec.centred)
 """Shapes whose point is a centre and not any point of the element."""
 
-LONG = (Shape.LINE, Shape.CYLINDER, Shape.CONE)
+LONG = shapes_where(lambda spec: spec.is_long)
 """Shapes that are a line, or have an axis that is probed over a length."""
 
-AXIAL = (*LONG, *(shape for shape in CENTRED if shape not in (Shape.POINT, Shape.SPHERE)))
+AXIAL = shapes_where(lambda spec: spec.is_axial)
 """Shapes with an axis or normal line."""
 
-ROUND = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
+RADIAL = shapes_where(lambda spec: spec.is_radial)
 """Shapes that grow in radius."""
 
 
@@ -169,11 +160,11 @@ def _projection(shapes: Sequence[Shape]) -> Shape:
 
 def _offset(item: Offset, shapes: Sequence[Shape]) -> Shape:
     if len(shapes) == 1:
-        _all(shapes, (Shape.PLANE, *ROUND))
+        _all(shapes, (Shape.PLANE, *RADIAL))
         return shapes[0]
     _count(shapes, 2)
     _all(shapes[1:], (Shape.PLANE, *AXIAL))
-    if shapes[1] not in (Shape.PLANE, Shape.CONE) and not item.towards:
+    if not shapes[1].spec.has_sense and not item.towards:
         raise _FaultError(
             "towards",
             f"is missing: a {shapes[1].value.lower()} does not say which way is positive",

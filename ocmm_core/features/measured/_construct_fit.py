@@ -70,7 +70,7 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
     surface, moves = [], []
     for feature in features:
         touches, raw = feature.touches, feature.raw
-        if touches is None or raw is None or raw.shape in (Shape.POINT, Shape.LINE):
+        if touches is None or raw is None or not raw.shape.spec.has_normals:
             raise FitError(
                 "construction.no_normals",
                 f"{feature.nominal.name} does not show the normal of the surface at its points.",

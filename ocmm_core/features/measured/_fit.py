@@ -1,65 +1,21 @@
-"""Orthogonal-distance least-squares fits, one module a shape, all of them started cold."""
+"""One element of any shape, by any criterion, from points; all fits are started cold."""
 
 from __future__ import annotations
 
 from dataclasses import replace
 
-from ocmm_core.features.elements import (
-    distance_derivatives,
-    fit_circle,
-    fit_circle_free,
-    fit_circle_projected,
-    fit_cone,
-    fit_cylinder,
-    fit_ellipse,
-    fit_ellipse_projected,
-    fit_line,
-    fit_plane,
-    fit_point,
-    fit_slot,
-    fit_slot_projected,
-    fit_sphere,
-    fit_torus,
-    surface_normals,
-)
-from ocmm_core.features.search import sizes_in_words, unambiguous, with_rival
+from ocmm_core.features.elements import ELEMENTS, Known
+from ocmm_core.features.search import with_rival
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.features.zones import (
     Certificate,
     certificate,
     fit_bounded,
     fit_zone,
-    fit_zone_line_in_plane,
 )
 from ocmm_core.geometry import Float, Points3
 
-__all__ = [
-    "Certificate",
-    "associate",
-    "certificate",
-    "distance_derivatives",
-    "fit_bounded",
-    "fit_circle",
-    "fit_circle_free",
-    "fit_circle_projected",
-    "fit_cone",
-    "fit_cylinder",
-    "fit_ellipse",
-    "fit_ellipse_projected",
-    "fit_line",
-    "fit_plane",
-    "fit_point",
-    "fit_shape",
-    "fit_slot",
-    "fit_slot_projected",
-    "fit_sphere",
-    "fit_torus",
-    "fit_zone",
-    "fit_zone_line_in_plane",
-    "sizes_in_words",
-    "surface_normals",
-    "unambiguous",
-]
+__all__ = ["Certificate", "associate", "certificate", "fit_shape"]
 
 
 def fit_shape(
@@ -72,6 +28,7 @@ def fit_shape(
     half_angle_hint: float | None = None,
     criterion: Criterion = Criterion.LEAST_SQUARES,
     free: bool = False,
+    offset: float = 0.0,
 ) -> Fit:
     """Return ``shape`` associated with ``points``.
 
@@ -90,6 +47,8 @@ def fit_shape(
         How the element is associated; every other one starts from least squares.
     free
         Circle only: in space as one problem, not plane first.
+    offset
+        mm, shapes whose ball is ``kept``: the points lie this far outside of the element.
 
     Returns
     -------
@@ -105,34 +64,11 @@ def fit_shape(
     if criterion is not Criterion.LEAST_SQUARES:
         start = fit_shape(
             shape, points, direction_hint=direction_hint, radius_hint=radius_hint,
-            second_hint=second_hint, half_angle_hint=half_angle_hint, free=free,
+            second_hint=second_hint, half_angle_hint=half_angle_hint, free=free, offset=offset,
         )  # fmt: skip
-        return associate(start, points, criterion)
-    sizes = None
-    if radius_hint is not None and second_hint is not None:
-        sizes = (radius_hint, second_hint)
-    match shape:
-        case Shape.POINT:
-            return fit_point(points)
-        case Shape.LINE:
-            return fit_line(points, direction_hint)
-        case Shape.PLANE:
-            return fit_plane(points, direction_hint)
-        case Shape.CIRCLE:
-            fit = fit_circle_free if free else fit_circle
-            return fit(points, direction_hint)
-        case Shape.SPHERE:
-            return fit_sphere(points)
-        case Shape.CYLINDER:
-            return fit_cylinder(points, direction_hint, radius_hint)
-        case Shape.ELLIPSE:
-            return fit_ellipse(points, direction_hint)
-        case Shape.ROUND_SLOT | Shape.SQUARE_SLOT | Shape.RECTANGLE:
-            return fit_slot(shape, points, direction_hint, sizes)
-        case Shape.CONE:
-            return fit_cone(points, half_angle_hint)
-        case Shape.TORUS:
-            return fit_torus(points, direction_hint, sizes)
+        return associate(start, points, criterion, offset)
+    known = Known(direction_hint, radius_hint, second_hint, half_angle_hint, free, offset)
+    return ELEMENTS[shape].fit(points, known)
 
 
 def associate(start: Fit, points: Points3, criterion: Criterion, offset: float = 0.0) -> Fit:

@@ -17,9 +17,6 @@ from ocmm_core.features.measured._actual import (
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float
 
-_OUTLINES = (Shape.CIRCLE, Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-_DIRECTED = (Shape.PLANE, Shape.LINE, Shape.CYLINDER, Shape.CONE, Shape.TORUS, *_OUTLINES)
-
 
 @dataclass(frozen=True, slots=True)
 class Orientation:
@@ -43,7 +40,7 @@ class Orientation:
 def can_be_oriented(feature: ActualFeature) -> bool:
     """Return whether a feature has a direction, and points of its own to be associated with."""
     shape = feature.fit.shape
-    if feature.touches is None or feature.raw is None or shape not in _DIRECTED:
+    if feature.touches is None or feature.raw is None or not shape.spec.has_direction:
         return False
     return shape is not Shape.LINE or feature.raw.criterion is Criterion.LEAST_SQUARES
 
@@ -61,7 +58,7 @@ def oriented_feature(feature: ActualFeature, orientation: Orientation) -> Actual
     touches, raw = feature.touches, feature.raw
     if touches is None or raw is None:
         raise TypeError(feature.nominal.name)
-    if raw.shape in _OUTLINES and raw.criterion is Criterion.LEAST_SQUARES:
+    if raw.shape.spec.is_flat and raw.criterion is Criterion.LEAST_SQUARES:
         fit, by_turn = _outline(feature, touches, raw, orientation)
     else:
         fit, by_turn = fit_oriented(raw, touches.tips, orientation.direction, orientation.about)

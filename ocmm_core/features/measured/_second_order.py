@@ -10,17 +10,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.search import (
-    BALL,
-    CONE,
-    CYLINDER,
-    DISC,
-    ELLIPSE,
-    ROUND_ENDS,
-    SQUARE_ENDS,
-    TORUS,
-    minimise,
-)
+from ocmm_core.errors import FitError
+from ocmm_core.features.elements import ELEMENTS, Known
+from ocmm_core.features.search import BALL, CONE, DISC, TORUS, minimise
 from ocmm_core.features.shapes import (
     ACROSS,
     DIRECTION,
@@ -33,20 +25,6 @@ from ocmm_core.features.shapes import (
     Shape,
 )
 from ocmm_core.geometry import Float, Points3
-
-_SOLID = {
-    Shape.SPHERE: BALL,
-    Shape.CYLINDER: CYLINDER,
-    Shape.CONE: CONE,
-    Shape.TORUS: TORUS,
-}
-_FLAT = {
-    Shape.CIRCLE: DISC,
-    Shape.ELLIPSE: ELLIPSE,
-    Shape.ROUND_SLOT: ROUND_ENDS,
-    Shape.SQUARE_SLOT: SQUARE_ENDS,
-    Shape.RECTANGLE: SQUARE_ENDS,
-}
 
 
 def solver_start(fit: Fit, centroid: Float, size: float) -> Float:
@@ -65,6 +43,10 @@ def solver_start(fit: Fit, centroid: Float, size: float) -> Float:
             start[6], start[7] = fit.half_angle, fit.radius / size * np.cos(fit.half_angle)
         case Shape.TORUS:
             start[7] = fit.second / size
+        case Shape.POINT | Shape.LINE | Shape.PLANE | Shape.CIRCLE | Shape.CYLINDER:
+            pass
+        case _:
+            raise TypeError(fit.shape)
     return start
 
 
@@ -89,11 +71,28 @@ def beyond_first_order(fit: Fit, points: Points3, moves: Float, offset: float = 
         for point, line and plane, which follow their points linearly but for the square of a small
         turn. What moves the plane of an outline is not followed, for the same reason.
     """
-    if fit.shape in _SOLID:
-        return _solid(fit, points, moves)
-    if fit.shape in _FLAT:
-        return _flat(fit, points, moves, offset)
-    return np.zeros((len(moves), GEOMETRY_SIZE))
+    spec, kernel = fit.shape.spec, ELEMENTS[fit.shape].kernel
+    if not spec.is_curved:
+        return np.zeros((len(moves), GEOMETRY_SIZE))
+    if kernel is None:
+        return _fitted_again(fit, points, moves, offset)
+    if spec.is_flat:
+        return _flat(kernel, fit, points, moves, offset)
+    return _solid(kernel, fit, points, moves)
+
+
+def _fitted_again(fit: Fit, points: Points3, moves: Float, offset: float) -> Float:
+    """Return the same of a shape that no compiled solver follows: by its whole fit, every time."""
+    known = Known(fit.direction, fit.radius, fit.second, fit.half_angle or None, fit.free, offset)
+    linear = moves.reshape(len(moves), -1) @ fit.jacobian.T
+    beyond = np.full((len(moves), GEOMETRY_SIZE), np.nan)
+    for row, move in enumerate(moves):
+        try:
+            moved = ELEMENTS[fit.shape].fit(points + move, known)
+        except FitError:
+            continue
+        beyond[row] = moved.geometry - fit.geometry - linear[row]
+    return beyond
 
 
 def _scaled(points: Points3) -> tuple[Float, Float, float]:
@@ -103,8 +102,7 @@ def _scaled(points: Points3) -> tuple[Float, Float, float]:
     return centroid, about, size
 
 
-def _solid(fit: Fit, points: Points3, moves: Float) -> Float:
-    kind = _SOLID[fit.shape]
+def _solid(kind: int, fit: Fit, points: Points3, moves: Float) -> Float:
     centroid, about, size = _scaled(points)
     start = solver_start(fit, centroid, size)
     linear = moves.reshape(len(moves), -1) @ fit.jacobian.T
@@ -134,9 +132,8 @@ def _solid(fit: Fit, points: Points3, moves: Float) -> Float:
     return beyond
 
 
-def _flat(fit: Fit, points: Points3, moves: Float, offset: float) -> Float:
+def _flat(kind: int, fit: Fit, points: Points3, moves: Float, offset: float) -> Float:
     """Return the same of an outline, its points moved within its plane."""
-    kind = _FLAT[fit.shape]
     first = fit.across if fit.across.any() else _any_across(fit.direction)
     basis = np.stack([first, np.cross(fit.direction, first)])
     flat = (points - fit.point) @ basis.T

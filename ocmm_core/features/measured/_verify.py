@@ -219,7 +219,7 @@ def _readings(shape: Shape, convention: Convention, criterion: Criterion) -> lis
     circle = shape is Shape.CIRCLE and criterion is Criterion.LEAST_SQUARES
     if convention is Convention.PTB:
         cone = shape is Shape.CONE
-        sized = shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
+        sized = shape.spec.is_radial
         return [_Reading(free=circle, radius=sized, square=cone, falling=cone)]
     if shape is Shape.CONE:
         # The point on the axis tells to which side it opens; only its sense is read either way.

@@ -152,9 +152,11 @@ def same(first: Fit, second: Fit, tolerance: float = 1e-6) -> bool:
 
 def _turned(first: Fit, second: Fit) -> Float:
     """Return the geometry (12,) of the second fit, its directions along those of the first."""
-    geometry = second.geometry.copy()
+    geometry, spec = second.geometry.copy(), first.shape.spec
+    # A shape that opens to one side is another one the other way round.
+    opens = spec.has_sense and spec.is_curved
     for place in (DIRECTION, ACROSS):
-        if first.shape is not Shape.CONE and first.geometry[place] @ geometry[place] < 0.0:
+        if not opens and first.geometry[place] @ geometry[place] < 0.0:
             geometry[place] *= -1.0
     return geometry
 
@@ -198,17 +200,8 @@ def unambiguous(fit: Fit) -> Fit:
 
 def sizes_in_words(fit: Fit) -> str:
     """Return the sizes of a fit as a person reads them."""
-    across, second, there = 2.0 * fit.radius, 2.0 * fit.second, f"{2.0 * fit.radius:.4f} mm"
-    match fit.shape:
-        case Shape.TORUS:
-            return f"ring {there} with tube {second:.4f} mm"
-        case Shape.CONE:
-            angle = 2.0 * float(np.degrees(fit.half_angle))
-            return f"angle {angle:.4f} deg with diameter {there} at the points"
-        case Shape.ELLIPSE | Shape.ROUND_SLOT | Shape.SQUARE_SLOT | Shape.RECTANGLE:
-            return f"{across:.4f} by {second:.4f} mm"
-        case _:
-            return f"diameter {there}"
+    angle = 2.0 * float(np.degrees(fit.half_angle))
+    return fit.shape.spec.sizes_text.format(2.0 * fit.radius, 2.0 * fit.second, angle)
 
 
 def _place(fit: Fit) -> str:

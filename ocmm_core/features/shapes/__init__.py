@@ -15,7 +15,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.features.shapes._nominal import CRITERIA, NominalFeature, nominal_geometry
-    from ocmm_core.features.shapes._nominal_checks import OUTLINES, shape_fault
+    from ocmm_core.features.shapes._nominal_checks import shape_fault
     from ocmm_core.features.shapes._points_file import (
         COMMENT,
         FIELDS,
@@ -25,32 +25,34 @@ if TYPE_CHECKING:
         number_of,
         read_points_file,
     )
-    from ocmm_core.features.shapes._shapes import (
+    from ocmm_core.features.shapes._shape_spec import (
         ACROSS,
         DIRECTION,
-        GEOMETRY_NAMES,
         GEOMETRY_SIZE,
         HALF_ANGLE,
-        MINIMUM_POINTS,
         POINT,
         RADIUS,
         SECOND,
+        BallWay,
         Criterion,
-        Fit,
-        Shape,
-        element,
-        make_fit,
+        QifShape,
+        ShapeSpec,
+        Size,
     )
+    from ocmm_core.features.shapes._shapes import GEOMETRY_NAMES, Fit, element, make_fit
+    from ocmm_core.features.shapes._specs import MINIMUM_POINTS, Shape, shapes_where
 else:
     __getattr__ = door(
         __name__,
         _nominal="CRITERIA NominalFeature nominal_geometry",
-        _nominal_checks="OUTLINES shape_fault",
+        _nominal_checks="shape_fault",
         _points_file="COMMENT FIELDS NUMBER PointsFile decoded number_of read_points_file",
-        _shapes=(
-            "ACROSS Criterion DIRECTION Fit GEOMETRY_NAMES GEOMETRY_SIZE HALF_ANGLE "
-            "MINIMUM_POINTS POINT RADIUS SECOND Shape element make_fit"
+        _shape_spec=(
+            "ACROSS BallWay Criterion DIRECTION GEOMETRY_SIZE HALF_ANGLE POINT QifShape RADIUS "
+            "SECOND ShapeSpec Size"
         ),
+        _shapes="Fit GEOMETRY_NAMES element make_fit",
+        _specs="MINIMUM_POINTS Shape shapes_where",
     )
 
 __all__ = [
@@ -64,15 +66,18 @@ __all__ = [
     "HALF_ANGLE",
     "MINIMUM_POINTS",
     "NUMBER",
-    "OUTLINES",
     "POINT",
     "RADIUS",
     "SECOND",
+    "BallWay",
     "Criterion",
     "Fit",
     "NominalFeature",
     "PointsFile",
+    "QifShape",
     "Shape",
+    "ShapeSpec",
+    "Size",
     "decoded",
     "element",
     "make_fit",
@@ -80,4 +85,5 @@ __all__ = [
     "number_of",
     "read_points_file",
     "shape_fault",
+    "shapes_where",
 ]

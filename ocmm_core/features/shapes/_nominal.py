@@ -8,7 +8,8 @@ import msgspec
 import numpy as np
 
 from ocmm_core.camera import Vector3
-from ocmm_core.features.shapes._shapes import Criterion, Shape, element
+from ocmm_core.features.shapes._shape_spec import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, Criterion
+from ocmm_core.features.shapes._specs import Shape
 from ocmm_core.geometry import Float, perpendicular_pair, unit
 
 
@@ -84,27 +85,22 @@ CRITERIA = {
 }
 """Criteria of association by their words in a plan."""
 
-_LENGTHS = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-_PLACES = (Shape.POINT, Shape.SPHERE)
-
 
 def nominal_geometry(nominal: NominalFeature) -> Float:
     """Return the nominal geometry vector (12,) of `features.shapes.element`, part frame."""
-    direction = np.zeros(3)
-    if nominal.shape not in _PLACES:
-        direction = unit(np.array(nominal.direction))
-    if nominal.shape not in _LENGTHS:
-        second = 0.5 * nominal.width if nominal.shape is Shape.TORUS else 0.0
-        half_angle = np.radians(0.5 * nominal.angle_deg) if nominal.shape is Shape.CONE else 0.0
-        radius = 0.5 * nominal.diameter
-        return element(nominal.point, direction, radius, second=second, half_angle=half_angle)
-    across = np.array(nominal.across) - (direction @ np.array(nominal.across)) * direction
-    if float(np.linalg.norm(across)) < 1e-9:
-        across = perpendicular_pair(direction)[0]
-    return element(
-        nominal.point,
-        direction,
-        0.5 * nominal.length,
-        second=0.5 * nominal.width,
-        across=unit(across),
-    )
+    spec = nominal.shape.spec
+    geometry = np.zeros(GEOMETRY_SIZE)
+    geometry[POINT] = nominal.point
+    for size in spec.sizes:
+        half = 0.5 * getattr(nominal, size.field)
+        geometry[size.place] = np.radians(half) if size.is_angle else half
+    if not spec.has_direction:
+        return geometry
+    direction = unit(np.array(nominal.direction))
+    geometry[DIRECTION] = direction
+    if spec.has_across:
+        across = np.array(nominal.across) - (direction @ np.array(nominal.across)) * direction
+        if float(np.linalg.norm(across)) < 1e-9:
+            across = perpendicular_pair(direction)[0]
+        geometry[ACROSS] = unit(across)
+    return geometry

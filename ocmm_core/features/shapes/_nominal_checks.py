@@ -4,15 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.features.shapes._nominal import NominalFeature
-from ocmm_core.features.shapes._shapes import Shape
+from ocmm_core.features.shapes._nominal import CRITERIA, NominalFeature
+from ocmm_core.features.shapes._specs import Shape
 
-ROUND = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER, Shape.CONE, Shape.TORUS)
-OUTLINES = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-BOUNDED = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
-"""Shapes with a largest inscribed and a smallest circumscribed element."""
-FLAT = (Shape.CIRCLE, *OUTLINES)
-"""Shapes that are fitted in a plane, which may be that of another feature."""
+_ROUND_ENDS = (Shape.ELLIPSE, Shape.ROUND_SLOT)
+"""Outlines that are a circle where both sizes are the same."""
 
 SQUARE = 1e-6
 """Cosine of the angle between a normal and a direction in its plane."""
@@ -20,15 +16,16 @@ SQUARE = 1e-6
 
 def shape_fault(feature: NominalFeature) -> tuple[str, str] | None:
     """Return the field that is wrong and what is wrong with it, or None."""
-    if (feature.shape in ROUND) != (feature.diameter > 0.0):
+    spec = feature.shape.spec
+    if spec.has_size("diameter") != (feature.diameter > 0.0):
         return (
             "diameter",
             f"is {feature.diameter}; circle, sphere, cylinder, cone and torus have a diameter "
             "greater than zero, other shapes have none",
         )
-    if (feature.shape is Shape.CONE) != (feature.angle_deg != 0.0):
+    if spec.has_size("angle_deg") != (feature.angle_deg != 0.0):
         return "angle_deg", f"is {feature.angle_deg:g}; a cone has one, other shapes have none"
-    if feature.shape is Shape.CONE and not 0.0 < feature.angle_deg < 179.0:
+    if spec.has_size("angle_deg") and not 0.0 < feature.angle_deg < 179.0:
         return "angle_deg", f"is {feature.angle_deg:g}; it is the full angle, 0 to 179"
     if feature.shape is Shape.TORUS and not 0.0 < feature.width < feature.diameter:
         return (
@@ -36,11 +33,14 @@ def shape_fault(feature: NominalFeature) -> tuple[str, str] | None:
             f"is {feature.width:g}; it is the diameter of the tube of a torus, smaller than that "
             "of its centre line",
         )
-    if feature.shape in OUTLINES:
+    if spec.has_across:
         return _outline_fault(feature) or _criterion_fault(feature)
-    if feature.free and (feature.shape is not Shape.CIRCLE or feature.projection):
+    for size in spec.sizes:
+        if not getattr(feature, size.field) > 0.0:
+            return size.field, f"is not greater than zero; it is the {size.word}"
+    if feature.free and (not spec.may_be_free or feature.projection):
         return "free", "is only for circles that are not projected"
-    if feature.projection and feature.shape not in FLAT:
+    if feature.projection and not spec.is_flat:
         return "projection", "is only for circles, ellipses, slots and rectangles"
     return _criterion_fault(feature)
 
@@ -51,9 +51,10 @@ def _criterion_fault(feature: NominalFeature) -> tuple[str, str] | None:
         return None
     if feature.projection:
         return "criterion", f"is {word!r}; what is projected is fitted by least squares"
-    if word == "minimum zone" and feature.shape is Shape.POINT:
-        return "criterion", f"is {word!r}; a point has no zone"
-    if word != "minimum zone" and (feature.shape not in BOUNDED or feature.free):
+    offered = CRITERIA[word] in feature.shape.spec.criteria
+    if word == "minimum zone" and not offered:
+        return "criterion", f"is {word!r}; a {feature.shape.value.lower()} has no zone"
+    if word != "minimum zone" and (not offered or feature.free):
         return (
             "criterion",
             f"is {word!r}, which is for circles in their own plane, spheres and cylinders",
@@ -69,7 +70,7 @@ def _outline_fault(feature: NominalFeature) -> tuple[str, str] | None:
             return field, f"is {value:g}; ellipse, slot and rectangle have length and width"
     if feature.width > feature.length:
         return "width", f"is {feature.width:g}, more than the length; the longer one is the length"
-    if feature.width == feature.length and feature.shape in (Shape.ELLIPSE, Shape.ROUND_SLOT):
+    if feature.width == feature.length and feature.shape in _ROUND_ENDS:
         return "width", "is the length; measure it as a circle"
     across, normal = np.array(feature.across), np.array(feature.direction)
     lengths = float(np.linalg.norm(across) * np.linalg.norm(normal))

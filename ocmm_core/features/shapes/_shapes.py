@@ -1,23 +1,25 @@
-"""The shapes that can be fitted and the common form of every fit."""
+"""The common form of every fit."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from ocmm_core.errors import FitError
+from ocmm_core.features.shapes._shape_spec import (
+    ACROSS,
+    DIRECTION,
+    GEOMETRY_SIZE,
+    HALF_ANGLE,
+    POINT,
+    RADIUS,
+    SECOND,
+    Criterion,
+)
+from ocmm_core.features.shapes._specs import Shape
 from ocmm_core.geometry import Float
-
-GEOMETRY_SIZE = 12
-"""Length of the geometry vector of `element`."""
-
-POINT, DIRECTION, ACROSS = slice(0, 3), slice(3, 6), slice(9, 12)
-RADIUS, SECOND, HALF_ANGLE = 6, 7, 8
-"""Places in the geometry vector."""
-
 
 GEOMETRY_NAMES = (
     "x", "y", "z",
@@ -26,67 +28,6 @@ GEOMETRY_NAMES = (
     "across_x", "across_y", "across_z",
 )  # fmt: skip
 """What the numbers of the geometry vector are, in their order."""
-
-
-class Shape(Enum):
-    """Shape of a feature, in the words of the plan and of the export."""
-
-    POINT = "Point"
-    LINE = "Line"
-    PLANE = "Plane"
-    CIRCLE = "Circle"
-    SPHERE = "Sphere"
-    CYLINDER = "Cylinder"
-    ELLIPSE = "Ellipse"
-    ROUND_SLOT = "RoundSlot"
-    SQUARE_SLOT = "SquareSlot"
-    RECTANGLE = "Rectangle"
-    CONE = "Cone"
-    TORUS = "Torus"
-
-
-class Criterion(Enum):
-    """How an element is associated with its points; the letters are those of ISO 1101."""
-
-    LEAST_SQUARES = "G"
-    MINIMUM_ZONE = "C"
-    INSCRIBED = "X"
-    CIRCUMSCRIBED = "N"
-
-
-MINIMUM_POINTS = {
-    Shape.POINT: 1,
-    Shape.LINE: 2,
-    Shape.PLANE: 3,
-    Shape.CIRCLE: 3,
-    Shape.SPHERE: 4,
-    Shape.CYLINDER: 5,
-    Shape.ELLIPSE: 5,
-    Shape.ROUND_SLOT: 5,
-    Shape.SQUARE_SLOT: 5,
-    Shape.RECTANGLE: 5,
-    Shape.CONE: 6,
-    Shape.TORUS: 7,
-}
-"""Points without which the shape is not determined."""
-
-
-_OBLONG = ("length", "width")
-SIZE_WORDS: dict[Shape, tuple[str, ...]] = {
-    Shape.POINT: (),
-    Shape.LINE: (),
-    Shape.PLANE: (),
-    Shape.CIRCLE: ("diameter",),
-    Shape.SPHERE: ("diameter",),
-    Shape.CYLINDER: ("diameter",),
-    Shape.ELLIPSE: _OBLONG,
-    Shape.ROUND_SLOT: _OBLONG,
-    Shape.SQUARE_SLOT: _OBLONG,
-    Shape.RECTANGLE: _OBLONG,
-    Shape.CONE: ("diameter", "full angle"),
-    Shape.TORUS: ("ring diameter", "tube diameter"),
-}
-"""Sizes that a shape has, in words; the properties of `Fit` have the same names."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -196,8 +137,9 @@ class Fit:
         return 2.0 * self._size("full angle", HALF_ANGLE)
 
     def _size(self, word: str, place: int) -> float:
-        if word not in SIZE_WORDS[self.shape]:
-            has = " and ".join(SIZE_WORDS[self.shape]) or "no size"
+        words = [size.word for size in self.shape.spec.sizes]
+        if word not in words:
+            has = " and ".join(words) or "no size"
             raise FitError(
                 "fit.no_such_size",
                 f"{self.shape.value} has no {word}.",

@@ -18,6 +18,7 @@ from ocmm_core.features.shapes import (
     Criterion,
     Fit,
     Shape,
+    shapes_where,
 )
 from ocmm_core.features.zones._outlines import FIRST_SIZE, SECOND_SIZE, STEP_SIZE, TURN, Values
 from ocmm_core.features.zones._surfaces import (
@@ -60,7 +61,7 @@ CIRCLE_IN_SPACE = circumscribed(TORUS)
 
 BOUNDED = {
     (shape, criterion): side(ZONES[shape])
-    for shape in (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
+    for shape in shapes_where(lambda spec: Criterion.INSCRIBED in spec.criteria)
     for criterion, side in (
         (Criterion.INSCRIBED, inscribed),
         (Criterion.CIRCUMSCRIBED, circumscribed),
@@ -198,9 +199,11 @@ def geometry_of(
             geometry[HALF_ANGLE] = size
         case Shape.LINE:
             geometry[POINT] = centroid + foot
-        case _:
+        case Shape.CIRCLE | Shape.CYLINDER:
             geometry[POINT] = centroid + foot
             geometry[RADIUS] = offset
+        case _:
+            raise TypeError(task.shape)
     return geometry
 
 

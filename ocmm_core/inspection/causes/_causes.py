@@ -26,7 +26,6 @@ from ocmm_core.inspection.causes._common_causes import (
     expansion,
     growth_taken_off,
 )
-from ocmm_core.inspection.causes._deviations import FLAT
 from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
 from ocmm_core.inspection.causes._remaining_causes import few_points, scatter, the_part, uncertainty
 from ocmm_core.inspection.causes._suspects import Suspects
@@ -72,7 +71,7 @@ def _side(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) 
         T = common.place.T_nominal_from_world
         off, normals, _ = surface.lies(T)
         diameter = 2.0 * surface.tip_radius
-        if surface.nominal.shape in FLAT:
+        if not surface.nominal.shape.spec.is_curved:
             seen = T.rotation @ surface.direction
             if float(np.mean(normals @ seen)) >= 0.0:
                 continue

@@ -13,7 +13,6 @@ import numpy as np
 
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.causes._deviations import (
-    FLAT,
     Pattern,
     Surface,
     misfits_in,
@@ -208,7 +207,7 @@ def _is_ball(plain: Pattern, ball: Pattern, surfaces: Collection[Surface]) -> bo
 
 
 def _sized(surfaces: Collection[Surface]) -> list[Surface]:
-    return [item for item in surfaces if item.nominal.shape not in FLAT]
+    return [item for item in surfaces if item.nominal.shape.spec.is_curved]
 
 
 def _is_inner(surface: Surface) -> bool:

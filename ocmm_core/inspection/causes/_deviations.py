@@ -13,12 +13,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, NominalFeature, Shape, nominal_geometry
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector, unit
-from ocmm_core.tolerances.zones import nominal_distances
 
-FLAT = (Shape.PLANE, Shape.POINT, Shape.LINE)
 """Shapes that have one side, and no inside."""
 
 LEAST_SCALE_MM = 0.008
@@ -83,7 +82,7 @@ class Surface:
             length = float(np.linalg.norm(beside))
             geometry[DIRECTION] = beside / length if length > _BESIDE else seen
         distances, normals = nominal_distances(self.nominal.shape, geometry, balls)
-        inner = self.nominal.shape not in FLAT and self.nominal.side == "inner"
+        inner = self.nominal.shape.spec.is_curved and self.nominal.side == "inner"
         sign = -1.0 if inner else 1.0
         return sign * distances - self.tip_radius, sign * normals, balls
 

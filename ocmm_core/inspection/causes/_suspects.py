@@ -22,7 +22,6 @@ from ocmm_core.features.measured import ActualFeature, fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.causes._deviations import FLAT
 
 SMALLEST_MM = 0.02
 """Nearer than this to what the others show no point is suspected: form does that."""
@@ -117,7 +116,7 @@ def suspects_of(
     off = np.linalg.solve(kept[np.ix_(rows, rows)], residuals[rows])
     if float(np.abs(off).min()) < SMALLEST_MM:
         return None
-    inner = fit.shape not in FLAT and feature.nominal.side == "inner"
+    inner = fit.shape.spec.is_curved and feature.nominal.side == "inner"
     together = len(rows) == 1 or _connected(rows, near)
     signed = -off if inner else off
     return Suspects(

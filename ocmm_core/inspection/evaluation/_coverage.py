@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.features.shapes import Fit, NominalFeature, Shape
+from ocmm_core.features.shapes import Fit, NominalFeature
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, unit
-from ocmm_core.inspection.evaluation._surfaces import across_of
+from ocmm_core.inspection.evaluation._places import across_of
 from ocmm_core.inspection.evaluation._view import Coverage
 from ocmm_core.measuring import MeasuredPoint
 
@@ -47,16 +47,16 @@ def coverage_of(
         None while it is not known where the part stands.
     """
     tips = np.array([point.tip_world for point in points])
-    match fit.shape:
-        case Shape.POINT:
+    match fit.shape.spec.spread:
+        case "point":
             return Coverage(1.0, (True,), "1 of 1 point")
-        case Shape.LINE:
+        case "line":
             return _line(nominal, fit, tips, T_nominal_from_world)
-        case Shape.PLANE:
+        case "plane":
             return _plane(nominal, fit, tips, T_nominal_from_world)
-        case Shape.SPHERE:
+        case "sphere":
             return _sphere(nominal, fit, tips)
-        case _:
+        case "turn":
             return _sectors(nominal, fit, tips)
 
 
@@ -106,7 +106,7 @@ def _sectors(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
             f"The points leave {np.degrees(gaps.max()):.0f} degrees of the turn free: touch there, "
             "too."
         )
-    elif fit.shape in (Shape.CYLINDER, Shape.CONE):
+    elif fit.shape.spec.is_long:
         along = float(np.ptp(arms @ fit.direction))
         if along < _SHORTEST * fit.radius:
             warning = (

@@ -13,7 +13,7 @@ import numpy as np
 from ocmm_core.alignment import nominal_frame
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import Shape, nominal_geometry
+from ocmm_core.features.shapes import nominal_geometry
 from ocmm_core.geometry import Float, RigidTransform, rigid_fit, unit
 from ocmm_core.inspection.evaluation._evaluation import frame_of
 from ocmm_core.inspection.evaluation._surfaces import places_of
@@ -25,11 +25,6 @@ FAR_MM, NEAR_MM = 100.0, 1.0
 """Beyond the first the ring has its full size; within the second it is closed."""
 _LOWEST_HZ, _HIGHEST_HZ = 220.0, 1760.0
 _SMALLEST_RING = 0.06
-_WHOLE = (Shape.POINT, Shape.SPHERE, Shape.TORUS)
-_CENTRED = (
-    Shape.POINT, Shape.CIRCLE, Shape.SPHERE, Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT,
-    Shape.RECTANGLE, Shape.TORUS,
-)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,16 +119,16 @@ def _by_features(
         if not isinstance(feature, ActualFeature):
             continue
         geometry = nominal_geometry(nominal)
-        if nominal.shape is Shape.PLANE:
+        if nominal.shape.spec.located == "along":
             normals.append((geometry, feature.fit.geometry))
-        elif nominal.shape in _CENTRED:
+        elif nominal.shape.spec.centred:
             plane = actual.get(nominal.projection)
             if isinstance(plane, ActualFeature):
                 # How deep a bore was touched says nothing about where it is.
                 up = plane.fit.direction
                 depth = float((feature.fit.point - plane.fit.point) @ up)
                 centres.append((geometry[0:3], feature.fit.point - depth * up))
-            elif nominal.shape in _WHOLE:
+            elif nominal.shape.spec.located == "everywhere":
                 centres.append((geometry[0:3], feature.fit.point))
     pairs = [(there[3:6], here[3:6]) for there, here in normals]
     for there, here in centres[1:]:

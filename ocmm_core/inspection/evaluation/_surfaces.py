@@ -1,233 +1,85 @@
 """The nominal surface of a feature: where to touch it, and how far a ball is from it.
 
 All is in the frame of the plan's nominals. The ``point`` of a feature is the middle of what is
-touched: of the length of a line, cylinder or cone, of the area of a plane.
+touched: of the length of a line, cylinder or cone, of the area of a plane. `SURFACES` is the
+registry: one entry a shape.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.geometry import Float, perpendicular_pair, unit
+from ocmm_core.geometry import Float, unit
+from ocmm_core.inspection.evaluation import _nearness as near
+from ocmm_core.inspection.evaluation import _places as places
+from ocmm_core.inspection.evaluation._nearness import Nearness
+from ocmm_core.inspection.evaluation._places import Places
 
-_EDGE = 0.06
-"""Touches keep this part of a length away from its ends."""
-_LEVELS = 0.3
-"""Touches around an axis lie this part of its length above and below the middle."""
-_MANY = 12
-"""From so many points on three heights are touched instead of two."""
-_GOLDEN = np.pi * (3.0 - np.sqrt(5.0))
+_OUTLINE = 200
+
+PlacesOf: TypeAlias = Callable[[NominalFeature, Float, Float, float, int], Places]
+"""From a feature, its point (3,), its direction (3,), 1 or -1 for outer or inner, and a count."""
+NearnessTo: TypeAlias = Callable[[NominalFeature, Float, Float, float, float], Nearness]
+"""From a feature, the arm (3,) of a ball from its point, its direction (3,), 1 or -1 for outer or
+inner, and the radius of the ball, mm."""
 
 
 @dataclass(frozen=True, slots=True)
-class Places:
-    """Where a feature is to be touched.
+class SurfaceSpec:
+    """The nominal surface of one shape.
 
     Attributes
     ----------
-    points
-        (n, 3), mm, on the surface; none where the plan does not say how large the feature is.
-    normals
-        (n, 3), unit, from the material towards the probe; zero for a line, whose plan does not
-        say which face it lies in.
+    places
+        Where to touch it.
+    nearness
+        How a ball lies to it.
     """
 
-    points: Float
-    normals: Float
+    places: PlacesOf
+    nearness: NearnessTo
 
 
-NOWHERE = Places(np.empty((0, 3)), np.empty((0, 3)))
+def _outline(on_it: PlacesOf) -> SurfaceSpec:
+    def nearness_to(
+        nominal: NominalFeature, arm: Float, axis: Float, sign: float, radius: float
+    ) -> Nearness:
+        return near.near_places(
+            on_it(nominal, np.zeros(3), axis, sign, _OUTLINE), arm, axis, radius
+        )
+
+    return SurfaceSpec(on_it, nearness_to)
+
+
+_AROUND = SurfaceSpec(places.around_axis, near.near_axis)
+_RECTANGLE = _outline(places.on_rectangle)
+
+SURFACES = {
+    Shape.POINT: SurfaceSpec(places.at_point, near.near_point),
+    Shape.LINE: SurfaceSpec(places.along_line, near.near_line),
+    Shape.PLANE: SurfaceSpec(places.on_plane, near.near_plane),
+    Shape.CIRCLE: _AROUND,
+    Shape.SPHERE: SurfaceSpec(places.on_cap, near.near_sphere),
+    Shape.CYLINDER: _AROUND,
+    Shape.ELLIPSE: _outline(places.on_ellipse),
+    Shape.ROUND_SLOT: _outline(places.on_round_slot),
+    Shape.SQUARE_SLOT: _RECTANGLE,
+    Shape.RECTANGLE: _RECTANGLE,
+    Shape.CONE: _AROUND,
+    Shape.TORUS: SurfaceSpec(places.on_torus, near.near_torus),
+}
+"""The entries."""
 
 
 def places_of(nominal: NominalFeature, count: int) -> Places:
     """Return ``count`` places spread over the nominal surface."""
-    axis = unit(np.array(nominal.direction))
-    sign = 1.0 if nominal.side == "outer" else -1.0
-    centre = np.array(nominal.point)
-    match nominal.shape:
-        case Shape.POINT:
-            return Places(np.tile(centre, (count, 1)), np.tile(axis, (count, 1)))
-        case Shape.LINE:
-            along = _spread(count) * nominal.length
-            if nominal.length <= 0.0:
-                return NOWHERE
-            return Places(centre + along[:, None] * axis, np.zeros((count, 3)))
-        case Shape.PLANE:
-            return _on_plane(nominal, centre, axis, count)
-        case Shape.CIRCLE | Shape.CYLINDER | Shape.CONE:
-            return _around_axis(nominal, centre, axis, sign, count)
-        case Shape.SPHERE:
-            normals = _cap(axis, count)
-            return Places(centre + sign * 0.5 * nominal.diameter * normals, normals)
-        case Shape.TORUS:
-            return _on_torus(nominal, centre, axis, sign, count)
-        case Shape.ELLIPSE | Shape.ROUND_SLOT | Shape.SQUARE_SLOT | Shape.RECTANGLE:
-            return _on_outline(nominal, centre, axis, sign, count)
-
-
-def _spread(count: int) -> Float:
-    """Return ``count`` places from -0.5 to 0.5, away from the ends."""
-    spread: Float = np.linspace(_EDGE - 0.5, 0.5 - _EDGE, count) if count > 1 else np.zeros(1)
-    return spread
-
-
-def across_of(nominal: NominalFeature) -> Float:
-    """Return the direction of the length, (3,), unit, square to the direction of the feature."""
-    axis = unit(np.array(nominal.direction))
-    across = np.array(nominal.across) - (axis @ np.array(nominal.across)) * axis
-    if float(np.linalg.norm(across)) < 1e-6:
-        return perpendicular_pair(axis)[0]
-    return unit(across)
-
-
-def _on_plane(nominal: NominalFeature, centre: Float, axis: Float, count: int) -> Places:
-    if nominal.length <= 0.0 or nominal.width <= 0.0:
-        return NOWHERE
-    along = across_of(nominal)
-    columns = int(np.clip(round(np.sqrt(count * nominal.length / nominal.width)), 1, count))
-    if count > 3:
-        # Three in a row do not determine a plane.
-        columns = int(np.clip(columns, 2, count - 2))
-    rows = -(-count // columns)
-    points = []
-    for row, v in enumerate(_spread(rows)):
-        here = min(columns, count - row * columns)
-        line = _spread(here) if here > 1 else np.array([0.0 if rows == 1 else 0.5 - _EDGE])
-        line = line[::-1] if row % 2 else line
-        points += [
-            centre + u * nominal.length * along + v * nominal.width * np.cross(axis, along)
-            for u in line
-        ]
-    return Places(np.array(points), np.tile(axis, (count, 1)))
-
-
-def _turns(count: int, offset: float = 0.0) -> Float:
-    turns: Float = 2.0 * np.pi * (np.arange(count) + offset) / max(count, 1)
-    return turns
-
-
-def _radial(first: Float, second: Float, turns: Float) -> Float:
-    radial: Float = np.cos(turns)[:, None] * first + np.sin(turns)[:, None] * second
-    return radial
-
-
-def _around_axis(
-    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
-) -> Places:
-    first, second = perpendicular_pair(axis)
-    levels = np.zeros(1)
-    if nominal.shape is not Shape.CIRCLE and nominal.length > 0.0:
-        levels = (
-            _LEVELS
-            * nominal.length
-            * (np.array([-1.0, 1.0]) if count < _MANY else np.array([-1.0, 0.0, 1.0]))
-        )
-    half = np.radians(0.5 * nominal.angle_deg) if nominal.shape is Shape.CONE else 0.0
-    points, normals = [], []
-    shares = [len(part) for part in np.array_split(np.arange(count), len(levels))]
-    for number, (level, share) in enumerate(zip(levels, shares, strict=True)):
-        radial = _radial(first, second, _turns(share, 0.5 * (number % 2)))
-        radius = 0.5 * nominal.diameter + level * np.tan(half)
-        points.append(centre + level * axis + radius * radial)
-        normals.append(sign * (np.cos(half) * radial - np.sin(half) * axis))
-    return Places(np.concatenate(points), np.concatenate(normals))
-
-
-def _cap(axis: Float, count: int) -> Float:
-    """Return directions over the half of a sphere about ``axis``, by the golden angle."""
-    first, second = perpendicular_pair(axis)
-    heights = 1.0 - (np.arange(count) + 0.5) / count if count > 1 else np.ones(1)
-    # The first one is the pole: it is the easiest to find.
-    heights = heights + (1.0 - heights[0]) * np.linspace(1.0, 0.0, count)
-    rings = np.sqrt(np.maximum(1.0 - heights**2, 0.0))
-    cap: Float = heights[:, None] * axis + rings[:, None] * _radial(
-        first, second, _GOLDEN * np.arange(count)
-    )
-    return cap
-
-
-def _on_torus(
-    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
-) -> Places:
-    radial = _radial(*perpendicular_pair(axis), _turns(count))
-    tilt = np.radians(60.0) * (np.arange(count) % 3 - 1.0)
-    normals = np.cos(tilt)[:, None] * axis + np.sin(tilt)[:, None] * radial
-    ring = centre + 0.5 * nominal.diameter * radial
-    return Places(ring + sign * 0.5 * nominal.width * normals, normals)
-
-
-def _on_outline(
-    nominal: NominalFeature, centre: Float, axis: Float, sign: float, count: int
-) -> Places:
-    """Return places on the outline of ellipse, slot or rectangle, in the plane of its middle."""
-    along = across_of(nominal)
-    beside = np.cross(axis, along)
-    flat = {
-        Shape.ELLIPSE: _ellipse,
-        Shape.ROUND_SLOT: _round_slot,
-    }.get(nominal.shape, _rectangle)(0.5 * nominal.length, 0.5 * nominal.width, count)
-    points, normals = flat
-    basis = np.stack([along, beside])
-    return Places(centre + points @ basis, sign * (normals @ basis))
-
-
-def _ellipse(a: float, b: float, count: int) -> tuple[Float, Float]:
-    turns = _turns(count)
-    points = np.stack([a * np.cos(turns), b * np.sin(turns)], axis=1)
-    return points, unit(np.stack([b * np.cos(turns), a * np.sin(turns)], axis=1))
-
-
-def _rectangle(a: float, b: float, count: int) -> tuple[Float, Float]:
-    # Both ends get one point each, the long sides the others, away from the corners.
-    ends = 2 if count < 8 else 2 * max(1, round(count * b / (2.0 * (a + b))))
-    sides = count - ends
-    points, normals = [], []
-    for share, size, other, turned in (
-        (sides - sides // 2, a, b, False), (ends // 2, b, a, True),
-        (sides // 2, -a, -b, False), (ends - ends // 2, -b, -a, True),
-    ):  # fmt: skip
-        for step in 2.0 * 0.8 * _spread(share) if share else ():
-            place, normal = (size * step, other), (0.0, float(np.sign(other)))
-            points.append(place[::-1] if turned else place)
-            normals.append(normal[::-1] if turned else normal)
-    return np.array(points), np.array(normals)
-
-
-def _round_slot(a: float, b: float, count: int) -> tuple[Float, Float]:
-    straight = max(a - b, 0.0)
-    around = 4.0 * straight + 2.0 * np.pi * b
-    points, normals = [], []
-    for step in around * (np.arange(count) + 0.5) / count:
-        side, rest = divmod(step, 2.0 * straight + np.pi * b)
-        turn = -1.0 if side else 1.0
-        if rest < 2.0 * straight:
-            place, normal = (straight - rest, b), (0.0, 1.0)
-        else:
-            angle = 0.5 * np.pi + (rest - 2.0 * straight) / max(b, 1e-9)
-            normal = (float(np.cos(angle)), float(np.sin(angle)))
-            place = (-straight + b * normal[0], b * normal[1])
-        points.append((turn * place[0], turn * place[1]))
-        normals.append((turn * normal[0], turn * normal[1]))
-    return np.array(points), np.array(normals)
-
-
-@dataclass(frozen=True, slots=True)
-class Nearness:
-    """How a ball lies to a nominal surface.
-
-    Attributes
-    ----------
-    gap
-        mm: from the ball's surface to the nominal one; zero where it touches.
-    normal
-        (3,), unit: from the material towards the probe, at the nearest place; zero for a line.
-    """
-
-    gap: float
-    normal: Float
+    axis, centre = unit(np.array(nominal.direction)), np.array(nominal.point)
+    return SURFACES[nominal.shape].places(nominal, centre, axis, _sign(nominal), count)
 
 
 def nearness(nominal: NominalFeature, ball: Float, radius: float) -> Nearness:
@@ -236,57 +88,9 @@ def nearness(nominal: NominalFeature, ball: Float, radius: float) -> Nearness:
     A circle is the bore or shaft that it is touched in: how deep does not count up to ten
     millimetres. What the plan says about lengths bounds the surface, else it has no end.
     """
-    axis = unit(np.array(nominal.direction))
-    sign = 1.0 if nominal.side == "outer" else -1.0
-    arm = ball - np.array(nominal.point)
-    height = float(arm @ axis)
-    flat = arm - height * axis
-    reach = float(np.linalg.norm(flat))
-    outward = flat / reach if reach > 1e-9 else perpendicular_pair(axis)[0]
-    match nominal.shape:
-        case Shape.POINT:
-            return Nearness(float(np.linalg.norm(arm - radius * axis)), axis)
-        case Shape.LINE:
-            beyond = _beyond(abs(height), 0.5 * nominal.length)
-            return Nearness(float(np.hypot(abs(reach - radius), beyond)), np.zeros(3))
-        case Shape.PLANE:
-            along = across_of(nominal)
-            beyond_u = _beyond(abs(float(arm @ along)), 0.5 * nominal.length)
-            beyond_v = _beyond(abs(float(arm @ np.cross(axis, along))), 0.5 * nominal.width)
-            return Nearness(float(np.linalg.norm([height - radius, beyond_u, beyond_v])), axis)
-        case Shape.CIRCLE | Shape.CYLINDER | Shape.CONE:
-            half = np.radians(0.5 * nominal.angle_deg) if nominal.shape is Shape.CONE else 0.0
-            free = _DEEP_MM if nominal.shape is Shape.CIRCLE else 0.5 * nominal.length + radius
-            known = nominal.shape is Shape.CIRCLE or nominal.length > 0.0
-            beyond = _beyond(abs(height), free) if known else 0.0
-            surface = 0.5 * nominal.diameter + height * np.tan(half)
-            gap = (reach - surface) * np.cos(half) - sign * radius
-            normal = sign * (np.cos(half) * outward - np.sin(half) * axis)
-            return Nearness(float(np.hypot(gap, beyond)), normal)
-        case Shape.SPHERE:
-            far = float(np.linalg.norm(arm))
-            gap = far - 0.5 * nominal.diameter - sign * radius
-            return Nearness(abs(gap), sign * arm / max(far, 1e-9))
-        case Shape.TORUS:
-            ring = arm - 0.5 * nominal.diameter * outward
-            far = float(np.linalg.norm(ring))
-            return Nearness(
-                abs(far - 0.5 * nominal.width - sign * radius), sign * ring / max(far, 1e-9)
-            )
-        case Shape.ELLIPSE | Shape.ROUND_SLOT | Shape.SQUARE_SLOT | Shape.RECTANGLE:
-            places = places_of(nominal, _OUTLINE)
-            shifted = places.points + radius * places.normals
-            offsets = flat + np.array(nominal.point) - shifted
-            nearest = int(np.argmin(np.sum(offsets**2, axis=1)))
-            normal = places.normals[nearest]
-            beyond = _beyond(abs(height), _DEEP_MM)
-            return Nearness(float(np.hypot(np.linalg.norm(offsets[nearest]), beyond)), normal)
+    arm, axis = ball - np.array(nominal.point), unit(np.array(nominal.direction))
+    return SURFACES[nominal.shape].nearness(nominal, arm, axis, _sign(nominal), radius)
 
 
-_DEEP_MM = 10.0
-_OUTLINE = 200
-
-
-def _beyond(distance: float, half: float) -> float:
-    """Return how far outside a stretch of half length ``half`` something is; 0 unbounded."""
-    return max(distance - half, 0.0) if half > 0.0 else 0.0
+def _sign(nominal: NominalFeature) -> float:
+    return 1.0 if nominal.side == "outer" else -1.0

@@ -15,7 +15,7 @@ import msgspec
 from ocmm_core.alignment import Alignment
 from ocmm_core.errors import InputError
 from ocmm_core.features.measured import Construction
-from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape
+from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan._plan import SCHEMA, Plan, check_plan
 from ocmm_core.tolerances.zones import Characteristic
 
@@ -26,18 +26,6 @@ HEAD_FIELDS = ("name", "part", "rule", "compensation", "material")
 
 EDITED = Path("the plan")
 """Stands for the name of the file in sentences about a plan that has none yet."""
-
-USUAL_POINTS = {
-    Shape.POINT: 1,
-    Shape.LINE: 5,
-    Shape.PLANE: 9,
-    Shape.CIRCLE: 8,
-    Shape.SPHERE: 9,
-    Shape.CYLINDER: 12,
-    Shape.CONE: 12,
-    Shape.TORUS: 12,
-}
-"""Points of a feature whose plan does not say how many; 10 for outlines."""
 
 _REFERENCES = {
     "constructions": frozenset({"features", "towards"}),
@@ -58,7 +46,7 @@ def new_plan(name: str, part: str) -> Plan:
 
 def usual_points(shape: Shape) -> int:
     """Return how many points a feature of a shape usually gets."""
-    return max(USUAL_POINTS.get(shape, 10), MINIMUM_POINTS[shape])
+    return shape.spec.usual_points
 
 
 def add_feature(plan: Plan, feature: NominalFeature, place: int | None = None) -> Plan:

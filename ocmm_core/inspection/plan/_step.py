@@ -102,7 +102,7 @@ def _feature(face: StepFace, name: str) -> NominalFeature:
     middle = np.array(face.point)
     if shape is Shape.CYLINDER:
         middle = middle + 0.5 * (face.low + face.high) * np.array(face.direction)
-    width = {Shape.PLANE: face.width, Shape.TORUS: 2.0 * face.second}.get(shape, 0.0)
+    width = 2.0 * face.second if shape.spec.has_size("width") else face.width
     return NominalFeature(
         name=name,
         shape=shape,

@@ -6,12 +6,6 @@ from pathlib import PurePosixPath, PureWindowsPath
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 
-SHANK_SHAPES = (Shape.POINT, Shape.PLANE, Shape.LINE)
-"""Shapes that the axis of the probe stands on; along a bore it says nothing about the wall."""
-
-NOMINAL_SHAPES = tuple(shape for shape in Shape if shape is not Shape.LINE)
-"""Shapes whose plan says where the surface looks to; a line does not name its face."""
-
 LONGEST_TEXT = 500
 PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")
 
@@ -31,12 +25,14 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
         return "picture", fault
     method = feature.compensation or by_plan
     shape = feature.shape.value.lower()
-    if method == "shank" and feature.shape not in SHANK_SHAPES:
+    # The axis of the probe stands on a face; along a bore it says nothing about the wall.
+    if method == "shank" and feature.shape.spec.is_curved:
         return "compensation", (
             f"is 'shank', but the axis of the probe does not say on which side of a {shape} the "
             "material is"
         )
-    if method == "nominal" and feature.shape not in NOMINAL_SHAPES:
+    # A line does not name its face; every other shape says where its surface looks to.
+    if method == "nominal" and feature.shape is Shape.LINE:
         return "compensation", f"is 'nominal', but the plan does not say where a {shape} looks to"
     return None
 

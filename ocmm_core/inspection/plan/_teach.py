@@ -5,16 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 import msgspec
-import numpy as np
 
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.plan._plan import Plan
 
-_OUTLINES = (Shape.ELLIPSE, Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
-_UNDIRECTED = (Shape.POINT, Shape.SPHERE)
 _DIRECTION_DECIMALS = 6
 
 
@@ -60,18 +57,13 @@ def _taught(
 ) -> NominalFeature:
     fit = feature.fit
     changes: dict[str, object] = {"point": _vector(T.apply(fit.point), decimals)}
-    if nominal.shape not in _UNDIRECTED:
+    spec = nominal.shape.spec
+    if spec.has_direction:
         changes["direction"] = _vector(T.rotation @ fit.direction, _DIRECTION_DECIMALS)
-    if nominal.shape in _OUTLINES:
-        changes["length"] = round(2.0 * fit.radius, decimals)
-        changes["width"] = round(2.0 * fit.second, decimals)
+    if spec.has_across:
         changes["across"] = _vector(T.rotation @ fit.across, _DIRECTION_DECIMALS)
-    elif fit.radius > 0.0:
-        changes["diameter"] = round(2.0 * fit.radius, decimals)
-    if nominal.shape is Shape.TORUS:
-        changes["width"] = round(2.0 * fit.second, decimals)
-    if nominal.shape is Shape.CONE:
-        changes["angle_deg"] = round(2.0 * float(np.degrees(fit.half_angle)), decimals)
+    for size in spec.sizes:
+        changes[size.field] = round(size.whole(fit.geometry), decimals)
     return msgspec.structs.replace(nominal, **changes)
 
 

@@ -18,12 +18,12 @@ from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import (
     DIRECTION,
     MINIMUM_POINTS,
-    OUTLINES,
     Criterion,
     Shape,
+    shapes_where,
 )
 from ocmm_core.tolerances.kinds._form_zone import form_range, form_zone
-from ocmm_core.tolerances.kinds._shape_groups import ALL, LONG_AND_WIDE
+from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._spec import (
     Asked,
     Fault,
@@ -40,23 +40,15 @@ from ocmm_core.tolerances.zones import (
     Frames,
     associated,
     axis_sections,
-    ellipse_offset,
     few_in_a_section,
+    kept_offset,
     least_squares,
     own_fit,
     section_circle,
 )
 
-MINIMUM_ZONE_SHAPES = (
-    Shape.PLANE,
-    Shape.CIRCLE,
-    Shape.SPHERE,
-    Shape.CYLINDER,
-    Shape.CONE,
-    Shape.TORUS,
-    *OUTLINES,
-)
-"""Shapes of which a smallest zone is found; an edge has its own, and a point none."""
+_FORMS_OF_SHAPES = ("straightness", "flatness", "roundness", "cylindricity")
+"""Kinds that are the form of one shape by a name of their own (ISO 1101)."""
 
 
 def form(
@@ -92,16 +84,17 @@ def form(
         return straight_line(feature, smallest=smallest)
     if shape is Shape.CYLINDER and characteristic.kind == "roundness":
         return _worst_section(feature, smallest=smallest)
-    if not smallest or shape not in MINIMUM_ZONE_SHAPES or feature.touches is None:
+    has_zone = Criterion.MINIMUM_ZONE in shape.spec.criteria
+    if not smallest or not has_zone or feature.touches is None:
         return _least_squares(feature)
     touches = own_fit(feature)[0]
     try:
         zone = associated(
-            least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE, ellipse_offset(feature)
+            least_squares(feature), touches.tips, Criterion.MINIMUM_ZONE, kept_offset(feature)
         )
     except FitError as error:
         # Never narrower than the smallest zone: what conforms, conforms all the more.
-        squares = _even(feature) if shape in OUTLINES else _least_squares(feature)
+        squares = _even(feature) if shape.spec.has_across else _least_squares(feature)
         return replace(squares, note=f"Least squares instead of the minimum zone: {error.what}")
     return form_zone(zone, feature, touches.tips, touches.places, feature.residual_jacobian)
 
@@ -168,24 +161,18 @@ KINDS = (
         monte_carlo=MonteCarlo.RANGE,
         qif=QifWords(
             "OtherForm",
-            of_shape={
-                Shape.SPHERE: "Sphericity",
-                Shape.CONE: "Conicity",
-                Shape.ELLIPSE: "Ellipticity",
-                Shape.TORUS: "Toroidicity",
-            },
+            of_shape={shape: shape.spec.qif.form for shape in ALL},
         ),
         symbol=Symbol(bow="closed"),
-        symbol_of_shape=dict.fromkeys(LONG_AND_WIDE, Symbol(bow="open")),
+        symbol_of_shape=dict.fromkeys(
+            shapes_where(lambda spec: spec.form_kind == "line profile"), Symbol(bow="open")
+        ),
         shapes=tuple(shape for shape in ALL if shape is not Shape.POINT),
         association_fault=_form_fault,
         own_form=True,
         form_alone=True,
         stands_for={
-            Shape.LINE: "straightness",
-            Shape.PLANE: "flatness",
-            Shape.CIRCLE: "roundness",
-            Shape.CYLINDER: "cylindricity",
+            shape: shape.spec.form_kind for shape in ALL if shape.spec.form_kind in _FORMS_OF_SHAPES
         },
     ),
     KindSpec(

@@ -14,9 +14,9 @@ from scipy.optimize import nnls
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import distance_derivatives
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import ACROSS, DIRECTION, OUTLINES, POINT, Fit, Shape
+from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, Fit, Shape
 from ocmm_core.geometry import Float, perpendicular_pair
-from ocmm_core.tolerances.zones import Evaluation, FormNoise, ellipse_offset
+from ocmm_core.tolerances.zones import Evaluation, FormNoise, kept_offset
 
 _FLAT = 1e-9
 """Effect of a parameter on the distances, against the strongest, below which it has none."""
@@ -49,12 +49,12 @@ def form_zone(
         # Its plane is not made for the zone; a turn of it shifts points by their heights.
         gradient += shares @ by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
     noise = FormNoise(zone.residuals, rows, free)
-    if zone.shape in OUTLINES:
+    if zone.shape.spec.has_across:
         # The direction of the length turns with the plane.
         along = np.outer(by_geometry[:, ACROSS] @ zone.direction, zone.across)
         by_plane = by_geometry[:, DIRECTION] - along
         gradient += shares @ by_plane @ feature.jacobian[DIRECTION]
-        gradient[-1] -= float(np.sign(ellipse_offset(feature))) * float(shares.sum())
+        gradient[-1] -= float(np.sign(kept_offset(feature))) * float(shares.sum())
         noise = FormNoise(
             np.concatenate([zone.residuals, -zone.residuals]), np.concatenate([rows, -rows]),
             np.concatenate([free, -free]), mirrored=True,
@@ -65,12 +65,12 @@ def form_zone(
 def _free(zone: Fit, by_geometry: Float) -> Float:
     """Return how distances answer to the parameters that make the zone smallest, (n, k)."""
     columns = [by_geometry[:, POINT], by_geometry[:, 6:9]]
-    if zone.shape in OUTLINES:
+    if zone.shape.spec.has_across:
         beside = np.cross(zone.direction, zone.across)
         columns.append((by_geometry[:, ACROSS] @ beside)[:, None])
     else:
         columns.append(np.ones((len(by_geometry), 1)))
-        if np.any(zone.direction) and zone.shape is not Shape.CIRCLE:
+        if np.any(zone.direction) and not zone.shape.spec.is_flat:
             across = np.stack(perpendicular_pair(zone.direction))
             columns.append(by_geometry[:, DIRECTION] @ across.T)
     free = np.hstack(columns)
@@ -100,7 +100,7 @@ def _shares(zone: Fit, free: Float) -> Float:
         shares[int(np.argmin(zone.residuals))] -= 1.0
         return shares
     rows = np.array(zone.contacts)
-    if zone.shape in OUTLINES:
+    if zone.shape.spec.has_across:
         # Others hold what the zone leaves free.
         off = np.abs(zone.residuals[rows])
         rows = rows[off > off.max() - _TOUCHING * zone.form]
@@ -108,7 +108,7 @@ def _shares(zone: Fit, free: Float) -> Float:
     signs = np.where(zone.residuals[rows] > middle, 1.0, -1.0)
     sides = [signs > 0.0, signs < 0.0]
     sums = [1.0, 1.0]
-    if zone.shape in OUTLINES:
+    if zone.shape.spec.has_across:
         sides, sums = [np.ones(len(rows), dtype=bool)], [2.0]
     system = np.vstack([(free[rows] * signs[:, None]).T, *sides])
     wanted = np.concatenate([np.zeros(free.shape[1]), sums])

@@ -11,7 +11,7 @@ from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, nominal_geometry
 from ocmm_core.geometry import Float, unit
-from ocmm_core.tolerances.kinds._shape_groups import LONG_AND_WIDE
+from ocmm_core.tolerances.kinds._shape_groups import OF_A_LINE, OF_A_SURFACE
 from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, QifWords, Symbol
 from ocmm_core.tolerances.zones import (
     Characteristic,
@@ -56,7 +56,7 @@ def profile(
 def _surface(measured: SurfacePoints, frame: ZoneFrame, offset: float) -> Surface:
     nominal = nominal_geometry(measured.feature.nominal)
     shape = measured.feature.fit.shape
-    if shape in (Shape.POINT, Shape.LINE):
+    if not shape.spec.has_normals:
         nominal[DIRECTION] = _face_normal(measured, frame, nominal)
     return Surface(measured, shape, nominal, offset)
 
@@ -81,7 +81,7 @@ KINDS = (
         monte_carlo=MonteCarlo.EVALUATED,
         qif=QifWords("LineProfile"),
         symbol=Symbol(bow="open"),
-        shapes=(Shape.POINT, Shape.LINE, Shape.CIRCLE, *LONG_AND_WIDE),
+        shapes=OF_A_LINE,
         features=(1, 1000),
         datums=(0, 3),
         takes=frozenset({"offset"}),
@@ -99,14 +99,7 @@ KINDS = (
         monte_carlo=MonteCarlo.EVALUATED,
         qif=QifWords("SurfaceProfile"),
         symbol=Symbol(bow="closed"),
-        shapes=(
-            Shape.POINT,
-            Shape.PLANE,
-            Shape.SPHERE,
-            Shape.CYLINDER,
-            Shape.CONE,
-            Shape.TORUS,
-        ),
+        shapes=OF_A_SURFACE,
         features=(1, 1000),
         datums=(0, 3),
         takes=frozenset({"offset"}),

@@ -1,17 +1,25 @@
-"""Groups of shapes that entries of kinds name."""
+"""Groups of shapes that entries of kinds name, by what the shapes have."""
 
 from __future__ import annotations
 
-from ocmm_core.features.shapes import Shape
+from ocmm_core.features.shapes import Shape, shapes_where
 from ocmm_core.tolerances.zones import AXES
 
 ALL = tuple(Shape)
-WITH_RADIUS = (Shape.CIRCLE, Shape.SPHERE, Shape.CYLINDER)
-SLOTS = (Shape.ROUND_SLOT, Shape.SQUARE_SLOT, Shape.RECTANGLE)
+WITH_RADIUS = shapes_where(lambda spec: spec.is_radial)
+WITH_DIAMETER = shapes_where(lambda spec: spec.has_size("diameter"))
+SLOTS = shapes_where(lambda spec: spec.has_sides)
 """Shapes with two long sides, thus with a middle plane."""
 WITH_SIZE = (*WITH_RADIUS, *SLOTS)
-LONG_AND_WIDE = (Shape.ELLIPSE, *SLOTS)
+LONG_AND_WIDE = shapes_where(lambda spec: spec.has_size("length"))
+WITH_WIDTH = shapes_where(lambda spec: spec.has_size("width"))
 DIRECTED = (Shape.PLANE, *AXES)
 ROUND_AXES = (*AXES, Shape.CIRCLE)
-SPHERICAL = (Shape.POINT, Shape.SPHERE)
+SPHERICAL = shapes_where(lambda spec: spec.centred and not spec.has_direction)
 """Shapes that are a centre and have no direction."""
+OF_A_LINE = shapes_where(lambda spec: spec.is_flat or not spec.has_normals)
+"""Shapes that a line on a surface is touched as: points, edges and outlines."""
+OF_A_SURFACE = shapes_where(
+    lambda spec: not spec.is_flat and (spec.has_normals or spec.located == "everywhere")
+)
+"""Shapes that a surface is touched as; a point is one wherever it lies."""

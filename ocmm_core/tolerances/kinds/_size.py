@@ -21,7 +21,13 @@ from ocmm_core.features.shapes import (
 )
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.kinds._differences import by_differences
-from ocmm_core.tolerances.kinds._shape_groups import LONG_AND_WIDE, SLOTS, WITH_RADIUS
+from ocmm_core.tolerances.kinds._shape_groups import (
+    LONG_AND_WIDE,
+    SLOTS,
+    WITH_DIAMETER,
+    WITH_RADIUS,
+    WITH_WIDTH,
+)
 from ocmm_core.tolerances.kinds._spec import (
     Asked,
     Fault,
@@ -234,7 +240,7 @@ KINDS = (
         monte_carlo=MonteCarlo.SECOND_ORDER,
         qif=QifWords("Diameter", of_shape={Shape.SPHERE: "SphericalDiameter"}),
         symbol=Symbol(lines=(((0.15, 0.9), (0.85, 0.1)),), circles=((0.5, 0.5, 0.32),)),
-        shapes=(*WITH_RADIUS, Shape.CONE, Shape.TORUS),
+        shapes=WITH_DIAMETER,
         datums=(0, 1),
         datum_shapes=(Shape.PLANE,),
         takes=frozenset({"at"}),
@@ -277,7 +283,7 @@ KINDS = (
         monte_carlo=MonteCarlo.SECOND_ORDER,
         qif=QifWords("Width"),
         symbol=None,
-        shapes=(*LONG_AND_WIDE, Shape.TORUS),
+        shapes=WITH_WIDTH,
         association_fault=_oblong_fault,
     ),
 )

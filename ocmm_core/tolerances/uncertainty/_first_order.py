@@ -19,7 +19,7 @@ import numpy as np
 from scipy.special import chdtri, ndtr, stdtr
 
 from ocmm_core.features.measured import ActualFeature, beyond_first_order
-from ocmm_core.features.shapes import Criterion, Shape
+from ocmm_core.features.shapes import Criterion
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, Widened, student_factor
@@ -39,8 +39,6 @@ NEAR_REFUSAL = 0.25
 The scatter itself decides whether there is a U. Of fits that are often refused those are left whose
 scatter came out small by chance, and among them are nearly all whose U is too small.
 """
-
-_STRAIGHT = (Shape.POINT, Shape.LINE, Shape.PLANE)
 
 _SMALL = 1e-6
 """Share of the greatest variance below which a component of a vector is not asked."""
@@ -119,7 +117,7 @@ def follow_features(gradients: Float, features: Iterable[ActualFeature]) -> Foll
     parts = []
     for feature in features:
         raw, touches = feature.raw, feature.touches
-        if raw is None or touches is None or raw.shape in _STRAIGHT:
+        if raw is None or touches is None or not raw.shape.spec.is_curved:
             continue
         if raw.criterion is not Criterion.LEAST_SQUARES:
             continue

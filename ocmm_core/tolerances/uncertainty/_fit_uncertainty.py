@@ -32,13 +32,6 @@ from ocmm_core.tolerances.uncertainty._first_order import growth
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, student_factor, widened
 
-_FLAT = (
-    Shape.CIRCLE,
-    Shape.ELLIPSE,
-    Shape.ROUND_SLOT,
-    Shape.SQUARE_SLOT,
-    Shape.RECTANGLE,
-)
 _PLANE_PARAMETERS = 3
 
 FEW_DEGREES = 2
@@ -163,9 +156,9 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
 
     rows = np.eye(len(fit.geometry))
     centre = foot = None
-    if fit.shape in (Shape.LINE, Shape.CYLINDER, Shape.CONE):
+    if fit.shape.spec.is_long:
         foot = stated(np.stack(perpendicular_pair(fit.direction)) @ rows[POINT])
-    elif fit.shape is Shape.PLANE:
+    elif not fit.shape.spec.centred:
         foot = stated((fit.direction @ rows[POINT])[None])
     else:
         x, y, z = (stated(rows[k : k + 1]) for k in range(*POINT.indices(3)))
@@ -231,7 +224,7 @@ def scatter_samples(fit: Fit, points: Points3) -> tuple[FormSample, ...]:
     if degrees < 1:
         return ()
     _, normals = distance_derivatives(fit, points)
-    if fit.shape not in _FLAT:
+    if not fit.shape.spec.is_flat:
         return (sample("scatter", normals[:, :, None], squares, degrees),)
     heights = (points - fit.point) @ fit.direction
     within = normals - np.outer(normals @ fit.direction, fit.direction)

@@ -5,7 +5,7 @@ its gradient by the points.
 
 Read `_characteristic` (what a plan says) and `_evaluation` (what is known before uncertainty),
 then `_surface` (points under the ball), `_derived` (centres, axes), `_zone_frame` (where a zone
-stands), `_zones`, `_minimax` and `_associated` (smallest ones), `_nominal_distance` (profiles),
+stands), `_zones`, `_minimax` and `_associated` (smallest ones),
 `_two_point` (local sizes), `_points` (how many points are enough).
 It is the first room of tolerances and must not know a single kind.
 """
@@ -35,11 +35,10 @@ if TYPE_CHECKING:
         sections,
     )
     from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked
-    from ocmm_core.tolerances.zones._nominal_distance import nominal_distances
     from ocmm_core.tolerances.zones._points import points_note
     from ocmm_core.tolerances.zones._surface import (
         SurfacePoints,
-        ellipse_offset,
+        kept_offset,
         least_squares,
         own_fit,
         surface_points,
@@ -70,9 +69,8 @@ else:
             "section_circle sections"
         ),
         _evaluation="Evaluation FormNoise Ranked",
-        _nominal_distance="nominal_distances",
         _points="points_note",
-        _surface="SurfacePoints ellipse_offset least_squares own_fit surface_points",
+        _surface="SurfacePoints kept_offset least_squares own_fit surface_points",
         _two_point="across_slot around between_faces",
         _zone_frame="BEST_FIT Frames ZoneFrame free_frame moved_geometry",
         _zones="DerivedPoint Surface derived_zone form_noise surface_zone vector_evaluation",
@@ -101,14 +99,13 @@ __all__ = [
     "between_faces",
     "derived_points",
     "derived_zone",
-    "ellipse_offset",
     "few_in_a_section",
     "form_noise",
     "free_frame",
+    "kept_offset",
     "least_squares",
     "median_line",
     "moved_geometry",
-    "nominal_distances",
     "own_fit",
     "points_note",
     "section_circle",

@@ -9,24 +9,15 @@ import numpy as np
 from ocmm_core.errors import FitError
 from ocmm_core.features.elements import fit_circle_projected
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import Fit, Shape
+from ocmm_core.features.shapes import Fit, shapes_where
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tolerances.zones._surface import own_fit
 from ocmm_core.tolerances.zones._zones import DerivedPoint
 
-AXES = (Shape.LINE, Shape.CYLINDER, Shape.CONE)
+AXES = shapes_where(lambda spec: spec.is_long)
 """Shapes whose derived element is an axis, or that are one."""
 
-CENTRES = (
-    Shape.POINT,
-    Shape.CIRCLE,
-    Shape.SPHERE,
-    Shape.ELLIPSE,
-    Shape.ROUND_SLOT,
-    Shape.SQUARE_SLOT,
-    Shape.RECTANGLE,
-    Shape.TORUS,
-)
+CENTRES = shapes_where(lambda spec: spec.centred)
 """Shapes that have a centre."""
 
 SECTION_POINTS = 4
@@ -55,7 +46,7 @@ def derived_points(feature: ActualFeature, length: float = 0.0) -> tuple[Derived
         An axis has no length.
     """
     geometry, jacobian = feature.fit.geometry, feature.jacobian
-    if feature.fit.shape not in AXES:
+    if not feature.fit.shape.spec.is_long:
         return (DerivedPoint(geometry[0:3], jacobian[0:3]),)
     low, high = _extent(feature)
     if length > 0.0:

@@ -5,23 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import Shape
-
-RECOMMENDED_POINTS = {
-    Shape.POINT: 1,
-    Shape.LINE: 5,
-    Shape.PLANE: 9,
-    Shape.CIRCLE: 7,
-    Shape.SPHERE: 9,
-    Shape.CYLINDER: 12,
-    Shape.ELLIPSE: 9,
-    Shape.ROUND_SLOT: 9,
-    Shape.SQUARE_SLOT: 9,
-    Shape.RECTANGLE: 9,
-    Shape.CONE: 12,
-    Shape.TORUS: 14,
-}
-"""Points from which on form is evaluated without a note; the minimum is `MINIMUM_POINTS`."""
 
 
 def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
@@ -41,13 +24,13 @@ def points_note(features: Sequence[ActualFeature], *, of_form: bool) -> str:
         feature
         for feature in features
         if feature.touches is not None
-        and len(feature.numbers) < RECOMMENDED_POINTS[feature.fit.shape]
+        and len(feature.numbers) < feature.fit.shape.spec.recommended_points
     ]
     if not few:
         return ""
     listed = ", ".join(
         f"{feature.nominal.name} has {len(feature.numbers)} of "
-        f"{RECOMMENDED_POINTS[feature.fit.shape]} recommended"
+        f"{feature.fit.shape.spec.recommended_points} recommended"
         for feature in few
     )
     if of_form:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.elements import distance_derivatives, fit_circle_projected, fit_ellipse
+from ocmm_core.features.elements import distance_derivatives, fit_circle_projected
 from ocmm_core.features.measured import ActualFeature, Touches, fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Criterion, Fit, Shape
@@ -113,21 +113,20 @@ def least_squares(feature: ActualFeature) -> Fit:
     if raw.criterion is Criterion.LEAST_SQUARES:
         # What starts from it stays in its plane, also where that was found with the circle.
         return replace(raw, free=False)
-    if raw.shape is Shape.CIRCLE:
+    if raw.shape.spec.may_be_free:
         return fit_circle_projected(touches.tips, raw.direction)[0]
-    if raw.shape is Shape.ELLIPSE:
-        return unambiguous(fit_ellipse(touches.tips, raw.direction, ellipse_offset(feature)))
     fit = fit_shape(
         raw.shape, touches.tips, direction_hint=raw.direction, radius_hint=raw.radius,
         second_hint=raw.second, half_angle_hint=raw.half_angle or None,
+        offset=kept_offset(feature),
     )  # fmt: skip
     return unambiguous(fit)
 
 
-def ellipse_offset(feature: ActualFeature) -> float:
-    """Return how far outside its ellipse ball centres lie, mm; zero for other shapes.
+def kept_offset(feature: ActualFeature) -> float:
+    """Return how far ball centres lie outside an element that keeps the ball, mm; else zero.
 
-    Ball centres of those lie on one of the same shape, which is what is fitted.
+    Ball centres of other shapes lie on one of the same shape, which is what is fitted.
 
     Raises
     ------
@@ -135,7 +134,7 @@ def ellipse_offset(feature: ActualFeature) -> float:
         The feature is constructed.
     """
     touches, raw = _own(feature)
-    if raw.shape is not Shape.ELLIPSE:
+    if raw.shape.spec.ball != "kept":
         return 0.0
     return touches.tip_radius if feature.nominal.side == "outer" else -touches.tip_radius
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, skew
 from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise
 from ocmm_core.tolerances.zones._minimax import Smallest, smallest_length, smallest_zone
-from ocmm_core.tolerances.zones._nominal_distance import nominal_distances
 from ocmm_core.tolerances.zones._surface import SurfacePoints, own_fit
 from ocmm_core.tolerances.zones._zone_frame import ZoneFrame
 
@@ -236,6 +236,6 @@ def _scale(frame: ZoneFrame, points: Float) -> Float:
 
 def _outwards(surface: Surface) -> float:
     """Return 1 where the distance grows away from the material, -1 where it grows into it."""
-    if surface.shape in (Shape.PLANE, Shape.POINT, Shape.LINE):
+    if not surface.shape.spec.is_curved:
         return 1.0
     return 1.0 if surface.measured.feature.nominal.side == "outer" else -1.0

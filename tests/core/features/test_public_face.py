@@ -12,7 +12,6 @@ import ocmm_core.features as face
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import fit_shape
 from ocmm_core.features.shapes import GEOMETRY_NAMES, Shape
-from ocmm_core.features.shapes._shapes import SIZE_WORDS
 from tests.core.features.shape_samples import HALF_ANGLE, RADIUS, SECOND, ideal_points
 
 PAGE = Path(__file__).parents[3] / "docs" / "python.md"
@@ -56,7 +55,7 @@ def test_a_shape_has_its_sizes_and_refuses_others(shape: Shape) -> None:
     fit = fit_shape(shape, ideal_points(shape, np.random.default_rng(2), 14))
     for word, expected in _SIZES.items():
         name = word.replace(" ", "_")
-        if word not in SIZE_WORDS[shape]:
+        if word not in [size.word for size in shape.spec.sizes]:
             with pytest.raises(FitError, match=f"{shape.value} has no {word}"):
                 getattr(fit, name)
         elif (shape, word) != (Shape.CONE, "diameter"):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.measured import (
     ActualFeature,
     FitThrough,
@@ -14,7 +15,6 @@ from ocmm_core.features.measured import (
 from ocmm_core.features.shapes import Shape, nominal_geometry
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.kinds import evaluate
-from ocmm_core.tolerances.zones import nominal_distances
 from tests.core.features.exact_touches import moved
 from tests.core.tolerances.known_part import KnownPart, asked, face, motion, ring
 

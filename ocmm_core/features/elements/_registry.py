@@ -1,0 +1,258 @@
+"""The registry of elements: what computes with a shape, one entry each.
+
+`features.shapes` holds what is known of a shape without computing; here stands how it is fitted to
+points and how far points are from it. What asks for a shape that has no entry raises KeyError.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import NamedTuple, TypeAlias
+
+import numpy as np
+
+from ocmm_core.features.elements import _distances as distances
+from ocmm_core.features.elements._circle import fit_circle, fit_circle_free, fit_circle_projected
+from ocmm_core.features.elements._cone import fit_cone
+from ocmm_core.features.elements._cylinder import fit_cylinder
+from ocmm_core.features.elements._ellipse import fit_ellipse, fit_ellipse_projected
+from ocmm_core.features.elements._line import fit_line
+from ocmm_core.features.elements._plane import fit_plane
+from ocmm_core.features.elements._point import fit_point
+from ocmm_core.features.elements._slot import fit_slot, fit_slot_projected
+from ocmm_core.features.elements._sphere import fit_sphere
+from ocmm_core.features.elements._torus import fit_torus
+from ocmm_core.features.search import (
+    BALL,
+    CONE,
+    CYLINDER,
+    DISC,
+    ELLIPSE,
+    ROUND_ENDS,
+    SQUARE_ENDS,
+    TORUS,
+)
+from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, Fit, Shape
+from ocmm_core.geometry import Float, Points3
+
+
+class Known(NamedTuple):
+    """What is known before a fit. A named tuple, as one is made for every fit.
+
+    Attributes
+    ----------
+    direction
+        (3,): the direction of the result points along it.
+    radius, second, half_angle
+        mm, mm, rad: may decide between rivals.
+    free
+        Circle only: in space as one problem.
+    offset
+        mm: distance that the element keeps from its points, where its shape has ``kept`` for ball.
+    """
+
+    direction: Float | None = None
+    radius: float | None = None
+    second: float | None = None
+    half_angle: float | None = None
+    free: bool = False
+    offset: float = 0.0
+
+    @property
+    def sizes(self) -> tuple[float, float] | None:
+        """Return both sizes, or None where one is not known."""
+        if self.radius is None or self.second is None:
+            return None
+        return self.radius, self.second
+
+
+Slopes: TypeAlias = Callable[[Fit, Float, Float], Points3]
+"""From a fit and arms (n, 3) from its point: writes d(distance) / d(geometry), returns normals."""
+Signed: TypeAlias = Callable[[Float, Float], tuple[Float, Points3]]
+"""From a geometry vector (12,) and arms (n, 3) from its point to distances and normals."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ElementSpec:
+    """How one shape is computed.
+
+    Attributes
+    ----------
+    fit
+        By least squares, from points (n, 3), mm.
+    projected
+        The same in a plane of given normal (3,), with the derivatives (12, 3) by the normal; None
+        for what has no plane.
+    slopes
+        How signed distances move, see `distance_derivatives`.
+    signed
+        Signed distances from a nominal, see `nominal_distances`.
+    kernel
+        Kind of the compiled solver that follows a minimum as points move; None where there is
+        none, and the element is fitted again.
+    may_be_turned
+        `fit_oriented` finds it with a direction that is given.
+    """
+
+    fit: Callable[[Points3, Known], Fit]
+    projected: Callable[[Points3, Float, Known], tuple[Fit, Float]] | None
+    slopes: Slopes
+    signed: Signed
+    kernel: int | None
+    may_be_turned: bool
+
+
+def _slot(shape: Shape, slopes: Slopes, signed: Signed, kernel: int) -> ElementSpec:
+    return ElementSpec(
+        fit=lambda points, known: fit_slot(shape, points, known.direction, known.sizes),
+        projected=lambda points, normal, known: fit_slot_projected(
+            shape, points, normal, known.sizes
+        ),
+        slopes=slopes, signed=signed, kernel=kernel, may_be_turned=False,
+    )  # fmt: skip
+
+
+ELEMENTS = {
+    Shape.POINT: ElementSpec(
+        fit=lambda points, known: fit_point(points),
+        projected=None,
+        slopes=distances.point_slopes,
+        signed=distances.signed_plane,
+        kernel=None,
+        may_be_turned=False,
+    ),
+    Shape.LINE: ElementSpec(
+        fit=lambda points, known: fit_line(points, known.direction),
+        projected=None,
+        slopes=distances.line_slopes,
+        signed=distances.signed_plane,
+        kernel=None,
+        may_be_turned=True,
+    ),
+    Shape.PLANE: ElementSpec(
+        fit=lambda points, known: fit_plane(points, known.direction),
+        projected=None,
+        slopes=distances.plane_slopes,
+        signed=distances.signed_plane,
+        kernel=None,
+        may_be_turned=True,
+    ),
+    Shape.CIRCLE: ElementSpec(
+        fit=lambda points, known: (fit_circle_free if known.free else fit_circle)(
+            points, known.direction
+        ),
+        projected=lambda points, normal, known: fit_circle_projected(points, normal),
+        slopes=distances.circle_slopes,
+        signed=distances.signed_cylinder,
+        kernel=DISC,
+        may_be_turned=True,
+    ),
+    Shape.SPHERE: ElementSpec(
+        fit=lambda points, known: fit_sphere(points),
+        projected=None,
+        slopes=distances.sphere_slopes,
+        signed=distances.signed_sphere,
+        kernel=BALL,
+        may_be_turned=False,
+    ),
+    Shape.CYLINDER: ElementSpec(
+        fit=lambda points, known: fit_cylinder(points, known.direction, known.radius),
+        projected=None,
+        slopes=distances.cylinder_slopes,
+        signed=distances.signed_cylinder,
+        kernel=CYLINDER,
+        may_be_turned=True,
+    ),
+    Shape.ELLIPSE: ElementSpec(
+        fit=lambda points, known: fit_ellipse(points, known.direction, known.offset),
+        projected=lambda points, normal, known: fit_ellipse_projected(points, normal, known.offset),
+        slopes=distances.ellipse_slopes,
+        signed=distances.signed_ellipse,
+        kernel=ELLIPSE,
+        may_be_turned=False,
+    ),
+    Shape.ROUND_SLOT: _slot(
+        Shape.ROUND_SLOT, distances.round_slopes, distances.signed_round_slot, ROUND_ENDS
+    ),
+    **{
+        shape: _slot(shape, distances.square_slopes, distances.signed_rectangle, SQUARE_ENDS)
+        for shape in (Shape.SQUARE_SLOT, Shape.RECTANGLE)
+    },
+    Shape.CONE: ElementSpec(
+        fit=lambda points, known: fit_cone(points, known.half_angle),
+        projected=None,
+        slopes=distances.cone_slopes,
+        signed=distances.signed_cone,
+        kernel=CONE,
+        may_be_turned=True,
+    ),
+    Shape.TORUS: ElementSpec(
+        fit=lambda points, known: fit_torus(points, known.direction, known.sizes),
+        projected=None,
+        slopes=distances.torus_slopes,
+        signed=distances.signed_torus,
+        kernel=TORUS,
+        may_be_turned=True,
+    ),
+}
+"""The entries."""
+
+
+def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
+    """Return how the signed distance of every point from the element moves, to first order.
+
+    Parameters
+    ----------
+    fit
+        Any fit.
+    points
+        (n, 3), mm; the points that were fitted, as the side of a line comes from their residuals.
+
+    Returns
+    -------
+    by_geometry
+        (n, 12): d(distance) / d(geometry).
+    by_point
+        (n, 3): d(distance) / d(the point itself): the normal of the element towards the point.
+    """
+    by_geometry = np.zeros((len(points), GEOMETRY_SIZE))
+    normals = ELEMENTS[fit.shape].slopes(fit, points - fit.point, by_geometry)
+    by_geometry[:, POINT] = -normals
+    return by_geometry, normals
+
+
+def surface_normals(fit: Fit, points: Points3) -> Points3:
+    """Return the normals (n, 3) of the surface that an element stands for, towards the outside.
+
+    A circle is the rim of a bore or pin, whose normals lie in its plane, also where the distances
+    of a circle in space do not.
+    """
+    return distance_derivatives(replace(fit, free=False), points)[1]
+
+
+def nominal_distances(shape: Shape, geometry: Float, points: Points3) -> tuple[Float, Points3]:
+    """Return the signed distance of every point from an element, and the normal of it there.
+
+    Circle, ellipse, slots and rectangle are seen along their normal: a line in their plane is
+    meant, at whatever height it was probed. Corners of a rectangle are none: each point belongs to
+    the side that it is nearest to. Points and lines are taken as planes: ``geometry`` must hold the
+    normal of their face as its direction.
+
+    Parameters
+    ----------
+    shape
+        Of the element.
+    geometry
+        (12,), see `features.shapes.element`.
+    points
+        (n, 3), mm, in the same frame.
+
+    Returns
+    -------
+    distances
+        (n,), mm: positive outside of what is round, and where the normal of a plane points to.
+    normals
+        (n, 3), unit: towards growing distance.
+    """
+    return ELEMENTS[shape].signed(geometry, points - geometry[POINT])
