@@ -28,7 +28,7 @@ import numpy as np  # noqa: E402 - the number of BLAS threads is set before nump
 from ocmm_core.calibration.monitor import (  # noqa: E402 - as above
     Baseline,
     CalibrationMonitor,
-    Cause,
+    ChangeCause,
     LookCollector,
     camera_changes,
     learn_baseline,
@@ -168,8 +168,8 @@ def push_once(bench: Bench, baseline: Baseline | None, seed: int, number: int) -
         at = int(np.searchsorted(track.time_ns, result.time_ns))
         since = None if result.since_ns is None else at_s - result.since_ns * 1e-9
         named = (
-            result.cause is Cause.CAMERA and bench.rig.cameras[camera].name in result.cameras
-        ) or result.cause is Cause.UNKNOWN
+            result.cause is ChangeCause.CAMERA and bench.rig.cameras[camera].name in result.cameras
+        ) or result.cause is ChangeCause.UNKNOWN
         return Run(float(probed[at]), named, since, early=not after[at])
     return Run(None, named=False, since_before_s=None, early=False)
 

@@ -32,8 +32,8 @@ from ocmm_core.acquisition.frames import (
     AcquisitionStatus,
     AcquisitionWorker,
     FrameRing,
+    HeadWord,
     StopReason,
-    Word,
     read_status,
 )
 from ocmm_core.documents import write_atomic
@@ -47,7 +47,7 @@ from ocmm_core.simulation.bus import (
     FAR,
     HOST,
     NEAR,
-    Deed,
+    FaultDeed,
     FaultRig,
     FrameKind,
     FrameWatch,
@@ -197,7 +197,7 @@ def now() -> Moment:
     return Moment(time.monotonic_ns(), time.time_ns())
 
 
-def deed(do: Deed, camera: int = 0, value: int = 0, code: int = 0) -> Step:
+def deed(do: FaultDeed, camera: int = 0, value: int = 0, code: int = 0) -> Step:
     """Return the step that does something to a camera."""
 
     def step(rig: FaultRig) -> Moment:
@@ -248,7 +248,7 @@ def _nothing(_rig: FaultRig) -> Moment:
     return now()
 
 
-def _toggled(name: str, do: Deed, alarms: tuple[Alarm, ...], camera: int = 1) -> Scenario:
+def _toggled(name: str, do: FaultDeed, alarms: tuple[Alarm, ...], camera: int = 1) -> Scenario:
     return Scenario(name, deed(do, camera, 1), deed(do, camera, 0), alarms)
 
 
@@ -292,6 +292,7 @@ def _object(rig: FaultRig, action: Callable[[RemoteObjects], object]) -> str:
 
 
 _PROCESS = (FrameKind.PROCESS,)
+Do = FaultDeed
 _GONE = (Alarm.SILENT, Alarm.CAMERA_MISSING, Alarm.LOST_ANSWERS, Alarm.LINK_DOWN)
 _PART = (Alarm.CAMERA_MISSING, Alarm.WORKING_COUNTER, Alarm.RESTARTED, Alarm.LEFT_OPERATION)
 _LOST = (Alarm.LOST_ANSWERS,)
@@ -308,18 +309,18 @@ SCENARIOS: tuple[Scenario, ...] = (
              _call(FaultRig.make_near_cable, early=False), (Alarm.LINK_DOWN,)),
     Scenario("all cameras killed and restarted", _call(FaultRig.kill_cameras, early=True),
              _call(FaultRig.start_cameras, early=False), _GONE),
-    Scenario("first camera off and on", deed(Deed.POWER_OFF, 0), deed(Deed.POWER_ON, 0), _GONE),
-    Scenario("last camera off and on", deed(Deed.POWER_OFF, 1), deed(Deed.POWER_ON, 1), _PART),
-    _at_once("camera restarts", deed(Deed.RESTART, 1), (*_GONE, *_PART)),
-    _toggled("camera silent", Deed.MUTE, _PART),
-    Scenario("camera unplugged and back", deed(Deed.UNPLUG, 1), deed(Deed.PLUG, 1), _PART),
-    _toggled("camera frozen, full working counter", Deed.FREEZE, (Alarm.FROZEN,)),
+    Scenario("first camera off and on", deed(Do.POWER_OFF, 0), deed(Do.POWER_ON, 0), _GONE),
+    Scenario("last camera off and on", deed(Do.POWER_OFF, 1), deed(Do.POWER_ON, 1), _PART),
+    _at_once("camera restarts", deed(Do.RESTART, 1), (*_GONE, *_PART)),
+    _toggled("camera silent", Do.MUTE, _PART),
+    Scenario("camera unplugged and back", deed(Do.UNPLUG, 1), deed(Do.PLUG, 1), _PART),
+    _toggled("camera frozen, full working counter", Do.FREEZE, (Alarm.FROZEN,)),
     _at_once("watchdog: master stands still 300 ms",
              _call(lambda rig: rig.stall_bus(0.3), early=False), (Alarm.WATCHDOG,)),
-    _at_once("camera falls to SAFEOP", deed(Deed.FALL_BACK, 1, SAFEOP, AL_SYNC), (Alarm.SYNC,)),
-    _at_once("camera drops to PREOP", deed(Deed.FALL_BACK, 1, PREOP, 0x001D),
+    _at_once("camera falls to SAFEOP", deed(Do.FALL_BACK, 1, SAFEOP, AL_SYNC), (Alarm.SYNC,)),
+    _at_once("camera drops to PREOP", deed(Do.FALL_BACK, 1, PREOP, 0x001D),
              (Alarm.LEFT_OPERATION, *_PART)),
-    _at_once("camera drops to INIT", deed(Deed.FALL_BACK, 0, INIT, 0), _PART),
+    _at_once("camera drops to INIT", deed(Do.FALL_BACK, 0, INIT, 0), _PART),
     _cable("loss 5 %", LineRule(do=Trick.DROP, share=0.05), _LOST, s=1.0),
     _cable("requests lost 2 %", LineRule(do=Trick.DROP, way=Way.REQUEST, share=0.02), _LOST),
     _cable("duplicates 20 %", LineRule(do=Trick.DUPLICATE, share=0.2), ()),
@@ -338,43 +339,43 @@ SCENARIOS: tuple[Scenario, ...] = (
     _cable("requests with wrong bits",
            LineRule(do=Trick.FLIP, way=Way.REQUEST, share=0.02, kinds=_PROCESS), ()),
     _cable("total silence", LineRule(do=Trick.DROP), _GONE, stops=True),
-    Scenario("camera's data corrupted", deed(Deed.CORRUPT, 1, 1), deed(Deed.CORRUPT, 1, 0),
+    Scenario("camera's data corrupted", deed(Do.CORRUPT, 1, 1), deed(Do.CORRUPT, 1, 0),
              (Alarm.PAYLOAD,)),
-    Scenario("camera's header corrupted, check sum right", deed(Deed.CORRUPT, 1, CORRUPT_WITH_SUM),
-             deed(Deed.CORRUPT, 1, 0),
+    Scenario("camera's header corrupted, check sum right", deed(Do.CORRUPT, 1, CORRUPT_WITH_SUM),
+             deed(Do.CORRUPT, 1, 0),
              (Alarm.PAYLOAD, Alarm.FRAME_RATE, Alarm.GAP, Alarm.FROZEN, Alarm.RESTARTED,
               Alarm.CONFIGURATION, Alarm.SYNC, Alarm.LEFT_OPERATION)),
-    _at_once("duplicate station address", deed(Deed.STATION, 1, _FIRST_STATION),
+    _at_once("duplicate station address", deed(Do.STATION, 1, _FIRST_STATION),
              (Alarm.DUPLICATE_ADDRESS,)),
-    _at_once("cables of the cameras exchanged while off", deed(Deed.SWAP, 0, 1),
+    _at_once("cables of the cameras exchanged while off", deed(Do.SWAP, 0, 1),
              (*_GONE, *_PART)),
-    _at_once("cables exchanged back", deed(Deed.SWAP, 0, 1), (*_GONE, *_PART)),
-    Scenario("another camera in its place", deed(Deed.SERIAL, 1, 4711),
-             deed(Deed.SERIAL, 1, 1002), (Alarm.CAMERAS,), lasts_s=0.8),
-    Scenario("alias of the other camera", deed(Deed.ALIAS, 1, 1), deed(Deed.ALIAS, 1, 2),
+    _at_once("cables exchanged back", deed(Do.SWAP, 0, 1), (*_GONE, *_PART)),
+    Scenario("another camera in its place", deed(Do.SERIAL, 1, 4711),
+             deed(Do.SERIAL, 1, 1002), (Alarm.CAMERAS,), lasts_s=0.8),
+    Scenario("alias of the other camera", deed(Do.ALIAS, 1, 1), deed(Do.ALIAS, 1, 2),
              (Alarm.ALIAS, Alarm.DUPLICATE), lasts_s=0.8),
-    Scenario("one camera too many", deed(Deed.PLUG, 2), deed(Deed.UNPLUG, 2),
+    Scenario("one camera too many", deed(Do.PLUG, 2), deed(Do.UNPLUG, 2),
              (Alarm.CAMERAS, Alarm.FOREIGN_DEVICE), stops=False, lasts_s=0.8),
-    Scenario("one camera at another frame rate", deed(Deed.FRAME_PERIOD, 1, 130_000),
-             deed(Deed.FRAME_PERIOD, 1, 0), (Alarm.FRAME_RATE,)),
-    _at_once("emergency message", deed(Deed.EMERGENCY, 1, 0x4210), (Alarm.EMERGENCY,)),
-    Scenario("request to a camera whose mailbox hangs", deed(Deed.HANG_MAILBOX, 1, 1),
-             deed(Deed.HANG_MAILBOX, 1, 0), (Alarm.OBJECT_TIMEOUT,), stops=False, lasts_s=1.0,
+    Scenario("one camera at another frame rate", deed(Do.FRAME_PERIOD, 1, 130_000),
+             deed(Do.FRAME_PERIOD, 1, 0), (Alarm.FRAME_RATE,)),
+    _at_once("emergency message", deed(Do.EMERGENCY, 1, 0x4210), (Alarm.EMERGENCY,)),
+    Scenario("request to a camera whose mailbox hangs", deed(Do.HANG_MAILBOX, 1, 1),
+             deed(Do.HANG_MAILBOX, 1, 0), (Alarm.OBJECT_TIMEOUT,), stops=False, lasts_s=1.0,
              asks=_read_hung, answer=Alarm.OBJECT_TIMEOUT),
     Scenario("request that is refused", _nothing, _nothing, (), stops=False,
              asks=_read_forbidden, answer=Alarm.OBJECT_REFUSED),
     Scenario("long value in segments", _nothing, _nothing, (), stops=False, asks=_write_long,
              answer="done"),
-    _at_once("clock of the first camera jumps", deed(Deed.CLOCK_JUMP, 0, 5_000_000),
+    _at_once("clock of the first camera jumps", deed(Do.CLOCK_JUMP, 0, 5_000_000),
              (Alarm.CLOCK_JUMP,)),
-    _at_once("clock of the last camera jumps", deed(Deed.CLOCK_JUMP, 1, -3_000_000),
+    _at_once("clock of the last camera jumps", deed(Do.CLOCK_JUMP, 1, -3_000_000),
              (Alarm.CLOCK_JUMP,)),
-    _at_once("clock of the last camera jumps by one frame", deed(Deed.CLOCK_JUMP, 1, 125_000),
+    _at_once("clock of the last camera jumps by one frame", deed(Do.CLOCK_JUMP, 1, 125_000),
              (Alarm.CLOCK_JUMP,)),
-    Scenario("bus clock 200 ppm fast", deed(Deed.CLOCK_RATE, 0, 200_000),
-             deed(Deed.CLOCK_RATE, 0, 0), (), stops=False, lasts_s=1.0),
-    Scenario("clock of the last camera 200 ppm slow", deed(Deed.CLOCK_RATE, 1, -200_000),
-             deed(Deed.CLOCK_RATE, 1, 0), (), stops=False, lasts_s=1.0),
+    Scenario("bus clock 200 ppm fast", deed(Do.CLOCK_RATE, 0, 200_000),
+             deed(Do.CLOCK_RATE, 0, 0), (), stops=False, lasts_s=1.0),
+    Scenario("clock of the last camera 200 ppm slow", deed(Do.CLOCK_RATE, 1, -200_000),
+             deed(Do.CLOCK_RATE, 1, 0), (), stops=False, lasts_s=1.0),
 )  # fmt: skip
 
 
@@ -437,7 +438,7 @@ class Player:
             asking = threading.Thread(target=lambda: answers.append(ask(self._rig)))
             asking.start()
         self.watch(seen, scenario.lasts_s)
-        last_ns = self._ring.word(Word.LAST_FRAMES_NS)
+        last_ns = self._ring.word(HeadWord.LAST_FRAMES_NS)
         end = scenario.end(self._rig) if scenario.lasts_s else begin
         came = self.healthy(seen, end.monotonic_ns)
         self.watch(seen, _SETTLE_S)
@@ -493,7 +494,7 @@ class Player:
         return (0, 0) if report is None else (report.stray_answers, report.recoveries)
 
     def _running(self) -> bool:
-        return self._ring.word(Word.STATE) != AcquisitionState.STOPPED
+        return self._ring.word(HeadWord.STATE) != AcquisitionState.STOPPED
 
 
 def _cycles(before: AcquisitionStatus, after: AcquisitionStatus) -> dict[str, int]:

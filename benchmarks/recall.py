@@ -40,8 +40,8 @@ from benchmarks.recall_scenes import (  # noqa: E402 - as above
 )
 from ocmm_core.geometry import Float  # noqa: E402 - as above
 from ocmm_core.inspection.archive import (  # noqa: E402 - as above  # noqa: E402 - as above
+    KeptPlaces,
     Outcome,
-    Places,
     RecalledCharacteristic,
     RecalledJob,
     recall,
@@ -111,7 +111,7 @@ def _world(
     world.calibrate()
     begun, used = time.monotonic(), _processor_s()
     record = recall(
-        Places((folder / "jobs",), world.calibrations),
+        KeptPlaces((folder / "jobs",), world.calibrations),
         datetime.now(UTC),
         workers=options.processes,
     )

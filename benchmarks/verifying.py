@@ -39,7 +39,7 @@ from ocmm_core.documents import resource
 from ocmm_core.simulation.calibration_scenes import (
     FRAMES,
     Holds,
-    RestingSpots,
+    VirtualRests,
     nudge,
     verify_at_once,
 )
@@ -112,7 +112,7 @@ class Site:
             who="benchmark", spheres=(self.sphere,),
         )  # fmt: skip
         rng = np.random.default_rng([number, 77])
-        spots = RestingSpots(self.design, self.body, number, FRAMES, self.holds)
+        spots = VirtualRests(self.design, self.body, number, FRAMES, self.holds)
         direction = rng.standard_normal(3)
         spots.tip_shift_probe = scene.tip_mm * direction / np.linalg.norm(direction)
         # Before the first rest a nudge is an error of the calibration, not a change.

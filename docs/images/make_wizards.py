@@ -21,8 +21,8 @@ from PySide6.QtTest import QTest  # the platform must be chosen before
 from PySide6.QtWidgets import QApplication
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints, SpotTable
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure, SpotTable
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import CalibrationStore, load_bar, load_sphere, rig_from_record
 from ocmm_core.calibration.tip import TouchView
 from ocmm_core.calibration.verification import VerificationProcedure
@@ -113,7 +113,7 @@ class Stage:
         uv += 0.0105 * rng.standard_normal(uv.shape)
         procedure = KnownPointsProcedure.begin(
             self.store / SESSIONS, self.running(), CalibrationStore(self.store),
-            ReferencePoints(names, places, 0.0, "CMM"), now, who="technician",
+            KnownPoints(names, places, 0.0, "CMM"), now, who="technician",
         )  # fmt: skip
         serials = tuple(camera.serial for camera in self.rig.cameras)
         procedure.take_table(SpotTable(serials, uv, 0.0105), now)
@@ -143,7 +143,7 @@ def main(pictures: Path) -> None:
 
 
 def _relocation(stage: Stage) -> None:
-    stage.wizard.open(Kind.RELOCATION)
+    stage.wizard.open(ProcedureKind.RELOCATION)
     stage.wizard.start.begin_button.click()
     runner = stage.wizard.runner
     assert runner is not None  # noqa: S101 - the proposals of the start page suffice
@@ -181,14 +181,14 @@ def _verdict(stage: Stage) -> None:
             procedure.take(now)
     while procedure.base.step.gate.open:
         procedure.advance(now)
-    _resume(stage, Kind.VERIFICATION)
+    _resume(stage, ProcedureKind.VERIFICATION)
     stage.take_picture("verdict", "contrast")
     stage.wizard.leave()
 
 
 def _comparison(stage: Stage) -> None:
     stage.collect(200, 9, datetime.now(UTC))
-    _resume(stage, Kind.KNOWN_POINTS)
+    _resume(stage, ProcedureKind.KNOWN_POINTS)
     stage.take_picture("residuals", "light")
     if stage.wizard.runner is not None:
         stage.wizard.runner.page().show_plot(3)
@@ -196,7 +196,7 @@ def _comparison(stage: Stage) -> None:
 
 
 def _sweeps(stage: Stage) -> None:
-    runner = _begin(stage, Kind.PIVOT)
+    runner = _begin(stage, ProcedureKind.PIVOT)
     reach = (30.0, 30.0, 14.0)
     virtual = stage.virtual(
         SweepProbe(cone=CONE, seconds=16.0, seed=1, reach_deg=reach),
@@ -236,7 +236,7 @@ def _is_left(runner: Runner, step: str) -> bool:
 
 
 def _touches(stage: Stage) -> None:
-    runner = _begin(stage, Kind.QUALIFICATION)
+    runner = _begin(stage, ProcedureKind.QUALIFICATION)
     view = runner.driver.procedure.view
     if isinstance(view, TouchView):
         sphere = load_sphere(resource("artefacts", "sphere.toml"))
@@ -253,7 +253,7 @@ def _touches(stage: Stage) -> None:
     stage.wizard.leave()
 
 
-def _begin(stage: Stage, kind: Kind) -> Runner:
+def _begin(stage: Stage, kind: ProcedureKind) -> Runner:
     """Begin with what is proposed, and go to the first step in which something is taken."""
     stage.wizard.open(kind)
     stage.wizard.start.begin_button.click()
@@ -264,7 +264,7 @@ def _begin(stage: Stage, kind: Kind) -> Runner:
     return runner
 
 
-def _resume(stage: Stage, kind: Kind) -> None:
+def _resume(stage: Stage, kind: ProcedureKind) -> None:
     stage.wizard.open(kind)
     stage.wizard.start.resume_button.click()
     runner = stage.wizard.runner

@@ -128,7 +128,7 @@ for command in (mount_tip, probe_status, probe_history):
     calibrate_app.command()(command)
 
 
-class Theme(StrEnum):
+class ThemeName(StrEnum):
     """Colours of the window."""
 
     DARK = "dark"
@@ -178,7 +178,9 @@ def demo(
             "--speed", min=0.0, help="Default: 1 (real time) in the window, 0 (full) else."
         ),
     ] = None,
-    theme: Annotated[Theme, typer.Option("--theme", help="Colours of the window.")] = Theme.DARK,
+    theme: Annotated[
+        ThemeName, typer.Option("--theme", help="Colours of the window.")
+    ] = ThemeName.DARK,
     incomplete: IncompleteOption = False,
 ) -> None:
     """Measure the demonstration part on the virtual rig.

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.cameras import ReferencePoints
+from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import KnownPointsView, RelocationView, VerificationView
 from ocmm_core.calibration.records import LengthBar, Sphere
 from ocmm_core.calibration.tip import QUALIFICATION_RINGS
@@ -64,7 +64,7 @@ class VirtualSite:
 
 
 def scenes_of_known_points(
-    site: VirtualSite, view: KnownPointsView, points: ReferencePoints
+    site: VirtualSite, view: KnownPointsView, points: KnownPoints
 ) -> tuple[Scene, ...]:
     """Return the positions that were not taken yet, off by what the list says of itself."""
     error = np.random.default_rng([site.seed, _LIST_ERROR]).standard_normal((len(points.names), 3))
@@ -78,7 +78,7 @@ def scenes_of_relocation(
     rig: Rig,
     view: RelocationView,
     bar: LengthBar,
-    control: ReferencePoints | None,
+    control: KnownPoints | None,
 ) -> tuple[Scene, ...]:
     """Return the seats, waving, placements of the bar and control points that are still wanted."""
     scenes: list[Scene] = []

@@ -12,8 +12,8 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._missing_tip import explain
 from ocmm_core.measuring._point import Refusal, RefusalCode
 from ocmm_core.tracking import (
+    BallMotion,
     FrameStatus,
-    Motion,
     Stillness,
     TrackBlock,
     in_rig,
@@ -171,7 +171,7 @@ def average(
     )
 
 
-def _moving(motion: Motion, time_s: float) -> Refusal:
+def _moving(motion: BallMotion, time_s: float) -> Refusal:
     return Refusal(
         RefusalCode.MOVING,
         f"The ball {motion.kind.value} by {motion.size_mm:.3f} mm while it was measured.",
@@ -209,7 +209,7 @@ def _judge(window: TrackBlock, frames: Int, limit_mm: float) -> Stillness:
     )
 
 
-def _motion_of_reference(window: TrackBlock, frames: Int, limit_mm: float) -> Motion | None:
+def _motion_of_reference(window: TrackBlock, frames: Int, limit_mm: float) -> BallMotion | None:
     """Return how the reference body alone would carry the ball."""
     seen = window.reference
     if seen is None or seen.home is None:

@@ -12,7 +12,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 
-from ocmm_core.calibration.monitor import CalibrationMonitor, Cause, Examination, load_baseline
+from ocmm_core.calibration.monitor import (
+    CalibrationMonitor,
+    ChangeCause,
+    ChangeExamination,
+    load_baseline,
+)
 from ocmm_core.calibration.records import (
     CalibrationInUse,
     CalibrationView,
@@ -30,8 +35,8 @@ WHO = "monitor"
 
 _USABLE = (Word.VALID, Word.DUE)
 _REMEDIES = {
-    Cause.PROBE: "Check the probe and calibrate it, then begin a new job.",
-    Cause.COMMON: "Align the part anew.",
+    ChangeCause.PROBE: "Check the probe and calibrate it, then begin a new job.",
+    ChangeCause.COMMON: "Align the part anew.",
 }
 _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibrate again."
 
@@ -128,14 +133,14 @@ class ChangeWatch:
             return False
         return settle_cameras(self._session, self._job, store, used)
 
-    def _raise(self, alarm: Examination, now_ns: int, view: CalibrationView) -> None:
+    def _raise(self, alarm: ChangeExamination, now_ns: int, view: CalibrationView) -> None:
         self._doubt = Obstacle(alarm.what, _REMEDIES.get(alarm.cause, _REMEDY))
         since_s = None if alarm.since_ns is None else alarm.since_ns * 1e-9
         try:
             self._session.held.hold_back(since_s, alarm.what)
         finally:
             store = self._in_use.store
-            of_cameras = alarm.cause in (Cause.CAMERA, Cause.UNKNOWN)
+            of_cameras = alarm.cause in (ChangeCause.CAMERA, ChangeCause.UNKNOWN)
             if store is not None and of_cameras and view.word in _USABLE:
                 now = self._clock()
                 # Never found well in this run: it may have happened any time before it.

@@ -8,7 +8,13 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from typing import Protocol
 
-from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, FrameRing, Word, read_status
+from ocmm_core.acquisition.frames import (
+    AcquisitionState,
+    FrameBlock,
+    FrameRing,
+    HeadWord,
+    read_status,
+)
 from ocmm_core.camera import Rig
 from ocmm_core.measuring import PointOptions, Touch, TouchCollector
 from ocmm_core.station._faults import StationFaults
@@ -195,7 +201,7 @@ class FrameLoop:
         track = self._pipeline.process(block)
         collector = self._collector
         if collector is None:
-            period_s = self._ring.word(Word.FRAME_PERIOD_NS) * 1e-9
+            period_s = self._ring.word(HeadWord.FRAME_PERIOD_NS) * 1e-9
             collector = self._collector = TouchCollector(period_s, self._point)
         if self._take.is_set():
             self._take.clear()

@@ -58,7 +58,7 @@ if TYPE_CHECKING:
         pick,
     )
     from ocmm_core.tracking._sensitivity import TipSensitivity, tip_sensitivity
-    from ocmm_core.tracking._stillness import Motion, Stillness, judge_stillness, wildness
+    from ocmm_core.tracking._stillness import BallMotion, Stillness, judge_stillness, wildness
     from ocmm_core.tracking._strobe import StrobeEntry, dark_bits
 else:
     __getattr__ = door(
@@ -81,7 +81,7 @@ else:
             "join pick"
         ),
         _sensitivity="TipSensitivity tip_sensitivity",
-        _stillness="Motion Stillness judge_stillness wildness",
+        _stillness="BallMotion Stillness judge_stillness wildness",
         _strobe="StrobeEntry dark_bits",
     )
 
@@ -90,12 +90,12 @@ __all__ = [
     "ARRAYS",
     "SCHEMA",
     "Ambiguity",
+    "BallMotion",
     "FrameStatus",
     "IdentifyOptions",
     "LedBody",
     "LedEntry",
     "Method",
-    "Motion",
     "OrientationRule",
     "PoseBatch",
     "ProbeBody",

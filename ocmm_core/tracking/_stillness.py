@@ -49,7 +49,7 @@ _BOUND_SIGMAS = 2.4
 """One-sided, 99 %: a motion is longer than its upper bound in one case of 100."""
 
 
-class Kind(Enum):
+class MotionKind(Enum):
     """How a ball moved; the words of messages."""
 
     DRIFTED = "drifted"
@@ -71,7 +71,7 @@ _DIRECTIONS = _sphere(200)
 
 
 @dataclass(frozen=True, slots=True)
-class Motion:
+class BallMotion:
     """A motion that is more than noise and more than the limit.
 
     Attributes
@@ -82,7 +82,7 @@ class Motion:
         From one end to the other; of trembling the amplitude, to either side.
     """
 
-    kind: Kind
+    kind: MotionKind
     size_mm: float
 
 
@@ -99,7 +99,7 @@ class Stillness:
         found. With a drift that is where it was at the beginning; with a slip, where it lay longer.
     """
 
-    motion: Motion | None
+    motion: BallMotion | None
     covariance: Float
 
 
@@ -142,7 +142,7 @@ class _Shapes:
         (k,): how far the mean then lies from where the ball was.
     """
 
-    kinds: list[Kind]
+    kinds: list[MotionKind]
     courses: Float
     shares: Float
 
@@ -247,7 +247,7 @@ def _shapes(times: Float) -> _Shapes:
     steps = (times > borders[:, None]).astype(np.float64)
     bow = 4.0 * times * (1.0 - times)
     return _Shapes(
-        [Kind.DRIFTED, Kind.SWAYED, *([Kind.SLIPPED] * len(steps))],
+        [MotionKind.DRIFTED, MotionKind.SWAYED, *([MotionKind.SLIPPED] * len(steps))],
         np.vstack([times, bow, steps]),
         np.concatenate([[0.5, 2.0 / 3.0], np.minimum(borders, 1.0 - borders)]),
     )
@@ -282,7 +282,7 @@ def _rest(batches: _Batches, shapes: _Shapes, fits: _Fits) -> Float:
     return np.asarray(rest - mean)
 
 
-def _found(shapes: _Shapes, fits: _Fits, limit_mm: float) -> Motion | None:
+def _found(shapes: _Shapes, fits: _Fits, limit_mm: float) -> BallMotion | None:
     """Return the clearest of the motions that count."""
     score = fits.score(_WANDER_MM)
     longest = np.max(
@@ -301,13 +301,13 @@ def _found(shapes: _Shapes, fits: _Fits, limit_mm: float) -> Motion | None:
     towards /= np.linalg.norm(towards, axis=1, keepdims=True)
     along = towards @ size
     clear = along**2 > _CHANCE_CHI2 * (towards**2 @ variance)
-    return Motion(shapes.kinds[clearest], float(np.max(along, where=clear, initial=along[-1])))
+    return BallMotion(shapes.kinds[clearest], float(np.max(along, where=clear, initial=along[-1])))
 
 
-def _trembled(batches: _Batches, trembling: Float, limit_mm: float) -> Motion | None:
+def _trembled(batches: _Batches, trembling: Float, limit_mm: float) -> BallMotion | None:
     chance = _TREMOR_SIGMAS * np.sqrt(2.0 / len(batches.times)) * batches.variances.mean(axis=0)
     worst = int(np.argmax(trembling - chance))
     amplitude = float(np.sqrt(2.0 * max(trembling[worst], 0.0)))
     if amplitude > limit_mm and trembling[worst] > chance[worst]:
-        return Motion(Kind.TREMBLED, amplitude)
+        return BallMotion(MotionKind.TREMBLED, amplitude)
     return None

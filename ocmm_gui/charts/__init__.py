@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ocmm_gui.charts._history_charts import HistoryChart
     from ocmm_gui.charts._pivot_plots import SpotResiduals, TipCourse
     from ocmm_gui.charts._plot import Plot
-    from ocmm_gui.charts._residual_plots import AllSensors, Histogram
+    from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
     from ocmm_gui.charts._space_plot import SpaceArrows
     from ocmm_gui.charts._sphere_map import Mapped, SphereMap
     from ocmm_gui.charts._tolerance_bar import ToleranceBar
@@ -38,7 +38,7 @@ else:
         _history_charts="HistoryChart",
         _pivot_plots="SpotResiduals TipCourse",
         _plot="Plot",
-        _residual_plots="AllSensors Histogram",
+        _residual_plots="AllSensors ResidualHistogram",
         _space_plot="SpaceArrows",
         _sphere_map="Mapped SphereMap",
         _tolerance_bar="ToleranceBar",
@@ -52,13 +52,13 @@ __all__ = [
     "BendingPlot",
     "Curve",
     "ErrorChart",
-    "Histogram",
     "HistogramChart",
     "HistoryChart",
     "MapPlot",
     "Mapped",
     "Plot",
     "RecentChart",
+    "ResidualHistogram",
     "Row",
     "SpaceArrows",
     "SphereMap",

@@ -15,7 +15,7 @@ from ocmm_core.calibration.sweeping import led_paths
 from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import Plot, rms_of
-from ocmm_gui.charts._residual_plots import AllSensors, Histogram
+from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
 from ocmm_gui.kit import digit_font, text_font
 
 _SCALE_PX, _MOST = 58.0, 3000
@@ -106,7 +106,7 @@ class SpotResiduals(QWidget):
         self.setAccessibleName("Residuals of the spots")
         self._rig = rig
         self.sensors = AllSensors(rig)
-        self.histogram = Histogram()
+        self.histogram = ResidualHistogram()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)

@@ -110,7 +110,7 @@ class AllSensors(QWidget):
             plot.show_residuals(of_camera)
 
 
-class Histogram(Plot):
+class ResidualHistogram(Plot):
     """How often a residual was how large, beside the normal distribution of the same width."""
 
     def __init__(self) -> None:

@@ -38,7 +38,14 @@ if TYPE_CHECKING:
     )
     from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
     from ocmm_gui.kit._painted import SCENE_LEAST, SCENE_SIZE, Painted
-    from ocmm_gui.kit._parts import NumberTable, Table, panel, sentence_label, stacked, value_label
+    from ocmm_gui.kit._parts import (
+        DataTable,
+        NumberTable,
+        panel,
+        sentence_label,
+        stacked,
+        value_label,
+    )
     from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, Sheet, caption, form_field
@@ -105,7 +112,7 @@ else:
         _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
         _painted="Painted SCENE_LEAST SCENE_SIZE",
-        _parts="NumberTable Table panel sentence_label stacked value_label",
+        _parts="NumberTable DataTable panel sentence_label stacked value_label",
         _path_panel="OwnKeysField PathPanel",
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox Sheet caption form_field",
@@ -146,6 +153,7 @@ __all__ = [
     "Approach",
     "Banner",
     "ChoiceBox",
+    "DataTable",
     "Debounced",
     "ErrorHooks",
     "Failed",
@@ -164,7 +172,6 @@ __all__ = [
     "SideProcess",
     "Sound",
     "SoundPlayer",
-    "Table",
     "Tell",
     "Teller",
     "Theme",

@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
 
 
-class Table(QTableWidget):
+class DataTable(QTableWidget):
     """A table to look at.
 
     Parameters
@@ -95,13 +95,13 @@ class Table(QTableWidget):
 _ROW_PX = 28
 
 
-class NumberTable(Table):
+class NumberTable(DataTable):
     """A small table of numbers that does not scroll sideways.
 
     Parameters
     ----------
     name, columns
-        See `Table`.
+        See `DataTable`.
     whole
         It is as high as its rows.
     """

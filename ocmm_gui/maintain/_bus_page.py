@@ -38,7 +38,7 @@ from ocmm_gui.kit import (
     text_font,
     value_label,
 )
-from ocmm_gui.maintain._bus_tables import CameraTable, EventTable
+from ocmm_gui.maintain._bus_tables import BusEventTable, CameraTable
 from ocmm_gui.maintain._cycle_accounts import CycleAccounts
 from ocmm_gui.maintain._wire_view import WireView
 
@@ -87,7 +87,7 @@ class BusPage(QStackedWidget):
             RecentChart("Clocks, ns", 50.0, TREND_S, "+.0f"),
         )
         self.facts = {name: value_label(name, tip) for name, tip in _FACTS}
-        self.events = EventTable()
+        self.events = BusEventTable()
         self._notes = sentence_label("Notes on the rights of the bus process", 13)
         self._absent = sentence_label("Why there is nothing to show", 20)
         self._absent.setAlignment(Qt.AlignmentFlag.AlignCenter)

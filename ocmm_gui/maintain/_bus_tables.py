@@ -7,7 +7,7 @@ from datetime import datetime
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.fieldbus.report import BusEvent, BusReport, CameraReport, is_present
-from ocmm_gui.kit import Table, Theme
+from ocmm_gui.kit import DataTable, Theme
 
 _UNKNOWN = "–"
 _CAMERA_COLUMNS = (
@@ -39,7 +39,7 @@ _EVENT_COLUMNS = (
 _WORD_COLUMNS = (2, 3)
 
 
-class CameraTable(Table):
+class CameraTable(DataTable):
     """One row for each camera of the rig."""
 
     def __init__(self) -> None:
@@ -82,7 +82,7 @@ class CameraTable(Table):
         return colours
 
 
-class EventTable(Table):
+class BusEventTable(DataTable):
     """What happened, newest first."""
 
     def __init__(self) -> None:

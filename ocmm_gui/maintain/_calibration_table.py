@@ -10,7 +10,7 @@ from enum import Enum
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import Event, EventKind
-from ocmm_gui.kit import Table, Theme
+from ocmm_gui.kit import DataTable, Theme
 
 _COLUMNS = (
     ("Time", "Local time"),
@@ -63,13 +63,13 @@ class Line:
     tone: Tone = Tone.PLAIN
 
 
-class EventTable(Table):
+class EventTable(DataTable):
     """What happened, newest first.
 
     Parameters
     ----------
     columns
-        See `Table`.
+        See `DataTable`.
     what, why
         Which of them says what happened, and which one is long.
     """

@@ -37,11 +37,11 @@ from ocmm_gui.charts import BendingPlot, MapPlot
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
+    DataTable,
     FitText,
     Mark,
     OwnKeysField,
     SideProcess,
-    Table,
     Tell,
     Theme,
     panel,
@@ -134,7 +134,7 @@ class ProbeDesignPage(QWidget):
         self._labels.setFixedHeight(24)
         self._nearest = sentence_label("Nearest wrong orders", 13)
         self._mechanics = sentence_label("Growth and bending", 13)
-        self.budget = BudgetTable()
+        self.budget = PointBudgetTable()
         self.tilt = MapPlot("Over the tilt")
         self.top = MapPlot("From above")
         self.front = MapPlot("From the front")
@@ -307,7 +307,7 @@ class ProbeDesignPage(QWidget):
         layout.addLayout(right, 7)
 
 
-class BudgetTable(Table):
+class PointBudgetTable(DataTable):
     """The sources of the uncertainty of one point."""
 
     def __init__(self) -> None:

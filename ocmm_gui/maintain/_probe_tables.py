@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import State, TipEvent, TipEventKind, TipState
-from ocmm_gui.kit import Table, Theme, text_font
+from ocmm_gui.kit import DataTable, Theme, text_font
 from ocmm_gui.maintain._calibration_table import EventTable, Line, Tone, local_time
 
 _TIPS = (
@@ -40,7 +40,7 @@ _TONES = {
 _STANDING, _ROW_PX = 1, 38
 
 
-class TipTable(Table):
+class TipTable(DataTable):
     """All tips, the mounted one first; the chosen one can be mounted."""
 
     def __init__(self) -> None:

@@ -11,8 +11,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.export import write_together
 from ocmm_core.inspection.archive import (
     COLUMNS,
+    KeptPlaces,
     Outcome,
-    Places,
     RecallRecord,
     checked,
     decide,
@@ -30,12 +30,12 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     ActionInfo,
+    DataTable,
     FitText,
     Mark,
     PathPanel,
     Sheet,
     SideProcess,
-    Table,
     Teller,
     Theme,
     Work,
@@ -75,7 +75,7 @@ _MOST_LINES = 3
 
 @dataclass(frozen=True, slots=True)
 class _Recalling:
-    places: Places
+    places: KeptPlaces
 
     def __call__(self, tell: Teller) -> RecallRecord:
         return recall(self.places, datetime.now(UTC), tell)
@@ -84,7 +84,7 @@ class _Recalling:
 @dataclass(frozen=True, slots=True)
 class _Deciding:
     record: RecallRecord
-    places: Places
+    places: KeptPlaces
     who: str
 
     def __call__(self, tell: Teller) -> RecallRecord:
@@ -107,7 +107,7 @@ class _Writing:
         return self.path
 
 
-class RecallTable(Table):
+class RecallTable(DataTable):
     """One row a characteristic, the jobs that need somebody first."""
 
     def __init__(self) -> None:
@@ -165,8 +165,8 @@ class RecallSheet(Sheet):
         self._proposed, self._calibrations, self._probes = folder, calibrations, probes
         self._who = who
         self._theme = THEMES[DEFAULT_THEME]
-        self._asked: Places | None = None
-        self._places: Places | None = None  # those of the record that is shown
+        self._asked: KeptPlaces | None = None
+        self._places: KeptPlaces | None = None  # those of the record that is shown
         self._record: RecallRecord | None = None
         self.file = PathPanel("jobs", "folder", "Recall")
         self.pages = PathPanel("recall", "file", "Write")
@@ -207,7 +207,7 @@ class RecallSheet(Sheet):
 
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder; the window stays free."""
-        self._asked = Places((folder,), self._calibrations(), self._probes())
+        self._asked = KeptPlaces((folder,), self._calibrations(), self._probes())
         self._begin("Starting", _Recalling(self._asked))
         self.say(f"Looks through the jobs of {folder}. Job files are not written to.")
         self.table.setFocus()
@@ -260,7 +260,7 @@ class RecallSheet(Sheet):
     def _folder(self) -> Path:
         return self._places.jobs[0] if self._places is not None else self._proposed()
 
-    def _shown(self) -> tuple[RecallRecord | None, Places | None]:
+    def _shown(self) -> tuple[RecallRecord | None, KeptPlaces | None]:
         """Return what is shown; tell where there is nothing, or something is calculated."""
         if self._work.is_running():
             self.failed.emit(

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from ocmm_gui.operator._point_choice import PointChoice
     from ocmm_gui.operator._simulated_band import SimulatedBand
     from ocmm_gui.operator._tip_line import TipLine
-    from ocmm_gui.operator._trust_bar import Place, TrustBar
+    from ocmm_gui.operator._trust_bar import TrustBar, TrustPlace
 else:
     __getattr__ = door(
         __name__,
@@ -35,7 +35,7 @@ else:
         _point_choice="PointChoice",
         _simulated_band="SimulatedBand",
         _tip_line="TipLine",
-        _trust_bar="Place TrustBar",
+        _trust_bar="TrustPlace TrustBar",
     )
 
 __all__ = [
@@ -43,9 +43,9 @@ __all__ = [
     "Echo",
     "FarView",
     "JobSheet",
-    "Place",
     "PointChoice",
     "SimulatedBand",
     "TipLine",
     "TrustBar",
+    "TrustPlace",
 ]

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy
 
 from ocmm_core.calibration.records import ProbeView, Word
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, Mark, Theme, far_type, mark_colour
-from ocmm_gui.operator._trust_bar import MarkView, Place
+from ocmm_gui.operator._trust_bar import MarkView, TrustPlace
 
 _NEAR_PX = 14
 _CALM_SHARE = 0.35
@@ -26,7 +26,7 @@ class TipLine(QFrame):
         self.setAccessibleName("Probe and tip")
         self._theme = THEMES[DEFAULT_THEME]
         self._view: ProbeView | None = None
-        self._place = Place.DESK
+        self._place = TrustPlace.DESK
         self._pixels = _NEAR_PX
         self._mark = MarkView()
         self._text = QLabel()
@@ -40,10 +40,10 @@ class TipLine(QFrame):
         layout.addWidget(self._mark)
         layout.addWidget(self._text, 1)
 
-    def show_probe(self, view: ProbeView, place: Place) -> None:
+    def show_probe(self, view: ProbeView, place: TrustPlace) -> None:
         """Show what is to be said about the probe in that place."""
         pixels = _NEAR_PX
-        if place is Place.FAR:
+        if place is TrustPlace.FAR:
             pixels = round((_CALM_SHARE if _is_calm(view) else 1.0) * far_type(self))
         if (view, place, pixels) == (self._view, self._place, self._pixels):
             return
@@ -95,10 +95,10 @@ def _is_calm(view: ProbeView) -> bool:
     return tip_mark(view) in (Mark.DONE, Mark.GOOD)
 
 
-def tip_words(view: ProbeView, place: Place) -> str:
+def tip_words(view: ProbeView, place: TrustPlace) -> str:
     """Return what is said about the probe; from three metres the name of the tip and one word."""
     word = "UNCALIBRATED" if view.uncalibrated else view.word.value
-    if place is Place.FAR:
+    if place is TrustPlace.FAR:
         return f"Tip {view.tip}: {word}" if view.tip else f"Probe {view.probe}: {word}"
     ball = f"ball {view.diameter_mm:.4f} mm"
     if view.word is Word.DESIGN and view.obstacle is None:
@@ -107,7 +107,7 @@ def tip_words(view: ProbeView, place: Place) -> str:
     why = ""
     if view.obstacle is not None and view.uncalibrated:
         why = f" {view.obstacle.what}"
-    elif view.obstacle is not None and place is Place.MAINTAIN:
+    elif view.obstacle is not None and place is TrustPlace.MAINTAIN:
         why = f" No points: {view.obstacle}"
     warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
     usable = view.word in (Word.VALID, Word.DUE) and bool(view.due_utc)

@@ -14,7 +14,7 @@ from ocmm_gui.kit import DEFAULT_THEME, THEMES, Mark, Theme, far_type, paint_mar
 _NEAR_PX = 15
 
 
-class Place(Enum):
+class TrustPlace(Enum):
     """Above what the bar stands."""
 
     DESK = "desk"
@@ -33,7 +33,7 @@ class TrustBar(QFrame):
         self.setAccessibleName("Calibration")
         self._theme = THEMES[DEFAULT_THEME]
         self._view: CalibrationView | None = None
-        self._place = Place.DESK
+        self._place = TrustPlace.DESK
         self._beside = ""
         self._pixels = _NEAR_PX
         self._mark = MarkView()
@@ -48,17 +48,17 @@ class TrustBar(QFrame):
         layout.addWidget(self._text, 1)
         self.hide()
 
-    def show_calibration(self, view: CalibrationView, place: Place, beside: str = "") -> None:
+    def show_calibration(self, view: CalibrationView, place: TrustPlace, beside: str = "") -> None:
         """Show what somebody who measures has to know in that place, or hide.
 
         ``beside`` is what is to be said besides the calibration, for who stands at the screen.
         """
-        pixels = far_type(self) if place is Place.FAR else _NEAR_PX
+        pixels = far_type(self) if place is TrustPlace.FAR else _NEAR_PX
         if (view, place, beside, pixels) == (self._view, self._place, self._beside, self._pixels):
             return
         self._view, self._place, self._beside, self._pixels = view, place, beside, pixels
         text = trust_words(view, place)
-        if place is not Place.FAR:
+        if place is not TrustPlace.FAR:
             text = f"{text} {beside}".strip()
         self._text.setText(text)
         self._text.setToolTip(text)
@@ -105,15 +105,15 @@ class MarkView(QWidget):
         paint_mark(QPainter(self), mark, QRectF(self.rect()), colour, inside)
 
 
-def trust_words(view: CalibrationView, place: Place) -> str:
+def trust_words(view: CalibrationView, place: TrustPlace) -> str:
     """Return what the bar says; empty in good order, and where it is said beside it."""
     warnings = " ".join(view.warnings)
     if view.uncalibrated:
-        if place is Place.FAR:
+        if place is TrustPlace.FAR:
             return "UNCALIBRATED: proves nothing"
         why = view.obstacle.what if view.obstacle is not None else ""
         return f"UNCALIBRATED: nothing is proven. {why} {warnings}".strip()
     if view.obstacle is not None:
-        return f"NO POINTS: {view.obstacle}" if place is Place.MAINTAIN else ""
+        return f"NO POINTS: {view.obstacle}" if place is TrustPlace.MAINTAIN else ""
     # A warning is for who can do something about it, and that is not done three metres off.
-    return "" if place is Place.FAR else warnings
+    return "" if place is TrustPlace.FAR else warnings

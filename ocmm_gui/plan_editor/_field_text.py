@@ -7,33 +7,33 @@ from typing import Any
 
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import number
-from ocmm_gui.plan_editor._form_lines import FormLine, Kind
+from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
 
 _YES, _NO = "yes", "no"
 FLAGS = (_NO, _YES)
 """The choices of a line that is a flag."""
 
-_WANTED: Mapping[Kind, str] = {
-    Kind.COUNT: "a whole number",
-    Kind.NUMBER: "a number",
-    Kind.VECTOR: "three numbers with spaces between them",
-    Kind.NUMBERS: "numbers with spaces between them",
-    Kind.PLACES: "lines of a name and three numbers",
+_WANTED: Mapping[FieldKind, str] = {
+    FieldKind.COUNT: "a whole number",
+    FieldKind.NUMBER: "a number",
+    FieldKind.VECTOR: "three numbers with spaces between them",
+    FieldKind.NUMBERS: "numbers with spaces between them",
+    FieldKind.PLACES: "lines of a name and three numbers",
 }
 
 
 def text_of(line: FormLine, value: Any) -> str:
     """Return what stands in the field of a line."""
     match line.kind:
-        case Kind.FLAG:
+        case FieldKind.FLAG:
             return _YES if value else _NO
-        case Kind.NAMES:
+        case FieldKind.NAMES:
             return ", ".join(value)
-        case Kind.VECTOR | Kind.NUMBERS:
+        case FieldKind.VECTOR | FieldKind.NUMBERS:
             return _row(value)
-        case Kind.PLACES:
+        case FieldKind.PLACES:
             return "\n".join(_place(item) for item in value)
-        case Kind.FIXED if isinstance(value, list | tuple):
+        case FieldKind.FIXED if isinstance(value, list | tuple):
             return "\n".join(_place(item) if isinstance(item, Mapping) else
                              _row(item) if isinstance(item, list | tuple) else _plain(item)
                              for item in value)  # fmt: skip
@@ -50,13 +50,13 @@ def value_of(line: FormLine, text: str) -> Any:
         It cannot be read; the sentence names the field.
     """
     match line.kind:
-        case Kind.FLAG:
+        case FieldKind.FLAG:
             return text == _YES
-        case Kind.NAMES:
+        case FieldKind.NAMES:
             return [part.strip() for part in text.split(",") if part.strip()]
-        case Kind.TEXT | Kind.CHOICE:
+        case FieldKind.TEXT | FieldKind.CHOICE:
             return text
-        case Kind.PLACES:
+        case FieldKind.PLACES:
             rows = [row.split() for row in text.splitlines() if row.strip()]
             if any(len(row) < 4 for row in rows):
                 raise _fault(line, text)
@@ -66,13 +66,13 @@ def value_of(line: FormLine, text: str) -> Any:
             ]
         case _:
             values = _numbers(line, text, text.split())
-    if line.kind is Kind.NUMBERS:
+    if line.kind is FieldKind.NUMBERS:
         return values
-    if len(values) != (3 if line.kind is Kind.VECTOR else 1):
+    if len(values) != (3 if line.kind is FieldKind.VECTOR else 1):
         raise _fault(line, text)
-    if line.kind is Kind.VECTOR:
+    if line.kind is FieldKind.VECTOR:
         return values
-    if line.kind is Kind.COUNT:
+    if line.kind is FieldKind.COUNT:
         if values[0] != int(values[0]):
             raise _fault(line, text)
         return int(values[0])

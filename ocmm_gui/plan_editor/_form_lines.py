@@ -21,7 +21,7 @@ GIVEN = "given"
 """Stands for the field that tells whether a struct without a tag is there."""
 
 
-class Kind(Enum):
+class FieldKind(Enum):
     """What a field holds."""
 
     TEXT = "text"
@@ -55,13 +55,13 @@ class FormLine:
     decides
         Other lines follow from its choice.
     parts
-        Fields that every line of `Kind.PLACES` gives: of the name, and of the numbers.
+        Fields that every line of `FieldKind.PLACES` gives: of the name, and of the numbers.
     """
 
     key: str
     label: str
     tip: str
-    kind: Kind
+    kind: FieldKind
     choices: tuple[str, ...] = ()
     neutral: Any = ""
     decides: bool = False
@@ -97,7 +97,9 @@ def form_lines(
         choices = (*(("",) if optional else ()), *variants)
         label, tip = head or words_of(next(iter(variants.values())), field)
         start = choices[0]
-        lines.append(FormLine(at + field, label, tip, Kind.CHOICE, choices, start, decides=True))
+        lines.append(
+            FormLine(at + field, label, tip, FieldKind.CHOICE, choices, start, decides=True)
+        )
         chosen = str(data.get(field, start))
     else:
         chosen = next(iter(variants))
@@ -178,46 +180,48 @@ def _is_structs(make: Any) -> bool:
 def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str) -> FormLine:
     label, tip = words_of(struct, item.name)
     kind, choices, neutral = _held(item.type)
-    if kind is Kind.TEXT and (words := choices_of(struct, item.name)):
-        kind, choices, neutral = Kind.CHOICE, words, words[0]
-    parts = get_args(item.type)[0].__struct_fields__ if kind is Kind.PLACES else ()
+    if kind is FieldKind.TEXT and (words := choices_of(struct, item.name)):
+        kind, choices, neutral = FieldKind.CHOICE, words, words[0]
+    parts = get_args(item.type)[0].__struct_fields__ if kind is FieldKind.PLACES else ()
     if item.default is not msgspec.NODEFAULT:
         neutral = item.default
     elif item.default_factory is not msgspec.NODEFAULT:
         neutral = item.default_factory()
     if "digest" in struct.__struct_fields__ and item.name != "limit":
         # The hash stands for all of the document but what is decided here.
-        kind = Kind.FIXED
+        kind = FieldKind.FIXED
     neutral = msgspec.to_builtins(neutral)
     return FormLine(at + item.name, label, tip, kind, choices, neutral, parts=parts)
 
 
-def _held(make: Any) -> tuple[Kind, tuple[str, ...], Any]:
+def _held(make: Any) -> tuple[FieldKind, tuple[str, ...], Any]:
     """Return what a field of a type holds, its choices, and what stands there at first."""
     origin, inner = get_origin(make), get_args(make)
     if origin is Literal:
-        return Kind.CHOICE, inner, inner[0]
+        return FieldKind.CHOICE, inner, inner[0]
     if origin in (list, tuple):
         return _listed(inner)
     if issubclass(make, Enum):
         words = tuple(str(item.value) for item in make)
-        return Kind.CHOICE, words, words[0]
+        return FieldKind.CHOICE, words, words[0]
     if issubclass(make, bool):
-        return Kind.FLAG, (), False
+        return FieldKind.FLAG, (), False
     if issubclass(make, int):
-        return Kind.COUNT, (), 0
+        return FieldKind.COUNT, (), 0
     if issubclass(make, float):
-        return Kind.NUMBER, (), 0.0
-    return Kind.TEXT, (), ""
+        return FieldKind.NUMBER, (), 0.0
+    return FieldKind.TEXT, (), ""
 
 
-def _listed(inner: tuple[Any, ...]) -> tuple[Kind, tuple[str, ...], Any]:
+def _listed(inner: tuple[Any, ...]) -> tuple[FieldKind, tuple[str, ...], Any]:
     first = inner[0]
     if first is float:
-        return (Kind.NUMBERS, (), []) if Ellipsis in inner else (Kind.VECTOR, (), [0.0] * 3)
+        return (
+            (FieldKind.NUMBERS, (), []) if Ellipsis in inner else (FieldKind.VECTOR, (), [0.0] * 3)
+        )
     if get_origin(first) is Literal:
-        return Kind.NAMES, get_args(first), []
+        return FieldKind.NAMES, get_args(first), []
     if first is str:
-        return Kind.NAMES, (), []
+        return FieldKind.NAMES, (), []
     # Rows of numbers come from documents only.
-    return (Kind.FIXED if get_origin(first) is tuple else Kind.PLACES), (), []
+    return (FieldKind.FIXED if get_origin(first) is tuple else FieldKind.PLACES), (), []

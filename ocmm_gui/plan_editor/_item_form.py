@@ -22,7 +22,7 @@ from PySide6.QtWidgets import (
 from ocmm_core.errors import InputError
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, ChoiceBox, Theme, caption, form_field, text_font
 from ocmm_gui.plan_editor._field_text import FLAGS, text_of, value_of
-from ocmm_gui.plan_editor._form_lines import FormLine, Kind, closed, form_lines, opened
+from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine, closed, form_lines, opened
 
 _FONT = 14
 _ROWS_PX = 132
@@ -161,7 +161,7 @@ class ItemForm(QScrollArea):
         """Return the data with what the fields say; where not ``strict``, as far as it is read."""
         data = copy.deepcopy(self._data)
         for line in self._lines:
-            if line.kind is Kind.FIXED:
+            if line.kind is FieldKind.FIXED:
                 value = _at(data, line.key, "")
                 if strict and line.key.rpartition(".")[2] == "digest" and not value:
                     raise InputError(
@@ -224,7 +224,7 @@ class ItemForm(QScrollArea):
         self.mark(self._faulty)
 
     def _field(self, line: FormLine) -> Field:
-        if line.kind in (Kind.CHOICE, Kind.FLAG):
+        if line.kind in (FieldKind.CHOICE, FieldKind.FLAG):
             choice = ChoiceBox(line.label, line.tip, line.choices or FLAGS)
             choice.setFont(text_font(_FONT))
             choice.set_theme(self._theme)
@@ -233,10 +233,10 @@ class ItemForm(QScrollArea):
             else:
                 choice.currentTextChanged.connect(lambda _text: self.edited.emit())
             return choice
-        if line.kind in (Kind.PLACES, Kind.FIXED):
+        if line.kind in (FieldKind.PLACES, FieldKind.FIXED):
             rows = RowsField(line.label, line.tip)
-            rows.setFixedHeight(_ROWS_PX if line.kind is Kind.PLACES else _FIXED_PX)
-            if line.kind is Kind.FIXED:
+            rows.setFixedHeight(_ROWS_PX if line.kind is FieldKind.PLACES else _FIXED_PX)
+            if line.kind is FieldKind.FIXED:
                 rows.setReadOnly(True)
             else:
                 rows.editingFinished.connect(self.edited)

@@ -48,7 +48,7 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True)
-class Field:
+class PageField:
     """A cell: text in a style, or whatever ``draw`` paints into its box."""
 
     text: str = ""
@@ -103,7 +103,7 @@ class Canvas:
         self.text(text, HEADING)
         self.skip(4.0)
 
-    def table(self, columns: Sequence[Column], rows: Sequence[Sequence[Field]]) -> None:
+    def table(self, columns: Sequence[Column], rows: Sequence[Sequence[PageField]]) -> None:
         """Write a table; its headings stand again on every page."""
         self._heads(columns)
         for row in rows:
@@ -124,10 +124,10 @@ class Canvas:
         style = Style(24.0, bold=True, colour=INK.muted)
         height = 10.0 + max(text_height(c.title, style, c.width - 16.0) for c in columns)
         self.room(height + 60.0)
-        self._row(columns, [Field(column.title, style) for column in columns], height, 3.0)
+        self._row(columns, [PageField(column.title, style) for column in columns], height, 3.0)
 
     def _row(
-        self, columns: Sequence[Column], row: Sequence[Field], height: float, line: float = 1.0
+        self, columns: Sequence[Column], row: Sequence[PageField], height: float, line: float = 1.0
     ) -> None:
         x, y = LEFT, self.y
         for column, cell in zip(columns, row, strict=True):
@@ -158,7 +158,7 @@ def paint_text(
     painter.drawText(box, int(align) | int(Qt.TextFlag.TextWordWrap), text)
 
 
-def _cell_painter(cell: Field, box: QRectF, *, right: bool) -> Draw:
+def _cell_painter(cell: PageField, box: QRectF, *, right: bool) -> Draw:
     side = Qt.AlignmentFlag.AlignRight if right else Qt.AlignmentFlag.AlignLeft
 
     def paint(painter: QPainter) -> None:

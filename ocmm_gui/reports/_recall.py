@@ -33,7 +33,7 @@ from ocmm_gui.reports._canvas import (
     TITLE,
     Canvas,
     Column,
-    Field,
+    PageField,
     Style,
 )
 from ocmm_gui.reports._drawing import drawing
@@ -70,9 +70,9 @@ def lay_out(record: RecallRecord) -> Canvas:
             columns,
             [
                 [
-                    Field(text, Style(24.0, bold=True, colour=_COLOURS[one.outcome]))
+                    PageField(text, Style(24.0, bold=True, colour=_COLOURS[one.outcome]))
                     if text == one.outcome.value
-                    else Field(text, Style(24.0, colour=BODY.colour))
+                    else PageField(text, Style(24.0, colour=BODY.colour))
                     for text in row(one)
                 ]
                 for one in job.characteristics

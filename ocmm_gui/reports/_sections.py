@@ -22,7 +22,7 @@ from ocmm_gui.reports._canvas import (
     TITLE,
     Canvas,
     Column,
-    Field,
+    PageField,
     Style,
     paint_text,
 )
@@ -144,12 +144,12 @@ def why_not(canvas: Canvas, data: ReportData) -> None:
         said = item.why if not item.finding.evidence else f"{item.why}\n{item.finding.evidence}"
         rows.append(
             [
-                Field(
+                PageField(
                     f"{_MARKS[item.verdict]} {item.characteristic}", Style(bold=True, colour=colour)
                 ),
-                Field(said),
-                Field(item.suggestion, STRONG),
-                Field(", ".join(str(number) for number in item.points) or "–"),
+                PageField(said),
+                PageField(item.suggestion, STRONG),
+                PageField(", ".join(str(number) for number in item.points) or "–"),
             ]
         )
     canvas.table(_WHY_COLUMNS, rows)
@@ -166,13 +166,13 @@ def features(canvas: Canvas, data: ReportData) -> None:
         element = feature.actual_element
         rows.append(
             [
-                Field(feature.name, STRONG),
+                PageField(feature.name, STRONG),
                 _verdict_field(data.view.verdict_of(feature.name), undone=seen.provisional),
-                Field(feature.shape.value),
-                Field("" if fit is None else fit.criterion.name.lower().replace("_", " ")),
-                Field(count_words(seen)),
-                Field(f"{fit.form:.4f}" if fit is not None and shows_form else "–"),
-                Field(seen.note if element is None else element_words(element)),
+                PageField(feature.shape.value),
+                PageField("" if fit is None else fit.criterion.name.lower().replace("_", " ")),
+                PageField(count_words(seen)),
+                PageField(f"{fit.form:.4f}" if fit is not None and shows_form else "–"),
+                PageField(seen.note if element is None else element_words(element)),
             ]
         )
     canvas.table(_FEATURE_COLUMNS, rows)
@@ -182,17 +182,19 @@ def features(canvas: Canvas, data: ReportData) -> None:
         canvas.text(f"Points taken back, and kept in the job file: {numbers}.", SMALL)
 
 
-def _verdict_field(summary: VerdictSummary, *, undone: bool) -> Field:
+def _verdict_field(summary: VerdictSummary, *, undone: bool) -> PageField:
     """Return the verdict on a feature, how many share it, which decides, and what is missing."""
     lines = [INCOMPLETE] if undone else []
     if summary.verdict is None:
         colour = INK.warn if undone else INK.muted
-        return Field("\n".join(["no tolerance", *lines]), Style(28.0, bold=undone, colour=colour))
+        return PageField(
+            "\n".join(["no tolerance", *lines]), Style(28.0, bold=undone, colour=colour)
+        )
     if summary.verdict is not Verdict.CONFORM:
         lines.insert(0, summary.deciding)
     words = f"{_MARKS[summary.verdict]} {summary.words or summary.verdict.value}"
     style = Style(28.0, bold=True, colour=verdict_colour(INK, summary.verdict))
-    return Field("\n".join([words, *lines]), style)
+    return PageField("\n".join([words, *lines]), style)
 
 
 def basis(canvas: Canvas, data: ReportData) -> None:
@@ -204,16 +206,16 @@ def basis(canvas: Canvas, data: ReportData) -> None:
             continue
         rows.append(
             [
-                Field(result.name, STRONG),
-                Field(result.frame.replace("|", " | ") or "–"),
-                Field(result.association or item.association or "least squares"),
-                Field(
+                PageField(result.name, STRONG),
+                PageField(result.frame.replace("|", " | ") or "–"),
+                PageField(result.association or item.association or "least squares"),
+                PageField(
                     "–" if result.interval is None
                     else f"{result.interval[0]:z.4f} … {result.interval[1]:z.4f}"
                 ),
-                Field("–" if result.tur is None else f"{result.tur:.1f}"),
-                Field("–" if result.floor is None else f"{result.floor:.4f}"),
-                Field(f"{result.bonus:.4f}" if result.bonus else "–"),
+                PageField("–" if result.tur is None else f"{result.tur:.1f}"),
+                PageField("–" if result.floor is None else f"{result.floor:.4f}"),
+                PageField(f"{result.bonus:.4f}" if result.bonus else "–"),
             ]
         )  # fmt: skip
     if rows:
@@ -258,7 +260,7 @@ def _symbol(item: ReportedResult, data: ReportData) -> Symbol | None:
     return symbol_of(item.result.kind, shapes.get(item.result.features[0]))
 
 
-def _result_row(item: ReportedResult, mark: str, symbol: Symbol | None) -> list[Field]:
+def _result_row(item: ReportedResult, mark: str, symbol: Symbol | None) -> list[PageField]:
     result = item.result
     places, unit = 4, "°" if item.unit == "deg" else ""
     limits = f"{result.upper:+.{places}f}\n{result.lower:+.{places}f}"
@@ -281,15 +283,15 @@ def _result_row(item: ReportedResult, mark: str, symbol: Symbol | None) -> list[
     if result.leaning:
         word += f", leaning {result.leaning}"
     return [
-        Field(draw=draw),
-        Field(f"{result.name}{mark}\n{measurand(item)}"),
-        Field(" | ".join(item.datums)),
-        Field("–" if item.one_sided else f"{result.nominal:z.{places}f}"),
-        Field(limits),
-        Field(numbers[0], STRONG),
-        Field(numbers[1]),
-        Field(numbers[2]),
-        Field(word, Style(28.0, bold=True, colour=colour)),
+        PageField(draw=draw),
+        PageField(f"{result.name}{mark}\n{measurand(item)}"),
+        PageField(" | ".join(item.datums)),
+        PageField("–" if item.one_sided else f"{result.nominal:z.{places}f}"),
+        PageField(limits),
+        PageField(numbers[0], STRONG),
+        PageField(numbers[1]),
+        PageField(numbers[2]),
+        PageField(word, Style(28.0, bold=True, colour=colour)),
     ]
 
 

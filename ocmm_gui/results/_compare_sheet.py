@@ -13,10 +13,10 @@ from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.charts import TrendChart
 from ocmm_gui.kit import (
     ActionInfo,
+    DataTable,
     PathPanel,
     Sheet,
     SideProcess,
-    Table,
     Tell,
     Theme,
     WorkLine,
@@ -51,7 +51,7 @@ class _Reading:
         return compare_folder(self.folder, tell, self.probes, self.calibrations)
 
 
-class TrendTable(Table):
+class TrendTable(DataTable):
     """One row a characteristic."""
 
     def __init__(self) -> None:

@@ -11,7 +11,7 @@ from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, Verdic
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
-    Table,
+    DataTable,
     Theme,
     digit_font,
     limit_words,
@@ -70,7 +70,7 @@ class _ColouredRow(QStyledItemDelegate):
         super().paint(painter, cell, index)
 
 
-class ResultTable(Table):
+class ResultTable(DataTable):
     """Rows can be chosen with the arrow keys."""
 
     result_chosen = Signal(str)

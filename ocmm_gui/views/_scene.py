@@ -76,7 +76,7 @@ Item = Lines | Dots | Diamonds | Face | Tag
 
 
 @dataclass(frozen=True, slots=True)
-class Projection:
+class ScreenProjection:
     """World to picture: ``(points - target) @ matrix + middle``.
 
     Attributes
@@ -133,10 +133,10 @@ class Orbit:
         right /= np.linalg.norm(right)
         return np.stack([right, np.cross(outward, right), outward])
 
-    def projection(self, width: float, height: float) -> Projection:
+    def projection(self, width: float, height: float) -> ScreenProjection:
         """Return how world points come into a picture of that size, px."""
         scale = 0.5 * min(width, height) / self.radius
-        return Projection(
+        return ScreenProjection(
             self.target,
             self.axes().T * np.array([scale, -scale, 1.0]),
             np.array([0.5 * width, 0.5 * height, 0.0]),

@@ -43,11 +43,11 @@ from ocmm_gui.operator import (
     DeskView,
     Echo,
     FarView,
-    Place,
     PointChoice,
     SimulatedBand,
     TipLine,
     TrustBar,
+    TrustPlace,
 )
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output
@@ -292,9 +292,9 @@ class MainWindow(QMainWindow):
         return "" if fault is None else fault.error.what
 
     def _show_live(self, live: LiveView) -> None:
-        place = Place.FAR if self.is_far() else Place.DESK
+        place = TrustPlace.FAR if self.is_far() else TrustPlace.DESK
         if self.mode() is Mode.MAINTAIN:
-            place = Place.MAINTAIN
+            place = TrustPlace.MAINTAIN
         self.trust.show_calibration(
             self._bridge.station.instruments.calibration(), place, reference_words(live)
         )

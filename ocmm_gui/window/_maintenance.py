@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import QWidget
 
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.probe_design import definition_of
 from ocmm_core.errors import OcmmError
 from ocmm_gui.bridge import StationBridge
@@ -18,9 +18,9 @@ from ocmm_gui.kit import NoticeCentre, Sound
 from ocmm_gui.maintain import (
     BusPage,
     CalibrationPage,
-    Deeds,
     FitsPage,
     MaintainView,
+    MaintenanceDeeds,
     Page,
     ProbeDesignPage,
     ProbePage,
@@ -86,7 +86,7 @@ class Maintenance(QObject):
             Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
             Page("Fits", "Whether the fits are right, by certified pairs", self.fits),
         )  # fmt: skip
-        self._deeds = Deeds(bridge, notices, self.probe)
+        self._deeds = MaintenanceDeeds(bridge, notices, self.probe)
         self.view = MaintainView(pages, actions)
         self.wizard = Wizard(site_of(bridge))
         self.definition = DefinitionPage()
@@ -113,7 +113,7 @@ class Maintenance(QObject):
         }
         return deeds | {wizard.action: partial(self.open_wizard, wizard.kind) for wizard in WIZARDS}
 
-    def open_wizard(self, kind: Kind) -> None:
+    def open_wizard(self, kind: ProcedureKind) -> None:
         """Show the first page of a wizard; its keys are its own until it is left."""
         self.wanted.emit(self.wizard)
         self.wizard.open(kind)

@@ -17,7 +17,7 @@ from datetime import UTC, datetime
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import Decision
+from ocmm_core.calibration.guided import ProcedureDecision
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_gui.wizards.parts import Calculation, Seen, ShownProcedure, Tap, Warmth
@@ -215,7 +215,7 @@ class WizardDriver(QObject):
         while self._predict is not None and not self._stop.wait(PREDICT_S):
             base = self._view.base
             count = sum(step.done for step in base.steps)
-            if count != known and base.decision is Decision.OPEN:
+            if count != known and base.decision is ProcedureDecision.OPEN:
                 known = count
                 try:
                     self._predict()
@@ -237,10 +237,10 @@ class WizardDriver(QObject):
         """Note the warmth, and take what is ready where nobody has to press a key."""
         base = self.procedure.base
         now = time.monotonic()
-        if now - self._warmth_at >= WARMTH_S and base.decision is Decision.OPEN:
+        if now - self._warmth_at >= WARMTH_S and base.decision is ProcedureDecision.OPEN:
             self._warmth_at = now
             self.procedure.note_warmth(self._clock(), self._warmth())
-        if self._automatic and base.live.ready and base.decision is Decision.OPEN:
+        if self._automatic and base.live.ready and base.decision is ProcedureDecision.OPEN:
             try:
                 self._take()
             except OcmmError as error:

@@ -8,7 +8,7 @@ from datetime import datetime
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from ocmm_core.calibration.guided import Kind, RelocationView, VerificationView
+from ocmm_core.calibration.guided import ProcedureKind, RelocationView, VerificationView
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TouchView
@@ -84,7 +84,7 @@ class WizardSpec(Generic[P]):
         them.
     """
 
-    kind: Kind
+    kind: ProcedureKind
     subject: Subject
     action: str
     texts: WizardTexts
@@ -97,7 +97,7 @@ class WizardSpec(Generic[P]):
     commands: Mapping[str, Callable[[P], Command]] = field(default_factory=dict)
 
 
-def wizard_of(kind: Kind) -> WizardSpec[Any]:
+def wizard_of(kind: ProcedureKind) -> WizardSpec[Any]:
     """Return the wizard over a kind of procedure; raise InputError where there is none."""
     for spec in WIZARDS:
         if spec.kind is kind:
@@ -114,7 +114,7 @@ _VERIFY = (
 )
 
 _KNOWN_POINTS = WizardSpec(
-    kind=Kind.KNOWN_POINTS,
+    kind=ProcedureKind.KNOWN_POINTS,
     subject=Subject.CAMERAS,
     action="calibrate",
     texts=WizardTexts(
@@ -138,7 +138,7 @@ _KNOWN_POINTS = WizardSpec(
 )
 
 _RELOCATION = WizardSpec(
-    kind=Kind.RELOCATION,
+    kind=ProcedureKind.RELOCATION,
     subject=Subject.CAMERAS,
     action="relocate",
     texts=WizardTexts(
@@ -166,7 +166,7 @@ _RELOCATION = WizardSpec(
 )
 
 _VERIFICATION = WizardSpec(
-    kind=Kind.VERIFICATION,
+    kind=ProcedureKind.VERIFICATION,
     subject=Subject.CAMERAS,
     action="verify",
     texts=WizardTexts(
@@ -205,7 +205,7 @@ def _pivot_pages(place: SessionPlace, procedure: PivotProcedure) -> dict[str, St
 
 
 _PIVOT = WizardSpec(
-    kind=Kind.PIVOT,
+    kind=ProcedureKind.PIVOT,
     subject=Subject.PROBE,
     action="pivot",
     texts=WizardTexts(
@@ -242,7 +242,7 @@ def _touch_pages(place: SessionPlace, view: TouchView, result: StepPage) -> dict
 
 
 _QUALIFICATION = WizardSpec(
-    kind=Kind.QUALIFICATION,
+    kind=ProcedureKind.QUALIFICATION,
     subject=Subject.PROBE,
     action="qualify",
     texts=WizardTexts(
@@ -261,7 +261,7 @@ _QUALIFICATION = WizardSpec(
 )
 
 _TIP_CHECK = WizardSpec(
-    kind=Kind.TIP_CHECK,
+    kind=ProcedureKind.TIP_CHECK,
     subject=Subject.PROBE,
     action="check_tip",
     texts=WizardTexts(

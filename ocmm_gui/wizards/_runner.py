@@ -17,7 +17,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_core.calibration.guided import Decision, ProcedureView
+from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -142,7 +142,9 @@ class Runner(QWidget):
         self._title.show_text(base.step.title)
         if self.instruction.text() != base.step.instruction:
             self.instruction.setText(base.step.instruction)
-        self.rail.show_steps(base.steps, base.current, ended=base.decision is not Decision.OPEN)
+        self.rail.show_steps(
+            base.steps, base.current, ended=base.decision is not ProcedureDecision.OPEN
+        )
         page.show_seen(seen)
         self._enable(seen, page)
         self._show_gate(seen)
@@ -181,7 +183,7 @@ class Runner(QWidget):
 
     def _note_completion(self, base: ProcedureView, page: StepPage) -> None:
         """Say that a step was completed, and go on where nobody has a hand for a key."""
-        is_open = base.step.gate.open and base.decision is Decision.OPEN
+        is_open = base.step.gate.open and base.decision is ProcedureDecision.OPEN
         if is_open and not self._was_open and base.step.wanted:
             self.sounded.emit(Sound.FEATURE_COMPLETE)
             if page.goes_on_by_itself:
@@ -210,11 +212,11 @@ class Runner(QWidget):
     def _has_to_be_calculated(self, seen: Seen) -> bool:
         base = seen.view.base
         nothing = seen.view.outcome is None and base.error is None and seen.calculating_s is None
-        return nothing and (base.decision is Decision.OPEN or is_unstored(base))
+        return nothing and (base.decision is ProcedureDecision.OPEN or is_unstored(base))
 
     def _enable(self, seen: Seen, page: StepPage) -> None:
         base = seen.view.base
-        is_open = base.decision is Decision.OPEN
+        is_open = base.decision is ProcedureDecision.OPEN
         calculating = seen.calculating_s is not None
         has_outcome = seen.view.outcome is not None and not calculating
         allowed = {

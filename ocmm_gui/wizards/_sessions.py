@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from ocmm_core.calibration.guided import Decision, sessions
+from ocmm_core.calibration.guided import ProcedureDecision, sessions
 from ocmm_core.errors import OcmmError
 from ocmm_gui.wizards._registry import WizardSpec
 from ocmm_gui.wizards._site import (
@@ -70,7 +70,7 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
                 found.append(Offer(path, path.name, f"{error.what} {error.remedy}"))
             continue
         # What was accepted, but is not in the store, was interrupted just before it got there.
-        if not (base.stored or base.decision is Decision.KEPT):
+        if not (base.stored or base.decision is ProcedureDecision.KEPT):
             begun = datetime.fromisoformat(base.begun_utc).astimezone()
             step = base.step
             count = f", {step.done} of {step.wanted}" if step.wanted else ""

@@ -11,7 +11,7 @@ from typing import Any
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, Themed
 from ocmm_gui.wizards._driver import WizardDriver
@@ -59,7 +59,7 @@ class Wizard(QStackedWidget):
         self.start.resumed.connect(self._resume)
         self.start.left.connect(self.leave)
 
-    def open(self, kind: Kind) -> None:
+    def open(self, kind: ProcedureKind) -> None:
         """Show the first page of a wizard, with what was not finished."""
         self.close_runner()
         self._spec = spec = wizard_of(kind)

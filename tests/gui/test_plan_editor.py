@@ -17,7 +17,7 @@ from ocmm_core.inspection.plan import load_plan
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.plan_editor._form_lines import Kind, form_lines
+from ocmm_gui.plan_editor._form_lines import FieldKind, form_lines
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, item_of
 from tests.host import HANG_MS
 
@@ -168,7 +168,7 @@ def test_a_model_is_read_beside_the_window_and_can_be_given_up(
 
 def test_the_form_of_a_characteristic_offers_every_kind() -> None:
     lines = {line.key: line for line in form_lines(Characteristic, {})}
-    assert lines["kind"].kind is Kind.CHOICE
+    assert lines["kind"].kind is FieldKind.CHOICE
     assert lines["kind"].choices == tuple(KINDS)
     assert lines["kind"].neutral == "diameter"
-    assert lines["name"].kind is Kind.TEXT
+    assert lines["name"].kind is FieldKind.TEXT

@@ -29,7 +29,7 @@ from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.plan import add_construction, load_plan, with_alignment
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.plan_editor._form_lines import Kind, closed, form_lines, opened, tag_field
+from ocmm_gui.plan_editor._form_lines import FieldKind, closed, form_lines, opened, tag_field
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_checks import faulty_field
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
@@ -299,7 +299,7 @@ def test_every_field_of_the_types_has_a_line_with_words(make: Any) -> None:
         # What is neutral is plain data of the type, but for what somebody has to say.
         plain = closed(make, {line.key: line.neutral for line in form_lines(make, data)
                               if "." not in line.key} | data)  # fmt: skip
-        if not any(line.kind is Kind.FIXED for line in form_lines(make, data)):
+        if not any(line.kind is FieldKind.FIXED for line in form_lines(make, data)):
             msgspec.convert(plain, make)
 
 

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.probe_design import definition_of, probe_text, read_definition
 from ocmm_core.calibration.records import ProbeStore, probe_store_folder
 from ocmm_core.composition import StationRequest, build_station
@@ -145,12 +145,12 @@ def test_a_tip_is_mounted_with_one_key_pressed_twice_and_must_then_be_checked(
 @pytest.mark.parametrize(
     ("key", "kind"),
     [
-        (Qt.Key.Key_P, Kind.PIVOT), (Qt.Key.Key_Q, Kind.QUALIFICATION),
-        (Qt.Key.Key_H, Kind.TIP_CHECK),
+        (Qt.Key.Key_P, ProcedureKind.PIVOT), (Qt.Key.Key_Q, ProcedureKind.QUALIFICATION),
+        (Qt.Key.Key_H, ProcedureKind.TIP_CHECK),
     ],
 )  # fmt: skip
 def test_wizards_are_opened_with_one_key(
-    qtbot: QtBot, open_bench: Callable[[], Bench], tmp_path: Path, key: Qt.Key, kind: Kind
+    qtbot: QtBot, open_bench: Callable[[], Bench], tmp_path: Path, key: Qt.Key, kind: ProcedureKind
 ) -> None:
     fill(tmp_path)
     bench = open_bench()
@@ -160,8 +160,8 @@ def test_wizards_are_opened_with_one_key(
     qtbot.waitUntil(wizard.isVisible, timeout=PATIENCE_MS)
     assert wizard.start.trouble.text() == ""
     assert "tip" in wizard.start.fields
-    bench.press(Qt.Key.Key_Return if kind is not Kind.PIVOT else Qt.Key.Key_Escape)
-    if kind is Kind.PIVOT:
+    bench.press(Qt.Key.Key_Return if kind is not ProcedureKind.PIVOT else Qt.Key.Key_Escape)
+    if kind is ProcedureKind.PIVOT:
         qtbot.waitUntil(bench.window.maintenance.probe.isVisible, timeout=PATIENCE_MS)
 
 

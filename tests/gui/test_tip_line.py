@@ -17,7 +17,7 @@ from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import Mark, NoticeCentre
-from ocmm_gui.operator import Place
+from ocmm_gui.operator import TrustPlace
 from ocmm_gui.operator._tip_line import tip_mark, tip_words
 from ocmm_gui.window import MainWindow
 from tests.core.calibration.fresh_tips import TIP, Tips
@@ -28,25 +28,25 @@ MOUNTED = Obstacle("Tip '6 mm' was mounted and not checked since.", "Check it.")
 
 
 def test_words_and_marks_of_every_standing() -> None:
-    assert tip_words(VIEW, Place.DESK) == "Probe standard, tip 6 mm: VALID, ball 5.9981 mm."
-    assert tip_words(VIEW, Place.FAR) == "Tip 6 mm: VALID"
+    assert tip_words(VIEW, TrustPlace.DESK) == "Probe standard, tip 6 mm: VALID, ball 5.9981 mm."
+    assert tip_words(VIEW, TrustPlace.FAR) == "Tip 6 mm: VALID"
     assert tip_mark(VIEW) is Mark.GOOD
     suspect = replace(VIEW, word=Word.SUSPECT, obstacle=MOUNTED)
     assert tip_mark(suspect) is Mark.DOUBT
     # The status strip of the desk view tells why; the other screens have none.
-    assert "mounted" not in tip_words(suspect, Place.DESK)
-    assert tip_words(suspect, Place.MAINTAIN).endswith(f"No points: {MOUNTED}")
+    assert "mounted" not in tip_words(suspect, TrustPlace.DESK)
+    assert tip_words(suspect, TrustPlace.MAINTAIN).endswith(f"No points: {MOUNTED}")
     due = replace(VIEW, word=Word.DUE, warnings=("It ends soon. Qualify the tip.",))
-    assert tip_words(due, Place.DESK).endswith("It ends soon. Qualify the tip.")
+    assert tip_words(due, TrustPlace.DESK).endswith("It ends soon. Qualify the tip.")
     assert tip_mark(due) is Mark.DOUBT
     assert tip_mark(replace(VIEW, word=Word.EXPIRED, obstacle=MOUNTED)) is Mark.BAD
     design = replace(VIEW, word=Word.DESIGN, tip="")
-    assert tip_words(design, Place.FAR) == "Probe standard: DESIGN"
-    assert "as its document says" in tip_words(design, Place.DESK)
+    assert tip_words(design, TrustPlace.FAR) == "Probe standard: DESIGN"
+    assert "as its document says" in tip_words(design, TrustPlace.DESK)
     insisted = replace(suspect, uncalibrated=True)
-    assert tip_words(insisted, Place.FAR) == "Tip 6 mm: UNCALIBRATED"
+    assert tip_words(insisted, TrustPlace.FAR) == "Tip 6 mm: UNCALIBRATED"
     assert tip_mark(insisted) is Mark.BAD
-    assert MOUNTED.what in tip_words(insisted, Place.DESK)
+    assert MOUNTED.what in tip_words(insisted, TrustPlace.DESK)
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from PySide6.QtCore import QRect
 from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QWidget
 
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_gui.kit import CAP_HEIGHT, THEMES, Mode
 from ocmm_gui.kit._theme import FAR_SHARE
 from ocmm_gui.window import MainWindow
@@ -32,7 +32,7 @@ def _pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
     yield "keys", sheets.open_keys
     for sheet in (sheets.report, sheets.batch, sheets.alignment):
         yield sheet.accessibleName(), partial(sheets.wanted.emit, sheet)
-    for kind in Kind:
+    for kind in ProcedureKind:
         yield kind.name, partial(maintenance.open_wizard, kind)
     yield "definition", maintenance.open_definition
     window.show_mode(Mode.MAINTAIN)

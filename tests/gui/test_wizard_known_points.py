@@ -15,8 +15,13 @@ from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.exceptions import TimeoutError as QtTimeoutError
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints
-from ocmm_core.calibration.guided import CalibrationOutcome, Decision, Kind, KnownPointsView
+from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
+from ocmm_core.calibration.guided import (
+    CalibrationOutcome,
+    KnownPointsView,
+    ProcedureDecision,
+    ProcedureKind,
+)
 from ocmm_core.calibration.records import State
 from ocmm_core.errors import CalibrationError
 from ocmm_core.simulation.calibration_scenes import ShowTarget
@@ -32,7 +37,7 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[WizardBe
     made.close()
 
 
-def _list(folder: Path, points: ReferencePoints) -> str:
+def _list(folder: Path, points: KnownPoints) -> str:
     path = folder / "points.csv"
     rows = (
         f"{name};{x!r};{y!r};{z!r}"
@@ -43,7 +48,7 @@ def _list(folder: Path, points: ReferencePoints) -> str:
     return str(path)
 
 
-def _scene(points: ReferencePoints, first: int, last: int) -> ShowTarget:
+def _scene(points: KnownPoints, first: int, last: int) -> ShowTarget:
     return ShowTarget(positions=tuple(map(tuple, points.positions_world[first:last].tolist())))
 
 
@@ -66,7 +71,7 @@ def _collected(
 
 
 def _result(bench: WizardBench) -> ResultPage:
-    bench.go_on(Kind.KNOWN_POINTS)
+    bench.go_on(ProcedureKind.KNOWN_POINTS)
     page = bench.runner.page()
     assert isinstance(page, ResultPage)
     bench.until(lambda: bench.seen.view.outcome is not None and bench.seen.calculating_s is None)
@@ -76,7 +81,7 @@ def _result(bench: WizardBench) -> ResultPage:
 
 def test_one_key_takes_one_point_and_says_why_next_is_closed(bench: WizardBench) -> None:
     points = bench.bench.points(12)
-    bench.begin(Kind.KNOWN_POINTS, points=_list(bench.bench.folder, points))
+    bench.begin(ProcedureKind.KNOWN_POINTS, points=_list(bench.bench.folder, points))
     bench.step("collect")
     page, runner = bench.runner.page(), bench.runner
     assert isinstance(page, KnownPointsPage)
@@ -111,7 +116,9 @@ def test_one_key_takes_one_point_and_says_why_next_is_closed(bench: WizardBench)
 def test_a_point_that_nobody_sees_is_skipped_and_one_that_is_chosen_comes_next(
     bench: WizardBench,
 ) -> None:
-    bench.begin(Kind.KNOWN_POINTS, points=_list(bench.bench.folder, bench.bench.points(12)))
+    bench.begin(
+        ProcedureKind.KNOWN_POINTS, points=_list(bench.bench.folder, bench.bench.points(12))
+    )
     bench.step("collect")
     page = bench.runner.page()
     assert isinstance(page, KnownPointsPage)
@@ -124,17 +131,17 @@ def test_a_point_that_nobody_sees_is_skipped_and_one_that_is_chosen_comes_next(
 
 def test_what_was_taken_survives_a_crash_and_is_offered(bench: WizardBench) -> None:
     points = bench.bench.points(12)
-    bench.begin(Kind.KNOWN_POINTS, points=_list(bench.bench.folder, points))
+    bench.begin(ProcedureKind.KNOWN_POINTS, points=_list(bench.bench.folder, points))
     bench.step("collect")
     bench.key(Qt.Key.Key_Y)
     bench.until(lambda: bench.seen.automatic)
     assert bench.show(None, _scene(points, 0, 5)) == 5
     bench.crash()
-    bench.wizard.open(Kind.KNOWN_POINTS)
+    bench.wizard.open(ProcedureKind.KNOWN_POINTS)
     (item,) = (bench.wizard.start.list.item(i).text() for i in range(1))
     assert "technician: known points, 5 of 12" in item
     assert bench.wizard.start.resume_button.property("role") == "primary"
-    bench.go_on(Kind.KNOWN_POINTS)
+    bench.go_on(ProcedureKind.KNOWN_POINTS)
     assert bench.seen.view.base.step.name == "collect"
     bench.until(lambda: "P005" in bench.runner.instruction.text())
     bench.key(Qt.Key.Key_Y)
@@ -152,7 +159,7 @@ def test_a_damaged_session_is_named_and_cannot_go_on(bench: WizardBench) -> None
     procedure = _collected(bench, 40)
     path = procedure.base.session
     path.write_bytes(path.read_bytes().replace(b"P003", b"P004", 1))
-    bench.wizard.open(Kind.KNOWN_POINTS)
+    bench.wizard.open(ProcedureKind.KNOWN_POINTS)
     start = bench.wizard.start
     assert start.list.item(0).text().startswith("▲")
     assert not start.resume_button.isEnabled()
@@ -203,17 +210,17 @@ def test_result_compared_accepted_and_compared_again(bench: WizardBench) -> None
     )  # fmt: skip
     bench.key(Qt.Key.Key_K)
     bench.key(Qt.Key.Key_Return)
-    bench.until(lambda: bench.seen.view.base.decision is Decision.KEPT)
+    bench.until(lambda: bench.seen.view.base.decision is ProcedureDecision.KEPT)
     bench.until(lambda: "Nothing was changed" in bench.runner.gate.text())
     assert bench.use_store_of_bench().active_hash == store.active_hash
     bench.key(Qt.Key.Key_Escape)
-    bench.wizard.open(Kind.KNOWN_POINTS)
+    bench.wizard.open(ProcedureKind.KNOWN_POINTS)
     assert bench.wizard.start.list.count() == 0
 
 
 def test_a_calculation_is_given_up_and_done_again(bench: WizardBench) -> None:
     _collected(bench, 60)
-    bench.go_on(Kind.KNOWN_POINTS)
+    bench.go_on(ProcedureKind.KNOWN_POINTS)
     page = bench.runner.page()
     assert isinstance(page, ResultPage)
     bench.until(lambda: bench.seen.calculating_s is not None)
@@ -235,7 +242,7 @@ def test_a_list_in_the_wrong_order_is_refused_in_words(bench: WizardBench) -> No
     procedure = _collected(bench, 40, wrong_order=True)
     with pytest.raises(CalibrationError):
         procedure.compute()
-    bench.go_on(Kind.KNOWN_POINTS)
+    bench.go_on(ProcedureKind.KNOWN_POINTS)
     page = bench.runner.page()
     assert isinstance(page, ResultPage)
     bench.until(lambda: page.word() == "NO RESULT")
@@ -258,7 +265,7 @@ def test_a_list_in_the_wrong_order_is_refused_in_words(bench: WizardBench) -> No
 def test_what_is_filled_in_wrongly_is_said(
     bench: WizardBench, values: dict[str, str], said: str
 ) -> None:
-    bench.begin(Kind.KNOWN_POINTS, **values)
+    bench.begin(ProcedureKind.KNOWN_POINTS, **values)
     assert bench.wizard.runner is None
     assert said in bench.wizard.start.trouble.text()
     assert bench.wizard.start.trouble.isVisible()

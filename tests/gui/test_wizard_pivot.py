@@ -13,7 +13,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import ProbeStore, State
 from ocmm_core.calibration.sweeping import BATCH, PivotOutcome, PivotProcedure, PivotView
 from ocmm_core.simulation.calibration_scenes import SweepProbe
@@ -71,7 +71,7 @@ class Sweeps:
     def result(self) -> PivotResultPage:
         """Go on with that session until there is a result or none."""
         wizard = self.wizard
-        wizard.go_on(Kind.PIVOT)
+        wizard.go_on(ProcedureKind.PIVOT)
         page = wizard.runner.page()
         assert isinstance(page, PivotResultPage)
         wizard.until(
@@ -128,7 +128,7 @@ def sweeps(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Sweeps]
 def test_a_sweep_begins_and_ends_by_itself_and_the_next_one_follows(sweeps: Sweeps) -> None:
     sweeps.begun()
     wizard = sweeps.wizard
-    wizard.go_on(Kind.PIVOT)
+    wizard.go_on(ProcedureKind.PIVOT)
     wizard.key(Qt.Key.Key_Return)
     wizard.enters("first")
     page = sweeps.page()
@@ -154,7 +154,7 @@ def test_a_sweep_begins_and_ends_by_itself_and_the_next_one_follows(sweeps: Swee
 def test_what_was_swept_survives_a_crash_and_can_be_thrown_away(sweeps: Sweeps) -> None:
     sweeps.begun()
     wizard = sweeps.wizard
-    wizard.go_on(Kind.PIVOT)
+    wizard.go_on(ProcedureKind.PIVOT)
     wizard.key(Qt.Key.Key_Return)
     wizard.enters("first")
     scene = SweepProbe(cone=CONE, seconds=8.0, seed=1, reach_deg=REACH)
@@ -165,9 +165,9 @@ def test_what_was_swept_survives_a_crash_and_can_be_thrown_away(sweeps: Sweeps) 
     assert "%" not in page.map.accessibleDescription()
     assert page.map.accessibleDescription() != "0 of 0 directions"
     wizard.crash()
-    wizard.wizard.open(Kind.PIVOT)
+    wizard.wizard.open(ProcedureKind.PIVOT)
     assert f"first sweep, {2 * BATCH} of 150" in wizard.wizard.start.list.item(0).text()
-    wizard.go_on(Kind.PIVOT)
+    wizard.go_on(ProcedureKind.PIVOT)
     assert wizard.seen.view.base.step.name == "first"
     wizard.until(lambda: sweeps.view.first.poses == 2 * BATCH)
     wizard.until(lambda: wizard.runner.actions_by_key["anew"].isEnabled())
@@ -179,7 +179,7 @@ def test_what_was_swept_survives_a_crash_and_can_be_thrown_away(sweeps: Sweeps) 
 def test_the_first_cone_again_is_taken_by_itself(sweeps: Sweeps) -> None:
     sweeps.swept()
     wizard = sweeps.wizard
-    wizard.go_on(Kind.PIVOT)
+    wizard.go_on(ProcedureKind.PIVOT)
     page = wizard.runner.page()
     assert isinstance(page, FirstConePage)
     wizard.until(lambda: page.banner.word() == "BACK INTO THE FIRST CONE")

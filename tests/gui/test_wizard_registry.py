@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.errors import InputError
 from ocmm_gui.kit import ACTIONS, Mode
 from ocmm_gui.wizards import _registry as registry
@@ -58,7 +58,7 @@ def _begun(bench: WizardBench, spec: WizardSpec[Any]) -> Opened:
 
 
 def test_each_kind_of_procedure_has_one_wizard() -> None:
-    assert sorted(spec.kind for spec in WIZARDS) == sorted(Kind)
+    assert sorted(spec.kind for spec in WIZARDS) == sorted(ProcedureKind)
     assert all(wizard_of(spec.kind) is spec for spec in WIZARDS)
     assert len({spec.action for spec in WIZARDS}) == len(WIZARDS)
     assert len({spec.texts.title for spec in WIZARDS}) == len(WIZARDS)
@@ -117,5 +117,5 @@ def test_another_process_finds_how_to_resume_it(spec: WizardSpec[Any]) -> None:
 def test_a_kind_without_a_wizard_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "WIZARDS", WIZARDS[1:])
     with pytest.raises(InputError, match="no wizard for known-points") as caught:
-        wizard_of(Kind.KNOWN_POINTS)
+        wizard_of(ProcedureKind.KNOWN_POINTS)
     assert caught.value.remedy

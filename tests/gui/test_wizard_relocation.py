@@ -11,8 +11,8 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.cameras import ReferencePoints
-from ocmm_core.calibration.guided import CalibrationOutcome, Kind, RelocationView
+from ocmm_core.calibration.cameras import KnownPoints
+from ocmm_core.calibration.guided import CalibrationOutcome, ProcedureKind, RelocationView
 from ocmm_core.calibration.records import State
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.composition import VirtualSite, scenes_of_relocation
@@ -24,7 +24,7 @@ from tests.core.calibration.procedure_site import PROBE_DOCUMENT, RIG_DOCUMENT, 
 from tests.gui.wizard_bench import WizardBench
 
 MOVE = 7
-CONTROL = ReferencePoints(
+CONTROL = KnownPoints(
     ("N1", "N2", "N3", "N4"),
     np.array([[-150.0, -60, -150], [150, -60, -150], [150, 60, -120], [-150, 60, 50]]),
     0.002,
@@ -42,7 +42,7 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[WizardBe
 def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(
     bench: WizardBench,
 ) -> None:
-    bench.begin(Kind.RELOCATION)
+    bench.begin(ProcedureKind.RELOCATION)
     assert bench.wizard.runner is not None, bench.wizard.start.trouble.text()
     bench.step("seats")
     assert isinstance(bench.runner.page(), SeatsPage)
@@ -86,7 +86,7 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, None)
     first, wave, bar, seats, again = scenes
     show(procedure, site.virtual(first, wave), site.now)
-    bench.go_on(Kind.RELOCATION)
+    bench.go_on(ProcedureKind.RELOCATION)
     bench.step("bar")
     page = bench.runner.page()
     assert isinstance(page, BarPage)
@@ -128,7 +128,7 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     virtual = VirtualSite(RIG_DOCUMENT, PROBE_DOCUMENT, SEED, MOVE)
     scenes = scenes_of_relocation(virtual, site.rig, procedure.view, site.bar, CONTROL)
     show(procedure, site.virtual(*scenes, move=MOVE), site.now)
-    bench.go_on(Kind.RELOCATION)
+    bench.go_on(ProcedureKind.RELOCATION)
     bench.step("result")
     page = bench.runner.page()
     assert isinstance(page, ResultPage)
@@ -152,7 +152,7 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
 
 
 def test_a_world_of_known_points_needs_their_list(bench: WizardBench) -> None:
-    bench.wizard.open(Kind.RELOCATION)
+    bench.wizard.open(ProcedureKind.RELOCATION)
     world = bench.wizard.start.fields["world"]
     assert isinstance(world, QComboBox)
     world.setCurrentIndex(1)

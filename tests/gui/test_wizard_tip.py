@@ -11,7 +11,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication, QComboBox
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import ProbeStore, State
 from ocmm_core.calibration.tip import (
     Countdown,
@@ -77,7 +77,7 @@ def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[TipBench
 
 def test_the_sphere_is_touched_without_a_key_and_goes_on_after_a_crash(bench: TipBench) -> None:
     wizard = bench.wizard
-    wizard.begin(Kind.QUALIFICATION)
+    wizard.begin(ProcedureKind.QUALIFICATION)
     field = wizard.wizard.start.fields["tip"]
     assert isinstance(field, QComboBox)
     assert field.currentData() == TIP
@@ -95,9 +95,9 @@ def test_the_sphere_is_touched_without_a_key_and_goes_on_after_a_crash(bench: Ti
     wizard.key(Qt.Key.Key_Backspace)
     wizard.until(lambda: page.bars.words()[0] == "Places 2 / 25")
     wizard.crash()
-    wizard.wizard.open(Kind.QUALIFICATION)
+    wizard.wizard.open(ProcedureKind.QUALIFICATION)
     assert "sphere, 2 of 25" in wizard.wizard.start.list.item(0).text()
-    wizard.go_on(Kind.QUALIFICATION)
+    wizard.go_on(ProcedureKind.QUALIFICATION)
     again = wizard.runner.page()
     assert isinstance(again, SpherePage)
     assert bench.touch(3) == 3
@@ -113,7 +113,7 @@ def test_the_sphere_is_touched_without_a_key_and_goes_on_after_a_crash(bench: Ti
 def test_banner_counts_down_and_says_how_to_hold_the_probe(bench: TipBench) -> None:
     bench.taken(cone=2)
     wizard = bench.wizard
-    wizard.go_on(Kind.QUALIFICATION)
+    wizard.go_on(ProcedureKind.QUALIFICATION)
     page = wizard.runner.page()
     assert isinstance(page, ConePage)
     view = wizard.seen.view
@@ -141,7 +141,7 @@ def test_a_verdict_is_shown_stored_and_compared_with_the_one_before(bench: TipBe
     wizard = bench.wizard
     for number in range(2):
         bench.taken()
-        wizard.go_on(Kind.QUALIFICATION)
+        wizard.go_on(ProcedureKind.QUALIFICATION)
         page = wizard.runner.page()
         assert isinstance(page, TipResultPage)
         bench.until_result()
@@ -175,7 +175,7 @@ def test_a_tip_that_is_too_long_fails_the_check_in_words(qtbot: QtBot, tmp_path:
         )  # fmt: skip
         take(procedure, site, 13, 0)
         procedure.advance(site.now())
-        wizard.go_on(Kind.TIP_CHECK)
+        wizard.go_on(ProcedureKind.TIP_CHECK)
         wizard.enters("cone")
         # The stylus came loose between sphere and cone.
         assert bench.touch(5, TipFault(length_mm=1.0)) == 5
@@ -193,6 +193,6 @@ def test_a_tip_that_is_too_long_fails_the_check_in_words(qtbot: QtBot, tmp_path:
 
 
 def test_a_tip_that_was_never_qualified_cannot_be_checked(bench: TipBench) -> None:
-    bench.wizard.begin(Kind.TIP_CHECK)
+    bench.wizard.begin(ProcedureKind.TIP_CHECK)
     assert bench.wizard.wizard.runner is None
     assert "was not qualified" in bench.wizard.wizard.start.trouble.text()

@@ -12,7 +12,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.guided import Kind, VerificationOutcome, VerificationView
+from ocmm_core.calibration.guided import ProcedureKind, VerificationOutcome, VerificationView
 from ocmm_core.calibration.records import EventKind, State, load_bar
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
@@ -49,7 +49,7 @@ def _measured(bench: WizardBench, off_mm: float = 0.0) -> None:
 
 
 def _verdict(bench: WizardBench) -> VerdictPage:
-    bench.go_on(Kind.VERIFICATION)
+    bench.go_on(ProcedureKind.VERIFICATION)
     bench.step("result")
     page = bench.runner.page()
     assert isinstance(page, VerdictPage)
@@ -58,7 +58,7 @@ def _verdict(bench: WizardBench) -> VerdictPage:
 
 
 def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -> None:
-    bench.begin(Kind.VERIFICATION)
+    bench.begin(ProcedureKind.VERIFICATION)
     assert bench.wizard.runner is not None, bench.wizard.start.trouble.text()
     bench.step("seats")
     seats = bench.runner.page()
@@ -134,7 +134,7 @@ def test_a_failed_verification_says_so_and_keeps_the_calibration_suspect(
     bench.crash()
     store = bench.use_store_of_bench()
     assert store.events[-1].kind is EventKind.ACCEPTED
-    bench.wizard.open(Kind.VERIFICATION)
+    bench.wizard.open(ProcedureKind.VERIFICATION)
     assert "36 of 42" in bench.wizard.start.list.item(0).text()
 
 
@@ -146,7 +146,7 @@ def fresh(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[WizardBe
 
 
 def test_without_a_calibration_there_is_nothing_to_verify(fresh: WizardBench) -> None:
-    fresh.begin(Kind.VERIFICATION)
+    fresh.begin(ProcedureKind.VERIFICATION)
     assert fresh.wizard.runner is None
     assert "Calibrate the cameras first" in fresh.wizard.start.trouble.text()
     fresh.key(Qt.Key.Key_Escape)

@@ -23,7 +23,7 @@ from PySide6.QtWidgets import (
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
@@ -79,9 +79,9 @@ def _press(key: Qt.Key) -> None:
     QTest.keyClick(widget, key)
 
 
-@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("kind", ProcedureKind)
 def test_a_key_opens_a_wizard_and_esc_leaves_it(
-    qtbot: QtBot, window: MainWindow, kind: Kind
+    qtbot: QtBot, window: MainWindow, kind: ProcedureKind
 ) -> None:
     _press(Qt.Key.Key_M)
     _press(_KEYS[kind])
@@ -141,7 +141,7 @@ def test_without_a_store_it_says_why_nothing_can_be_calibrated(
 ) -> None:
     window = open_window(speed=0.1).window
     window.show_mode(Mode.MAINTAIN)
-    window.maintenance.open_wizard(Kind.RELOCATION)
+    window.maintenance.open_wizard(ProcedureKind.RELOCATION)
     assert "--calibrations" in window.maintenance.wizard.start.trouble.text()
     window.maintenance.wizard.start.begin_button.click()
     assert window.maintenance.wizard.runner is None
@@ -160,22 +160,22 @@ def test_no_two_actions_of_a_wizard_share_a_key_with_each_other_or_the_window() 
     assert len(words) == len(set(words))
 
 
-@pytest.mark.parametrize("kind", Kind)
+@pytest.mark.parametrize("kind", ProcedureKind)
 def test_every_page_is_named_fits_and_uses_the_theme(
-    qtbot: QtBot, qapp: QApplication, tmp_path: Path, kind: Kind
+    qtbot: QtBot, qapp: QApplication, tmp_path: Path, kind: ProcedureKind
 ) -> None:
     bench = WizardBench(qtbot, tmp_path, TIP)
     try:
-        if kind is Kind.VERIFICATION:
+        if kind is ProcedureKind.VERIFICATION:
             bench.bench.calibrated(120)
-        if kind in (Kind.QUALIFICATION, Kind.TIP_CHECK):
+        if kind in (ProcedureKind.QUALIFICATION, ProcedureKind.TIP_CHECK):
             Tips.at(tmp_path, qualified=True)
         points = tmp_path / "points.csv"
         points.write_text(
             "# ocmm reference points\n# unit: mm\n# uncertainty: 0.002\n# frame: CMM\n"
             "name;x;y;z\nP1;0;0;0\nP2;50;0;0\n"
         )
-        values = {"points": str(points)} if kind is Kind.KNOWN_POINTS else {}
+        values = {"points": str(points)} if kind is ProcedureKind.KNOWN_POINTS else {}
         bench.begin(kind, **values)
         assert bench.wizard.runner is not None, bench.wizard.start.trouble.text()
         for page in (None, *bench.runner.pages.values()):

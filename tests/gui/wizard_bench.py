@@ -12,7 +12,7 @@ from PySide6.QtWidgets import QApplication, QLineEdit, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import Kind
+from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import CalibrationStore, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
@@ -79,7 +79,7 @@ class WizardBench:
         record = self.use_store_of_bench().active()
         return self.bench.rig if record is None else rig_from_record(record)
 
-    def begin(self, kind: Kind, **values: str) -> None:
+    def begin(self, kind: ProcedureKind, **values: str) -> None:
         """Open a wizard and begin with what is filled in."""
         self.wizard.open(kind)
         for key, value in values.items():
@@ -88,7 +88,7 @@ class WizardBench:
             field.setText(value)
         self.key(Qt.Key.Key_Return, self.wizard.start.fields["who"])
 
-    def go_on(self, kind: Kind) -> None:
+    def go_on(self, kind: ProcedureKind) -> None:
         """Open a wizard and go on with the session that is proposed."""
         self.wizard.open(kind)
         self.key(Qt.Key.Key_G, self.wizard.start.list)

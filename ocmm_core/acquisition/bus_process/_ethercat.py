@@ -18,13 +18,13 @@ from ocmm_core.acquisition.frames import (
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import (
     OPERATION,
-    Answer,
     BusAccounts,
     BusSettings,
     CameraBus,
-    CameraRecord,
+    CameraPast,
+    CycleAnswer,
+    CycleFault,
     CyclePacer,
-    Fault,
     Next,
     Supervisor,
     Trouble,
@@ -33,7 +33,7 @@ from ocmm_core.fieldbus.cycle import (
     judge,
 )
 from ocmm_core.fieldbus.device import FRAME_DTYPE, FRAMES_PER_CYCLE, HEADER_STRUCT, decode_spots
-from ocmm_core.fieldbus.objects import ObjectService, Port, Thermometer
+from ocmm_core.fieldbus.objects import ObjectService, RequestPort, Thermometer
 from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report
 from ocmm_core.fieldbus.wire import is_virtual_interface
 
@@ -80,7 +80,7 @@ class EthercatSource:
         self,
         settings: BusSettings,
         publish: Callable[[bytes], None] | None = None,
-        port: Port | None = None,
+        port: RequestPort | None = None,
         notes: Sequence[str] = (),
     ) -> None:
         self._settings = settings
@@ -92,7 +92,7 @@ class EthercatSource:
         self._accounts = BusAccounts(settings, notes)
         self._supervisor = Supervisor(time.monotonic_ns())
         self._exposures = ExposureCount(len(names))
-        self._records: list[CameraRecord] = []
+        self._records: list[CameraPast] = []
         self._steps: Iterator[BusPhase] = iter(())
         self._pacer: CyclePacer | None = None
         self._published: tuple[BusPhase, str, str] | None = None
@@ -211,7 +211,7 @@ class EthercatSource:
             frames_lost=given.lost,
         )
 
-    def _refuse(self, fault: Fault, elapsed: int) -> Cycle:
+    def _refuse(self, fault: CycleFault, elapsed: int) -> Cycle:
         now_ns = time.monotonic_ns()
         self._accounts.refused(fault.camera)
         self._note(fault.alarm, fault.reason, now_ns, camera=fault.camera)
@@ -261,12 +261,12 @@ class EthercatSource:
     def _begin_session(self) -> None:
         """Take up the exposures that a bring-up started."""
         schedule = self._bus.schedule
-        self._records = [CameraRecord(camera.name) for camera in self._settings.cameras]
+        self._records = [CameraPast(camera.name) for camera in self._settings.cameras]
         gap = self._exposures.begin(schedule, self._bus.session.start_host_ns)
         self._accounts.lost(gap)
         self._supervisor.brought_up(time.monotonic_ns())
 
-    def _take(self, answer: Answer, joiner: FrameJoiner) -> None:
+    def _take(self, answer: CycleAnswer, joiner: FrameJoiner) -> None:
         """Hand the frames that are new to the joiner, by their counters."""
         schedule = self._bus.schedule
         for camera, (header, content) in enumerate(zip(answer.headers, answer.inputs, strict=True)):

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
         to_records,
     )
     from ocmm_core.acquisition.frames._join import FrameJoiner
-    from ocmm_core.acquisition.frames._ring import FrameRing, Word
+    from ocmm_core.acquisition.frames._ring import FrameRing, HeadWord
     from ocmm_core.acquisition.frames._source import FrameSource, SourceDescription
     from ocmm_core.acquisition.frames._worker import (
         AcquisitionState,
@@ -48,7 +48,7 @@ else:
             "to_records"
         ),
         _join="FrameJoiner",
-        _ring="FrameRing Word",
+        _ring="FrameRing HeadWord",
         _source="FrameSource SourceDescription",
         _worker=(
             "AcquisitionState AcquisitionStatus AcquisitionWorker StopReason leave_error "
@@ -69,9 +69,9 @@ __all__ = [
     "FrameJoiner",
     "FrameRing",
     "FrameSource",
+    "HeadWord",
     "SourceDescription",
     "StopReason",
-    "Word",
     "frame_dtype",
     "from_records",
     "leave_error",

@@ -19,7 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.calibration.bundle import _kernel as kernel
     from ocmm_core.calibration.bundle._bundle import adjust, common_covariance, misses
-    from ocmm_core.calibration.bundle._culprit import Cause, Suspect, Verdict, examine, fit
+    from ocmm_core.calibration.bundle._culprit import Culprit, CulpritVerdict, Suspect, examine, fit
     from ocmm_core.calibration.bundle._culprit_history import Block, restored
     from ocmm_core.calibration.bundle._culprit_points import explain_points, scale_between
     from ocmm_core.calibration.bundle._culprit_words import Names, accuse
@@ -31,7 +31,7 @@ else:
     __getattr__ = door(
         __name__,
         _bundle="adjust common_covariance misses",
-        _culprit="Cause Suspect Verdict examine fit",
+        _culprit="Culprit Suspect CulpritVerdict examine fit",
         _culprit_history="Block restored",
         _culprit_points="explain_points scale_between",
         _culprit_words="Names accuse",
@@ -46,13 +46,13 @@ __all__ = [
     "Block",
     "BundleData",
     "BundleState",
-    "Cause",
     "Columns",
+    "Culprit",
+    "CulpritVerdict",
     "Names",
     "Prior",
     "RobustMinimum",
     "Suspect",
-    "Verdict",
     "accuse",
     "adjust",
     "adjust_robustly",

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from ocmm_core.calibration.bundle._bundle import BundleMinimum, adjust
-from ocmm_core.calibration.bundle._culprit_history import History, Score
+from ocmm_core.calibration.bundle._culprit_history import BlockHistory, ChangeScore
 from ocmm_core.calibration.bundle._state import LENS, BundleData, BundleState, Prior
 from ocmm_core.calibration.monitor import N_MOTIONS, camera_changes
 from ocmm_core.geometry import Float
@@ -41,7 +41,7 @@ _TURN, _SHIFT_MM, _LED_MM, _SIZE, _BAR_MM = 2e-4, 0.1, 0.5, 3e-4, 0.2
 _FOCAL_MM, _POINT_PX = 0.1, 5.0
 
 
-class Cause(Enum):
+class Culprit(Enum):
     """What is wrong."""
 
     BAR = "bar"
@@ -81,9 +81,9 @@ class Suspect:
         Score over the misfit that remains, less what freedom and search win by chance.
     """
 
-    cause: Cause
+    cause: Culprit
     subject: int
-    score: Score
+    score: ChangeScore
     columns: Float
     profile: Float | None
     moment: int | None
@@ -98,7 +98,7 @@ class Suspect:
 
 
 @dataclass(frozen=True, slots=True)
-class Verdict:
+class CulpritVerdict:
     """What was found.
 
     Attributes
@@ -115,7 +115,7 @@ class Verdict:
         RMS effect of the best on the spots.
     """
 
-    history: History
+    history: BlockHistory
     named: tuple[Suspect, ...]
     misfit: float
     explained: bool
@@ -126,7 +126,7 @@ class Verdict:
 class _Trial:
     """Something to try: how the common unknowns follow from it, and its usual sizes."""
 
-    cause: Cause
+    cause: Culprit
     subject: int
     columns: Float
     sizes: Float
@@ -135,7 +135,7 @@ class _Trial:
 
 def examine(
     data: BundleData, prior: Prior, start: BundleState, dof: int, *, exactly: bool = True
-) -> Verdict | None:
+) -> CulpritVerdict | None:
     """Return who lied; None where the observations determine too little to say.
 
     Parameters
@@ -148,20 +148,20 @@ def examine(
         Adjust, and fit the best suspects for good; otherwise all is of first order at ``start``.
     """
     state = adjust(data, prior, start).state if exactly else start
-    history = History.of(data, prior, state)
+    history = BlockHistory.of(data, prior, state)
     if history is None or dof < 1:
         return None
     cost = history.cost
     trials, suspects = _suspects(history)
     misfit = _misfit(suspects, cost, dof)
     if not any(chance(one, misfit) * len(suspects) < FALSE_ALARM for one in suspects):
-        return Verdict(history, (), misfit, explained=True, effect_px=0.0)
+        return CulpritVerdict(history, (), misfit, explained=True, effect_px=0.0)
     sudden = [one for one in suspects if one.moment is not None]
     if sudden:
         # Within its block a change is at one frame; what is on the wrong side of it fits nothing.
         moment = max(sudden, key=lambda one: one.score.score).moment
         assert moment is not None  # noqa: S101 - as just chosen
-        history = History.of(data, prior, state, (moment - 1, moment)) or history
+        history = BlockHistory.of(data, prior, state, (moment - 1, moment)) or history
         trials, suspects = _suspects(history)
         misfit = _misfit(suspects, cost, dof)
     ranked = sorted((_weighed(one, trials, misfit) for one in suspects), key=lambda one: -one.worth)
@@ -173,10 +173,10 @@ def examine(
     best = proven[0]
     near = [one for one in proven if one.worth > best.worth - DECISIVE]
     explained = misfit < 1.0 + 4.0 * float(np.sqrt(2.0 / dof)) + 0.02 * (cost - left) / dof
-    return Verdict(history, _one_of_each(near), misfit, explained, effect_of(history, best))
+    return CulpritVerdict(history, _one_of_each(near), misfit, explained, effect_of(history, best))
 
 
-def _suspects(history: History) -> tuple[list[_Trial], list[Suspect]]:
+def _suspects(history: BlockHistory) -> tuple[list[_Trial], list[Suspect]]:
     trials = list(_trials(history))
     found = (_tried(history, trial) for trial in trials)
     return trials, [one for one in found if one is not None]
@@ -194,7 +194,7 @@ def chance(suspect: Suspect, misfit: float) -> float:
     return suspect.tried * float(chdtrc(score.dof, score.score / (misfit * score.scatter)))
 
 
-def fit(history: History, suspect: Suspect) -> BundleMinimum:
+def fit(history: BlockHistory, suspect: Suspect) -> BundleMinimum:
     """Return the minimum when a suspect's error has been taken away, or may have any size."""
     if suspect.profile is not None:
         data = history.corrected(suspect.step, suspect.profile)
@@ -204,18 +204,18 @@ def fit(history: History, suspect: Suspect) -> BundleMinimum:
     slope = prior.information @ suspect.columns
     inner = suspect.columns.T @ slope
     less = prior.information - slope @ np.linalg.pinv(inner, hermitian=True) @ slope.T
-    floats = prior.body_floats or suspect.cause is Cause.PROBE
+    floats = prior.body_floats or suspect.cause is Culprit.PROBE
     return adjust(
         history.data, replace(prior, information=0.5 * (less + less.T), body_floats=floats),
         history.state,
     )  # fmt: skip
 
 
-def _granted(history: History, suspect: Suspect) -> Suspect:
+def _granted(history: BlockHistory, suspect: Suspect) -> Suspect:
     """Return the suspect with what it explains when it is fitted for good."""
     found, score = fit(history, suspect), suspect.score
     size: Float = score.size
-    if suspect.profile is None and suspect.cause is not Cause.PROBE:
+    if suspect.profile is None and suspect.cause is not Culprit.PROBE:
         slope = history.prior.information @ suspect.columns
         off = found.state.values() - history.prior.values
         size = np.linalg.pinv(suspect.columns.T @ slope, hermitian=True) @ slope.T @ off
@@ -223,7 +223,7 @@ def _granted(history: History, suspect: Suspect) -> Suspect:
     return replace(suspect, score=replace(score, score=gained, size=size))
 
 
-def effect_of(history: History, suspect: Suspect) -> float:
+def effect_of(history: BlockHistory, suspect: Suspect) -> float:
     """Return how far the error moves the spots it concerns, RMS, px."""
     data = history.data
     profile = np.ones(len(history.blocks)) if suspect.profile is None else suspect.profile
@@ -236,7 +236,7 @@ def effect_of(history: History, suspect: Suspect) -> float:
     return float(np.sqrt(np.mean(concerned**2))) if len(concerned) else 0.0
 
 
-def _trials(history: History) -> Iterator[_Trial]:
+def _trials(history: BlockHistory) -> Iterator[_Trial]:
     state, columns = history.state, history.state.columns
     information = history.prior.information.diagonal()
 
@@ -251,20 +251,20 @@ def _trials(history: History) -> Iterator[_Trial]:
     larger[leds, 0] = (state.leds - state.leds.mean(axis=0)).ravel()
     for bar in range(columns.bars):
         place = columns.of_lengths.start + bar
-        yield _Trial(Cause.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")
+        yield _Trial(Culprit.BAR, bar, unit([place]), np.array([_BAR_MM]), "before")
     if information[leds].any():
         for led, places in enumerate(led_places):
-            yield _Trial(Cause.LED, led, unit(places), np.full(3, _LED_MM), "before")
-        yield _Trial(Cause.SIZE, -1, larger, np.array([_SIZE]), "before")
+            yield _Trial(Culprit.LED, led, unit(places), np.full(3, _LED_MM), "before")
+        yield _Trial(Culprit.SIZE, -1, larger, np.array([_SIZE]), "before")
         everything = unit(list(range(leds.start, leds.stop)))
-        yield _Trial(Cause.PROBE, -1, everything, np.full(3 * columns.leds, _LED_MM), "before")
+        yield _Trial(Culprit.PROBE, -1, everything, np.full(3 * columns.leds, _LED_MM), "before")
     for led, places in enumerate(led_places):
-        yield _Trial(Cause.LOOSE, led, unit(places), np.full(3, _LED_MM), "step")
-    yield _Trial(Cause.WARMING, -1, larger, np.array([_SIZE]), "drift")
+        yield _Trial(Culprit.LOOSE, led, unit(places), np.full(3, _LED_MM), "step")
+    yield _Trial(Culprit.WARMING, -1, larger, np.array([_SIZE]), "drift")
     if columns.seats == 1:
         seat = range(columns.of_seats.start, columns.of_seats.stop)
         for when in ("step", "drift"):
-            yield _Trial(Cause.CONE, -1, unit(seat), np.full(3, _LED_MM), when)
+            yield _Trial(Culprit.CONE, -1, unit(seat), np.full(3, _LED_MM), when)
     lenses = [
         columns.camera(index).start + place
         for index in range(columns.cameras)
@@ -272,25 +272,25 @@ def _trials(history: History) -> Iterator[_Trial]:
     ]
     usual = np.array([_FOCAL_MM, _POINT_PX, _POINT_PX])
     if columns.cameras > 1 and information[lenses].all():
-        yield _Trial(Cause.RIG, -1, unit(lenses), np.tile(usual, columns.cameras), "before")
+        yield _Trial(Culprit.RIG, -1, unit(lenses), np.tile(usual, columns.cameras), "before")
     turn, shift = np.full(3, _TURN), np.full(3, _SHIFT_MM)
     for index, camera in enumerate(state.cameras):
         place = columns.camera(index)
         lens = range(place.start + LENS.start, place.stop)
         if information[lens.start]:
             seen = lenses[3 * index : 3 * index + 3]
-            yield _Trial(Cause.LENS, index, unit(seen), usual, "before")
+            yield _Trial(Culprit.LENS, index, unit(seen), usual, "before")
         motion = np.zeros((columns.count, N_MOTIONS))
         motion[place] = camera_changes(camera)[:, :N_MOTIONS]
         if information[place.start]:
             both = np.concatenate([turn, shift])
-            yield _Trial(Cause.PLACE, index, motion, both, "before")
+            yield _Trial(Culprit.PLACE, index, motion, both, "before")
         for when in ("step", "drift"):
-            yield _Trial(Cause.CAMERA, index, motion[:, :3], turn, when)
-            yield _Trial(Cause.CAMERA, index, motion, np.concatenate([turn, shift]), when)
+            yield _Trial(Culprit.CAMERA, index, motion[:, :3], turn, when)
+            yield _Trial(Culprit.CAMERA, index, motion, np.concatenate([turn, shift]), when)
 
 
-def _tried(history: History, trial: _Trial) -> Suspect | None:
+def _tried(history: BlockHistory, trial: _Trial) -> Suspect | None:
     """Return the trial at its best moment; None where nothing of it can be seen."""
     profile, moment, tried = None, None, 1
     if trial.when == "before":
@@ -324,7 +324,7 @@ def _weighed(suspect: Suspect, trials: Sequence[_Trial], misfit: float) -> Suspe
 
 def _one_of_each(suspects: Sequence[Suspect]) -> tuple[Suspect, ...]:
     """Return the best suspect of each cause and subject, in their order."""
-    found: dict[tuple[Cause, int], Suspect] = {}
+    found: dict[tuple[Culprit, int], Suspect] = {}
     for one in suspects:
         found.setdefault((one.cause, one.subject), one)
     return tuple(found.values())

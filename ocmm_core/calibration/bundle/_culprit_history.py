@@ -48,7 +48,7 @@ class Block:
 
 
 @dataclass(frozen=True, slots=True)
-class Score:
+class ChangeScore:
     """What the residuals say of one change.
 
     Attributes
@@ -75,7 +75,7 @@ class Score:
 
 
 @dataclass(frozen=True, slots=True)
-class History:
+class BlockHistory:
     """The normal equations of a bundle at its minimum, block by block.
 
     Attributes
@@ -110,7 +110,7 @@ class History:
     @classmethod
     def of(
         cls, data: BundleData, prior: Prior, state: BundleState, finely: Sequence[int] = ()
-    ) -> History | None:
+    ) -> BlockHistory | None:
         """Return the history; None where the observations do not determine the unknowns.
 
         The frames of the blocks ``finely``, as they are numbered otherwise, become one block each.
@@ -137,7 +137,7 @@ class History:
             rest, everything.cost - own - float(rest @ covariance @ rest),
         )  # fmt: skip
 
-    def of_prior(self, columns: Float) -> Score:
+    def of_prior(self, columns: Float) -> ChangeScore:
         """Return what speaks for an error of what was known from before.
 
         Parameters
@@ -151,7 +151,7 @@ class History:
         inner = columns.T @ slope - slope.T @ self.covariance @ slope
         return _score(inner, columns.T @ pull, np.diag(columns.T @ slope))
 
-    def of_time(self, columns: Float, profiles: Float) -> tuple[Score, ...]:
+    def of_time(self, columns: Float, profiles: Float) -> tuple[ChangeScore, ...]:
         """Return what speaks for a change during the session, for every profile of time.
 
         Parameters
@@ -174,7 +174,7 @@ class History:
         return tuple(found)
 
     def scatter(self, columns: Float, profile: Float, size: Float) -> float:
-        """Return how much the blocks scatter about a change, see `Score`."""
+        """Return how much the blocks scatter about a change, see `ChangeScore`."""
         # What the change moves the common unknowns by is taken off all blocks.
         across = np.tensordot(profile, self.normals @ columns, axes=1)
         common = -self.covariance @ (self.rest + across @ size)
@@ -317,7 +317,7 @@ def _poses(state: BundleState, block: Block) -> BundleState:
     )  # fmt: skip
 
 
-def _score(inner: Float, pull: Float, alone: Float) -> Score:
+def _score(inner: Float, pull: Float, alone: Float) -> ChangeScore:
     """Return the score of a pull (m,) whose covariance is ``inner`` (m, m).
 
     ``alone`` is the diagonal of ``inner`` before anything was projected out.
@@ -328,4 +328,4 @@ def _score(inner: Float, pull: Float, alone: Float) -> Score:
     kept = values > _LEAST_INFORMATION
     along = vectors[:, kept].T @ (pull / scale)
     size = vectors[:, kept] @ (along / values[kept]) / scale
-    return Score(float(np.sum(along**2 / values[kept])), int(kept.sum()), size, inner)
+    return ChangeScore(float(np.sum(along**2 / values[kept])), int(kept.sum()), size, inner)

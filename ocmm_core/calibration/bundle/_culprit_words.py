@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.bundle._culprit import LEAST_PX, Cause, Suspect, Verdict
+from ocmm_core.calibration.bundle._culprit import LEAST_PX, Culprit, CulpritVerdict, Suspect
 from ocmm_core.calibration.records import Finding
 from ocmm_core.geometry import Float
 
@@ -40,7 +40,7 @@ class Names:
     moment: Callable[[int], str]
 
 
-def accuse(verdict: Verdict, names: Names) -> Finding | None:
+def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
     """Return the finding that names who lied; None where nobody did."""
     if not verdict.named:
         return None
@@ -57,28 +57,28 @@ def accuse(verdict: Verdict, names: Names) -> Finding | None:
 
 
 _CODES = {
-    Cause.BAR: "bar_contradicts",
-    Cause.SIZE: "bar_contradicts",
-    Cause.LED: "probe_changed",
-    Cause.PROBE: "wrong_probe",
-    Cause.LENS: "lens_changed",
-    Cause.RIG: "wrong_rig",
-    Cause.CAMERA: "camera_moved",
-    Cause.LOOSE: "led_loose",
-    Cause.WARMING: "warming",
-    Cause.CONE: "moved",
-    Cause.PLACE: "camera_elsewhere",
+    Culprit.BAR: "bar_contradicts",
+    Culprit.SIZE: "bar_contradicts",
+    Culprit.LED: "probe_changed",
+    Culprit.PROBE: "wrong_probe",
+    Culprit.LENS: "lens_changed",
+    Culprit.RIG: "wrong_rig",
+    Culprit.CAMERA: "camera_moved",
+    Culprit.LOOSE: "led_loose",
+    Culprit.WARMING: "warming",
+    Culprit.CONE: "moved",
+    Culprit.PLACE: "camera_elsewhere",
 }
 
 
 def _moved_mm(suspect: Suspect) -> float:
     """Return how far the cone moved, mm; zero for every other cause."""
-    if suspect.cause is not Cause.CONE:
+    if suspect.cause is not Culprit.CONE:
         return 0.0
     return float(np.linalg.norm(suspect.score.size))
 
 
-def _sentence(told: Sequence[str], verdict: Verdict) -> str:
+def _sentence(told: Sequence[str], verdict: CulpritVerdict) -> str:
     if len(told) == 1:
         text = f"{told[0]}."
     elif len(told) == 2:
@@ -95,60 +95,60 @@ def _sentence(told: Sequence[str], verdict: Verdict) -> str:
     return text
 
 
-def _told(suspect: Suspect, verdict: Verdict, names: Names) -> str:
+def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
     state, cause, index = verdict.history.state, suspect.cause, suspect.subject
     size = suspect.score.size
-    if cause is Cause.BAR:
+    if cause is Culprit.BAR:
         off = float(size[0])
         return (
             f"bar '{names.bars[index]}' is {1e3 * abs(off):.0f} um "
             f"{'longer' if off > 0.0 else 'shorter'} than certified"
             f"{_as_temperature(off / state.lengths[index])}"
         )
-    if cause in (Cause.SIZE, Cause.WARMING):
+    if cause in (Culprit.SIZE, Culprit.WARMING):
         part = float(size[0])
         larger = "larger" if part > 0.0 else "smaller"
-        if cause is Cause.SIZE:
+        if cause is Culprit.SIZE:
             return (
                 f"the whole probe is {1e6 * abs(part):.0f} um/m {larger} than its document says"
                 f"{_as_temperature(part)}"
             )
         return f"the probe became {1e6 * abs(part):.0f} um/m {larger} during the session"
-    if cause is Cause.LED:
+    if cause is Culprit.LED:
         return (
             f"LED {index + 1} of the probe is {_um(size)} from where its document has it, and "
             f"all others are in place"
         )
-    if cause is Cause.PROBE:
+    if cause is Culprit.PROBE:
         places = size.reshape(-1, 3)
         rms = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
         return (
             f"the LEDs do not stand where the document of the probe has them, "
             f"{1e3 * rms:.0f} um RMS, and no single one explains it"
         )
-    if cause is Cause.LENS:
+    if cause is Culprit.LENS:
         return (
             f"the lens of camera '{names.cameras[index]}' is not what its calibration said "
             f"(focal length {1e3 * size[0]:+.0f} um, middle of the image {size[1]:+.2f} and "
             f"{size[2]:+.2f} px)"
         )
-    if cause is Cause.RIG:
+    if cause is Culprit.RIG:
         listed = ", ".join(f"{1e3 * one:+.0f}" for one in size[::3])
         return (
             f"the lenses of all cameras are not what the calibration of this rig said (focal "
             f"lengths {listed} um): another rig, or cameras in another order"
         )
-    if cause is Cause.CONE:
+    if cause is Culprit.CONE:
         when = "during the sweep"
         if suspect.moment is not None:
             when = f"just before {names.moment(suspect.moment)}"
         return f"the cone, or the ball in it, moved by {_um(size)} {when}"
-    if cause is Cause.PLACE:
+    if cause is Culprit.PLACE:
         return (
             f"camera '{names.cameras[index]}' does not stand where its calibration says, by "
             f"{1e6 * np.linalg.norm(size[:3]):.0f} urad and {_um(size[3:])}"
         )
-    if cause is Cause.LOOSE:
+    if cause is Culprit.LOOSE:
         since = names.moment(suspect.moment or 0)
         return f"LED {index + 1} of the probe moved by {_um(size)} before {since}"
     amount = f"by {1e6 * np.linalg.norm(size[:3]):.0f} urad"
@@ -163,39 +163,39 @@ def _told(suspect: Suspect, verdict: Verdict, names: Names) -> str:
 def _remedy(named: Sequence[Suspect], names: Names) -> str:
     causes = {one.cause for one in named}
     again = f"begin {names.procedure} anew"
-    if {Cause.BAR, Cause.SIZE} <= causes:
-        bar = names.bars[next(one.subject for one in named if one.cause is Cause.BAR)]
+    if {Culprit.BAR, Culprit.SIZE} <= causes:
+        bar = names.bars[next(one.subject for one in named if one.cause is Culprit.BAR)]
         return (
             f"Check the temperature that was stated and the length on the certificate of '{bar}', "
             f"then {again} with another certified bar: if it says the same, the probe is wrong "
             f"and must be calibrated again; if not, '{bar}' is."
         )
     said = {
-        Cause.BAR: "Check the length on the certificate, and put the bar aside until it was "
+        Culprit.BAR: "Check the length on the certificate, and put the bar aside until it was "
         f"calibrated; {again} with another one.",
-        Cause.SIZE: "Check the temperature that was stated and that this is the probe that was "
+        Culprit.SIZE: "Check the temperature that was stated and that this is the probe that was "
         f"chosen; calibrate the probe again, and {again}.",
-        Cause.LED: "Look whether this LED is bent or loose, and fasten it; calibrate the probe "
+        Culprit.LED: "Look whether this LED is bent or loose, and fasten it; calibrate the probe "
         f"again, or take another one, and {again}.",
-        Cause.PROBE: "Choose the document of the probe that was used, or calibrate that probe "
+        Culprit.PROBE: "Choose the document of the probe that was used, or calibrate that probe "
         f"again; then {again}.",
-        Cause.LENS: "Look whether this lens is loose, and fasten it; then calibrate the cameras "
+        Culprit.LENS: "Look whether this lens is loose, and fasten it; then calibrate the cameras "
         "from known points.",
-        Cause.RIG: "Choose the rig with these cameras, in the order of its document; if it is the "
-        "right one, calibrate the cameras from known points.",
-        Cause.LOOSE: f"Fasten this LED, calibrate the probe again, and {again}.",
-        Cause.CONE: f"Clamp the cone, clean it, press the ball into it evenly, and {again}.",
-        Cause.PLACE: "Verify the cameras; if that fails, calibrate them again, and only then the "
+        Culprit.RIG: "Choose the rig with these cameras, in the order of its document; if it is "
+        "the right one, calibrate the cameras from known points.",
+        Culprit.LOOSE: f"Fasten this LED, calibrate the probe again, and {again}.",
+        Culprit.CONE: f"Clamp the cone, clean it, press the ball into it evenly, and {again}.",
+        Culprit.PLACE: "Verify the cameras; if that fails, calibrate them again, and only then the "
         "probe.",
-        Cause.WARMING: "Let probe, artefacts and room come to one temperature, and take no probe "
+        Culprit.WARMING: "Let probe, artefacts and room come to one temperature, and take no probe "
         f"out of a warm hand; then {again}.",
     }
     parts = [text for cause, text in said.items() if cause in causes]
-    if Cause.CAMERA in causes:
+    if Culprit.CAMERA in causes:
         who = " and ".join(
-            f"'{names.cameras[one.subject]}'" for one in named if one.cause is Cause.CAMERA
+            f"'{names.cameras[one.subject]}'" for one in named if one.cause is Culprit.CAMERA
         )
-        drifts = all(one.moment is None for one in named if one.cause is Cause.CAMERA)
+        drifts = all(one.moment is None for one in named if one.cause is Culprit.CAMERA)
         parts.append(
             f"Let cameras and frame come to their temperature, keep draughts and sun away, look at "
             f"the mount of {who}, and {again}."

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.cameras._network import calibrate_rig
     from ocmm_core.calibration.cameras._procedure_known_points import KnownPointsProcedure
     from ocmm_core.calibration.cameras._reference_points import (
-        ReferencePoints,
+        KnownPoints,
         SpotTable,
         load_reference_points,
         load_spots,
@@ -55,7 +55,7 @@ else:
         _network="calibrate_rig",
         _procedure_known_points="KnownPointsProcedure",
         _reference_points=(
-            "ReferencePoints SpotTable load_reference_points load_spots write_reference_points "
+            "KnownPoints SpotTable load_reference_points load_spots write_reference_points "
             "write_spots"
         ),
     )
@@ -69,9 +69,9 @@ __all__ = [
     "OUTLIER_PROBABILITY",
     "RMS_FORCED",
     "RMS_REFUSED",
+    "KnownPoints",
     "KnownPointsProcedure",
     "LensCamera",
-    "ReferencePoints",
     "SpotTable",
     "calibrate_rig",
     "cloud_of",

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.cameras._reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
 from ocmm_core.camera import N_PARAMETERS, Rig, on_sensor, project, projection_jacobians
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Int, Points3
@@ -57,7 +57,7 @@ class ErrorMap:
     spot_sigma: Float
 
 
-def split(points: ReferencePoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:
+def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tuple[Int, Int]:
     """Return the indices of points for calibration and of those for evaluation, drawn at random.
 
     Raises
@@ -76,9 +76,7 @@ def split(points: ReferencePoints, calibration: int, rng: np.random.Generator) -
     return np.sort(order[:calibration]), np.sort(order[calibration:])
 
 
-def subset(
-    points: ReferencePoints, spots: SpotTable, indices: Int
-) -> tuple[ReferencePoints, SpotTable]:
+def subset(points: KnownPoints, spots: SpotTable, indices: Int) -> tuple[KnownPoints, SpotTable]:
     """Return the points with these indices and their spots."""
     names = tuple(points.names[index] for index in indices)
     return (
@@ -87,7 +85,7 @@ def subset(
     )
 
 
-def axis_errors(rig: Rig, points: ReferencePoints, spots: SpotTable) -> AxisErrors:
+def axis_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> AxisErrors:
     """Return the errors of points located with all cameras of a calibrated rig.
 
     Raises

@@ -8,7 +8,7 @@ import numpy as np
 
 from ocmm_core.calibration.cameras._evaluation import axis_errors, split, subset
 from ocmm_core.calibration.cameras._network import RigCalibration, calibrate_rig
-from ocmm_core.calibration.cameras._reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
 from ocmm_core.calibration.guided import Begun, CameraResiduals, Findings, SessionEvent, Spots
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.camera import Rig
@@ -20,7 +20,7 @@ class KnownPointsBegun(Begun, frozen=True, kw_only=True):
     Attributes
     ----------
     names, positions, reference_sigma, frame, length_sigma
-        The list, as in `ReferencePoints`; mm.
+        The list, as in `KnownPoints`; mm.
     evaluation
         How many of the points are kept for evaluation.
     valid_days
@@ -66,7 +66,7 @@ def views_of(taken: PointTaken) -> int:
 
 
 def found_by(
-    rig: Rig, points: ReferencePoints, table: SpotTable, evaluation: int, force: bool
+    rig: Rig, points: KnownPoints, table: SpotTable, evaluation: int, force: bool
 ) -> Findings:
     """Return what the points say; ``evaluation`` of them, always the same ones, are held back.
 

@@ -49,7 +49,7 @@ class LensCamera:
 
 
 @dataclass(frozen=True, slots=True)
-class Seen:
+class SeenPoints:
     """Where a camera sees points, or how far from their spots, and how that moves.
 
     Attributes
@@ -70,7 +70,7 @@ def see(
     terms: int = len(ALL_PARAMETERS),
     uv: Pixels | None = None,
     whitening: Float | None = None,
-) -> Seen:
+) -> SeenPoints:
     """Return the pixels of world points (n, 3), mm, and their derivatives.
 
     Parameters
@@ -93,7 +93,7 @@ def see(
     points = np.ascontiguousarray(points_world, dtype=np.float64)
     spots = np.ascontiguousarray(uv, dtype=np.float64)
     see_points(camera.packed(), points, spots, whitening, misses, rows)
-    return Seen(misses, rows)
+    return SeenPoints(misses, rows)
 
 
 def by_point(camera: LensCamera, rows: Float) -> Float:

@@ -24,7 +24,7 @@ from ocmm_core.calibration.cameras._lens_terms import LensTerms, judge_lens_term
 from ocmm_core.calibration.cameras._mix_up import explain_baseline, explain_misfit
 from ocmm_core.calibration.cameras._model_fit import CameraFit, fit_camera, indices_of_wrong
 from ocmm_core.calibration.cameras._network_covariance import joint_covariance, own_covariance
-from ocmm_core.calibration.cameras._reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
 from ocmm_core.calibration.records import Finding, let_pass
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.errors import CalibrationError
@@ -136,7 +136,7 @@ class RigCalibration:
 
 
 def calibrate_rig(
-    rig: Rig, points: ReferencePoints, spots: SpotTable, force: bool = False
+    rig: Rig, points: KnownPoints, spots: SpotTable, force: bool = False
 ) -> RigCalibration:
     """Calibrate all cameras of ``rig`` from known points (thesis 3.1).
 
@@ -244,7 +244,7 @@ def _baselines(rig: Rig, fits: Sequence[CameraFit]) -> list[Finding]:
 
 def _camera_calibration(
     fit: CameraFit,
-    points: ReferencePoints,
+    points: KnownPoints,
     seen: Int,
     terms: LensTerms,
     warnings: tuple[Finding, ...],
@@ -270,7 +270,7 @@ def _camera_calibration(
     )
 
 
-def _hull(points: ReferencePoints, fits: Sequence[CameraFit], indices: Sequence[Int]) -> Points3:
+def _hull(points: KnownPoints, fits: Sequence[CameraFit], indices: Sequence[Int]) -> Points3:
     views = np.zeros(len(points.names), dtype=np.int64)
     for fit, seen in zip(fits, indices, strict=True):
         views[seen[fit.used]] += 1

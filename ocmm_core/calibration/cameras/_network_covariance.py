@@ -9,12 +9,12 @@ import numpy as np
 from ocmm_core.calibration.cameras._lens import by_point, see
 from ocmm_core.calibration.cameras._model_fit import CameraFit
 from ocmm_core.calibration.cameras._problem import whitening_of
-from ocmm_core.calibration.cameras._reference_points import ReferencePoints
+from ocmm_core.calibration.cameras._reference_points import KnownPoints
 from ocmm_core.camera import N_PARAMETERS
 from ocmm_core.geometry import Float, Int
 
 
-def own_covariance(fit: CameraFit, points: ReferencePoints) -> Float:
+def own_covariance(fit: CameraFit, points: KnownPoints) -> Float:
     """Return the covariance (14, 14) of one camera by itself.
 
     It grows by chi-square per degree of freedom where that is above one, and never shrinks.
@@ -25,7 +25,7 @@ def own_covariance(fit: CameraFit, points: ReferencePoints) -> Float:
 
 
 def joint_covariance(
-    fits: Sequence[CameraFit], indices: Sequence[Int], points: ReferencePoints
+    fits: Sequence[CameraFit], indices: Sequence[Int], points: KnownPoints
 ) -> Float:
     """Return the covariance (14 C, 14 C) of all cameras.
 
@@ -56,7 +56,7 @@ def joint_covariance(
     return covariance
 
 
-def _stretch(fit: CameraFit, points: ReferencePoints) -> Float:
+def _stretch(fit: CameraFit, points: KnownPoints) -> Float:
     """Return how a camera's parameters (14,) move when all lengths of the list grow by one sigma.
 
     The spots stay the same when the camera moves away in the same ratio; the middle of the points

@@ -21,7 +21,7 @@ from ocmm_core.calibration.cameras._known_points_session import (
     views_of,
 )
 from ocmm_core.calibration.cameras._model_fit import MINIMUM_POINTS
-from ocmm_core.calibration.cameras._reference_points import ReferencePoints, SpotTable
+from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTable
 from ocmm_core.calibration.guided import (
     OPEN,
     Average,
@@ -30,10 +30,10 @@ from ocmm_core.calibration.guided import (
     Circumstances,
     Decided,
     Gate,
-    Kind,
     KnownPoint,
     KnownPointsView,
     Live,
+    ProcedureKind,
     RestingSpots,
     SessionFormat,
     SessionLine,
@@ -55,13 +55,15 @@ EVALUATION_FROM = 80
 
 PREPARE, COLLECT, RESULT = "prepare", "collect", "result"
 
-_SESSIONS = SessionFormat(Kind.KNOWN_POINTS, SessionLine[KnownPointsEvent], KnownPointsBegun)
+_SESSIONS = SessionFormat(
+    ProcedureKind.KNOWN_POINTS, SessionLine[KnownPointsEvent], KnownPointsBegun
+)
 
 
 class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
-    kind = Kind.KNOWN_POINTS
+    kind = ProcedureKind.KNOWN_POINTS
     step_names = (PREPARE, COLLECT, RESULT)
 
     def __init__(
@@ -73,7 +75,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
     ) -> None:
         super().__init__(chain, begun, rig, store)
         self._begun = begun
-        self._points = ReferencePoints(
+        self._points = KnownPoints(
             begun.names, np.array(begun.positions), begun.reference_sigma, begun.frame,
             begun.length_sigma,
         )  # fmt: skip
@@ -88,7 +90,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         folder: Path,
         rig: Rig,
         store: CalibrationStore,
-        points: ReferencePoints,
+        points: KnownPoints,
         now: datetime,
         *,
         who: str,
@@ -158,7 +160,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         return cls(*_SESSIONS.resume(path), rig, store)
 
     @property
-    def points(self) -> ReferencePoints:
+    def points(self) -> KnownPoints:
         """Return the list that the session was begun with."""
         return self._points
 

@@ -35,7 +35,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.guided import Table, read_table
+from ocmm_core.calibration.guided import TextTable, read_table
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels, Points3
 
@@ -53,7 +53,7 @@ MAX_LENGTH_SIGMA = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
-class ReferencePoints:
+class KnownPoints:
     """Positions that are known.
 
     Attributes
@@ -96,7 +96,7 @@ class SpotTable:
     sigma_px: float
 
 
-def load_reference_points(path: Path | str) -> ReferencePoints:
+def load_reference_points(path: Path | str) -> KnownPoints:
     """Return the reference points of the list at ``path``.
 
     Raises
@@ -128,10 +128,10 @@ def load_reference_points(path: Path | str) -> ReferencePoints:
             f"{table.path}, line {row.line}: a coordinate is more than 100 m.",
             f"Check the unit {unit!r} in the head of the list.",
         )
-    return ReferencePoints(_names(table), positions, sigma, frame, _length_sigma(table))
+    return KnownPoints(_names(table), positions, sigma, frame, _length_sigma(table))
 
 
-def load_spots(path: Path | str, points: ReferencePoints) -> SpotTable:
+def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
     """Return the spots of the table at ``path`` in the order of the reference points.
 
     Raises
@@ -177,7 +177,7 @@ def load_spots(path: Path | str, points: ReferencePoints) -> SpotTable:
     return SpotTable(serials, np.stack([spots[serial] for serial in serials]), sigma_px)
 
 
-def write_reference_points(points: ReferencePoints) -> bytes:
+def write_reference_points(points: KnownPoints) -> bytes:
     """Return the list as `load_reference_points` reads it, in mm with decimal points; for tests."""
     lines = [
         "# ocmm reference points",
@@ -205,7 +205,7 @@ def write_spots(spots: SpotTable, names: Sequence[str]) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _positive(table: Table, key: str, what: str, zero: bool = False) -> float:
+def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> float:
     line, text = table.value(key, what)
     plain = text.replace(",", ".")
     value = table.parse(line, f"'{key}'", plain if table.decimal_comma else text)
@@ -218,7 +218,7 @@ def _positive(table: Table, key: str, what: str, zero: bool = False) -> float:
     return value
 
 
-def _length_sigma(table: Table) -> float:
+def _length_sigma(table: TextTable) -> float:
     if _LENGTH not in table.head:
         return 0.0
     ratio = _positive(table, _LENGTH, "how well lengths are known", zero=True)
@@ -233,7 +233,7 @@ def _length_sigma(table: Table) -> float:
     return ratio
 
 
-def _names(table: Table) -> tuple[str, ...]:
+def _names(table: TextTable) -> tuple[str, ...]:
     if "name" not in table.columns:
         return tuple(str(number) for number in range(1, len(table.rows) + 1))
     first: dict[str, int] = {}

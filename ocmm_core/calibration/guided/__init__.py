@@ -44,31 +44,31 @@ if TYPE_CHECKING:
         random_lines,
     )
     from ocmm_core.calibration.guided._outcome import (
+        CalibrationComparison,
         CalibrationOutcome,
         CameraChange,
         CameraResiduals,
-        Comparison,
         VerificationOutcome,
     )
     from ocmm_core.calibration.guided._procedure import (
         OPEN,
         CameraLive,
-        Decision,
         Gate,
-        Kind,
         Live,
         Procedure,
+        ProcedureDecision,
+        ProcedureKind,
         ProcedureView,
         Step,
     )
     from ocmm_core.calibration.guided._procedure_views import (
-        Coverage,
         KnownPoint,
         KnownPointsView,
         LinePlan,
         RelocationView,
         Tilt,
         VerificationView,
+        VolumeCoverage,
     )
     from ocmm_core.calibration.guided._repeats import (
         JudgedRepeat,
@@ -107,9 +107,9 @@ if TYPE_CHECKING:
         utc_text,
     )
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots, write_shots
-    from ocmm_core.calibration.guided._table_text import Row, Table, read_table
+    from ocmm_core.calibration.guided._table_text import TextRow, TextTable, read_table
     from ocmm_core.calibration.guided._touches import (
-        Touch,
+        RestingTouch,
         joint_covariance,
         shared_covariance,
         tips_of,
@@ -129,10 +129,16 @@ else:
         _conclusion="Circumstances Findings conclude hash_of",
         _coverage="coverage viewer_axes",
         _length_precision="length_sigma location_gains random_lines",
-        _outcome="CalibrationOutcome CameraChange CameraResiduals Comparison VerificationOutcome",
-        _procedure="CameraLive Decision Gate Kind Live OPEN Procedure ProcedureView Step",
+        _outcome=(
+            "CalibrationComparison CalibrationOutcome CameraChange CameraResiduals "
+            "VerificationOutcome"
+        ),
+        _procedure=(
+            "CameraLive Gate Live OPEN Procedure ProcedureDecision ProcedureKind ProcedureView Step"
+        ),
         _procedure_views=(
-            "Coverage KnownPoint KnownPointsView LinePlan RelocationView Tilt VerificationView"
+            "KnownPoint KnownPointsView LinePlan RelocationView Tilt VerificationView "
+            "VolumeCoverage"
         ),
         _repeats="JudgedRepeat Repeat RestingPosition judge_repeats repeat_finding",
         _seats=(
@@ -146,8 +152,8 @@ else:
             "from_spots is_ended require_probe sessions to_spots utc_text"
         ),
         _shot_table="Shot load_shots write_shots",
-        _table_text="Row Table read_table",
-        _touches="Touch joint_covariance shared_covariance tips_of touch_of",
+        _table_text="TextRow TextTable read_table",
+        _touches="RestingTouch joint_covariance shared_covariance tips_of touch_of",
     )
 
 __all__ = [
@@ -163,6 +169,7 @@ __all__ = [
     "BallPlace",
     "Begun",
     "BlowSense",
+    "CalibrationComparison",
     "CalibrationOutcome",
     "CameraChange",
     "CameraLive",
@@ -170,15 +177,11 @@ __all__ = [
     "CameraResiduals",
     "Circumstances",
     "CommonEvent",
-    "Comparison",
-    "Coverage",
     "Decided",
-    "Decision",
     "Entered",
     "Findings",
     "Gate",
     "JudgedRepeat",
-    "Kind",
     "KnownPoint",
     "KnownPointsView",
     "LinePlan",
@@ -187,13 +190,15 @@ __all__ = [
     "ProbeProcedure",
     "ProbeSpots",
     "Procedure",
+    "ProcedureDecision",
+    "ProcedureKind",
     "ProcedureView",
     "RelocationView",
     "Repeat",
     "Rest",
     "RestingPosition",
     "RestingSpots",
-    "Row",
+    "RestingTouch",
     "SeatVisited",
     "SessionEvent",
     "SessionFormat",
@@ -201,11 +206,12 @@ __all__ = [
     "Shot",
     "Spots",
     "Step",
-    "Table",
+    "TextRow",
+    "TextTable",
     "Tilt",
-    "Touch",
     "VerificationOutcome",
     "VerificationView",
+    "VolumeCoverage",
     "again_gate",
     "again_instruction",
     "articulate",

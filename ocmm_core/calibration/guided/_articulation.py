@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.calibration.guided._chance import range_limit, square_limit
-from ocmm_core.calibration.guided._touches import Touch, joint_covariance, tips_of
+from ocmm_core.calibration.guided._touches import RestingTouch, joint_covariance, tips_of
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, Points3, unit
@@ -103,7 +103,7 @@ class BallPlace:
 
 
 def articulate(
-    touches: Sequence[Touch],
+    touches: Sequence[RestingTouch],
     rig: Rig,
     body: ProbeBody,
     chance: float = ARTICULATION_CHANCE,
@@ -145,7 +145,7 @@ def articulate(
 
 
 def place_of_ball(
-    touches: Sequence[Touch], rig: Rig, body: ProbeBody, seat_sigma_mm: float = SEAT_SIGMA_MM
+    touches: Sequence[RestingTouch], rig: Rig, body: ProbeBody, seat_sigma_mm: float = SEAT_SIGMA_MM
 ) -> BallPlace | None:
     """Return where the ball is in the probe; None where the attitudes do not determine it."""
     n = len(touches)
@@ -168,7 +168,9 @@ def handle_axis(body: ProbeBody) -> Float:
     return axis
 
 
-def _covariance(touches: Sequence[Touch], rig: Rig, body: ProbeBody, seat_sigma_mm: float) -> Float:
+def _covariance(
+    touches: Sequence[RestingTouch], rig: Rig, body: ProbeBody, seat_sigma_mm: float
+) -> Float:
     n = len(touches)
     axes = np.broadcast_to(np.eye(3), (n, 3, 3))
     seats: Float = seat_sigma_mm**2 * np.eye(3 * n)

@@ -11,10 +11,10 @@ from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration.guided._length_precision import length_sigma
 from ocmm_core.calibration.guided._outcome import (
+    CalibrationComparison,
     CalibrationOutcome,
     CameraChange,
     CameraResiduals,
-    Comparison,
 )
 from ocmm_core.calibration.guided._session_events import utc_text
 from ocmm_core.calibration.records import (
@@ -165,7 +165,7 @@ def conclude(
     )
 
 
-def compare(before: Rig, after: Rig) -> Comparison:
+def compare(before: Rig, after: Rig) -> CalibrationComparison:
     """Return how a calibration differs from the one before, after the best common motion.
 
     Points of the volume are seen by the new cameras and located by the old ones; the rigid motion
@@ -194,7 +194,7 @@ def compare(before: Rig, after: Rig) -> Comparison:
             )
         )
     length = min(COMPARED_LENGTH_MM, float(np.max(high - low)))
-    return Comparison(
+    return CalibrationComparison(
         moved_mm=float(np.linalg.norm((nodes - located).mean(axis=0))),
         turned_rad=float(Rotation.from_matrix(rotation).magnitude()),
         cameras=tuple(changes),

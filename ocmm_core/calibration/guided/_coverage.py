@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.calibration.guided._procedure_views import Cell, Coverage, Tilt
+from ocmm_core.calibration.guided._procedure_views import Cell, Tilt, VolumeCoverage
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Int, Points3
 from ocmm_core.tracking import ProbeBody
@@ -25,7 +25,7 @@ _TILTS = ("upright", "leaning left", "leaning right", "leaning forward", "leanin
 
 def coverage(
     rig: Rig, body: ProbeBody, rotations_world_from_probe: Float, tips_world: Points3
-) -> Coverage:
+) -> VolumeCoverage:
     """Return how poses fill the rig's volume.
 
     Parameters
@@ -54,7 +54,7 @@ def coverage(
     done = sum(min(cell.poses, cell.wanted) for cell in cells)
     done += sum(min(tilt.poses, tilt.wanted) for tilt in tilts)
     wanted = len(cells) * POSES_PER_CELL + len(tilts) * POSES_PER_TILT
-    return Coverage(tuple(cells), tuple(tilts), done / wanted)
+    return VolumeCoverage(tuple(cells), tuple(tilts), done / wanted)
 
 
 def viewer_axes(rig: Rig) -> Float:

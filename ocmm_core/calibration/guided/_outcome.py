@@ -56,7 +56,7 @@ class CameraChange:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class CalibrationComparison:
     """The new calibration beside the one in force.
 
     Attributes
@@ -108,7 +108,7 @@ class CalibrationOutcome:
     errors_at_world: Points3
     errors_world: Points3
     warnings: tuple[Finding, ...]
-    comparison: Comparison | None
+    comparison: CalibrationComparison | None
 
 
 @dataclass(frozen=True, slots=True)

@@ -36,7 +36,7 @@ from ocmm_core.calibration.records import Finding
 from ocmm_core.geometry import Int, Pixels
 
 
-class Kind(StrEnum):
+class ProcedureKind(StrEnum):
     """Which procedure it is; session files begin with this name."""
 
     KNOWN_POINTS = "known-points"
@@ -47,7 +47,7 @@ class Kind(StrEnum):
     TIP_CHECK = "tip-check"
 
 
-class Decision(StrEnum):
+class ProcedureDecision(StrEnum):
     """How a procedure ended."""
 
     OPEN = "open"
@@ -165,14 +165,14 @@ class ProcedureView:
     live
         What is seen now.
     decision
-        How it ended, `Decision.OPEN` until then.
+        How it ended, `ProcedureDecision.OPEN` until then.
     stored
         What was accepted is in the store; where it is not, `compute` and `accept` put it there.
     error
         What the last calculation said against the observations; None while nothing did.
     """
 
-    kind: Kind
+    kind: ProcedureKind
     session: Path
     rig: str
     begun_utc: str
@@ -180,7 +180,7 @@ class ProcedureView:
     steps: tuple[Step, ...]
     current: int
     live: Live
-    decision: Decision
+    decision: ProcedureDecision
     stored: bool
     error: Finding | None
 

@@ -49,7 +49,7 @@ class Tilt:
 
 
 @dataclass(frozen=True, slots=True)
-class Coverage:
+class VolumeCoverage:
     """What of the volume was shown.
 
     Attributes
@@ -146,7 +146,7 @@ class RelocationView:
 
     base: ProcedureView
     poses: int
-    coverage: Coverage
+    coverage: VolumeCoverage
     length_sigma_mm: float | None
     length_mm: float
     length_limit_mm: float

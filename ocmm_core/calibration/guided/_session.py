@@ -16,7 +16,13 @@ from datetime import datetime
 from typing import Generic, Protocol, TypeVar
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided._procedure import Decision, Kind, Live, ProcedureView, Step
+from ocmm_core.calibration.guided._procedure import (
+    Live,
+    ProcedureDecision,
+    ProcedureKind,
+    ProcedureView,
+    Step,
+)
 from ocmm_core.calibration.guided._session_events import (
     Begun,
     CommonEvent,
@@ -77,7 +83,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         The session was begun with another rig.
     """
 
-    kind: Kind
+    kind: ProcedureKind
     step_names: tuple[str, ...]
 
     def __init__(
@@ -166,7 +172,9 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 steps=self._steps(),
                 current=self.step_names.index(self._step),
                 live=self._live(),
-                decision=Decision.OPEN if self._decided is None else self._decided.decision,
+                decision=ProcedureDecision.OPEN
+                if self._decided is None
+                else self._decided.decision,
                 stored=self._is_stored(),
                 error=self._error,
             )
@@ -262,14 +270,14 @@ class GuidedProcedure(ABC, Generic[E, O]):
                     "session.no_result", "There is no result yet.", "Calculate it first."
                 )
             self._check(self._outcome)
-            decided = self._decide(Decision.ACCEPTED, now, reason)
+            decided = self._decide(ProcedureDecision.ACCEPTED, now, reason)
             if not self._is_stored():
                 self._put(self._outcome, decided)
 
     def keep(self, now: datetime, reason: str) -> None:
         """End the procedure and leave everything as it was."""
         with self._lock:
-            self._decide(Decision.KEPT, now, reason)
+            self._decide(ProcedureDecision.KEPT, now, reason)
 
     def _check(self, outcome: O) -> None:
         """Raise CalibrationError where a result may not be stored as things are."""
@@ -284,7 +292,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         decided = self._decided
         return decided is not None and any(one.utc == decided.utc for one in self._accepted.events)
 
-    def _decide(self, decision: Decision, now: datetime, reason: str) -> Decided:
+    def _decide(self, decision: ProcedureDecision, now: datetime, reason: str) -> Decided:
         if self._decided is not None:
             if self._decided.decision is not decision:
                 raise self._ended(self._decided)

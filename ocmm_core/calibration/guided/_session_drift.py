@@ -20,7 +20,7 @@ from scipy.special import chdtri
 
 from ocmm_core.calibration.guided._articulation import SEAT_SIGMA_MM
 from ocmm_core.calibration.guided._repeats import shown_moment
-from ocmm_core.calibration.guided._touches import Touch, touch_of
+from ocmm_core.calibration.guided._touches import RestingTouch, touch_of
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import N_PARAMETERS, Rig, projection_jacobians
 from ocmm_core.geometry import Float, skew
@@ -48,7 +48,7 @@ class Rest:
         When, ISO 8601 text.
     """
 
-    touch: Touch
+    touch: RestingTouch
     residuals: Float
     by_cameras: Float
     by_geometry: Float
@@ -215,7 +215,7 @@ def _turns(rig: Rig) -> Float:
 
 
 def _whitened(
-    first: Touch, again: Touch, seat_sigma_mm: float
+    first: RestingTouch, again: RestingTouch, seat_sigma_mm: float
 ) -> tuple[Float, Float, Float, Float]:
     """Return slopes of a step, shift, and slopes by what is shared, in units of their noise."""
     covariance = first.noise + again.noise + 2.0 * seat_sigma_mm**2 * np.eye(3)

@@ -11,7 +11,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core import __version__
-from ocmm_core.calibration.guided._procedure import Decision, Kind
+from ocmm_core.calibration.guided._procedure import ProcedureDecision, ProcedureKind
 from ocmm_core.calibration.probe_design import require_temperature
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -92,7 +92,7 @@ class Warmed(SessionEvent, frozen=True, kw_only=True):
 class Decided(SessionEvent, frozen=True, kw_only=True):
     """The procedure ended."""
 
-    decision: Decision
+    decision: ProcedureDecision
     reason: str
 
 
@@ -124,7 +124,7 @@ class SessionFormat(Generic[E, B]):
         Type of the first line.
     """
 
-    def __init__(self, kind: Kind, lines: type[SessionLine[E]], first: type[B]) -> None:
+    def __init__(self, kind: ProcedureKind, lines: type[SessionLine[E]], first: type[B]) -> None:
         self._kind, self._lines, self._first = kind, lines, first
 
     def begin(
@@ -217,12 +217,12 @@ def utc_text(now: datetime) -> str:
     return now.astimezone(UTC).isoformat(timespec="microseconds")
 
 
-def session_path(folder: Path, kind: Kind, now: datetime) -> Path:
+def session_path(folder: Path, kind: ProcedureKind, now: datetime) -> Path:
     """Return the file of a session that begins now."""
     return folder / f"{kind.value}-{now.astimezone(UTC):%Y%m%dT%H%M%S%f}Z.jsonl"
 
 
-def sessions(folder: Path, kind: Kind) -> tuple[Path, ...]:
+def sessions(folder: Path, kind: ProcedureKind) -> tuple[Path, ...]:
     """Return the files of all sessions of a kind, the newest first."""
     return tuple(sorted(folder.glob(f"{kind.value}-*.jsonl"), reverse=True))
 

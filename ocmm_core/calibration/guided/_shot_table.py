@@ -25,7 +25,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from ocmm_core.calibration.guided._table_text import Row, Table, read_table
+from ocmm_core.calibration.guided._table_text import TextRow, TextTable, read_table
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Pixels
@@ -114,12 +114,12 @@ def write_shots(shots: Sequence[Shot], rig: Rig) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _led(table: Table, row: Row, count: int) -> int:
+def _led(table: TextTable, row: TextRow, count: int) -> int:
     text = row.cells["led"]
     if not text.isdecimal() or not 1 <= int(text) <= count:
         raise _wrong(table, row.line, f"there is no LED {text!r}", f"Write 1 to {count}.")
     return int(text) - 1
 
 
-def _wrong(table: Table, line: int, what: str, remedy: str) -> InputError:
+def _wrong(table: TextTable, line: int, what: str, remedy: str) -> InputError:
     return InputError("shots.row", f"{table.path}, line {line}: {what}.", remedy)

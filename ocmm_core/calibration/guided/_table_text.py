@@ -17,7 +17,7 @@ SEPARATORS = "\t;,"
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class TextRow:
     """One line of a table.
 
     Attributes
@@ -33,7 +33,7 @@ class Row:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class TextTable:
     """A table as it was read.
 
     Attributes
@@ -51,7 +51,7 @@ class Table:
     path: Path
     head: dict[str, tuple[int, str]]
     columns: tuple[str, ...]
-    rows: tuple[Row, ...]
+    rows: tuple[TextRow, ...]
     decimal_comma: bool
 
     def value(self, key: str, what: str) -> tuple[int, str]:
@@ -70,7 +70,7 @@ class Table:
             )
         return self.head[key]
 
-    def number(self, row: Row, column: str) -> float:
+    def number(self, row: TextRow, column: str) -> float:
         """Return the number in a cell; InputError where it is none."""
         return self.parse(row.line, f"column '{column}'", row.cells[column])
 
@@ -92,7 +92,7 @@ class Table:
         return number
 
 
-def read_table(path: Path | str, required: tuple[str, ...]) -> Table:
+def read_table(path: Path | str, required: tuple[str, ...]) -> TextTable:
     """Read the table at ``path``.
 
     Parameters
@@ -118,7 +118,7 @@ def read_table(path: Path | str, required: tuple[str, ...]) -> Table:
     head: dict[str, tuple[int, str]] = {}
     columns: tuple[str, ...] = ()
     separator = ","
-    rows: list[Row] = []
+    rows: list[TextRow] = []
     for line, raw in enumerate(text.splitlines(), start=1):
         content = raw.strip()
         # A spreadsheet fills a short line up with separators.
@@ -141,13 +141,13 @@ def read_table(path: Path | str, required: tuple[str, ...]) -> Table:
                 f"{path}, line {line}: there are {len(cells)} cells, but {len(columns)} columns.",
                 "Give every column a cell; with decimal commas separate by semicolons or tabs.",
             )
-        rows.append(Row(line, dict(zip(columns, cells, strict=True))))
+        rows.append(TextRow(line, dict(zip(columns, cells, strict=True))))
     if not rows:
         raise InputError(
             "table.empty", f"{path}: the table has no rows.", "Give a table with column names and "
             "at least one row below them.",
         )  # fmt: skip
-    return Table(path, head, columns, tuple(rows), decimal_comma=separator != ",")
+    return TextTable(path, head, columns, tuple(rows), decimal_comma=separator != ",")
 
 
 def _cells(line: str, separator: str, lower: bool = False) -> list[str]:

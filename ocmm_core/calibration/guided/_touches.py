@@ -13,7 +13,7 @@ from ocmm_core.tracking import ProbeBody, tip_sensitivity
 
 
 @dataclass(frozen=True, slots=True)
-class Touch:
+class RestingTouch:
     """The probe at rest with its ball somewhere.
 
     Attributes
@@ -37,11 +37,11 @@ class Touch:
     by_geometry: Float
 
 
-def touch_of(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> Touch:
+def touch_of(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> RestingTouch:
     """Return the touch of averaged spots (C, L, 2), px; TrackingError where there is no pose."""
     found = tip_sensitivity(uv, rig, body)
     by_spots = found.by_spots.reshape(3, -1)
-    return Touch(
+    return RestingTouch(
         tip_world=found.tip_world,
         # The true tip moves against the estimated one as the probe is turned.
         rotation_world_from_probe=-found.by_geometry[:, -3:],
@@ -51,7 +51,7 @@ def touch_of(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> Touch:
     )
 
 
-def tips_of(touches: Sequence[Touch]) -> Points3:
+def tips_of(touches: Sequence[RestingTouch]) -> Points3:
     """Return the ball centres (n, 3), mm, world."""
     return np.array([one.tip_world for one in touches]).reshape(-1, 3)
 
@@ -62,7 +62,7 @@ def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: Pro
     Parameters
     ----------
     by_cameras, by_geometry
-        Derivatives as in `Touch`, or their difference between two touches: what they have in
+        Derivatives as in `RestingTouch`, or their difference between two touches: what they have in
         common cancels.
     """
     covariance: Float = (
@@ -73,7 +73,7 @@ def shared_covariance(by_cameras: Float, by_geometry: Float, rig: Rig, body: Pro
 
 
 def joint_covariance(
-    touches: Sequence[Touch], directions: Float, rig: Rig, body: ProbeBody
+    touches: Sequence[RestingTouch], directions: Float, rig: Rig, body: ProbeBody
 ) -> Float:
     """Return the covariance of projections of n tips, mm^2, with what they have in common.
 

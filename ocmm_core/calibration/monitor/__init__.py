@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.monitor._baseline import Baseline, learn_baseline
     from ocmm_core.calibration.monitor._baseline_file import load_baseline, save_baseline
     from ocmm_core.calibration.monitor._change_rows import N_MOTIONS, camera_changes
-    from ocmm_core.calibration.monitor._change_verdict import Cause, Examination
+    from ocmm_core.calibration.monitor._change_verdict import ChangeCause, ChangeExamination
     from ocmm_core.calibration.monitor._looks import Look, LookCollector
     from ocmm_core.calibration.monitor._monitor import CalibrationMonitor
 else:
@@ -28,7 +28,7 @@ else:
         _baseline="Baseline learn_baseline",
         _baseline_file="load_baseline save_baseline",
         _change_rows="N_MOTIONS camera_changes",
-        _change_verdict="Cause Examination",
+        _change_verdict="ChangeCause ChangeExamination",
         _looks="Look LookCollector",
         _monitor="CalibrationMonitor",
     )
@@ -37,8 +37,8 @@ __all__ = [
     "N_MOTIONS",
     "Baseline",
     "CalibrationMonitor",
-    "Cause",
-    "Examination",
+    "ChangeCause",
+    "ChangeExamination",
     "Look",
     "LookCollector",
     "camera_changes",

@@ -43,7 +43,7 @@ _BOUND = 1e3
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class PossibleChange:
     """One thing that may have changed.
 
     Attributes
@@ -91,13 +91,13 @@ class Scores:
 
     chi2: float
     dof: int
-    cameras: tuple[Change, ...]
-    motions: tuple[Change, ...]
-    lenses: tuple[Change, ...]
+    cameras: tuple[PossibleChange, ...]
+    motions: tuple[PossibleChange, ...]
+    lenses: tuple[PossibleChange, ...]
     axes: Float
     axis_sizes: Float
-    leds: tuple[Change, ...]
-    common: Change | None
+    leds: tuple[PossibleChange, ...]
+    common: PossibleChange | None
 
 
 def score_changes(
@@ -127,7 +127,7 @@ def score_changes(
     outer = normal[:, nuisance] @ factor
     marginal = normal - outer @ cho_solve(cho_factor(inner), outer.T)
 
-    def change(first: int, columns: Float, units: Float) -> Change:
+    def change(first: int, columns: Float, units: Float) -> PossibleChange:
         rows = slice(first, first + len(columns))
         scaled = columns * units
         information = scaled.T @ marginal[rows, rows] @ scaled
@@ -281,11 +281,11 @@ def _anchor_rows(
     return whitened
 
 
-def _change(information: Float, score: Float, units: Float) -> Change:
+def _change(information: Float, score: Float, units: Float) -> PossibleChange:
     """Return the change that information and score, both for one unit of each number, imply."""
     covariance = np.linalg.inv(information + np.eye(len(units)) / _BOUND**2)
     size = covariance @ score
-    return Change(
+    return PossibleChange(
         score=float(score @ size),
         dof=len(units),
         size=size * units,

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import chdtrc
 
 from ocmm_core.calibration.monitor._change_rows import Belief
-from ocmm_core.calibration.monitor._change_score import Change, Scores, score_changes
+from ocmm_core.calibration.monitor._change_score import PossibleChange, Scores, score_changes
 from ocmm_core.calibration.monitor._change_words import (
     describe_common,
     describe_led,
@@ -35,7 +35,7 @@ _DECISIVE = 12.0
 """Twice the logarithm of a likelihood ratio of 400: what is less likely than this is ruled out."""
 
 
-class Cause(Enum):
+class ChangeCause(Enum):
     """What has changed since the calibration."""
 
     NOTHING = "nothing"
@@ -83,7 +83,7 @@ class MonitorOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class Examination:
+class ChangeExamination:
     """What some looks, or none, say about the calibration.
 
     Attributes
@@ -105,7 +105,7 @@ class Examination:
     """
 
     time_ns: int
-    cause: Cause
+    cause: ChangeCause
     cameras: tuple[str, ...]
     what: str
     good: bool
@@ -115,7 +115,7 @@ class Examination:
     @property
     def alarm(self) -> bool:
         """Return whether the calibration is in doubt."""
-        return self.cause is not Cause.NOTHING
+        return self.cause is not ChangeCause.NOTHING
 
 
 def examine(
@@ -124,7 +124,7 @@ def examine(
     body: ProbeBody,
     belief: Belief,
     options: MonitorOptions,
-) -> Examination:
+) -> ChangeExamination:
     """Return what looks say about the calibration, ``since_ns`` left open.
 
     Looks into nests whose place is known (`Look.known_tip_world`), at least three of them, tell
@@ -134,27 +134,29 @@ def examine(
     cause, cameras, what = _judge(scores, rig, options)
     enough = len(looks) >= options.looks // 2 and _places(looks) >= _PLACES
     calm = all(_chance(item) > options.good for item in _changes(scores))
-    return Examination(
+    return ChangeExamination(
         time_ns=max(look.last_ns for look in looks),
         cause=cause,
         cameras=cameras,
         what=what,
-        good=cause is Cause.NOTHING and enough and calm,
+        good=cause is ChangeCause.NOTHING and enough and calm,
         since_ns=None,
         scores=scores,
     )
 
 
-def _judge(scores: Scores, rig: Rig, options: MonitorOptions) -> tuple[Cause, tuple[str, ...], str]:
+def _judge(
+    scores: Scores, rig: Rig, options: MonitorOptions
+) -> tuple[ChangeCause, tuple[str, ...], str]:
     if min(_chance(item) for item in _changes(scores)) > options.false_alarm:
         if scores.chi2 > options.worst_chi2 * scores.dof:
             return (
-                Cause.UNKNOWN,
+                ChangeCause.UNKNOWN,
                 (),
                 "The spots fit the probe much worse than the calibration says, and neither a "
                 "camera nor an LED that moved explains it.",
             )
-        return Cause.NOTHING, (), ""
+        return ChangeCause.NOTHING, (), ""
     motions = [_worth(item) for item in scores.motions]
     lenses = [_worth(item) for item in scores.lenses]
     leds = [_worth(item) for item in scores.leds]
@@ -162,10 +164,10 @@ def _judge(scores: Scores, rig: Rig, options: MonitorOptions) -> tuple[Cause, tu
     best = max(*motions, *lenses, *leds, common)
     if common == best:
         assert scores.common is not None  # noqa: S101 - it is the best one
-        return Cause.COMMON, (), describe_common(scores.common)
+        return ChangeCause.COMMON, (), describe_common(scores.common)
     if max(leds) == best:
         led = int(np.argmax(leds))
-        return Cause.PROBE, (), describe_led(led, scores.leds[led])
+        return ChangeCause.PROBE, (), describe_led(led, scores.leds[led])
     # Looks of which some are from before the change fit none well, and then small leads mean less.
     misfit = max(1.0, (scores.chi2 - best) / scores.dof)
     decisive = _DECISIVE * misfit
@@ -177,20 +179,20 @@ def _judge(scores: Scores, rig: Rig, options: MonitorOptions) -> tuple[Cause, tu
     who = join_words([f"camera {name}" for name in names], "or")
     how = describe_lens(scores, suspects[0]) if lens else describe_motion(scores, suspects[0])
     sentence = f"{who[0].upper()}{who[1:]} has changed since the calibration: {how}."
-    return Cause.CAMERA, names, sentence
+    return ChangeCause.CAMERA, names, sentence
 
 
-def _changes(scores: Scores) -> tuple[Change, ...]:
+def _changes(scores: Scores) -> tuple[PossibleChange, ...]:
     common = () if scores.common is None else (scores.common,)
     return (*scores.cameras, *scores.leds, *common)
 
 
-def _chance(change: Change) -> float:
+def _chance(change: PossibleChange) -> float:
     """Return the probability of a score as high where nothing has changed."""
     return float(chdtrc(change.dof, change.score))
 
 
-def _worth(change: Change) -> float:
+def _worth(change: PossibleChange) -> float:
     """Return the score less what free numbers win by chance (H. Akaike, IEEE TAC 19, 1974)."""
     return change.score - 2.0 * change.dof
 

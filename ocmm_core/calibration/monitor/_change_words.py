@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocmm_core.calibration.monitor._change_rows import CAMERA_CHANGES, N_MOTIONS
-from ocmm_core.calibration.monitor._change_score import Change, Scores
+from ocmm_core.calibration.monitor._change_score import PossibleChange, Scores
 
 _SHARE, _BY_CHANCE = 0.9, 15.0
 """One axis is named alone where it explains this share of what all of them explain, or all but what
@@ -45,17 +45,17 @@ def describe_lens(scores: Scores, camera: int) -> str:
     return join_words(texts, "and")
 
 
-def _alone(scores: Scores, camera: int, axis: int, change: Change) -> bool:
+def _alone(scores: Scores, camera: int, axis: int, change: PossibleChange) -> bool:
     return bool(scores.axes[camera, axis] >= min(_SHARE * change.score, change.score - _BY_CHANCE))
 
 
-def describe_led(led: int, change: Change) -> str:
+def describe_led(led: int, change: PossibleChange) -> str:
     """Return the sentence about an LED that left its place on the probe."""
     far = 1e3 * float(np.linalg.norm(change.size))
     return f"LED {led + 1} of the probe is {far:.0f} µm off its place: the probe is bent or loose."
 
 
-def describe_common(change: Change) -> str:
+def describe_common(change: PossibleChange) -> str:
     """Return the sentence about nests that stand elsewhere for all cameras."""
     turn = 1e6 * float(np.linalg.norm(change.size[:3]))
     shift = 1e3 * float(np.linalg.norm(change.size[3:]))

@@ -15,8 +15,8 @@ import numpy as np
 from ocmm_core.calibration.monitor._baseline import Baseline, pattern_maps
 from ocmm_core.calibration.monitor._change_rows import Belief
 from ocmm_core.calibration.monitor._change_verdict import (
-    Cause,
-    Examination,
+    ChangeCause,
+    ChangeExamination,
     MonitorOptions,
     examine,
 )
@@ -68,14 +68,14 @@ class CalibrationMonitor:
         self._unnamed = 0
         self._unfit = _UnfitFrames(self._options.unfit_ns)
 
-    def feed(self, track: TrackBlock) -> list[Examination]:
+    def feed(self, track: TrackBlock) -> list[ChangeExamination]:
         """Take in tracked frames and return the examinations that became due."""
-        results: list[Examination] = []
+        results: list[ChangeExamination] = []
         if self._unfit.feed(track):
             results.append(
-                Examination(
+                ChangeExamination(
                     time_ns=int(track.time_ns[-1]),
-                    cause=Cause.UNKNOWN,
+                    cause=ChangeCause.UNKNOWN,
                     cameras=(),
                     what="The spots do not fit the probe any more: a camera was pushed hard, or "
                     "the probe is bent or another one.",
@@ -88,7 +88,7 @@ class CalibrationMonitor:
             results += self._take(look)
         return results
 
-    def _take(self, look: Look) -> list[Examination]:
+    def _take(self, look: Look) -> list[ChangeExamination]:
         if self._latest and look.first_ns < self._latest[-1].first_ns:
             # The bus clock was set anew: times of before mean nothing any more.
             self._latest.clear()
@@ -108,12 +108,12 @@ class CalibrationMonitor:
                 results.append(self._examined("sparse", self._sparse))
         return results
 
-    def _examined(self, kind: str, looks: deque[Look]) -> Examination:
+    def _examined(self, kind: str, looks: deque[Look]) -> ChangeExamination:
         result = examine(looks, self._rig, self._body, self._belief, self._options)
         # Where only some looks are from after a change, nothing explains them for a while.
-        self._unnamed = self._unnamed + 1 if result.cause is Cause.UNKNOWN else 0
+        self._unnamed = self._unnamed + 1 if result.cause is ChangeCause.UNKNOWN else 0
         if 0 < self._unnamed <= self._options.looks // self._options.every:
-            result = replace(result, cause=Cause.NOTHING, what="")
+            result = replace(result, cause=ChangeCause.NOTHING, what="")
         # What happens in the middle of some looks may not show yet: all was well at their begin.
         if result.good:
             self._good_ns[kind] = looks[0].first_ns

@@ -26,11 +26,11 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.pivot._coverage import preview_pivot
     from ocmm_core.calibration.pivot._data import (
-        Coverage,
         PivotCalibration,
         PivotLimits,
         PivotOptions,
         PivotSweep,
+        SweepCoverage,
     )
     from ocmm_core.calibration.pivot._guards import find_jump, judge_jump, judge_shape, shared_part
     from ocmm_core.calibration.pivot._pivot import LEAST_FRAMES, calibrate_probe
@@ -51,7 +51,7 @@ else:
         _bundle="adjust_pivot",
         _centre="common_centre group_average moments_of sphere_centres thesis_pivot",
         _coverage="preview_pivot",
-        _data="Coverage PivotCalibration PivotLimits PivotOptions PivotSweep",
+        _data="SweepCoverage PivotCalibration PivotLimits PivotOptions PivotSweep",
         _guards="find_jump judge_jump judge_shape shared_part",
         _pivot="LEAST_FRAMES calibrate_probe",
         _poses="pivot_of_poses",
@@ -65,12 +65,12 @@ __all__ = [
     "LEAST_FRAMES",
     "OTHER_ATTITUDE",
     "OTHER_PLACE_MM",
-    "Coverage",
     "PivotCalibration",
     "PivotLimits",
     "PivotOptions",
     "PivotSweep",
     "PivotValidation",
+    "SweepCoverage",
     "adjust_pivot",
     "attitude_between",
     "calibrate_probe",

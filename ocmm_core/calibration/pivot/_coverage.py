@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration.pivot._bundle import PivotState, inverse_pinned, normals_at
 from ocmm_core.calibration.pivot._covariance import geometry_in
-from ocmm_core.calibration.pivot._data import Coverage, PivotSweep
+from ocmm_core.calibration.pivot._data import PivotSweep, SweepCoverage
 from ocmm_core.calibration.pivot._pattern import pattern_covariance
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, unit
@@ -36,12 +36,12 @@ class PivotPreview:
         (3,), mm: where the ball rests by the probe's document; NaN without coverage.
     """
 
-    coverage: Coverage | None
+    coverage: SweepCoverage | None
     tip_sigma: float
     centre_world: Float
 
 
-def coverage_of(rotations: Float, middle_probe: Float) -> Coverage:
+def coverage_of(rotations: Float, middle_probe: Float) -> SweepCoverage:
     """Return how far the rotations (n, 3, 3), world from probe, reach.
 
     Parameters
@@ -56,7 +56,9 @@ def coverage_of(rotations: Float, middle_probe: Float) -> Coverage:
     low, high = np.percentile(along, [1.0, 99.0], axis=0)
     order = np.argsort(low - high)
     cells = np.unique(np.round(vectors / ATTITUDE_STEP).astype(np.int64), axis=0)
-    return Coverage(axes[order], (high - low)[order], len(cells), unit(rotations @ middle_probe))
+    return SweepCoverage(
+        axes[order], (high - low)[order], len(cells), unit(rotations @ middle_probe)
+    )
 
 
 def preview_pivot(

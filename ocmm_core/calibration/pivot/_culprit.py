@@ -14,9 +14,9 @@ import numpy as np
 from ocmm_core.calibration.bundle import (
     BundleData,
     BundleState,
+    CulpritVerdict,
     Names,
     Prior,
-    Verdict,
     accuse,
     examine,
 )
@@ -79,7 +79,7 @@ def accuse_in_sweep(
     return accuse(verdict, names)
 
 
-def _moment(verdict: Verdict, frames: Int, index: int) -> str:
+def _moment(verdict: CulpritVerdict, frames: Int, index: int) -> str:
     return f"frame {int(frames[verdict.history.blocks[index].frames.start])}"
 
 

@@ -134,7 +134,7 @@ class LeftOut:
 
 
 @dataclass(frozen=True, slots=True)
-class Coverage:
+class SweepCoverage:
     """How far the probe was turned.
 
     Attributes
@@ -216,7 +216,7 @@ class PivotCalibration:
     dof: int
     tips_world: Points3
     block: int
-    coverage: Coverage
+    coverage: SweepCoverage
     thesis: ThesisPivot
     thesis_tip_probe: Float
     warnings: tuple[Finding, ...]

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.calibration.pivot._covariance import LEAST_BLOCKS
-from ocmm_core.calibration.pivot._data import Coverage, LeftOut, PivotLimits, PivotSweep
+from ocmm_core.calibration.pivot._data import LeftOut, PivotLimits, PivotSweep, SweepCoverage
 from ocmm_core.calibration.pivot._robust import FreePoses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import Rig
@@ -45,7 +45,7 @@ class Jump:
     chi2: float
 
 
-def judge_coverage(coverage: Coverage, limits: PivotLimits) -> list[Finding]:
+def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding]:
     """Return what the turns of the probe say."""
     first, second, third = np.degrees(coverage.ranges)
     said = f"The probe was turned by {first:.0f}, {second:.0f} and {third:.0f} degrees"

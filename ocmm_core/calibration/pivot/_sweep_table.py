@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.guided import Row, Table, read_table
+from ocmm_core.calibration.guided import TextRow, TextTable, read_table
 from ocmm_core.calibration.pivot._data import PivotSweep
 from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
@@ -90,7 +90,7 @@ def write_sweeps(sweeps: Sequence[PivotSweep], rig: Rig) -> bytes:
     return ("\n".join(lines) + "\n").encode()
 
 
-def _count(table: Table, row: Row, column: str, most: int | None) -> int:
+def _count(table: TextTable, row: TextRow, column: str, most: int | None) -> int:
     """Return a number that counts from 1, from 0."""
     text = row.cells[column]
     if not text.isdecimal() or int(text) < 1 or (most is not None and int(text) > most):
@@ -99,5 +99,5 @@ def _count(table: Table, row: Row, column: str, most: int | None) -> int:
     return int(text) - 1
 
 
-def _wrong(table: Table, line: int, what: str, remedy: str) -> InputError:
+def _wrong(table: TextTable, line: int, what: str, remedy: str) -> InputError:
     return InputError("sweeps.row", f"{table.path}, line {line}: {what}.", remedy)

@@ -13,7 +13,13 @@ import msgspec
 import numpy as np
 
 from ocmm_core.calibration.probe_design._beam import Bar, Beam, Panel, Section, make_beam
-from ocmm_core.calibration.probe_design._thermal import HIGHEST_C, LOWEST_C, Chain, Expansion, Layer
+from ocmm_core.calibration.probe_design._thermal import (
+    HIGHEST_C,
+    LOWEST_C,
+    Expansion,
+    Layer,
+    LayerChain,
+)
 from ocmm_core.camera import Vector3
 from ocmm_core.documents import Document, load_document, read_bytes, resource
 from ocmm_core.errors import InputError
@@ -142,7 +148,7 @@ class ProbeDesign:
     axis_probe: Float
     soft_probe: Float
     beam: Beam
-    chain: Chain
+    chain: LayerChain
     ball: Expansion
     handle_mm: float
     contact_force_n: float
@@ -188,7 +194,7 @@ def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
         axis_probe=axis,
         soft_probe=unit(across),
         beam=make_beam([_section(entry, materials[entry.material]) for entry in document.sections]),
-        chain=Chain(axis, layers),
+        chain=LayerChain(axis, layers),
         ball=expansions[document.ball],
         handle_mm=document.handle,
         contact_force_n=document.contact_force_n,

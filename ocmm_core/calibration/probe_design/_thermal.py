@@ -92,7 +92,7 @@ class Layer:
 
 
 @dataclass(frozen=True, slots=True)
-class Chain:
+class LayerChain:
     """Layers that follow each other without gaps, from the ball on.
 
     Attributes
@@ -117,7 +117,7 @@ class Chain:
         return sum(layer.material.per_k * (layer.end_mm - layer.start_mm) for layer in self.layers)
 
 
-def strain_shapes(chain: Chain, from_tip: Float) -> Float:
+def strain_shapes(chain: LayerChain, from_tip: Float) -> Float:
     """Return how points move against the ball's centre where a material grows.
 
     Parameters
@@ -128,7 +128,7 @@ def strain_shapes(chain: Chain, from_tip: Float) -> Float:
     Returns
     -------
     numpy.ndarray
-        (m, n, 3): for each of `Chain.materials`, mm for a relative growth of one.
+        (m, n, 3): for each of `LayerChain.materials`, mm for a relative growth of one.
     """
     along = from_tip @ chain.axis_probe
     across = from_tip - along[:, None] * chain.axis_probe

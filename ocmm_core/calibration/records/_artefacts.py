@@ -32,7 +32,7 @@ U_WARNED, U_REFUSED = 1.0 / 5.0, 1.0 / 3.0
 """Expanded uncertainty of an artefact over the permissible error."""
 
 
-class Certificate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class ArtefactCertificate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What vouches for an artefact.
 
     Attributes
@@ -63,7 +63,7 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
     expansion, expansion_sigma
         Thermal expansion and its standard uncertainty, 1/K.
     certificate
-        See `Certificate`.
+        See `ArtefactCertificate`.
     temperatures
         From and to, degrees Celsius: where the certificate holds, with the expansion.
     certified
@@ -77,7 +77,7 @@ class ArtefactDocument(Document, frozen=True, kw_only=True):
     expanded_per_length: float = 0.0
     expansion: float
     expansion_sigma: float
-    certificate: Certificate
+    certificate: ArtefactCertificate
     temperatures: tuple[float, float] = RATED_C
     certified: tuple[float, float] | None = None
 

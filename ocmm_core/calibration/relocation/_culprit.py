@@ -9,11 +9,11 @@ import numpy as np
 
 from ocmm_core.calibration.bundle import (
     Block,
-    Cause,
+    Culprit,
+    CulpritVerdict,
     Names,
     RobustMinimum,
     Suspect,
-    Verdict,
     accuse,
     adjust,
     examine,
@@ -55,7 +55,7 @@ class Accusation:
         In words; None where nobody lied.
     """
 
-    verdict: Verdict
+    verdict: CulpritVerdict
     finding: Finding | None
 
 
@@ -102,7 +102,7 @@ def accuse_in_relocation(
     return Accusation(verdict, finding)
 
 
-def _harmless(verdict: Verdict, observed: Observations, options: RelocationOptions) -> bool:
+def _harmless(verdict: CulpritVerdict, observed: Observations, options: RelocationOptions) -> bool:
     """Return whether an unknown probe may differ from its document, as a second length agrees.
 
     One LED that stands elsewhere leaves the distances of all others, and these agree with the bar.
@@ -111,26 +111,26 @@ def _harmless(verdict: Verdict, observed: Observations, options: RelocationOptio
     if options.geometry != "unknown" or not verdict.explained:
         return False
     causes = {one.cause for one in verdict.named}
-    return causes == {Cause.LED} or (causes == {Cause.PROBE} and len(observed.bars) > 1)
+    return causes == {Culprit.LED} or (causes == {Culprit.PROBE} and len(observed.bars) > 1)
 
 
 def _told_by_points(
-    verdict: Verdict, observed: Observations, options: RelocationOptions
-) -> Verdict:
+    verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
+) -> CulpritVerdict:
     """Return the verdict with bar and probe told apart by the distances of known points."""
     by_cause = {one.cause: one for one in verdict.named}
     world = options.world
-    if set(by_cause) != {Cause.BAR, Cause.SIZE} or not isinstance(world, KeptByPoints):
+    if set(by_cause) != {Culprit.BAR, Culprit.SIZE} or not isinstance(world, KeptByPoints):
         return verdict
     off = {cause: _sigmas_off(verdict, one, observed, world) for cause, one in by_cause.items()}
-    for cause, other in ((Cause.BAR, Cause.SIZE), (Cause.SIZE, Cause.BAR)):
+    for cause, other in ((Culprit.BAR, Culprit.SIZE), (Culprit.SIZE, Culprit.BAR)):
         if off[cause] < _AGREES and off[other] > _CONTRADICTS:
             return replace(verdict, named=(by_cause[cause],))
     return verdict
 
 
 def _sigmas_off(
-    verdict: Verdict, suspect: Suspect, observed: Observations, world: KeptByPoints
+    verdict: CulpritVerdict, suspect: Suspect, observed: Observations, world: KeptByPoints
 ) -> float:
     """Return how far the size of the known points is off when this suspect is granted."""
     history = verdict.history
@@ -142,7 +142,7 @@ def _sigmas_off(
     return abs(ratio - 1.0) / sigma
 
 
-def _sigmas(verdict: Verdict, rows: Sequence[int], sigma: float) -> Float:
+def _sigmas(verdict: CulpritVerdict, rows: Sequence[int], sigma: float) -> Float:
     """Return how far, mm per axis, the seats may be from the list."""
     columns = verdict.history.state.columns
     variances = verdict.history.covariance.diagonal()[columns.of_seats].reshape(-1, 3)
@@ -150,7 +150,9 @@ def _sigmas(verdict: Verdict, rows: Sequence[int], sigma: float) -> Float:
     return sigmas
 
 
-def lone_bar(verdict: Verdict, observed: Observations, options: RelocationOptions) -> str | None:
+def lone_bar(
+    verdict: CulpritVerdict, observed: Observations, options: RelocationOptions
+) -> str | None:
     """Return the bar that all lengths hang on; None where something else would show it wrong.
 
     Something else is another bar, the probe by its document, or known points, if it knows the
@@ -174,7 +176,7 @@ def lone_bar(verdict: Verdict, observed: Observations, options: RelocationOption
 
 
 def accuse_points(
-    finding: Finding, verdict: Verdict, observed: Observations, world: KeptByPoints
+    finding: Finding, verdict: CulpritVerdict, observed: Observations, world: KeptByPoints
 ) -> Finding:
     """Return the finding about points that do not fit with who explains it."""
     names = tuple(world.positions_world)

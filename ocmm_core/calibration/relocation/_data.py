@@ -249,7 +249,7 @@ class BarResidual:
 
 
 @dataclass(frozen=True, slots=True)
-class Relocation:
+class RelocationResult:
     """The cameras after a relocation and what may be said about them.
 
     Attributes

@@ -7,7 +7,7 @@ from itertools import product
 import numpy as np
 
 from ocmm_core.calibration.guided import CameraResiduals, Findings
-from ocmm_core.calibration.relocation._data import KeptByPoints, Observations, Relocation
+from ocmm_core.calibration.relocation._data import KeptByPoints, Observations, RelocationResult
 from ocmm_core.calibration.relocation._state import LENGTH_TOLERANCE
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -50,7 +50,7 @@ def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
     return best
 
 
-def findings_of(rig: Rig, observed: Observations, found: Relocation) -> Findings:
+def findings_of(rig: Rig, observed: Observations, found: RelocationResult) -> Findings:
     """Return a relocation as it is shown and recorded."""
     uv = observed.frames.uv
     residuals = []
@@ -82,7 +82,9 @@ def findings_of(rig: Rig, observed: Observations, found: Relocation) -> Findings
     )
 
 
-def _misfits(after: Rig, observed: Observations, found: Relocation) -> tuple[Points3, Points3]:
+def _misfits(
+    after: Rig, observed: Observations, found: RelocationResult
+) -> tuple[Points3, Points3]:
     """Return places and misfits (n, 3), mm: of shown bars along them, and of control points."""
     places: list[Float] = []
     misfits: list[Float] = []

@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.cameras import ReferencePoints
+from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import (
     SEATS,
     STILL_FRAMES,
@@ -26,9 +26,9 @@ from ocmm_core.calibration.guided import (
     CameraProcedure,
     Circumstances,
     Decided,
-    Kind,
     Live,
     ProbeSpots,
+    ProcedureKind,
     RelocationView,
     RestingSpots,
     SeatVisited,
@@ -79,13 +79,13 @@ _POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
 _SEAT_APART_MM = 5.0
 _LENGTH_OF_VOLUME = 0.9
 
-_SESSIONS = SessionFormat(Kind.RELOCATION, SessionLine[RelocationEvent], RelocationBegun)
+_SESSIONS = SessionFormat(ProcedureKind.RELOCATION, SessionLine[RelocationEvent], RelocationBegun)
 
 
 class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
-    kind = Kind.RELOCATION
+    kind = ProcedureKind.RELOCATION
     step_names = (PREPARE, SEATS_FIRST, WAVE, BAR, WORLD, SEATS_AGAIN, RESULT)
 
     def __init__(
@@ -132,7 +132,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         who: str,
         temperature_c: float | None = None,
         world: World = "cameras",
-        control: ReferencePoints | None = None,
+        control: KnownPoints | None = None,
         lens: LensMode = "prior",
         geometry: GeometryMode = "uncertain",
         poses_wanted: int = POSES_WANTED,
@@ -228,13 +228,13 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         return self._begun.bar
 
     @property
-    def control(self) -> ReferencePoints | None:
+    def control(self) -> KnownPoints | None:
         """Return the known control points that the session was begun with; None without."""
         begun = self._begun
         if not begun.control_names:
             return None
         positions = np.array(begun.control_positions)
-        return ReferencePoints(begun.control_names, positions, begun.control_sigma, begun.rig)
+        return KnownPoints(begun.control_names, positions, begun.control_sigma, begun.rig)
 
     @property
     def view(self) -> RelocationView:

@@ -23,8 +23,8 @@ from ocmm_core.calibration.relocation._culprit import accuse_in_relocation, accu
 from ocmm_core.calibration.relocation._data import (
     KeptByPoints,
     Observations,
-    Relocation,
     RelocationOptions,
+    RelocationResult,
     WrongSpot,
 )
 from ocmm_core.calibration.relocation._frame import anchors_of, covariance_in_world, motion_to_world
@@ -53,7 +53,7 @@ def relocate(
     observed: Observations,
     options: RelocationOptions | None = None,
     force: bool = False,
-) -> Relocation:
+) -> RelocationResult:
     """Return the cameras that see the waved probe and the bars as they were seen.
 
     Parameters
@@ -134,7 +134,7 @@ def relocate(
         *judge_design(observed, bars, targets, frames, alone),
         *judge_focal(state.cameras, covariance),
     ]
-    return Relocation(
+    return RelocationResult(
         cameras=state.cameras,
         covariance=covariance[cameras, cameras],
         T_world_from_start=motion,

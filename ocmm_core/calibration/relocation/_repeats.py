@@ -21,7 +21,7 @@ from ocmm_core.calibration.guided import (
     touch_of,
 )
 from ocmm_core.calibration.records import Finding
-from ocmm_core.calibration.relocation._data import Relocation
+from ocmm_core.calibration.relocation._data import RelocationResult
 from ocmm_core.camera import Rig
 from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float
@@ -31,7 +31,7 @@ _REMEDY = "Find what moved - camera, frame, table or seat -, fix it, and relocat
 
 
 def seat_findings(
-    rig: Rig, body: ProbeBody, found: Relocation, visits: Sequence[SeatVisited]
+    rig: Rig, body: ProbeBody, found: RelocationResult, visits: Sequence[SeatVisited]
 ) -> tuple[Finding, ...]:
     """Return what the visits of the seats say against a relocation.
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from ocmm_core.calibration.guided import (
     Begun,
-    Coverage,
     SeatVisited,
     SessionEvent,
     Spots,
+    VolumeCoverage,
     coverage,
     from_spots,
     judge_first_visit,
@@ -149,7 +149,7 @@ class RelocationState:
     _since: int = 0
     _rotations: list[Float] = field(default_factory=list)
     _tips: list[Float] = field(default_factory=list)
-    _coverage: Coverage | None = None
+    _coverage: VolumeCoverage | None = None
 
     @property
     def shown(self) -> bool:
@@ -232,7 +232,7 @@ class RelocationState:
         del self.poses[-1], self._rotations[-1], self._tips[-1]
         self._coverage = None
 
-    def coverage(self) -> Coverage:
+    def coverage(self) -> VolumeCoverage:
         """Return how the poses fill the volume."""
         if self._coverage is None:
             rotations = np.array(self._rotations).reshape(-1, 3, 3)

@@ -21,9 +21,9 @@ from ocmm_core.calibration.guided import (
     CommonEvent,
     Decided,
     Entered,
-    Kind,
     Live,
     ProbeProcedure,
+    ProcedureKind,
     SessionFormat,
     SessionLine,
     Step,
@@ -47,7 +47,7 @@ from ocmm_core.calibration.sweeping._session import (
     PosesTaken,
     SweepDiscarded,
 )
-from ocmm_core.calibration.sweeping._state import PivotState
+from ocmm_core.calibration.sweeping._state import SweepingState
 from ocmm_core.calibration.sweeping._views import PivotOutcome, PivotView, SweepPhase, SweepView
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
@@ -61,7 +61,7 @@ TIP_SIGMA_MM = 0.01
 VALID_DAYS = 365
 _RECORDED_BATCH = 200
 
-_SESSIONS = SessionFormat(Kind.PIVOT, SessionLine[PivotEvent], PivotBegun)
+_SESSIONS = SessionFormat(ProcedureKind.PIVOT, SessionLine[PivotEvent], PivotBegun)
 
 
 class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
@@ -71,7 +71,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
     (a batch of poses, durable when it returns); when the gate of the step is open, `advance`.
     """
 
-    kind = Kind.PIVOT
+    kind = ProcedureKind.PIVOT
     step_names = (PREPARE, FIRST, SECOND, AGAIN, RESULT)
 
     def __init__(
@@ -85,7 +85,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
         super().__init__(chain, begun, rig, store, begun.tip)
         require_probe(chain.path, begun.probe_identity, body)
         self._begun = begun
-        self._state = PivotState(rig, body, begun)
+        self._state = SweepingState(rig, body, begun)
         # While many lines come at once, the progress after each of them would be computed in vain.
         self._watching = False
         self._watch = self._state.watch(FIRST)

@@ -9,9 +9,9 @@ import numpy as np
 from ocmm_core.calibration.guided import OPEN, Gate
 from ocmm_core.calibration.pivot import (
     LEAST_FRAMES,
-    Coverage,
     PivotLimits,
     PivotSweep,
+    SweepCoverage,
     find_jump,
     free_poses,
     judge_jump,
@@ -41,7 +41,7 @@ _SHAPE_POSES = 100
 
 
 @dataclass(frozen=True, slots=True)
-class Progress:
+class SweepProgress:
     """A sweep as it stands.
 
     Attributes
@@ -63,7 +63,7 @@ class Progress:
     """
 
     poses: int
-    coverage: Coverage | None
+    coverage: SweepCoverage | None
     tip_sigma: float
     tip_probe: Float | None
     centre_world: Float
@@ -72,12 +72,12 @@ class Progress:
     findings: tuple[Finding, ...]
 
 
-NO_PROGRESS = Progress(0, None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ())
+NO_PROGRESS = SweepProgress(0, None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ())
 
 
 def progress_of(
     rig: Rig, body: ProbeBody, sweep: PivotSweep, limits: PivotLimits, tip_known: bool
-) -> Progress:
+) -> SweepProgress:
     """Return how far a sweep has come.
 
     Parameters
@@ -93,19 +93,19 @@ def progress_of(
     good = poses.status == 0
     tip = _tip_of(poses.rotation_world_from_probe[good], poses.origin_world[good])
     if tip is None and not tip_known:
-        return Progress(
+        return SweepProgress(
             len(sweep.uv), None, np.inf, None, np.full(3, np.nan), np.full(3, np.nan), (), ()
         )
     own = body if tip is None else replace(body, tip_probe=tip)
     preview = preview_pivot(rig, own, sweep, pattern=True)
     if preview.coverage is None:
-        return Progress(
+        return SweepProgress(
             len(sweep.uv), None, np.inf, tip, preview.centre_world, np.full(3, np.nan), (), ()
         )
     middle, cells = sphere_map(
         preview.coverage.directions_world, 0.5 * np.radians(limits.wanted_deg)
     )
-    return Progress(
+    return SweepProgress(
         poses=len(sweep.uv),
         coverage=preview.coverage,
         tip_sigma=preview.tip_sigma,
@@ -120,7 +120,7 @@ def progress_of(
 
 
 def view_of(
-    progress: Progress,
+    progress: SweepProgress,
     phase: SweepPhase,
     gate: Gate,
     limits: PivotLimits,
@@ -162,7 +162,7 @@ def view_of(
 
 def gate_of(
     rig: Rig,
-    progress: Progress,
+    progress: SweepProgress,
     limits: PivotLimits,
     poses_wanted: int,
     sigma_wanted: float,
@@ -185,7 +185,7 @@ def gate_of(
 
 
 def _missing(
-    rig: Rig, progress: Progress, limits: PivotLimits, poses_wanted: int, sigma_wanted: float
+    rig: Rig, progress: SweepProgress, limits: PivotLimits, poses_wanted: int, sigma_wanted: float
 ) -> str:
     if progress.coverage is None:
         return "The probe was hardly swept yet."
@@ -216,7 +216,7 @@ def _missing(
     return ""
 
 
-def is_forcible(progress: Progress, limits: PivotLimits) -> bool:
+def is_forcible(progress: SweepProgress, limits: PivotLimits) -> bool:
     """Return whether a person may end a sweep that is not complete."""
     coverage = progress.coverage
     return (
@@ -262,7 +262,7 @@ def _judge(
     own: ProbeBody,
     sweep: PivotSweep,
     centre: Float,
-    coverage: Coverage,
+    coverage: SweepCoverage,
     limits: PivotLimits,
 ) -> tuple[Finding, ...]:
     """Return what speaks against the probe and against the cone."""

@@ -14,7 +14,7 @@ import numpy as np
 from ocmm_core.calibration.guided import (
     Repeat,
     RestingPosition,
-    Touch,
+    RestingTouch,
     from_spots,
     judge_repeats,
     repeat_finding,
@@ -127,7 +127,7 @@ def _repeat(
     )
 
 
-def _touch(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> Touch | None:
+def _touch(uv: Float, sigma_px: float, rig: Rig, body: ProbeBody) -> RestingTouch | None:
     try:
         return touch_of(uv, sigma_px, rig, body)
     except TrackingError:

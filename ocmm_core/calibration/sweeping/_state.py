@@ -12,7 +12,7 @@ from ocmm_core.calibration.guided import OPEN, SEAT_MM, STILL_FRAMES, Gate, Prob
 from ocmm_core.calibration.records import ProbeRecord
 from ocmm_core.calibration.sweeping._conclusion import PivotMaterial, conclude_pivot
 from ocmm_core.calibration.sweeping._progress import (
-    Progress,
+    SweepProgress,
     gate_of,
     is_forcible,
     progress_of,
@@ -39,7 +39,7 @@ from ocmm_core.tracking import ProbeBody, solve
 
 
 @dataclass(slots=True)
-class PivotState:
+class SweepingState:
     """Everything that was taken.
 
     Attributes
@@ -66,7 +66,7 @@ class PivotState:
     last_utc: str = ""
     visits: list[ConeVisited] = field(default_factory=list)
     visited: bool = False
-    _progress: dict[str, Progress] = field(default_factory=dict)
+    _progress: dict[str, SweepProgress] = field(default_factory=dict)
     _turned: Float | None = None
 
     def add(self, event: PosesTaken | SweepDiscarded | ConeVisited) -> None:
@@ -132,7 +132,7 @@ class PivotState:
             "Rest it there once more, held as at the start.",
         )
 
-    def progress(self, step: str) -> Progress:
+    def progress(self, step: str) -> SweepProgress:
         """Return how far a sweep has come, computed once for what was taken."""
         known = self._progress.get(step)
         if known is None:

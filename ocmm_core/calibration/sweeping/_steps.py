@@ -6,7 +6,7 @@ import numpy as np
 
 from ocmm_core.calibration.guided import OPEN, Gate, Step
 from ocmm_core.calibration.pivot import OTHER_ATTITUDE, OTHER_PLACE_MM, attitude_between
-from ocmm_core.calibration.sweeping._progress import Progress
+from ocmm_core.calibration.sweeping._progress import SweepProgress
 from ocmm_core.calibration.sweeping._session import (
     AGAIN,
     FIRST,
@@ -81,7 +81,7 @@ def steps_of(
     )
 
 
-def apart(first: Progress, second: Progress) -> tuple[float, float]:
+def apart(first: SweepProgress, second: SweepProgress) -> tuple[float, float]:
     """Return how far two sweeps are apart: places of the ball, mm, and attitudes, rad."""
     if first.coverage is None or second.coverage is None:
         return np.nan, np.nan
@@ -91,7 +91,7 @@ def apart(first: Progress, second: Progress) -> tuple[float, float]:
     )
 
 
-def second_gate(gate: Gate, first: Progress, second: Progress) -> Gate:
+def second_gate(gate: Gate, first: SweepProgress, second: SweepProgress) -> Gate:
     """Return the gate out of the second sweep, which must be another one than the first."""
     if not gate.open:
         return gate

@@ -16,7 +16,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import STRANGE, WAVED_FRAMES, Live, ProbeSpots, sigma_of_mean
 from ocmm_core.calibration.pivot import pivot_of_poses
 from ocmm_core.calibration.records import Finding
-from ocmm_core.calibration.sweeping._progress import Progress, second_range
+from ocmm_core.calibration.sweeping._progress import SweepProgress, second_range
 from ocmm_core.calibration.sweeping._views import SweepPhase
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
@@ -81,7 +81,7 @@ class SweepWatch:
     """
 
     def __init__(
-        self, rig: Rig, body: ProbeBody, *, tip_known: bool, first: Progress | None = None
+        self, rig: Rig, body: ProbeBody, *, tip_known: bool, first: SweepProgress | None = None
     ) -> None:
         self._rig, self._body = rig, body
         self._tip: Float | None = body.tip_probe if tip_known else None
@@ -159,7 +159,7 @@ class SweepWatch:
             elif self._phase is SweepPhase.COUNTDOWN:
                 self._phase = SweepPhase.WAITING
 
-    def stored(self, progress: Progress) -> None:
+    def stored(self, progress: SweepProgress) -> None:
         """Take notice that the poses that waited are stored, and of how far the sweep has come."""
         self._pending.clear()
         self._taken = progress.poses

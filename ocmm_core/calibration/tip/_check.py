@@ -16,7 +16,7 @@ import numpy as np
 from ocmm_core.calibration.guided import (
     Articulation,
     BallPlace,
-    Touch,
+    RestingTouch,
     articulate,
     handle_axis,
     place_of_ball,
@@ -116,8 +116,8 @@ class TipCheckDecision:
 
 
 def decide_check(
-    on_sphere: Sequence[Touch],
-    in_cone: Sequence[Touch],
+    on_sphere: Sequence[RestingTouch],
+    in_cone: Sequence[RestingTouch],
     sphere: Sphere,
     qualification: TipRecord,
     rig: Rig,
@@ -172,7 +172,7 @@ def _causes(judged: Sequence[Judged]) -> tuple[Finding, ...]:
 
 
 def _ball(
-    touches: Sequence[Touch],
+    touches: Sequence[RestingTouch],
     sphere: Sphere,
     rig: Rig,
     body: ProbeBody,

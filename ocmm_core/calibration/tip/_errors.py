@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.guided import Touch
+from ocmm_core.calibration.guided import RestingTouch
 from ocmm_core.calibration.records import Sphere, TipRecord
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
@@ -48,7 +48,7 @@ class DiameterErrors:
         )
 
 
-def errors_of(touches: Sequence[Touch], normals: Points3, gain: Float) -> DiameterErrors:
+def errors_of(touches: Sequence[RestingTouch], normals: Points3, gain: Float) -> DiameterErrors:
     """Return the errors of a diameter that is ``gain`` (n,) times the distances of n tips."""
     noise = np.array([one.noise for one in touches])
     own = np.einsum("ni,nij,nj->n", normals, noise, normals)

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.special import chdtri, ndtri
 
-from ocmm_core.calibration.guided import Touch, joint_covariance, range_limit, tips_of
+from ocmm_core.calibration.guided import RestingTouch, joint_covariance, range_limit, tips_of
 from ocmm_core.calibration.records import Sphere
 from ocmm_core.calibration.tip._errors import DiameterErrors, errors_of, sigma_with_sphere
 from ocmm_core.calibration.verification import fit_sphere
@@ -92,7 +92,11 @@ class BallFit:
 
 
 def fit_ball_on(
-    touches: Sequence[Touch], sphere: Sphere, rig: Rig, body: ProbeBody, temperature_c: float | None
+    touches: Sequence[RestingTouch],
+    sphere: Sphere,
+    rig: Rig,
+    body: ProbeBody,
+    temperature_c: float | None,
 ) -> BallFit:
     """Return the ball that touched a sphere.
 
@@ -202,7 +206,7 @@ def doubtful_points(normals: Points3, covariance: Float, residuals: Float) -> tu
 
 
 def predicted_covariance(
-    touches: Sequence[Touch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
+    touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
 ) -> Float:
     """Return the covariance (4, 4), mm^2, of centre and radius, before anything is fitted.
 
@@ -221,7 +225,7 @@ def predicted_covariance(
 
 
 def predicted_errors(
-    touches: Sequence[Touch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
+    touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
 ) -> DiameterErrors | None:
     """Return what will make the diameter uncertain; None before the points determine it.
 
@@ -232,7 +236,7 @@ def predicted_errors(
 
 
 def _predicted(
-    touches: Sequence[Touch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
+    touches: Sequence[RestingTouch], directions: Points3, rig: Rig, body: ProbeBody, more: Points3
 ) -> tuple[Float, DiameterErrors] | None:
     if not len(touches):
         return None

@@ -12,7 +12,7 @@ from pathlib import Path
 from ocmm_core.calibration.guided import (
     Decided,
     Gate,
-    Kind,
+    ProcedureKind,
     SessionFormat,
     SessionLine,
     articulate,
@@ -60,7 +60,7 @@ VALID_DAYS = 30
 class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
     """See `TouchProcedure`; made by `begin` and `resume`."""
 
-    kind = Kind.QUALIFICATION
+    kind = ProcedureKind.QUALIFICATION
 
     sessions = SessionFormat(kind, SessionLine[TouchEvent], TipBegun)
 

@@ -13,7 +13,7 @@ from ocmm_core.calibration.guided import (
     OPEN,
     Decided,
     Gate,
-    Kind,
+    ProcedureKind,
     SessionFormat,
     SessionLine,
 )
@@ -63,7 +63,7 @@ _ARTEFACT_LIMIT_MM = 0.5 * DIAMETER_DEFECT_MM
 class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
     """See `TouchProcedure`; made by `begin` and `resume`."""
 
-    kind = Kind.TIP_CHECK
+    kind = ProcedureKind.TIP_CHECK
 
     sessions = SessionFormat(kind, SessionLine[TouchEvent], TipCheckBegun)
     _decision: tuple[int, TipCheckDecision] | None = None

@@ -9,7 +9,7 @@ import numpy as np
 
 from ocmm_core.calibration.guided import (
     ARTICULATION_CHANCE,
-    Touch,
+    RestingTouch,
     articulate,
     from_spots,
     handle_axis,
@@ -93,8 +93,8 @@ class TouchState:
     body: ProbeBody
     begun: TouchBegun
     wanted: Wanted
-    on_sphere: list[tuple[BallOnSphere, Touch]] = field(default_factory=list)
-    in_cone: list[tuple[BallInCone, Touch]] = field(default_factory=list)
+    on_sphere: list[tuple[BallOnSphere, RestingTouch]] = field(default_factory=list)
+    in_cone: list[tuple[BallInCone, RestingTouch]] = field(default_factory=list)
     _sphere: SphereProgress | None = None
     _cone: ConeProgress | None = None
 
@@ -120,12 +120,12 @@ class TouchState:
         return (*on_sphere, *(event for event, _ in self.in_cone))
 
     @property
-    def sphere_touches(self) -> tuple[Touch, ...]:
+    def sphere_touches(self) -> tuple[RestingTouch, ...]:
         """Return the touches on the sphere."""
         return tuple(touch for _, touch in self.on_sphere)
 
     @property
-    def cone_touches(self) -> tuple[Touch, ...]:
+    def cone_touches(self) -> tuple[RestingTouch, ...]:
         """Return those in the cone."""
         return tuple(touch for _, touch in self.in_cone)
 
@@ -159,7 +159,7 @@ class TouchState:
             np.mean(progress.tips_world - self.reach * progress.directions_world, axis=0)
         )
 
-    def handle(self, touch: Touch) -> Float:
+    def handle(self, touch: RestingTouch) -> Float:
         """Return the direction from the ball to the handle, (3,), world."""
         axis: Float = touch.rotation_world_from_probe @ handle_axis(self.body)
         return axis
@@ -235,12 +235,12 @@ class TouchState:
             form_mm=np.nan if fit is None else fit.form,
         )
 
-    def _sigma(self, touches: Sequence[Touch], directions: Points3, more: Points3) -> float:
+    def _sigma(self, touches: Sequence[RestingTouch], directions: Points3, more: Points3) -> float:
         """Return how well the diameter is known with more points, mm; see `Wanted.sigma_of`."""
         errors = predicted_errors(touches, directions, self.rig, self.body, more)
         return np.inf if errors is None else self.wanted.sigma_of(errors)
 
-    def _most_useful(self, touches: Sequence[Touch], directions: Points3) -> Float | None:
+    def _most_useful(self, touches: Sequence[RestingTouch], directions: Points3) -> Float | None:
         """Return the untouched direction on the equator that would tell most of the diameter."""
         candidates = round_equator(self.wanted.frame)
         near = (candidates @ directions.T).max(axis=1) > np.cos(_NEIGHBOUR)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.calibration.guided import OPEN, Gate, Touch
+from ocmm_core.calibration.guided import OPEN, Gate, RestingTouch
 from ocmm_core.calibration.tip._sphere_layout import CONE_TOLERANCE, TOLERANCE
 from ocmm_core.calibration.tip._state import TouchState
 
@@ -18,7 +18,7 @@ _CLEAR_MM = 5.0
 _NEW_ATTITUDE = np.radians(10.0)
 
 
-def judge_on_sphere(state: TouchState, touch: Touch) -> str:
+def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
     """Return why a resting ball is not a wanted point of the sphere; empty where it is one."""
     progress, centre = state.sphere, state.centre()
     if centre is None:
@@ -43,7 +43,7 @@ def judge_on_sphere(state: TouchState, touch: Touch) -> str:
     return ""
 
 
-def judge_in_cone(state: TouchState, touch: Touch) -> str:
+def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
     """Return why a resting ball is not in the cone in a wanted attitude; empty where it is."""
     progress, centre = state.cone, state.centre()
     handle = state.handle(touch)

@@ -25,10 +25,10 @@ from ocmm_core.calibration.guided import (
     CameraProcedure,
     Decided,
     Gate,
-    Kind,
     LinePlan,
     Live,
     ProbeSpots,
+    ProcedureKind,
     SeatVisited,
     SessionFormat,
     SessionLine,
@@ -74,13 +74,15 @@ PREPARE, SEATS_FIRST, LINES, SPHERES = "prepare", "seats", "lines", "spheres"
 SEATS_AGAIN, RESULT = "again", "result"
 _APART_MM = 5.0
 
-_SESSIONS = SessionFormat(Kind.VERIFICATION, SessionLine[VerificationEvent], VerificationBegun)
+_SESSIONS = SessionFormat(
+    ProcedureKind.VERIFICATION, SessionLine[VerificationEvent], VerificationBegun
+)
 
 
 class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutcome]):
     """See `procedure`; made by `begin` and `resume`."""
 
-    kind = Kind.VERIFICATION
+    kind = ProcedureKind.VERIFICATION
     step_names = (PREPARE, SEATS_FIRST, LINES, SPHERES, SEATS_AGAIN, RESULT)
 
     def __init__(

@@ -11,12 +11,12 @@ import numpy as np
 import typer
 
 from ocmm_core.calibration.cameras import (
+    KnownPoints,
     KnownPointsProcedure,
-    ReferencePoints,
     load_reference_points,
     load_spots,
 )
-from ocmm_core.calibration.guided import Kind, Shot, load_shots
+from ocmm_core.calibration.guided import ProcedureKind, Shot, load_shots
 from ocmm_core.calibration.records import default_folder, load_bar, load_sphere
 from ocmm_core.calibration.relocation import (
     BARS_WANTED,
@@ -170,7 +170,7 @@ def cameras(
         if new
         else continued(
             site,
-            Kind.KNOWN_POINTS,
+            ProcedureKind.KNOWN_POINTS,
             lambda path: KnownPointsProcedure.resume(path, site.design, site.store),
             console,
         )
@@ -259,7 +259,7 @@ def relocate(
         if new
         else continued(
             site,
-            Kind.RELOCATION,
+            ProcedureKind.RELOCATION,
             lambda path: RelocationProcedure.resume(path, site.rig, body, site.store),
             console,
         )
@@ -372,7 +372,7 @@ def verify(
         if new
         else continued(
             site,
-            Kind.VERIFICATION,
+            ProcedureKind.VERIFICATION,
             lambda path: VerificationProcedure.resume(path, site.rig, body, site.store),
             console,
         )
@@ -456,7 +456,7 @@ def history(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = No
     print_history(make_console(), open_site(rig, calibrations).store)
 
 
-def _require_same_list(procedure: KnownPointsProcedure, listed: ReferencePoints) -> None:
+def _require_same_list(procedure: KnownPointsProcedure, listed: KnownPoints) -> None:
     """Refuse to go on with a session that was begun with another list."""
     begun = procedure.points
     same = begun.names == listed.names and np.array_equal(

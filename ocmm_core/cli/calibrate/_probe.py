@@ -12,7 +12,7 @@ import typer
 from msgspec.structs import replace
 from rich.console import Console
 
-from ocmm_core.calibration.guided import Decision, Kind
+from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
 from ocmm_core.calibration.pivot import load_sweeps
 from ocmm_core.calibration.sweeping import (
     AGAIN,
@@ -36,7 +36,7 @@ from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_standin
 from ocmm_core.cli.calibrate._probe_site import (
     AnyCamerasOption,
     ProbeRecordsOption,
-    ProbeSite,
+    TerminalProbeSite,
     about_tip,
     collect_from,
     open_probe_site,
@@ -70,7 +70,7 @@ from ocmm_core.composition import (
 )
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import Jump, SweepProbe
+from ocmm_core.simulation.calibration_scenes import ScriptedJump, SweepProbe
 
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 _OTHER_PROBE = resource("probes", "thesis.toml")
@@ -181,7 +181,7 @@ def probe_command(
         if new
         else continued(
             site,
-            Kind.PIVOT,
+            ProcedureKind.PIVOT,
             lambda path: about_tip(PivotProcedure.resume(path, site.rig, body, store), tip),
             console,
         )
@@ -193,9 +193,9 @@ def probe_command(
             change_limit_mm=limit, poses_wanted=poses, valid_days=valid_days,
             again=_has_again(source, sweeps, again=again),
         )  # fmt: skip
-    if anew and procedure.base.decision is Decision.OPEN:
+    if anew and procedure.base.decision is ProcedureDecision.OPEN:
         procedure.sweep_anew(now())
-    if overrule and procedure.base.decision is Decision.OPEN:
+    if overrule and procedure.base.decision is ProcedureDecision.OPEN:
         procedure.force(now(), overrule)
     if sweeps is not None:
         _take_recorded(procedure, sweeps, site, body.n_leds)
@@ -207,10 +207,10 @@ def probe_command(
     if outcome is not None:
         print_probe(console, outcome)
     made = decide(procedure, decision, because, console)
-    if made is Decision.ACCEPTED:
+    if made is ProcedureDecision.ACCEPTED:
         console.print(f"Record   {store.folder}: {store.active_hash(tip)}", highlight=False)
     print_tip_standing(console, store, tip, now())
-    if made is not Decision.ACCEPTED:
+    if made is not ProcedureDecision.ACCEPTED:
         raise typer.Exit(1)
 
 
@@ -221,7 +221,7 @@ def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tupl
     if scene is SceneChoice.SLACK:
         first = replace(first, slack_mm=0.003)
     elif scene is SceneChoice.PUSHED:
-        first = replace(first, jumps=(Jump(at_s=5.0, shift_mm=(0.1, 0.05, 0.0)),))
+        first = replace(first, jumps=(ScriptedJump(at_s=5.0, shift_mm=(0.1, 0.05, 0.0)),))
     elif scene is SceneChoice.NARROW:
         first = replace(first, reach_deg=(6.0, 6.0, 3.0))
     elif scene is SceneChoice.HIDDEN_LED:
@@ -277,7 +277,7 @@ def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: in
 
 def _collect(
     procedure: PivotProcedure,
-    place: ProbeSite,
+    place: TerminalProbeSite,
     rig: Path,
     probe: Path,
     options: _Run,

@@ -51,7 +51,7 @@ P = TypeVar("P", bound=AboutTip)
 
 
 @dataclass(frozen=True, slots=True)
-class ProbeSite:
+class TerminalProbeSite:
     """What a session about a probe works on.
 
     Attributes
@@ -81,7 +81,7 @@ def open_probe_site(
     console: Console,
     *,
     uncalibrated: bool,
-) -> ProbeSite:
+) -> TerminalProbeSite:
     """Return cameras and records of a probe.
 
     Raises
@@ -98,7 +98,7 @@ def open_probe_site(
     root = calibrations or default_folder()
     of_cameras = CalibrationStore(store_folder(root, design.name))
     site = Site(design, cameras.rig, rig, root, of_cameras, store.folder / SESSIONS)
-    return ProbeSite(site, cameras, body, store)
+    return TerminalProbeSite(site, cameras, body, store)
 
 
 def about_tip(procedure: P, tip: str) -> P:
@@ -134,7 +134,7 @@ def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
 
 def collect_from(
     procedure: Procedure,
-    probe: ProbeSite,
+    probe: TerminalProbeSite,
     feed: Feed,
     frames: int | None,
     record: Path | None,

@@ -11,7 +11,11 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.calibration.guided import CalibrationOutcome, Comparison, VerificationOutcome
+from ocmm_core.calibration.guided import (
+    CalibrationComparison,
+    CalibrationOutcome,
+    VerificationOutcome,
+)
 from ocmm_core.calibration.records import (
     CalibrationStore,
     RecordStore,
@@ -180,7 +184,7 @@ def print_history(console: Console, store: CalibrationStore) -> None:
     console.print(table)
 
 
-def _print_comparison(console: Console, found: Comparison) -> None:
+def _print_comparison(console: Console, found: CalibrationComparison) -> None:
     _say(
         console,
         f"Against the calibration in force: the frame moved by {found.moved_mm:.2f} mm and turned "

@@ -19,9 +19,9 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.guided import (
-    Decision,
-    Kind,
     Procedure,
+    ProcedureDecision,
+    ProcedureKind,
     ProcedureView,
     Shot,
     is_ended,
@@ -96,7 +96,9 @@ def open_site(rig: Path, calibrations: Path | None) -> Site:
     return Site(design, in_use.rig, rig, root, store, folder / SESSIONS)
 
 
-def continued(site: Site, kind: Kind, resume: Callable[[Path], P], console: Console) -> P | None:
+def continued(
+    site: Site, kind: ProcedureKind, resume: Callable[[Path], P], console: Console
+) -> P | None:
     """Return the newest session of a kind that can go on; None where there is none."""
     for path in sessions(site.sessions, kind):
         try:
@@ -267,7 +269,9 @@ def pass_open_gates(procedure: Procedure) -> int:
     return view.current
 
 
-def decide(procedure: Procedure, accept: bool | None, reason: str, console: Console) -> Decision:
+def decide(
+    procedure: Procedure, accept: bool | None, reason: str, console: Console
+) -> ProcedureDecision:
     """Accept the result, keep the old one, or leave the session open for a later decision."""
     if accept is None and console.is_terminal:
         accept = console.input("Accept it? [y/n] ").strip().lower().startswith("y")
@@ -284,8 +288,8 @@ def decide(procedure: Procedure, accept: bool | None, reason: str, console: Cons
 
 def is_open(view: ProcedureView) -> bool:
     """Return whether a session can go on: it has not ended, or what was accepted is not stored."""
-    return view.decision is Decision.OPEN or (
-        view.decision is Decision.ACCEPTED and not view.stored
+    return view.decision is ProcedureDecision.OPEN or (
+        view.decision is ProcedureDecision.ACCEPTED and not view.stored
     )
 
 

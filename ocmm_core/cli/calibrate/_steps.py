@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure
-from ocmm_core.calibration.guided import Decision, Procedure
+from ocmm_core.calibration.guided import Procedure, ProcedureDecision
 from ocmm_core.calibration.records import Word, judge, require_records
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.cli.calibrate._report import print_standing
@@ -67,7 +67,7 @@ def collect_from(
 
 def compute(procedure: KnownPointsProcedure | RelocationProcedure, overrule: str) -> None:
     """Calculate the result, with guards overruled where somebody says why."""
-    if overrule and procedure.base.decision is Decision.OPEN:
+    if overrule and procedure.base.decision is ProcedureDecision.OPEN:
         procedure.force(now(), overrule)
     procedure.compute()
 
@@ -75,7 +75,7 @@ def compute(procedure: KnownPointsProcedure | RelocationProcedure, overrule: str
 def decided_code(procedure: Procedure, decision: bool | None, reason: str, console: Console) -> int:
     """Accept, keep or leave the result, and return the exit code."""
     made = decide(procedure, decision, reason, console)
-    return 0 if made is Decision.ACCEPTED else 1
+    return 0 if made is ProcedureDecision.ACCEPTED else 1
 
 
 def finish(

@@ -11,7 +11,7 @@ from typing import Annotated, TypeVar
 import typer
 from rich.console import Console
 
-from ocmm_core.calibration.guided import Decision, Shot, load_shots
+from ocmm_core.calibration.guided import ProcedureDecision, Shot, load_shots
 from ocmm_core.calibration.records import ArtefactUse, load_sphere
 from ocmm_core.calibration.tip import (
     CONE,
@@ -33,7 +33,7 @@ from ocmm_core.cli.calibrate._probe_report import print_tip_standing
 from ocmm_core.cli.calibrate._probe_site import (
     AnyCamerasOption,
     ProbeRecordsOption,
-    ProbeSite,
+    TerminalProbeSite,
     about_tip,
     collect_from,
     open_probe_site,
@@ -220,7 +220,7 @@ class _Source:
     force: bool
 
 
-def _continued(kind: type[T], place: ProbeSite, tip: str, console: Console) -> T | None:
+def _continued(kind: type[T], place: TerminalProbeSite, tip: str, console: Console) -> T | None:
     """Return the newest session about a tip that can go on; None where there is none."""
     return continued(
         place.site,
@@ -233,7 +233,7 @@ def _continued(kind: type[T], place: ProbeSite, tip: str, console: Console) -> T
     )
 
 
-def _mounted(place: ProbeSite, tip: str | None, who: str, console: Console) -> str:
+def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Console) -> str:
     """Return the name of the tip on the probe; somebody who names another one mounted it."""
     name = tip or place.store.mounted
     if name is None:
@@ -250,7 +250,7 @@ def _mounted(place: ProbeSite, tip: str | None, who: str, console: Console) -> s
 
 def _take(
     procedure: TipQualificationProcedure | TipCheckProcedure,
-    place: ProbeSite,
+    place: TerminalProbeSite,
     shots: Path | None,
     source: _Source,
     console: Console,
@@ -310,7 +310,7 @@ def take_tip_shots(
 
 def _finish(
     procedure: TipQualificationProcedure | TipCheckProcedure,
-    place: ProbeSite,
+    place: TerminalProbeSite,
     decision: bool | None,
     console: Console,
     *,
@@ -319,7 +319,7 @@ def _finish(
     """Store the result or not, say how the tip stands, and exit with 1 unless all is well."""
     made = decide(procedure, decision, "", console)
     print_tip_standing(console, place.store, procedure.tip, now())
-    if made is not Decision.ACCEPTED or not passed:
+    if made is not ProcedureDecision.ACCEPTED or not passed:
         raise typer.Exit(1)
 
 

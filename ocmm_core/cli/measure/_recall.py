@@ -21,8 +21,8 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.inspection.archive import (
     COLUMNS,
+    KeptPlaces,
     Outcome,
-    Places,
     RecallRecord,
     artefact_wrong,
     decide,
@@ -97,7 +97,7 @@ def recall_command(
     folder = calibrations if calibrations is not None else default_folder()
     if artefact is not None or since is not None:
         _let_fall(console, folder, artefact, since, who)
-    places = Places(tuple(jobs or [_JOBS]), folder, probes)
+    places = KeptPlaces(tuple(jobs or [_JOBS]), folder, probes)
     record = recall(places, datetime.now(UTC), workers=min(os.cpu_count() or 1, 8))
     if who and record.jobs:
         record = decide(record, places, who, datetime.now(UTC))

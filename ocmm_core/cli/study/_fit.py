@@ -13,7 +13,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.study._fit_json import fit_json
-from ocmm_core.cli.study._fit_rows import Row, rows_of
+from ocmm_core.cli.study._fit_rows import FitRow, rows_of
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import FitError, InputError
 from ocmm_core.features.measured import fit_shape, outliers
@@ -151,7 +151,7 @@ def _print_fit(
     _print_uncertainty(console, rows)
 
 
-def _print_uncertainty(console: Console, rows: Sequence[Row]) -> None:
+def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
     """Print what U stands for, and why a number has none."""
     stated = [row for row in rows if row.stated is not None]
     if not stated:

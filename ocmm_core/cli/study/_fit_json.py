@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.cli.study._fit_rows import Row, rows_of
+from ocmm_core.cli.study._fit_rows import FitRow, rows_of
 from ocmm_core.features.measured import outliers
 from ocmm_core.features.shapes import Criterion, Fit
 from ocmm_core.geometry import Points3
@@ -85,7 +85,7 @@ def fit_json(
     return msgspec.json.format(msgspec.json.encode(whole), indent=2).decode()
 
 
-def _number(row: Row) -> NumberPart:
+def _number(row: FitRow) -> NumberPart:
     stated = row.stated
     uncertainty = None
     if stated is not None:

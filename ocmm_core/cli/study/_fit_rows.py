@@ -12,7 +12,7 @@ from ocmm_core.tolerances.uncertainty import FitUncertainty, Stated
 
 
 @dataclass(frozen=True, slots=True)
-class Row:
+class FitRow:
     """One number of an element, or a vector.
 
     Attributes
@@ -45,34 +45,36 @@ class Row:
         return self.factor * self.stated.expanded
 
 
-def rows_of(fit: Fit, found: FitUncertainty | None) -> list[Row]:
+def rows_of(fit: Fit, found: FitUncertainty | None) -> list[FitRow]:
     """Return everything that the shape has, with its uncertainty."""
     rows = []
     spec = fit.shape.spec
     if not spec.centred:
         foot = None if found is None else found.foot
-        rows.append(Row(spec.point_word, "point", _vector(fit.point), "mm", foot, "mm"))
+        rows.append(FitRow(spec.point_word, "point", _vector(fit.point), "mm", foot, "mm"))
     else:
         for k, axis in enumerate("xyz"):
             own = None if found is None or found.centre is None else found.centre[k]
             title, key = f"{spec.point_word} {axis}", f"centre_{axis}"
-            rows.append(Row(title, key, (float(fit.point[k]),), "mm", own, "mm"))
+            rows.append(FitRow(title, key, (float(fit.point[k]),), "mm", own, "mm"))
     if fit.direction.any():
         own, words = None if found is None else found.direction, spec.direction_word
-        rows.append(Row(words, words.lower(), _vector(fit.direction), "", own, "rad"))
+        rows.append(FitRow(words, words.lower(), _vector(fit.direction), "", own, "rad"))
     if fit.across.any():
         own = None if found is None else found.turn
-        rows.append(Row("Direction of its length", "across", _vector(fit.across), "", own, "rad"))
+        rows.append(
+            FitRow("Direction of its length", "across", _vector(fit.across), "", own, "rad")
+        )
     for size in spec.sizes:
         unit, factor = ("deg", float(np.degrees(2.0))) if size.is_angle else ("mm", 2.0)
         own = None if found is None else _stated(found, size.place)
         values = (factor * float(fit.geometry[size.place]),)
         key = size.word.replace(" ", "_")
-        rows.append(Row(size.title, key, values, unit, own, unit, factor))
+        rows.append(FitRow(size.title, key, values, unit, own, unit, factor))
     tube = fit.free and fit.criterion is Criterion.MINIMUM_ZONE
     word = "diameter of the tube about it" if tube else "peak to valley"
-    rows.append(Row(f"Form ({word})", "form", (fit.form,), "mm", None, ""))
-    rows.append(Row("RMS of the residuals", "rms", (fit.rms,), "mm", None, ""))
+    rows.append(FitRow(f"Form ({word})", "form", (fit.form,), "mm", None, ""))
+    rows.append(FitRow("RMS of the residuals", "rms", (fit.rms,), "mm", None, ""))
     return rows
 
 

@@ -43,7 +43,7 @@ process, gauge."""
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class KeyedLine:
     """A keyed line: ``K2101/3 20.0000``; index zero stands for the whole part."""
 
     key: str
@@ -63,7 +63,7 @@ class TransferFile:
         For each part the fields of every characteristic by their keys.
     """
 
-    lines: tuple[Line, ...]
+    lines: tuple[KeyedLine, ...]
     values: tuple[tuple[dict[str, str], ...], ...]
 
     def text(self, key: str, index: int = 0) -> str | None:
@@ -82,7 +82,7 @@ def read_transfer(content: bytes) -> TransferFile:
     StorageError
         A line is neither keyed nor one of values.
     """
-    lines: list[Line] = []
+    lines: list[KeyedLine] = []
     values: list[tuple[dict[str, str], ...]] = []
     for number, line in enumerate(content.decode(_ENCODING).split(_NEWLINE), start=1):
         if not line:
@@ -93,7 +93,7 @@ def read_transfer(content: bytes) -> TransferFile:
             parts = [part.split(_FIELD) for part in line.split(_CHARACTERISTIC)]
             values.append(tuple(dict(zip(_FIELDS, part, strict=False)) for part in parts))
         elif key[:1] == "K" and key[1:].isdigit() and (index or "0").isdigit():
-            lines.append(Line(key, int(index or "0"), text))
+            lines.append(KeyedLine(key, int(index or "0"), text))
         else:
             raise StorageError(
                 "aqdef.line", f"Line {number} of the transfer file is {line!r}.", "Write it again."
@@ -170,12 +170,12 @@ def _states(jobs: Sequence[ReportData]) -> tuple[str, ...]:
     return tuple(dict.fromkeys(state for data in jobs for state in data.states))
 
 
-def _remarks(data: ReportData) -> Iterator[Line]:
+def _remarks(data: ReportData) -> Iterator[KeyedLine]:
     """Yield the verdict on the part, and that on each characteristic that is not CONFORM."""
-    yield Line(_REMARK, 0, _remark("; ".join((*data.states, *data.part.lines))))
+    yield KeyedLine(_REMARK, 0, _remark("; ".join((*data.states, *data.part.lines))))
     for index, reported in enumerate(data.reported, start=1):
         if reported.result.verdict is not Verdict.CONFORM:
-            yield Line(_REMARK, index, reported.result.verdict.value)
+            yield KeyedLine(_REMARK, index, reported.result.verdict.value)
 
 
 def _remark(text: str) -> str:
@@ -207,30 +207,30 @@ def _alike(jobs: Sequence[ReportData]) -> Sequence[ReportData]:
     return jobs
 
 
-def _head_lines(jobs: Sequence[ReportData], units: Units) -> Iterator[Line]:
+def _head_lines(jobs: Sequence[ReportData], units: Units) -> Iterator[KeyedLine]:
     data = _alike(jobs)[0]
-    yield Line("K0100", 0, str(len(data.reported)))
-    yield Line("K1001", 0, _text(data.plan.part))
-    yield Line("K1002", 0, _text(data.plan.part))
+    yield KeyedLine("K0100", 0, str(len(data.reported)))
+    yield KeyedLine("K1001", 0, _text(data.plan.part))
+    yield KeyedLine("K1002", 0, _text(data.plan.part))
     if data.view.header.order:
-        yield Line("K1053", 0, _text(data.view.header.order))
-    yield Line("K1086", 0, check_name("plan", data.plan.name))
+        yield KeyedLine("K1053", 0, _text(data.view.header.order))
+    yield KeyedLine("K1086", 0, check_name("plan", data.plan.name))
     told = (*_states(jobs), *_part_words(jobs), data.rule_words, data.calibration.label)
-    yield Line("K1900", 0, _text("; ".join(told)))
+    yield KeyedLine("K1900", 0, _text("; ".join(told)))
     for index, reported in enumerate(data.reported, start=1):
         result, tell = reported.result, partial(_limit, reported, units)
         name = check_name("characteristic", result.name)
         digits = units.angle_decimals if reported.unit == "deg" else units.length_decimals
-        yield Line("K2001", index, str(index))
-        yield Line("K2002", index, name)
-        yield Line("K2004", index, "0")
-        yield Line("K2022", index, str(digits))
-        yield Line("K2101", index, tell(result.nominal))
-        yield Line("K2110", index, tell(result.nominal + result.lower))
-        yield Line("K2111", index, tell(result.nominal + result.upper))
-        yield Line("K2120", index, str(_NATURAL if reported.one_sided else _LIMIT))
-        yield Line("K2121", index, str(_LIMIT))
-        yield Line("K2142", index, reported.unit if reported.unit == "deg" else units.lengths)
+        yield KeyedLine("K2001", index, str(index))
+        yield KeyedLine("K2002", index, name)
+        yield KeyedLine("K2004", index, "0")
+        yield KeyedLine("K2022", index, str(digits))
+        yield KeyedLine("K2101", index, tell(result.nominal))
+        yield KeyedLine("K2110", index, tell(result.nominal + result.lower))
+        yield KeyedLine("K2111", index, tell(result.nominal + result.upper))
+        yield KeyedLine("K2120", index, str(_NATURAL if reported.one_sided else _LIMIT))
+        yield KeyedLine("K2121", index, str(_LIMIT))
+        yield KeyedLine("K2142", index, reported.unit if reported.unit == "deg" else units.lengths)
 
 
 def _part_words(jobs: Sequence[ReportData]) -> tuple[str, ...]:

@@ -16,7 +16,7 @@ from scipy.spatial import Delaunay, QhullError
 from ocmm_core.errors import FitError
 from ocmm_core.features.search import checked_points
 from ocmm_core.features.shapes import Criterion, Fit, Shape
-from ocmm_core.features.zones._elements import BOUNDED, Task, task_of
+from ocmm_core.features.zones._elements import BOUNDED, ZoneTask, task_of
 from ocmm_core.features.zones._kernel import narrowest_zone
 from ocmm_core.features.zones._settled import balanced, search, settled_fit
 from ocmm_core.features.zones._solver import Zone, natural_steps, settle
@@ -91,13 +91,13 @@ def _not_around(shape: Shape) -> FitError:
     )
 
 
-def _arms(task: Task, placed: Placed) -> Float:
+def _arms(task: ZoneTask, placed: Placed) -> Float:
     """Return points in the coordinates that count: two across an axis, or three."""
     local = placed.local(task.points)
     return local if task.shape is Shape.SPHERE else local[:, :2]
 
 
-def _surround(task: Task, placed: Placed) -> bool:
+def _surround(task: ZoneTask, placed: Placed) -> bool:
     """Return whether no half space through the centre is free of points."""
     arms = _arms(task, placed)
     outward = arms / np.maximum(np.linalg.norm(arms, axis=1), 1e-12)[:, None]
@@ -110,7 +110,7 @@ def _surround(task: Task, placed: Placed) -> bool:
     return float(np.max(outward @ solution[:d])) > -SURROUNDED
 
 
-def _largest_held(task: Task) -> Zone:
+def _largest_held(task: ZoneTask) -> Zone:
     """Return the largest empty circle or sphere that points around its centre hold."""
     arms = _arms(task, task.start)
     starts = [np.zeros(3)]

@@ -16,7 +16,7 @@ from scipy.linalg import null_space
 from scipy.optimize import nnls
 
 from ocmm_core.features.shapes import Criterion, Fit
-from ocmm_core.features.zones._elements import BOUNDED, Task, task_of, zone_surface
+from ocmm_core.features.zones._elements import BOUNDED, ZoneTask, task_of, zone_surface
 from ocmm_core.features.zones._forces import least_held
 from ocmm_core.features.zones._rescue import slid
 from ocmm_core.features.zones._solver import Zone, by_bounds, natural_steps, zone_at
@@ -142,14 +142,14 @@ def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
     )  # fmt: skip
 
 
-def formless(task: Task, zone: Zone, found: Float, noise: float) -> bool:
+def formless(task: ZoneTask, zone: Zone, found: Float, noise: float) -> bool:
     """Return whether points at distances (n,) lie on the element to rounding."""
     if task.tube or task.surface.even:
         return zone.width <= noise
     return bool(np.ptp(found) <= noise)
 
 
-def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
+def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
     """Return the forces that hold the zone of a task about an element.
 
     Parameters
@@ -202,7 +202,7 @@ def balance_of(task: Task, placed: Placed, noise: float) -> Balance:
 
 
 def _least_curvature(
-    task: Task, placed: Placed, local: Float, weights: Float, touch: Float, steps: Float
+    task: ZoneTask, placed: Placed, local: Float, weights: Float, touch: Float, steps: Float
 ) -> tuple[float, Float]:
     """Return the least curvature that leaves points with a force at their bounds, and its way."""
     free = list(task.surface.free)
@@ -229,7 +229,7 @@ def _loose(touch: Float, k: int) -> Float:
 
 
 def _held_by_others(
-    task: Task, placed: Placed, local: Float, signs: Float, forces: Float, touch: Float,
+    task: ZoneTask, placed: Placed, local: Float, signs: Float, forces: Float, touch: Float,
     steps: Float,
 ) -> float:  # fmt: skip
     """Return the least curvature where each way may have forces of its own, else minus infinity."""

@@ -33,9 +33,9 @@ from ocmm_core.features.zones._surfaces import (
     SPHERE,
     TINY,
     TORUS,
-    Kind,
+    DistanceKind,
+    ElementFamily,
     Placed,
-    Surface,
     circumscribed,
     inscribed,
 )
@@ -74,7 +74,7 @@ LENGTHS = [*range(POINT.start, POINT.stop), RADIUS, SECOND]
 
 
 @dataclass(frozen=True, slots=True)
-class Task:
+class ZoneTask:
     """Points and a start, centred and scaled, of one zone.
 
     Attributes
@@ -92,7 +92,7 @@ class Task:
     """
 
     shape: Shape
-    surface: Surface
+    surface: ElementFamily
     points: Float
     start: Placed
     centroid: Float
@@ -101,7 +101,7 @@ class Task:
     @property
     def tube(self) -> bool:
         """Return whether the zone is a tube about a curve in space, which has no sides."""
-        ring = self.surface.kind is Kind.RING
+        ring = self.surface.kind is DistanceKind.RING
         return not self.surface.lower and (self.shape is Shape.LINE or ring)
 
     @property
@@ -110,14 +110,14 @@ class Task:
         return 4e-16 * (4.0 + float(np.abs(self.centroid).max()) / self.size)
 
 
-def zone_surface(fit: Fit) -> Surface | None:
+def zone_surface(fit: Fit) -> ElementFamily | None:
     """Return what the minimum zone of a fit is built on; None where its shape has none."""
     if fit.shape is Shape.LINE and fit.across.any():
         return FLAT_LINE
     return CIRCLE_IN_SPACE if fit.free else ZONES.get(fit.shape)
 
 
-def task_of(fit: Fit, points: Points3, surface: Surface, offset: float = 0.0) -> Task:
+def task_of(fit: Fit, points: Points3, surface: ElementFamily, offset: float = 0.0) -> ZoneTask:
     """Return the task that starts from ``fit`` to ``points`` (n, 3), mm.
 
     Those of an ellipse may lie ``offset``, mm, outside of it.
@@ -136,16 +136,16 @@ def task_of(fit: Fit, points: Points3, surface: Surface, offset: float = 0.0) ->
     sizes = np.zeros(3)
     if fit.shape is Shape.CONE:
         sizes[0] = fit.half_angle
-    elif surface.kind is Kind.RING:
+    elif surface.kind is DistanceKind.RING:
         sizes[0] = fit.radius / size
     elif surface.outline:
         sizes[:] = fit.radius / size, fit.second / size, offset / size
     start = Placed(frame, (fit.point - centroid) / size, sizes)
-    return Task(fit.shape, surface, about, start, centroid, size)
+    return ZoneTask(fit.shape, surface, about, start, centroid, size)
 
 
 def geometry_of(
-    task: Task, placed: Placed, step: Values, offset: complex, centroid: Values
+    task: ZoneTask, placed: Placed, step: Values, offset: complex, centroid: Values
 ) -> Values:
     """Return the geometry vector (12,), scaled, of an element after a step.
 
@@ -208,7 +208,7 @@ def geometry_of(
 
 
 def geometry_derivatives(
-    task: Task, placed: Placed, offset: float
+    task: ZoneTask, placed: Placed, offset: float
 ) -> tuple[Float, Float, Float, Float]:
     """Return geometry (12,) and its derivatives by step (12, 8), offset (12,), centroid (12, 3)."""
     none, middle = np.zeros(STEP_SIZE), np.zeros(3)
@@ -224,7 +224,7 @@ def geometry_derivatives(
     return geometry, by_step, np.asarray(by_offset), by_centroid
 
 
-def unscaled(task: Task, geometry: Float, by_points: Float) -> tuple[Float, Float]:
+def unscaled(task: ZoneTask, geometry: Float, by_points: Float) -> tuple[Float, Float]:
     """Return geometry (12,) in mm and its derivatives (12, 3 n) by points in mm."""
     in_mm = geometry.copy()
     in_mm[LENGTHS] *= task.size

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from ocmm_core.features.zones._certificate import FLAT_CURVATURE, Balance
-from ocmm_core.features.zones._elements import Task
+from ocmm_core.features.zones._elements import ZoneTask
 from ocmm_core.features.zones._kernel import narrowest_zone
 from ocmm_core.features.zones._solver import SETTLED, after, natural_steps, zone_at
 from ocmm_core.features.zones._surfaces import Placed, distances, possible, second_derivatives
@@ -31,7 +31,7 @@ RANK = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Level:
+class ZoneLevel:
     """Points that hold a zone in the directions which the levels before leave free.
 
     Attributes
@@ -50,7 +50,7 @@ class Level:
     half: float
 
 
-def levels_of(task: Task, placed: Placed, balance: Balance) -> tuple[Placed, list[Level]]:
+def levels_of(task: ZoneTask, placed: Placed, balance: Balance) -> tuple[Placed, list[ZoneLevel]]:
     """Return the outline that nothing leaves free, and what holds it, the widest zone first.
 
     Parameters
@@ -66,7 +66,7 @@ def levels_of(task: Task, placed: Placed, balance: Balance) -> tuple[Placed, lis
     half = float(np.abs(found).max())
     holding = balance.forces > NO_SHARE
     signs = balance.signs[holding]
-    levels = [Level(balance.contacts[holding], signs, signs * balance.forces[holding], half)]
+    levels = [ZoneLevel(balance.contacts[holding], signs, signs * balance.forces[holding], half)]
     steps = natural_steps(task.surface, task.points, placed)
     settled = placed
     while True:
@@ -82,7 +82,7 @@ def levels_of(task: Task, placed: Placed, balance: Balance) -> tuple[Placed, lis
     return settled, levels
 
 
-def response(task: Task, placed: Placed, levels: list[Level]) -> tuple[Int, Float]:
+def response(task: ZoneTask, placed: Placed, levels: list[ZoneLevel]) -> tuple[Int, Float]:
     """Return the points that hold an outline (c,), and how its free entries answer (k, 3 c)."""
     rows = np.concatenate([level.rows for level in levels])
     matrix, _, pins = _system(task, placed, np.eye(len(task.surface.free)), levels)
@@ -104,7 +104,7 @@ def response(task: Task, placed: Placed, levels: list[Level]) -> tuple[Int, Floa
 
 
 def _loose(
-    task: Task, placed: Placed, steps: Float, levels: list[Level]
+    task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
 ) -> tuple[Float, list[Float], list[Float]]:
     """Return what the levels leave free (k, f), what curvature pins at each, and that (k, k)."""
     local = placed.local(task.points)
@@ -127,8 +127,8 @@ def _loose(
 
 
 def _next_level(
-    task: Task, placed: Placed, steps: Float, levels: list[Level]
-) -> tuple[Placed, Level | None]:
+    task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
+) -> tuple[Placed, ZoneLevel | None]:
     """Return the outline with the greatest distance of the other points smallest, and these."""
     surface, places = task.surface, list(task.surface.free)
     held = np.concatenate([level.rows for level in levels])
@@ -175,10 +175,12 @@ def _next_level(
         return placed, None
     codes = basis[holding]
     signs = np.where(codes < len(rest), 1.0, -1.0)
-    return placed, Level(rest[codes % len(rest)], signs, signs * multipliers[holding], half)
+    return placed, ZoneLevel(rest[codes % len(rest)], signs, signs * multipliers[holding], half)
 
 
-def _restored(task: Task, placed: Placed, steps: Float, levels: list[Level]) -> Placed | None:
+def _restored(
+    task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
+) -> Placed | None:
     """Return the outline with the points of the levels at their bounds, by the shortest steps."""
     rows = np.concatenate([level.rows for level in levels])
     bounds = np.concatenate([level.signs * level.half for level in levels])
@@ -195,7 +197,7 @@ def _restored(task: Task, placed: Placed, steps: Float, levels: list[Level]) -> 
 
 
 def _system(
-    task: Task, placed: Placed, steps: Float, levels: list[Level]
+    task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]
 ) -> tuple[Float, Float, list[Float]]:
     """Return matrix, gaps and pins of: all contacts touch, curvature is at rest where it holds."""
     surface, places = task.surface, list(task.surface.free)
@@ -218,7 +220,7 @@ def _system(
     return matrix.reshape(-1, k + len(levels)), np.concatenate(gaps), pins
 
 
-def _polished(task: Task, placed: Placed, steps: Float, levels: list[Level]) -> Placed:
+def _polished(task: ZoneTask, placed: Placed, steps: Float, levels: list[ZoneLevel]) -> Placed:
     """Return the outline after Newton steps, which bring what is held to rounding."""
     for _ in range(POLISHES):
         matrix, gaps, _ = _system(task, placed, steps, levels)

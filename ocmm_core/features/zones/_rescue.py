@@ -20,7 +20,7 @@ from ocmm_core.features.zones._solver import (
     settle,
     zone_at,
 )
-from ocmm_core.features.zones._surfaces import Placed, Surface, distances, full_step
+from ocmm_core.features.zones._surfaces import ElementFamily, Placed, distances, full_step
 from ocmm_core.geometry import Float, Int
 
 NEAREST = 40
@@ -39,7 +39,7 @@ NARROWER = 1e-7
 """Relative gain of width that makes another zone a narrower one."""
 
 
-def descended(surface: Surface, points: Float, zone: Zone) -> Zone:
+def descended(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     """Return a zone that is no wider, further down the valley of ``zone``."""
     best = zone
     for _ in range(ROUNDS):
@@ -57,7 +57,7 @@ def descended(surface: Surface, points: Float, zone: Zone) -> Zone:
     return best
 
 
-def _held(surface: Surface, points: Float, zone: Zone) -> Zone:
+def _held(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     """Return the zone after Newton steps on contacts of which it is not sure yet that they touch.
 
     Quadratic steps leave gaps, so that points nearer to a bound than several widths are tried.
@@ -76,7 +76,7 @@ def _held(surface: Surface, points: Float, zone: Zone) -> Zone:
     return best
 
 
-def _forces(surface: Surface, points: Float, zone: Zone, gap: float) -> tuple[Int, Float]:
+def _forces(surface: ElementFamily, points: Float, zone: Zone, gap: float) -> tuple[Int, Float]:
     """Return contacts (c,), coded as in `zone_kernel`, nearer than ``gap``, and their forces."""
     placed = zone.placed
     found, slopes = distances(surface, placed.local(points), placed.sizes)
@@ -94,7 +94,9 @@ def _forces(surface: Surface, points: Float, zone: Zone, gap: float) -> tuple[In
     return coded[held].astype(np.int64), forces[held]
 
 
-def slid(surface: Surface, points: Float, zone: Zone, slide: Float, noise: float) -> Zone | None:
+def slid(
+    surface: ElementFamily, points: Float, zone: Zone, slide: Float, noise: float
+) -> Zone | None:
     """Return a narrower zone than ``zone`` that contacts slide to, or None.
 
     Parameters
@@ -120,7 +122,7 @@ def slid(surface: Surface, points: Float, zone: Zone, slide: Float, noise: float
     return found
 
 
-def _quadratic_round(surface: Surface, points: Float, zone: Zone) -> Zone:
+def _quadratic_round(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     placed, scale = zone.placed, max(abs(zone.width), 1e-12) if surface.lower else 1.0
     steps = scale * natural_steps(surface, points, placed)
     local, middle = placed.local(points), middle_of(surface, zone)
@@ -168,7 +170,7 @@ def _quadratic_round(surface: Surface, points: Float, zone: Zone) -> Zone:
     return zone_at(surface, points, after(surface, placed, steps @ result.x[:k]))
 
 
-def _nearest(surface: Surface, local: Float, placed: Placed) -> Int:
+def _nearest(surface: ElementFamily, local: Float, placed: Placed) -> Int:
     order = np.argsort(distances(surface, local, placed.sizes)[0])
     if not surface.lower:
         return np.asarray(order[-NEAREST:])

@@ -19,7 +19,7 @@ from ocmm_core.features.shapes import (
     make_fit,
 )
 from ocmm_core.features.zones._certificate import IN_BALANCE, Balance, balance_of, formless
-from ocmm_core.features.zones._elements import Task, geometry_derivatives, unscaled
+from ocmm_core.features.zones._elements import ZoneTask, geometry_derivatives, unscaled
 from ocmm_core.features.zones._levels import levels_of, response
 from ocmm_core.features.zones._rescue import descended, slid
 from ocmm_core.features.zones._solver import (
@@ -54,7 +54,7 @@ SHRUNK = 30
 WELL_BALANCED = 1e-12
 
 
-def search(task: Task) -> Zone:
+def search(task: ZoneTask) -> Zone:
     """Return the best zone from as many starts as the points call for."""
     first = zone_at(task.surface, task.points, task.start)
     found, _ = distances(task.surface, task.start.local(task.points), task.start.sizes)
@@ -75,7 +75,7 @@ def search(task: Task) -> Zone:
     return zone if task.surface.outline else rescued(task, zone)
 
 
-def rescued(task: Task, zone: Zone) -> Zone:
+def rescued(task: ZoneTask, zone: Zone) -> Zone:
     """Return the zone, or a narrower one where it did not settle or its contacts slide."""
     for _ in range(RESCUES):
         found, _ = distances(task.surface, zone.placed.local(task.points), zone.placed.sizes)
@@ -93,7 +93,7 @@ def rescued(task: Task, zone: Zone) -> Zone:
     return zone
 
 
-def _opened(task: Task, zone: Zone) -> Zone:
+def _opened(task: ZoneTask, zone: Zone) -> Zone:
     """Return the zone of a cone with its axis towards the growing radius, the angle positive.
 
     On the way the angle may have passed through zero, or through that of a plane.
@@ -110,7 +110,7 @@ def _opened(task: Task, zone: Zone) -> Zone:
     return replace(zone_at(task.surface, task.points, turned), settled=zone.settled)
 
 
-def _beside_saddle(task: Task, zone: Zone) -> Zone | None:
+def _beside_saddle(task: ZoneTask, zone: Zone) -> Zone | None:
     """Return a narrower zone where forces balance but a move along the contacts is better.
 
     Points in exact symmetry lead to such places: a cylinder whose contacts all lie in one section
@@ -134,7 +134,7 @@ def _beside_saddle(task: Task, zone: Zone) -> Zone | None:
     return there if there.width < zone.width else lower
 
 
-def balanced(task: Task, zone: Zone) -> Zone:
+def balanced(task: ZoneTask, zone: Zone) -> Zone:
     """Return the zone with its contacts in balance to rounding, as far as Newton steps reach."""
     found, _ = distances(task.surface, zone.placed.local(task.points), zone.placed.sizes)
     for _ in range(POLISHES):
@@ -146,11 +146,11 @@ def balanced(task: Task, zone: Zone) -> Zone:
     return zone
 
 
-def _noise(task: Task, found: Float) -> float:
+def _noise(task: ZoneTask, found: Float) -> float:
     return 8.0 * task.noise * max(1.0, float(np.abs(found).max()))
 
 
-def settled_fit(task: Task, start: Fit, criterion: Criterion, zone: Zone) -> Fit:
+def settled_fit(task: ZoneTask, start: Fit, criterion: Criterion, zone: Zone) -> Fit:
     """Return the fit of a zone, or raise where nothing proves it.
 
     Raises
@@ -237,14 +237,14 @@ def _upright(placed: Placed) -> Placed:
                   np.array([long, short, offset]))  # fmt: skip
 
 
-def _offset(task: Task, zone: Zone) -> float:
+def _offset(task: ZoneTask, zone: Zone) -> float:
     """Return at which distance the element stands from what distances are counted from."""
     if task.surface.lower:
         return 0.5 * (zone.upper + zone.lower)
     return 0.0 if task.tube or task.surface.even else task.surface.sign * zone.upper
 
 
-def _sides(task: Task, placed: Placed, contact: int) -> Float:
+def _sides(task: ZoneTask, placed: Placed, contact: int) -> Float:
     """Return +1 or -1 (n,): the side of every point of a line, as one contact sees it.
 
     Forces at the contacts balance, so that some lie on either side of the first, and the signed
@@ -254,7 +254,7 @@ def _sides(task: Task, placed: Placed, contact: int) -> Float:
     return np.where(across @ across[contact] < 0.0, -1.0, 1.0)
 
 
-def held_response(task: Task, placed: Placed, balance: Balance) -> Float:
+def held_response(task: ZoneTask, placed: Placed, balance: Balance) -> Float:
     """Return how free entries and bounds answer to the contacts, (k + 1 or 2, 3 c), scaled.
 
     The conditions of the optimum (contacts touch, forces balance) are differentiated.
@@ -281,7 +281,7 @@ def held_response(task: Task, placed: Placed, balance: Balance) -> Float:
 
 
 def zone_derivatives(
-    task: Task, placed: Placed, offset: float, rows: Int, answer: Float
+    task: ZoneTask, placed: Placed, offset: float, rows: Int, answer: Float
 ) -> tuple[Float, Float]:
     """Return geometry (12,) and its derivatives by points (12, 3 n), both scaled.
 

@@ -20,9 +20,9 @@ from ocmm_core.features.zones._kernel import narrowest_zone
 from ocmm_core.features.zones._outlines import FIRST_SIZE, TURN
 from ocmm_core.features.zones._surfaces import (
     ANGLES,
-    Kind,
+    DistanceKind,
+    ElementFamily,
     Placed,
-    Surface,
     distances,
     full_step,
     possible,
@@ -74,7 +74,7 @@ class Zone:
         return self.upper - self.lower
 
 
-def zone_at(surface: Surface, points: Float, placed: Placed) -> Zone:
+def zone_at(surface: ElementFamily, points: Float, placed: Placed) -> Zone:
     """Return the zone of ``points`` (n, 3) about an element that is not moved."""
     if not possible(surface, placed):
         return Zone(placed, np.inf, 0.0, settled=False)
@@ -82,35 +82,35 @@ def zone_at(surface: Surface, points: Float, placed: Placed) -> Zone:
     return Zone(placed, *_bounds(surface, found), settled=False)
 
 
-def _bounds(surface: Surface, found: Float) -> tuple[float, float]:
+def _bounds(surface: ElementFamily, found: Float) -> tuple[float, float]:
     greatest = np.abs(found).max() if surface.even else found.max()
     return float(greatest), float(found.min()) if surface.lower else 0.0
 
 
-def middle_of(surface: Surface, zone: Zone) -> float:
+def middle_of(surface: ElementFamily, zone: Zone) -> float:
     """Return what distances are counted from so that their differences stay exact."""
     if surface.even:
         return 0.0
     return 0.5 * (zone.upper + zone.lower) if surface.lower else zone.upper
 
 
-def natural_steps(surface: Surface, points: Float, placed: Placed) -> Float:
+def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Float:
     """Return steps (k, k), columns, that each change the distances by one (root mean square).
 
     About an axis or circle that all points may lie near, distances turn with every step; there a
     step changes the vectors from it by one, whichever way.
     """
     local = placed.local(points)
-    if surface.kind is Kind.AXIS and not surface.lower:
+    if surface.kind is DistanceKind.AXIS and not surface.lower:
         along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
         return np.diag([1.0 if place < 3 else 1.0 / along for place in surface.free])
     _, slopes = distances(surface, local, placed.sizes)
     slopes = slopes[:, surface.free]
     if surface.lower:
         slopes = slopes - slopes.mean(axis=0)
-    if surface.kind is Kind.RING and not surface.lower:
-        _, radial = distances(replace(surface, kind=Kind.AXIS), local, placed.sizes)
-        _, level = distances(replace(surface, kind=Kind.HEIGHT), local, placed.sizes)
+    if surface.kind is DistanceKind.RING and not surface.lower:
+        _, radial = distances(replace(surface, kind=DistanceKind.AXIS), local, placed.sizes)
+        _, level = distances(replace(surface, kind=DistanceKind.HEIGHT), local, placed.sizes)
         radial[:, FIRST_SIZE] = -1.0
         slopes = np.concatenate([radial[:, surface.free], level[:, surface.free]])
     _, strength, directions = np.linalg.svd(slopes / np.sqrt(len(points)), full_matrices=False)
@@ -121,7 +121,7 @@ def natural_steps(surface: Surface, points: Float, placed: Placed) -> Float:
 
 
 def settle(
-    surface: Surface, points: Float, start: Placed, steps: Float, radius: float,
+    surface: ElementFamily, points: Float, start: Placed, steps: Float, radius: float,
     most: int = MAX_STEPS,
 ) -> Zone:  # fmt: skip
     """Return the local optimum that is reached from ``start``.
@@ -190,13 +190,13 @@ def settle(
     return zone
 
 
-def _delicate(surface: Surface) -> NDArray[np.bool_]:
+def _delicate(surface: ElementFamily) -> NDArray[np.bool_]:
     """Return which of the free entries of a step must stay small, (k,)."""
     return np.isin(surface.free, (TURN,) if surface.outline else ANGLES)
 
 
 def _linear_step(
-    surface: Surface, found: Float, by_step: Float, radius: float
+    surface: ElementFamily, found: Float, by_step: Float, radius: float
 ) -> tuple[Float, Int, Float, float]:
     """Return the step of the linear problem, its basis, multipliers and the width it gains."""
     k = by_step.shape[1]
@@ -215,13 +215,13 @@ def _linear_step(
     return step, basis, multipliers, float(gain)
 
 
-def after(surface: Surface, placed: Placed, free_step: Float) -> Placed:
+def after(surface: ElementFamily, placed: Placed, free_step: Float) -> Placed:
     """Return the element after a step (k,) of what its family frees."""
     return placed.moved(full_step(surface, free_step))
 
 
 def _newton_step(
-    surface: Surface, local: Float, sizes: Float, middle: float, found: Float, by_step: Float,
+    surface: ElementFamily, local: Float, sizes: Float, middle: float, found: Float, by_step: Float,
     steps: Float, contacts: Int, multipliers: Float, limit: float,
 ) -> Float | None:  # fmt: skip
     """Return the step to where all ``contacts`` touch and their forces balance.
@@ -263,7 +263,7 @@ def _newton_step(
     return step
 
 
-def by_bounds(surface: Surface, signs: Float) -> Float:
+def by_bounds(surface: ElementFamily, signs: Float) -> Float:
     """Return how gaps at contacts, +1 above and -1 below, answer to the bounds, (c, 1 or 2)."""
     if surface.even:
         return -signs[:, None]
@@ -287,7 +287,7 @@ def start_pattern(k: int, count: int) -> Float:
 
 
 def best_zone(
-    surface: Surface, points: Float, start: Placed, starts: int, reach: float = 1.0
+    surface: ElementFamily, points: Float, start: Placed, starts: int, reach: float = 1.0
 ) -> Zone:
     """Return the narrowest zone found from ``start`` and around it.
 
@@ -325,7 +325,7 @@ def best_zone(
 
 
 def polished(
-    surface: Surface, points: Float, zone: Zone, contacts: Int, multipliers: Float,
+    surface: ElementFamily, points: Float, zone: Zone, contacts: Int, multipliers: Float,
     longest: float = CLOSE,
 ) -> Zone:  # fmt: skip
     """Return the zone after one Newton step on given contacts, or the same if that is wider.

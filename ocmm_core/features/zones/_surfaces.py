@@ -32,7 +32,7 @@ ANGLES = (3, 4, FIRST_SIZE)
 """Entries of a step that are angles or, in a torus, as delicate as one."""
 
 
-class Kind(Enum):
+class DistanceKind(Enum):
     """What the distance is measured from."""
 
     HEIGHT = "height above the plane"
@@ -46,14 +46,14 @@ class Kind(Enum):
 
 
 _OUTLINES = {
-    Kind.ELLIPSE: ellipse_distances,
-    Kind.ROUND_ENDS: slot_distances,
-    Kind.SQUARE_ENDS: rectangle_distances,
+    DistanceKind.ELLIPSE: ellipse_distances,
+    DistanceKind.ROUND_ENDS: slot_distances,
+    DistanceKind.SQUARE_ENDS: rectangle_distances,
 }
 
 
 @dataclass(frozen=True, slots=True)
-class Surface:
+class ElementFamily:
     """A family of elements.
 
     Attributes
@@ -72,7 +72,7 @@ class Surface:
         to one side.
     """
 
-    kind: Kind
+    kind: DistanceKind
     free: tuple[int, ...]
     lower: bool = True
     sign: float = 1.0
@@ -84,25 +84,25 @@ class Surface:
         return self.kind in _OUTLINES
 
 
-PLANE = Surface(Kind.HEIGHT, (3, 4))
-FLAT_LINE = Surface(Kind.HEIGHT, (3,))
-FLAT_CIRCLE = Surface(Kind.AXIS, (0, 1))
-SPHERE = Surface(Kind.CENTRE, (0, 1, 2))
-CYLINDER = Surface(Kind.AXIS, (0, 1, 3, 4))
-CONE = Surface(Kind.SLOPE, (0, 1, 3, 4, FIRST_SIZE))
-TORUS = Surface(Kind.RING, (0, 1, 2, 3, 4, FIRST_SIZE))
+PLANE = ElementFamily(DistanceKind.HEIGHT, (3, 4))
+FLAT_LINE = ElementFamily(DistanceKind.HEIGHT, (3,))
+FLAT_CIRCLE = ElementFamily(DistanceKind.AXIS, (0, 1))
+SPHERE = ElementFamily(DistanceKind.CENTRE, (0, 1, 2))
+CYLINDER = ElementFamily(DistanceKind.AXIS, (0, 1, 3, 4))
+CONE = ElementFamily(DistanceKind.SLOPE, (0, 1, 3, 4, FIRST_SIZE))
+TORUS = ElementFamily(DistanceKind.RING, (0, 1, 2, 3, 4, FIRST_SIZE))
 _IN_PLANE = (0, 1, FIRST_SIZE, SECOND_SIZE, TURN)
-ELLIPSE = Surface(Kind.ELLIPSE, _IN_PLANE, lower=False, even=True)
-ROUND_SLOT = Surface(Kind.ROUND_ENDS, _IN_PLANE, lower=False, even=True)
-RECTANGLE = Surface(Kind.SQUARE_ENDS, _IN_PLANE, lower=False, even=True)
+ELLIPSE = ElementFamily(DistanceKind.ELLIPSE, _IN_PLANE, lower=False, even=True)
+ROUND_SLOT = ElementFamily(DistanceKind.ROUND_ENDS, _IN_PLANE, lower=False, even=True)
+RECTANGLE = ElementFamily(DistanceKind.SQUARE_ENDS, _IN_PLANE, lower=False, even=True)
 
 
-def circumscribed(surface: Surface) -> Surface:
+def circumscribed(surface: ElementFamily) -> ElementFamily:
     """Return the family whose greatest distance is minimised."""
     return replace(surface, lower=False)
 
 
-def inscribed(surface: Surface) -> Surface:
+def inscribed(surface: ElementFamily) -> ElementFamily:
     """Return the family whose smallest distance is maximised."""
     return replace(surface, lower=False, sign=-1.0)
 
@@ -154,18 +154,18 @@ class Placed:
         return Placed(frame, self.origin + self.frame @ step[:3], sizes)
 
 
-def possible(surface: Surface, placed: Placed) -> bool:
+def possible(surface: ElementFamily, placed: Placed) -> bool:
     """Return whether there is an element with these sizes."""
     long, short, offset = placed.sizes
-    if surface.kind is Kind.ROUND_ENDS:
+    if surface.kind is DistanceKind.ROUND_ENDS:
         return bool(0.0 < short < long)
-    if surface.kind is Kind.ELLIPSE:
+    if surface.kind is DistanceKind.ELLIPSE:
         # A ball that rolls inside must fit into the sharper ends.
         return bool(min(long, short) > 0.0 and -offset * max(long, short) < min(long, short) ** 2)
     return bool(min(long, short) > 0.0) or not surface.outline
 
 
-def full_step(surface: Surface, free_step: Float) -> Float:
+def full_step(surface: ElementFamily, free_step: Float) -> Float:
     """Return the step (8,) of which a family frees ``free_step`` (k,)."""
     step = np.zeros(STEP_SIZE)
     step[list(surface.free)] = free_step
@@ -173,7 +173,7 @@ def full_step(surface: Surface, free_step: Float) -> Float:
 
 
 def distances(
-    surface: Surface, local: Values, sizes: Values, step: Values | None = None
+    surface: ElementFamily, local: Values, sizes: Values, step: Values | None = None
 ) -> tuple[Values, Values]:
     """Return distances (n,) and their slopes (n, 8) at ``step`` (8,) from the element.
 
@@ -196,7 +196,7 @@ def distances(
     axis = np.array([step[3], step[4], 1.0])
     square = step[3] * step[3] + step[4] * step[4] + 1.0
     slopes = np.zeros((len(local), STEP_SIZE), dtype=np.result_type(local, step))
-    if surface.kind is Kind.CENTRE:
+    if surface.kind is DistanceKind.CENTRE:
         found = np.sqrt(np.sum(arms * arms, axis=1))
         slopes[:, :3] = -arms / _above_zero(found)[:, None]
         return surface.sign * found, surface.sign * slopes
@@ -204,20 +204,20 @@ def distances(
     length = np.sqrt(square)
     height = along * length
     across = arms - along[:, None] * axis
-    if surface.kind is not Kind.AXIS:
+    if surface.kind is not DistanceKind.AXIS:
         slopes[:, :3] = -axis / length
         slopes[:, 3:5] = across[:, :2] / length
-        if surface.kind is Kind.HEIGHT:
+        if surface.kind is DistanceKind.HEIGHT:
             return surface.sign * height, surface.sign * slopes
     radius = np.sqrt(np.sum(across * across, axis=1))
     outward = across / _above_zero(radius)[:, None]
     radial = np.zeros_like(slopes)
     radial[:, :3] = -outward
     radial[:, 3:5] = -along[:, None] * outward[:, :2]
-    if surface.kind is Kind.AXIS:
+    if surface.kind is DistanceKind.AXIS:
         return surface.sign * radius, surface.sign * radial
     size = sizes[0] + step[FIRST_SIZE]
-    if surface.kind is Kind.SLOPE:
+    if surface.kind is DistanceKind.SLOPE:
         cosine, sine = np.cos(size), np.sin(size)
         slopes = cosine * radial - sine * slopes
         slopes[:, FIRST_SIZE] = -radius * sine - height * cosine
@@ -235,7 +235,7 @@ def _above_zero(lengths: Values) -> Values:
 
 
 def second_derivatives(
-    surface: Surface, local: Float, sizes: Float, weights: Float
+    surface: ElementFamily, local: Float, sizes: Float, weights: Float
 ) -> tuple[Float, Float, Float]:
     """Return what the derivatives of weighted distances need, at a step of zero.
 

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.cycle._bus import CameraBus
     from ocmm_core.fieldbus.cycle._clock import CyclePacer
     from ocmm_core.fieldbus.cycle._health import (
-        Answer,
-        CameraRecord,
-        Fault,
+        CameraPast,
+        CycleAnswer,
+        CycleFault,
         Schedule,
         Trouble,
         advance,
@@ -39,20 +39,20 @@ else:
         _bringup="BusSettings",
         _bus="CameraBus",
         _clock="CyclePacer",
-        _health="Answer CameraRecord Fault Schedule Trouble advance first_frame judge",
+        _health="CycleAnswer CameraPast CycleFault Schedule Trouble advance first_frame judge",
         _journal="OPERATION",
         _supervisor="Next Supervisor",
     )
 
 __all__ = [
     "OPERATION",
-    "Answer",
     "BusAccounts",
     "BusSettings",
     "CameraBus",
-    "CameraRecord",
+    "CameraPast",
+    "CycleAnswer",
+    "CycleFault",
     "CyclePacer",
-    "Fault",
     "Next",
     "Schedule",
     "Supervisor",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 from ocmm_core.fieldbus.cycle._bringup import BusSettings
 from ocmm_core.fieldbus.cycle._bus import CameraBus
-from ocmm_core.fieldbus.cycle._health import CameraRecord, Schedule, first_frame
+from ocmm_core.fieldbus.cycle._health import CameraPast, Schedule, first_frame
 from ocmm_core.fieldbus.cycle._journal import Durations, Journal
 from ocmm_core.fieldbus.cycle._supervisor import Supervisor
 from ocmm_core.fieldbus.cycle._watch import CameraView
@@ -66,7 +66,7 @@ class BusAccounts:
         self.cycles[skipped] += elapsed - 1
         self.elapsed += elapsed
 
-    def taken(self, record: CameraRecord, header: Header, schedule: Schedule) -> bool:
+    def taken(self, record: CameraPast, header: Header, schedule: Schedule) -> bool:
         """Count the frames of an accepted header; say whether the camera was restarted before."""
         account = self._cameras[record.name]
         first = first_frame(header, schedule)

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._bringup import BusSettings, Session, bring_up
 from ocmm_core.fieldbus.cycle._clock import BusClock
-from ocmm_core.fieldbus.cycle._health import Answer, Schedule
-from ocmm_core.fieldbus.cycle._watch import BusView, StateWatch
+from ocmm_core.fieldbus.cycle._health import CycleAnswer, Schedule
+from ocmm_core.fieldbus.cycle._watch import StateWatch, WatchView
 from ocmm_core.fieldbus.device import COUNTER_MODULUS, OUTPUT_STRUCT, Control, Header
 from ocmm_core.fieldbus.objects import ObjectService
 from ocmm_core.fieldbus.report import BusPhase
@@ -69,7 +69,7 @@ class CameraBus:
         return self._session.schedule
 
     @property
-    def view(self) -> BusView:
+    def view(self) -> WatchView:
         """Return what the cameras last said about their states."""
         return self._watch.view
 
@@ -121,7 +121,7 @@ class CameraBus:
         self.clock.restart()
         self._silent = 0
 
-    def exchange(self, next_frames: Sequence[int], timeout_ns: int) -> Answer:
+    def exchange(self, next_frames: Sequence[int], timeout_ns: int) -> CycleAnswer:
         """Send outputs, wait for the answers and return them unjudged.
 
         Parameters
@@ -168,14 +168,14 @@ class CameraBus:
             self._stray_before += master.port.tally.stray
         self._session.close()
 
-    def _answer(self, master: Master, passage: Passage) -> Answer:
+    def _answer(self, master: Master, passage: Passage) -> CycleAnswer:
         inputs: tuple[bytes, ...] = ()
         plausible = True
         if passage.whole and passage.working_counter > 0:
             inputs = master.inputs(self._session.places)
         if passage.whole and passage.working_counter == master.expected_working_counter:
             plausible = self.clock.observe(passage.sent_ns, passage.answered_ns, master.clock_ns)
-        return Answer(
+        return CycleAnswer(
             whole=passage.whole,
             working_counter=passage.working_counter,
             expected_working_counter=master.expected_working_counter,

@@ -15,7 +15,7 @@ from enum import Enum
 
 import numpy as np
 
-from ocmm_core.fieldbus.cycle._watch import BusView, CameraView
+from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 from ocmm_core.fieldbus.device import (
     COUNTER_MODULUS,
     FRAME_DTYPE,
@@ -58,7 +58,7 @@ class Trouble(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Fault:
+class CycleFault:
     """What was wrong with a cycle.
 
     Attributes
@@ -100,7 +100,7 @@ class Schedule:
 
 
 @dataclass(frozen=True, slots=True)
-class CameraRecord:
+class CameraPast:
     """What is known about one camera from the cycles before.
 
     Attributes
@@ -120,7 +120,7 @@ class CameraRecord:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class CycleAnswer:
     """What one bus cycle brought.
 
     Attributes
@@ -148,7 +148,7 @@ class Answer:
     expected_working_counter: int
     clock_ns: int
     clock_plausible: bool
-    view: BusView
+    view: WatchView
     inputs: tuple[bytes, ...]
     headers: tuple[Header, ...]
     link: str = ""
@@ -156,7 +156,9 @@ class Answer:
     late: bool = False
 
 
-def judge(answer: Answer, records: Sequence[CameraRecord], schedule: Schedule) -> Fault | None:
+def judge(
+    answer: CycleAnswer, records: Sequence[CameraPast], schedule: Schedule
+) -> CycleFault | None:
     """Return what is wrong with ``answer``, or None where it may be used."""
     names = [record.name for record in records]
     if not answer.whole:
@@ -191,9 +193,9 @@ def first_frame(header: Header, schedule: Schedule) -> int:
     return (header.start_ns - schedule.start_ns) // schedule.period_ns
 
 
-def advance(record: CameraRecord, header: Header, schedule: Schedule) -> CameraRecord:
+def advance(record: CameraPast, header: Header, schedule: Schedule) -> CameraPast:
     """Return the record after the frames of an accepted header were taken."""
-    return CameraRecord(
+    return CameraPast(
         record.name,
         max(record.next_frame, first_frame(header, schedule) + header.frames_valid),
         header.cycle_counter,
@@ -201,17 +203,17 @@ def advance(record: CameraRecord, header: Header, schedule: Schedule) -> CameraR
     )
 
 
-def _no_answer(answer: Answer) -> Fault:
+def _no_answer(answer: CycleAnswer) -> CycleFault:
     if answer.link:
-        return Fault(Trouble.LOST, Alarm.LINK_DOWN, f"The interface of the bus {answer.link}.")
+        return CycleFault(Trouble.LOST, Alarm.LINK_DOWN, f"The interface of the bus {answer.link}.")
     if answer.silent_cycles >= _SILENT_CYCLES:
-        return Fault(Trouble.LOST, Alarm.SILENT, "No answer from the camera bus.")
+        return CycleFault(Trouble.LOST, Alarm.SILENT, "No answer from the camera bus.")
     if answer.late:
-        return Fault(Trouble.LOST, Alarm.LATE_ANSWERS, "The answer came too late.")
-    return Fault(Trouble.LOST, Alarm.LOST_ANSWERS, "An answer of the camera bus was lost.")
+        return CycleFault(Trouble.LOST, Alarm.LATE_ANSWERS, "The answer came too late.")
+    return CycleFault(Trouble.LOST, Alarm.LOST_ANSWERS, "An answer of the camera bus was lost.")
 
 
-def _bus_fault(view: BusView, names: Sequence[str]) -> Fault | None:
+def _bus_fault(view: WatchView, names: Sequence[str]) -> CycleFault | None:
     """Return what the cameras' own answers say against them."""
     for camera, name in zip(view.cameras, names, strict=True):
         if camera.answers > 1:
@@ -241,7 +243,7 @@ def _bus_fault(view: BusView, names: Sequence[str]) -> Fault | None:
     return None
 
 
-def _state_fault(camera: CameraView, name: str) -> Fault | None:
+def _state_fault(camera: CameraView, name: str) -> CycleFault | None:
     if camera.state == _INIT:
         return _bad(Alarm.RESTARTED, f"Camera '{name}' was restarted.", name, deep=True)
     if camera.state == _SAFEOP and camera.code == _AL_WATCHDOG:
@@ -267,7 +269,7 @@ def _state_fault(camera: CameraView, name: str) -> Fault | None:
 
 
 def _complaint(
-    header: Header, content: bytes, record: CameraRecord, schedule: Schedule, clock_ns: int
+    header: Header, content: bytes, record: CameraPast, schedule: Schedule, clock_ns: int
 ) -> tuple[Alarm, str] | None:
     """Return what is wrong with the data of one camera, or None."""
     if not check_data_crc(content):
@@ -317,5 +319,5 @@ def _frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
     return None
 
 
-def _bad(alarm: Alarm, reason: str, camera: str = "", *, deep: bool = False) -> Fault:
-    return Fault(Trouble.BAD, alarm, reason, camera, deep)
+def _bad(alarm: Alarm, reason: str, camera: str = "", *, deep: bool = False) -> CycleFault:
+    return CycleFault(Trouble.BAD, alarm, reason, camera, deep)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from enum import Enum, auto
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.cycle._health import Fault
+from ocmm_core.fieldbus.cycle._health import CycleFault
 from ocmm_core.fieldbus.report import AlarmResponse, BusPhase, alarm_of_error
 
 FIRST_PAUSE_NS = 50_000_000
@@ -139,7 +139,7 @@ class Supervisor:
         self.phase = BusPhase.OPERATION
         return first or again
 
-    def bad(self, fault: Fault, now_ns: int) -> None:
+    def bad(self, fault: CycleFault, now_ns: int) -> None:
         """Note a cycle that was lost or refused."""
         self._show(fault.alarm, fault.reason, fault.camera, now_ns)
         self._bad_row += 1

@@ -45,7 +45,7 @@ class CameraView:
 
 
 @dataclass(frozen=True, slots=True)
-class BusView:
+class WatchView:
     """What is known about all cameras.
 
     Attributes
@@ -82,9 +82,9 @@ class StateWatch:
         self._lifts: dict[int, int] = {}
 
     @property
-    def view(self) -> BusView:
+    def view(self) -> WatchView:
         """Return what is known now."""
-        return BusView(self._cycle - self._seen, self._devices, tuple(self._cameras))
+        return WatchView(self._cycle - self._seen, self._devices, tuple(self._cameras))
 
     def lift(self, camera: int) -> None:
         """Ask a camera that fell back to SAFEOP for the next step towards OP."""

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
         MailboxAreas,
     )
     from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress
-    from ocmm_core.fieldbus.objects._objects import ObjectService, Port
+    from ocmm_core.fieldbus.objects._objects import ObjectService, RequestPort
     from ocmm_core.fieldbus.objects._requests import (
         MAX_EEPROM_WORDS,
         MAX_LINE_BYTES,
@@ -65,7 +65,7 @@ else:
         _emergency="Emergency",
         _mailbox_line="MailboxAreas SYNC_MANAGERS SYNC_MANAGER_BYTES",
         _object_access="ObjectAccess Progress",
-        _objects="ObjectService Port",
+        _objects="ObjectService RequestPort",
         _requests=(
             "CancelRequest EepromRequest MAX_EEPROM_WORDS MAX_LINE_BYTES MAX_VALUE_BYTES "
             "ObjectReply ObjectRequest Request decode_reply decode_request encode_line"
@@ -90,9 +90,9 @@ __all__ = [
     "ObjectReply",
     "ObjectRequest",
     "ObjectService",
-    "Port",
     "Progress",
     "Request",
+    "RequestPort",
     "Thermometer",
     "clear_black_image",
     "clear_error_history",

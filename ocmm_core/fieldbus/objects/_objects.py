@@ -28,7 +28,7 @@ _TELL_NS = 100_000_000
 Request = ObjectRequest | EepromRequest
 
 
-class Port(Protocol):
+class RequestPort(Protocol):
     """Where requests come from and answers go; nothing in it waits."""
 
     def take(self) -> Request | None:
@@ -90,7 +90,7 @@ class CameraLine:
         if self._eeprom is not None:
             yield from self._eeprom.jobs()
 
-    def work(self, now_ns: int, port: Port) -> ObjectReply | None:
+    def work(self, now_ns: int, port: RequestPort) -> ObjectReply | None:
         """Go on with the transfer; return the last answer of one that ended."""
         if self._request is None:
             if not self.queue:
@@ -205,7 +205,7 @@ class ObjectService:
         Requests that failed and were not yet taken: camera and last answer.
     """
 
-    def __init__(self, port: Port | None, names: tuple[str, ...]) -> None:
+    def __init__(self, port: RequestPort | None, names: tuple[str, ...]) -> None:
         self._port = port
         self._names = names
         self._lines: dict[str, CameraLine] = {}

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from ocmm_core.fieldbus.device import INFORMATION
-from ocmm_core.fieldbus.objects._objects import Port, Request
+from ocmm_core.fieldbus.objects._objects import Request, RequestPort
 from ocmm_core.fieldbus.objects._requests import ObjectReply, ObjectRequest
 
 INTERVAL_NS = 5_000_000_000
@@ -35,7 +35,7 @@ class Thermometer:
 
     def __init__(
         self,
-        port: Port | None,
+        port: RequestPort | None,
         names: tuple[str, ...],
         now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.inspection.archive._part_before import place_of_part_before
     from ocmm_core.inspection.archive._points_in_doubt import first_taken
-    from ocmm_core.inspection.archive._recall import Places, decide, recall
+    from ocmm_core.inspection.archive._recall import KeptPlaces, decide, recall
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
     from ocmm_core.inspection.archive._recall_record import (
         SCHEMA,
@@ -68,7 +68,7 @@ else:
         _compare="Comparison Trend all_simulated compare_folder compare_jobs",
         _part_before="place_of_part_before",
         _points_in_doubt="first_taken",
-        _recall="Places decide recall",
+        _recall="KeptPlaces decide recall",
         _recall_artefact="artefact_wrong",
         _recall_record=(
             "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA"
@@ -87,8 +87,8 @@ __all__ = [
     "SUFFIX",
     "BatchPart",
     "Comparison",
+    "KeptPlaces",
     "Outcome",
-    "Places",
     "RecallRecord",
     "RecalledCharacteristic",
     "RecalledJob",

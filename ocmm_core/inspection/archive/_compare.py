@@ -15,9 +15,9 @@ from ocmm_core.inspection.archive._reopen import ReopenedJob, reopen_job
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, held_below
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.tolerances.decisions import (
-    Capability,
     CharacteristicResult,
     ControlChart,
+    ProcessCapability,
     Verdict,
     capability,
     control_chart,
@@ -75,7 +75,7 @@ class Trend:
     parts: tuple[PartValue, ...]
     left_out: tuple[str, ...]
     chart: ControlChart | None
-    capability: Capability | None
+    capability: ProcessCapability | None
     why_not: str
 
     @property

@@ -56,7 +56,7 @@ _LOOKING = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Places:
+class KeptPlaces:
     """Where jobs, calibrations and probes are kept on this computer.
 
     Attributes
@@ -84,7 +84,7 @@ class _Touched:
 
 
 def recall(
-    places: Places,
+    places: KeptPlaces,
     now: datetime,
     tell: Tell = lambda what, share: None,
     workers: int = 1,
@@ -148,7 +148,7 @@ def _paths(jobs: Sequence[Path]) -> list[Path]:
 
 
 def _touched(
-    paths: Sequence[Path], places: Places, now: datetime, tell: Tell
+    paths: Sequence[Path], places: KeptPlaces, now: datetime, tell: Tell
 ) -> tuple[list[_Touched], list[str]]:
     """Return the jobs with points in doubt, each with what it is computed with, and faults."""
     stores: dict[str, CalibrationStore] = {}
@@ -227,7 +227,7 @@ def _cameras(record: CameraRecord) -> list[tuple[str, int]]:
 
 
 def _computed(
-    touched: Sequence[_Touched], places: Places, workers: int
+    touched: Sequence[_Touched], places: KeptPlaces, workers: int
 ) -> Iterator[JobFindings | str]:
     """Give what was found of each job, or why it could not be opened."""
     compute = partial(_findings, calibrations=places.calibrations, probes=places.probes)
@@ -303,7 +303,7 @@ def _as_record(
     )
 
 
-def decide(record: RecallRecord, places: Places, who: str, now: datetime) -> RecallRecord:
+def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) -> RecallRecord:
     """Let the points whose results hold count again, and return the recall with who decided so.
 
     It is stored with the calibrations that it is about; wherever their history is asked, it is

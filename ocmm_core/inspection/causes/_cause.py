@@ -27,7 +27,7 @@ class Cause(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class CauseFinding:
     """A cause with what speaks for it.
 
     Attributes
@@ -76,7 +76,7 @@ class Explanation:
     beyond: float | None
     uncertainty: float | None
     why: str
-    finding: Finding
+    finding: CauseFinding
 
     @property
     def cause(self) -> Cause:

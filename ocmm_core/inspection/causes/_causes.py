@@ -18,7 +18,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.features.shapes import POINT
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.inspection.causes._amounts import beyond_limit
-from ocmm_core.inspection.causes._cause import Cause, Finding, points_words
+from ocmm_core.inspection.causes._cause import Cause, CauseFinding, points_words
 from ocmm_core.inspection.causes._common_causes import (
     Common,
     ball_taken_off,
@@ -39,7 +39,7 @@ _OTHER_PLACE = 0.5
 """Part of a tolerance by which a plan's two nominals of one place may differ."""
 
 
-def cause_of(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding:
+def cause_of(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> CauseFinding:
     """Return the cause that the evidence speaks for, and what to do.
 
     Parameters
@@ -50,7 +50,7 @@ def cause_of(inquiry: Inquiry, item: Characteristic, result: CharacteristicResul
         What is asked about, NOT CONFORM or NOT PROVEN.
     """
     if inquiry.is_doubted(item, result):
-        return Finding(Cause.DOUBT, (), (), result.note)
+        return CauseFinding(Cause.DOUBT, (), (), result.note)
     for ask in (
         _side, _single_points, _ball, _warmth, _datum, _frame, few_points, scatter, uncertainty,
     ):  # fmt: skip
@@ -60,7 +60,9 @@ def cause_of(inquiry: Inquiry, item: Characteristic, result: CharacteristicResul
     return the_part(inquiry, item, result)
 
 
-def _side(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding | None:
+def _side(
+    inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
+) -> CauseFinding | None:
     common = inquiry.common
     if common is None:
         return None
@@ -86,7 +88,7 @@ def _side(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) 
             f"side {name}", partial(inquiry.job.results_of, inquiry.items, points)
         )
         if inquiry.cured(item, trial) is not None:
-            return Finding(
+            return CauseFinding(
                 Cause.SIDE, (name,), inquiry.own_points(name)[:MOST_POINTS],
                 f"Check the probe side of {name}: flip its points, or probe it again from "
                 "outside the material.",
@@ -97,7 +99,7 @@ def _side(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) 
 
 def _single_points(
     inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
-) -> Finding | None:
+) -> CauseFinding | None:
     best: tuple[float, Suspects] | None = None
     for name in inquiry.rests_on(item):
         seen = inquiry.suspects.get(name)
@@ -117,18 +119,22 @@ def _single_points(
     off = ", ".join(f"{value:+.3f}" for value in seen.off)
     evidence = f"Without {points} it would be much better; off by {off} mm."
     if name not in inquiry.own_features(item) or name in inquiry.held_by:
-        return Finding(
+        return CauseFinding(
             Cause.DATUM, (name,), seen.numbers, f"Re-probe {points} of datum {name}.", evidence
         )
     if seen.is_burr:
-        return Finding(
+        return CauseFinding(
             Cause.BURR, (name,), seen.numbers,
             f"Clean or deburr {name} at {points}, then re-probe them.", evidence,
         )  # fmt: skip
-    return Finding(Cause.OUTLIER, (name,), seen.numbers, f"Re-probe {points} of {name}.", evidence)
+    return CauseFinding(
+        Cause.OUTLIER, (name,), seen.numbers, f"Re-probe {points} of {name}.", evidence
+    )
 
 
-def _ball(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding | None:
+def _ball(
+    inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
+) -> CauseFinding | None:
     common = inquiry.common
     if common is None or common.ball is None:
         return None
@@ -140,7 +146,7 @@ def _ball(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) 
         seen = f"every {small} size is too small and every {large} one too large"
     else:
         seen = "all sizes are off the same way"
-    return Finding(
+    return CauseFinding(
         Cause.TIP, inquiry.own_features(item), inquiry.strongest(item, result),
         f"Qualify the tip: {seen}, by about {2.0 * abs(common.ball):.3f} mm.",
         f"The ball acts {2.0 * abs(common.ball):.3f} mm "
@@ -148,7 +154,9 @@ def _ball(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) 
     )  # fmt: skip
 
 
-def _warmth(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding | None:
+def _warmth(
+    inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
+) -> CauseFinding | None:
     common, job = inquiry.common, inquiry.job
     if common is None or common.growth is None:
         return None
@@ -162,7 +170,7 @@ def _warmth(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
     verb = "Check" if known.now is not None else "Enter"
     if known.now is not None and not known.compensated:
         verb = "Compensate"
-    return Finding(
+    return CauseFinding(
         Cause.TEMPERATURE, inquiry.own_features(item), inquiry.strongest(item, result),
         f"{verb} the part's temperature: lengths {grow} with distance, {per_100:.0f} µm per "
         "100 mm.",
@@ -170,7 +178,9 @@ def _warmth(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
     )  # fmt: skip
 
 
-def _datum(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding | None:
+def _datum(
+    inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
+) -> CauseFinding | None:
     common = inquiry.common
     if common is None:
         return None
@@ -188,14 +198,16 @@ def _datum(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult)
         return None
     name = best[1]
     off = common.place.misfits[name]
-    return Finding(
+    return CauseFinding(
         Cause.DATUM, (name,), inquiry.farthest(name),
         f"Clean and re-probe datum {name}: it does not fit the other features.",
         f"{name} is off by {off:.3f} mm where the other features agree.",
     )  # fmt: skip
 
 
-def _frame(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding | None:
+def _frame(
+    inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
+) -> CauseFinding | None:
     common, job = inquiry.common, inquiry.job
     bound = job.plan.bound_alignment
     if bound is None:
@@ -205,7 +217,7 @@ def _frame(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult)
     if drawn is not None and apart > _OTHER_PLACE * (item.upper - item.lower):
         at = msgspec.structs.replace(item, nominal=drawn)
         if (beyond_limit(at, result) or 0.0) < 0.0:
-            return Finding(
+            return CauseFinding(
                 Cause.ALIGNMENT, bound.features, (),
                 f"Check the alignment ({bound.frame}): in it the plan's own nominal of "
                 f"{item.features[0]} is {drawn:.3f} mm, not {item.nominal:.3f} mm.",
@@ -216,7 +228,7 @@ def _frame(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult)
     trial = inquiry.trial("frame", lambda: job.results_in(inquiry.items, _saved(bound, common)))
     if inquiry.cured(item, trial) is None:
         return None
-    return Finding(
+    return CauseFinding(
         Cause.ALIGNMENT, bound.features, inquiry.strongest(item, result),
         f"Check the alignment ({bound.frame}): the features agree with each other, but the "
         f"frame is off by {common.shifted:.3f} mm.",

@@ -14,7 +14,7 @@ import numpy as np
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.causes._deviations import (
     Pattern,
-    Surface,
+    TouchedSurface,
     misfits_in,
     rigid,
     surfaces_of,
@@ -65,7 +65,7 @@ class Common:
         mm: by what the frame of the plan is off where features are; None where it is not.
     """
 
-    surfaces: tuple[Surface, ...]
+    surfaces: tuple[TouchedSurface, ...]
     place: Pattern
     scale: float
     ball: float | None = None
@@ -195,7 +195,7 @@ def _explains(plain: Pattern, pattern: Pattern) -> bool:
     return won >= _LEAST_WITNESSES and won >= _MANY * lost
 
 
-def _is_ball(plain: Pattern, ball: Pattern, surfaces: Collection[Surface]) -> bool:
+def _is_ball(plain: Pattern, ball: Pattern, surfaces: Collection[TouchedSurface]) -> bool:
     """Return whether sizes speak for the ball: inner and outer ones, or enough of one kind."""
     agree = [
         item for item in _sized(surfaces)
@@ -206,16 +206,16 @@ def _is_ball(plain: Pattern, ball: Pattern, surfaces: Collection[Surface]) -> bo
     return len(agree) >= (_LEAST_WITNESSES if len(sides) > 1 else _LEAST_SIZES)
 
 
-def _sized(surfaces: Collection[Surface]) -> list[Surface]:
+def _sized(surfaces: Collection[TouchedSurface]) -> list[TouchedSurface]:
     return [item for item in surfaces if item.nominal.shape.spec.is_curved]
 
 
-def _is_inner(surface: Surface) -> bool:
+def _is_inner(surface: TouchedSurface) -> bool:
     return surface.nominal.side == "inner"
 
 
 def _shift(
-    surfaces: tuple[Surface, ...], planned: RigidTransform, place: Pattern, scale: float
+    surfaces: tuple[TouchedSurface, ...], planned: RigidTransform, place: Pattern, scale: float
 ) -> float | None:
     """Return what the frame of the plan is off by at the features, mm; None where it is not."""
     there = misfits_in(surfaces, planned)

@@ -31,7 +31,7 @@ _RIDGE = 1e-9
 
 
 @dataclass(frozen=True, slots=True)
-class Surface:
+class TouchedSurface:
     """The touches of one feature against its nominal surface.
 
     Attributes
@@ -120,7 +120,7 @@ class Pattern:
 
 def surfaces_of(
     actual: Mapping[str, ActualFeature], leave_out: Collection[int] = ()
-) -> tuple[Surface, ...]:
+) -> tuple[TouchedSurface, ...]:
     """Return the probed features; points whose places are in ``leave_out`` are not among them."""
     found = []
     for name, feature in actual.items():
@@ -135,7 +135,7 @@ def surfaces_of(
         if feature.fit.shape is Shape.PLANE:
             direction = feature.fit.direction
         found.append(
-            Surface(
+            TouchedSurface(
                 name=name,
                 nominal=feature.nominal,
                 geometry=_geometry(feature.nominal),
@@ -155,17 +155,17 @@ def _geometry(nominal: NominalFeature) -> Float:
     return geometry
 
 
-def rigid(surfaces: Sequence[Surface], start: RigidTransform) -> Pattern:
+def rigid(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
     """Return where the nominals are by all features that agree."""
     return _fitted(surfaces, start, None)
 
 
-def with_ball(surfaces: Sequence[Surface], start: RigidTransform) -> Pattern:
+def with_ball(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
     """Return the same where the ball may be greater than it is held for, by ``amount``, mm."""
     return _fitted(surfaces, start, lambda normals, contacts: np.ones(len(normals)))
 
 
-def with_growth(surfaces: Sequence[Surface], start: RigidTransform) -> Pattern:
+def with_growth(surfaces: Sequence[TouchedSurface], start: RigidTransform) -> Pattern:
     """Return the same where the part may be longer than its nominals, by a share ``amount``."""
     middle = np.mean([surface.geometry[:3] for surface in surfaces], axis=0)
 
@@ -176,13 +176,13 @@ def with_growth(surfaces: Sequence[Surface], start: RigidTransform) -> Pattern:
     return _fitted(surfaces, start, grown)
 
 
-def misfits_in(surfaces: Sequence[Surface], T: RigidTransform) -> dict[str, float]:
+def misfits_in(surfaces: Sequence[TouchedSurface], T: RigidTransform) -> dict[str, float]:
     """Return how far each feature is off where the nominals are at ``T``, mm."""
     return {item.name: float(np.sqrt(np.mean(item.lies(T)[0] ** 2))) for item in surfaces}
 
 
 def _fitted(
-    surfaces: Sequence[Surface],
+    surfaces: Sequence[TouchedSurface],
     start: RigidTransform,
     pattern: Callable[[Float, Float], Float] | None,
 ) -> Pattern:

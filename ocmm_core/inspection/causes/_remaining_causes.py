@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocmm_core.inspection.causes._amounts import beyond_limit
-from ocmm_core.inspection.causes._cause import Cause, Finding
+from ocmm_core.inspection.causes._cause import Cause, CauseFinding
 from ocmm_core.inspection.causes._common_causes import scatter_ratio
 from ocmm_core.inspection.causes._inquiry import MOST_POINTS, Inquiry
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
@@ -40,7 +40,7 @@ _REMEDIES = {
 
 def few_points(
     inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
-) -> Finding | None:
+) -> CauseFinding | None:
     """Return that points lie where they say little of the value."""
     evaluation = inquiry.job.evaluations.get(item.name)
     if evaluation is None or result.uncertainty is None:
@@ -59,7 +59,7 @@ def few_points(
             or float(np.linalg.norm(slopes)) * np.sqrt(len(slopes)) < _AMPLIFIED * 2.0
         ):
             continue
-        return Finding(
+        return CauseFinding(
             Cause.COVERAGE, (view.name,), inquiry.own_points(view.name)[:MOST_POINTS],
             f"Probe more of {view.name}: {coverage.words} have points. {coverage.warning}",
             "The places of the points make every error of theirs count more.",
@@ -67,7 +67,9 @@ def few_points(
     return None
 
 
-def scatter(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding | None:
+def scatter(
+    inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
+) -> CauseFinding | None:
     """Return that the points scatter too much for the tolerance, all of them or one surface's."""
     budget = inquiry.budget(item)
     if budget is None or result.measured is None:
@@ -81,7 +83,7 @@ def scatter(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
         shape = _own_shape(inquiry, own) if noisy is None else None
         if shape is not None and budget.rows[0].name == f"Form of {shape}":
             form = inquiry.job.actual[shape].fit.form
-            return Finding(
+            return CauseFinding(
                 Cause.PART, (shape,), inquiry.extremes(shape),
                 f"Most likely the part: {shape} has a form error of {form:.3f} mm. More points on "
                 "it settle the value.",
@@ -94,7 +96,7 @@ def scatter(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
     else:
         return None
     hold = "Hold the probe still, and take" if noisy else "Take"
-    return Finding(
+    return CauseFinding(
         Cause.NOISE, tuple(own), inquiry.strongest(item, result),
         f"{hold} more points on {names}: their scatter is most of the uncertainty.", evidence,
     )  # fmt: skip
@@ -124,7 +126,7 @@ def _by_chance(inquiry: Inquiry, item: Characteristic, result: CharacteristicRes
 
 def uncertainty(
     inquiry: Inquiry, item: Characteristic, result: CharacteristicResult
-) -> Finding | None:
+) -> CauseFinding | None:
     """Return what most of U is where the value is inside, or could not be told to be."""
     too_tight = result.tur is not None and result.tur < 1.0
     if result.verdict is not Verdict.NOT_PROVEN or (result.leaning != "in" and not too_tight):
@@ -133,14 +135,14 @@ def uncertainty(
     if budget is None or not budget.rows:
         return None
     row = budget.rows[0]
-    return Finding(
+    return CauseFinding(
         Cause.UNCERTAINTY, inquiry.own_features(item), inquiry.strongest(item, result),
         f"Lower the uncertainty: {_REMEDIES.get(row.name, 'take more points')}.",
         f"{row.name} is {100.0 * min(row.share, 1.0):.0f} % of the variance of U.",
     )  # fmt: skip
 
 
-def the_part(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> Finding:
+def the_part(inquiry: Inquiry, item: Characteristic, result: CharacteristicResult) -> CauseFinding:
     """Return that no error of measuring fits what the points show."""
     beyond, u = beyond_limit(item, result), result.uncertainty
     small = "°" if result.unit == "deg" else " mm"
@@ -151,7 +153,7 @@ def the_part(inquiry: Inquiry, item: Characteristic, result: CharacteristicResul
         said = f"Most likely the part: {beyond:.3f}{small} out, {beyond / u:.1f} times U"
     else:
         said = "Most likely the part: it is at its limit, nearer than U can tell"
-    return Finding(
+    return CauseFinding(
         Cause.PART, names, inquiry.strongest(item, result),
         f"{said}. The points agree.", "No error of measuring fits what the points show.",
     )  # fmt: skip

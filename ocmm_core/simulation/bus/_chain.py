@@ -24,7 +24,7 @@ from ocmm_core.simulation.slave import (
 
 
 @dataclass(frozen=True, slots=True)
-class Way:
+class FramePath:
     """What happens to a frame that enters at one end.
 
     Attributes
@@ -115,7 +115,7 @@ class Chain:
         self.units = tuple(units)
         self.order = list(range(len(self.units)))
         self.links = [True] * ends
-        self.ways: tuple[Way, ...] = ()
+        self.ways: tuple[FramePath, ...] = ()
         self.lay()
 
     def lay(self) -> None:
@@ -123,20 +123,20 @@ class Chain:
         line = [self.units[number] for number in self.order if self.units[number].plugged]
         first, open_end = _reached(line)
         if not line or not line[0].powered:
-            there = Way(Segment([]), None)
+            there = FramePath(Segment([]), None)
         else:
             passes = open_end and len(self.links) == 2 and self.links[1]
-            there = Way(_segment(first), 1 if passes else 0)
+            there = FramePath(_segment(first), 1 if passes else 0)
         if len(self.links) == 1:
             self.ways = (there,)
             return
         if open_end and line:
             # Without a link at the first end the first camera turns the frame round.
-            back = Way(Segment([]), 0) if self.links[0] else Way(_segment(first), 1)
+            back = FramePath(Segment([]), 0) if self.links[0] else FramePath(_segment(first), 1)
             self.ways = (there, back)
             return
         last = _reached_from_behind(line)
-        back = Way(_segment(last), 1) if last else Way(Segment([]), None)
+        back = FramePath(_segment(last), 1) if last else FramePath(Segment([]), None)
         self.ways = (there, back)
 
 

@@ -17,7 +17,7 @@ from ocmm_core.fieldbus.device import (
     data_crc,
 )
 from ocmm_core.simulation.bus._chain import Chain, Unit
-from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, Deed, DeedAnswer
+from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, DeedAnswer, FaultDeed
 from ocmm_core.simulation.slave import AL_STATUS, STATION_ADDRESS
 
 _CLOCK_STEP_NS = 1_234_567_891
@@ -28,7 +28,7 @@ _TIMES_BYTES = 16
 """Frame counter, exposure time and period: the begin of the header."""
 
 
-class Deeds:
+class FaultDeeds:
     """Does one deed after the other to the cameras of a chain.
 
     Parameters
@@ -42,45 +42,49 @@ class Deeds:
     def __init__(self, chain: Chain, seed: int = 0) -> None:
         self._chain = chain
         self._random = np.random.default_rng(seed)
-        self._to_unit: dict[Deed, Callable[[Unit, CameraDeed, int], object]] = {
-            Deed.NOTHING: lambda _unit, _deed, _now: None,
-            Deed.POWER_OFF: lambda unit, _deed, _now: setattr(unit, "powered", False),
-            Deed.POWER_ON: lambda unit, _deed, _now: _restart(unit),
-            Deed.RESTART: lambda unit, _deed, _now: _restart(unit),
-            Deed.MUTE: lambda unit, deed, _now: setattr(unit, "muted", bool(deed.value)),
-            Deed.FREEZE: lambda unit, deed, _now: setattr(unit.camera, "frozen", bool(deed.value)),
-            Deed.FALL_BACK: lambda unit, deed, _now: unit.camera.esc.fall_back(
+        self._to_unit: dict[FaultDeed, Callable[[Unit, CameraDeed, int], object]] = {
+            FaultDeed.NOTHING: lambda _unit, _deed, _now: None,
+            FaultDeed.POWER_OFF: lambda unit, _deed, _now: setattr(unit, "powered", False),
+            FaultDeed.POWER_ON: lambda unit, _deed, _now: _restart(unit),
+            FaultDeed.RESTART: lambda unit, _deed, _now: _restart(unit),
+            FaultDeed.MUTE: lambda unit, deed, _now: setattr(unit, "muted", bool(deed.value)),
+            FaultDeed.FREEZE: lambda unit, deed, _now: setattr(
+                unit.camera, "frozen", bool(deed.value)
+            ),
+            FaultDeed.FALL_BACK: lambda unit, deed, _now: unit.camera.esc.fall_back(
                 deed.value, deed.code
             ),
-            Deed.STATION: lambda unit, deed, _now: unit.camera.esc.write(
+            FaultDeed.STATION: lambda unit, deed, _now: unit.camera.esc.write(
                 STATION_ADDRESS, deed.value.to_bytes(2, "little")
             ),
-            Deed.SERIAL: lambda unit, deed, _now: _exchange(
+            FaultDeed.SERIAL: lambda unit, deed, _now: _exchange(
                 unit, replace(unit.identity, serial=deed.value)
             ),
-            Deed.ALIAS: lambda unit, deed, _now: _exchange(
+            FaultDeed.ALIAS: lambda unit, deed, _now: _exchange(
                 unit, replace(unit.identity, alias=deed.value)
             ),
-            Deed.SWAP: self._swap,
-            Deed.UNPLUG: lambda unit, _deed, _now: setattr(unit, "plugged", False),
-            Deed.PLUG: _plug,
-            Deed.CLOCK_JUMP: _jump,
-            Deed.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
+            FaultDeed.SWAP: self._swap,
+            FaultDeed.UNPLUG: lambda unit, _deed, _now: setattr(unit, "plugged", False),
+            FaultDeed.PLUG: _plug,
+            FaultDeed.CLOCK_JUMP: _jump,
+            FaultDeed.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
                 deed.value, now
             ),
-            Deed.HANG_MAILBOX: lambda unit, deed, _now: setattr(
+            FaultDeed.HANG_MAILBOX: lambda unit, deed, _now: setattr(
                 unit.camera, "mailbox_hangs", bool(deed.value)
             ),
-            Deed.EMERGENCY: lambda unit, deed, _now: unit.camera.emergency(deed.value),
-            Deed.FRAME_PERIOD: lambda unit, deed, _now: setattr(
+            FaultDeed.EMERGENCY: lambda unit, deed, _now: unit.camera.emergency(deed.value),
+            FaultDeed.FRAME_PERIOD: lambda unit, deed, _now: setattr(
                 unit.camera, "period_override", deed.value
             ),
-            Deed.CORRUPT: self._corrupt,
-            Deed.REMAP: lambda unit, deed, _now: unit.camera.remap(deed.value, deed.code),
-            Deed.LINK_ERRORS: lambda unit, deed, _now: unit.camera.esc.count_link_errors(
+            FaultDeed.CORRUPT: self._corrupt,
+            FaultDeed.REMAP: lambda unit, deed, _now: unit.camera.remap(deed.value, deed.code),
+            FaultDeed.LINK_ERRORS: lambda unit, deed, _now: unit.camera.esc.count_link_errors(
                 0, deed.value
             ),
-            Deed.BREAK: lambda unit, deed, _now: setattr(unit, "broken_behind", bool(deed.value)),
+            FaultDeed.BREAK: lambda unit, deed, _now: setattr(
+                unit, "broken_behind", bool(deed.value)
+            ),
         }
 
     def do(self, deed: CameraDeed, now_ns: int) -> DeedAnswer:

@@ -25,10 +25,10 @@ class Faults:
 
 
 CORRUPT_WITH_SUM = 2
-"""Value of `Deed.CORRUPT`."""
+"""Value of `FaultDeed.CORRUPT`."""
 
 
-class Deed(StrEnum):
+class FaultDeed(StrEnum):
     """What is done to a camera or its cable; the comment says what ``value`` means."""
 
     NOTHING = "nothing"
@@ -79,7 +79,7 @@ class Deed(StrEnum):
 
 
 class CameraDeed(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One deed; see `Deed` for what ``value`` and ``code`` mean.
+    """One deed; see `FaultDeed` for what ``value`` and ``code`` mean.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class CameraDeed(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         With which numbers.
     """
 
-    do: Deed
+    do: FaultDeed
     camera: int = 0
     value: int = 0
     code: int = 0

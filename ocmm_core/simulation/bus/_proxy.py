@@ -34,7 +34,7 @@ from ocmm_core.simulation.bus._line_rules import (
     Trick,
     Way,
 )
-from ocmm_core.simulation.bus._wire import Port
+from ocmm_core.simulation.bus._wire import LinkPort
 
 _COMMAND_AT = 16
 _INDEX_AT = 17
@@ -217,8 +217,8 @@ class Proxy:
     """
 
     def __init__(self, config: ProxyConfig) -> None:
-        self._ports = {Way.REQUEST: Port(config.master_side)}
-        self._ports[Way.ANSWER] = Port(config.camera_side)
+        self._ports = {Way.REQUEST: LinkPort(config.master_side)}
+        self._ports[Way.ANSWER] = LinkPort(config.camera_side)
         self._tricks = LineTricks(config.seed)
         self._later: list[tuple[int, int, Way, bytes]] = []
         self._number = 0
@@ -228,7 +228,7 @@ class Proxy:
 
     def run(self, stopping: Callable[[], bool]) -> None:
         """Forward until ``stopping``, asked a few times a second, says so."""
-        wanted: list[Port | socket.socket] = [*self._ports.values(), self._control]
+        wanted: list[LinkPort | socket.socket] = [*self._ports.values(), self._control]
         housekeeping = 0
         while True:
             moved = self._forward_all()

@@ -14,7 +14,7 @@ import numpy as np
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire import LinkWatch
 from ocmm_core.simulation.bus._chain import Chain
-from ocmm_core.simulation.bus._deeds import Deeds
+from ocmm_core.simulation.bus._deeds import FaultDeeds
 from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, Faults
 from ocmm_core.simulation.slave import ETHERTYPE, OP
 
@@ -24,7 +24,7 @@ _IDLE_S = 0.002
 _HOUSEKEEPING_NS = 5_000_000
 
 
-class Port:
+class LinkPort:
     """A raw socket on an interface that may go down, disappear and come back.
 
     Parameters
@@ -120,13 +120,13 @@ class Wire:
         self.chain = chain
         self._faults = faults or Faults()
         self._random = np.random.default_rng(self._faults.seed)
-        self._deeds = Deeds(chain)
+        self._deeds = FaultDeeds(chain)
         self._control: socket.socket | None = None
         self._control_path = Path(control)
-        self._ports = [Port(interface)]
+        self._ports = [LinkPort(interface)]
         try:
             if second_interface:
-                self._ports.append(Port(second_interface))
+                self._ports.append(LinkPort(second_interface))
             if control:
                 self._control = socket.socket(
                     socket.AF_UNIX, socket.SOCK_DGRAM | socket.SOCK_NONBLOCK
@@ -141,7 +141,7 @@ class Wire:
     def run(self, stopping: Callable[[], bool]) -> None:
         """Answer until ``stopping``, asked every few milliseconds, says so."""
         housekeeping = 0
-        wanted: list[Port | socket.socket] = [*self._ports]
+        wanted: list[LinkPort | socket.socket] = [*self._ports]
         if self._control is not None:
             wanted.append(self._control)
         while True:
@@ -182,7 +182,7 @@ class Wire:
             self.chain.links = links
             self.chain.lay()
 
-    def _answers_nothing(self, ready: list[Port | socket.socket]) -> bool:
+    def _answers_nothing(self, ready: list[LinkPort | socket.socket]) -> bool:
         return self._control not in ready and not self._answer_all()
 
     def _answer_all(self) -> bool:

@@ -28,10 +28,10 @@ if TYPE_CHECKING:
         Wave,
     )
     from ocmm_core.simulation.calibration_scenes._calibrating_source import CalibratingSource
-    from ocmm_core.simulation.calibration_scenes._pivot_scenes import Jump, SweepProbe
+    from ocmm_core.simulation.calibration_scenes._pivot_scenes import ScriptedJump, SweepProbe
     from ocmm_core.simulation.calibration_scenes._resting_spots import (
         Holds,
-        RestingSpots,
+        VirtualRests,
         places_of_bar,
     )
     from ocmm_core.simulation.calibration_scenes._tip_scenes import TipFault, TouchWithTip
@@ -50,8 +50,8 @@ else:
             "TouchSphere WAY_S Wave"
         ),
         _calibrating_source="CalibratingSource",
-        _pivot_scenes="Jump SweepProbe",
-        _resting_spots="Holds RestingSpots places_of_bar",
+        _pivot_scenes="ScriptedJump SweepProbe",
+        _resting_spots="Holds VirtualRests places_of_bar",
         _tip_scenes="TipFault TouchWithTip",
         _verifying="FRAMES SEATS nudge stand_of verify_at_once",
     )
@@ -65,9 +65,8 @@ __all__ = [
     "CalibratingSource",
     "FrameMove",
     "Holds",
-    "Jump",
-    "RestingSpots",
     "Scene",
+    "ScriptedJump",
     "ShowBar",
     "ShowTarget",
     "SweepProbe",
@@ -75,6 +74,7 @@ __all__ = [
     "TouchSeats",
     "TouchSphere",
     "TouchWithTip",
+    "VirtualRests",
     "Wave",
     "nudge",
     "places_of_bar",

@@ -18,7 +18,7 @@ _WAY_S = 0.55
 _JUMP_S = 0.03
 
 
-class Jump(msgspec.Struct, frozen=True, kw_only=True):
+class ScriptedJump(msgspec.Struct, frozen=True, kw_only=True):
     """The cone is pushed.
 
     Attributes
@@ -64,7 +64,7 @@ class SweepProbe(msgspec.Struct, frozen=True, kw_only=True, tag=True):
     reach_deg: Vector3 = (27.0, 27.0, 12.0)
     lean_deg: Vector3 = (0.0, 0.0, 0.0)
     slack_mm: float = 0.0
-    jumps: tuple[Jump, ...] = ()
+    jumps: tuple[ScriptedJump, ...] = ()
     tip_shift_mm: Vector3 = (0.0, 0.0, 0.0)
     hidden: tuple[int, ...] = ()
 

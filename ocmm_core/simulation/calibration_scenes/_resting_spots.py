@@ -22,7 +22,7 @@ Holds: TypeAlias = dict[tuple[float, ...], list[Float]]
 _HOLDS, _HOLD_MM, _HAND_RAD = 4, 10.0, 0.03
 
 
-class RestingSpots:
+class VirtualRests:
     """The virtual rig for one session, rest by rest.
 
     Parameters

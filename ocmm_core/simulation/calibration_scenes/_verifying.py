@@ -21,7 +21,7 @@ from ocmm_core.calibration.verification import (
 )
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
-from ocmm_core.simulation.calibration_scenes._resting_spots import RestingSpots, places_of_bar
+from ocmm_core.simulation.calibration_scenes._resting_spots import VirtualRests, places_of_bar
 
 SEATS = np.array([[0.2, 0.25, 0.25], [0.8, 0.7, 0.65]])
 """As shares of the volume."""
@@ -39,7 +39,7 @@ _LAID_MM = 3.0
 
 def verify_at_once(
     procedure: VerificationProcedure,
-    spots: RestingSpots,
+    spots: VirtualRests,
     begin: datetime,
     seed: int,
     *,
@@ -132,7 +132,7 @@ def turned(camera: CameraModel, turn: Float) -> CameraModel:
     return replace(camera, T_camera_from_world=motion)
 
 
-def nudge(spots: RestingSpots, size_rad: float, rng: np.random.Generator) -> int:
+def nudge(spots: VirtualRests, size_rad: float, rng: np.random.Generator) -> int:
     """Turn one camera about an axis across its view; return which one."""
     number = int(rng.integers(len(spots.cameras)))
     angle = rng.uniform(0.0, 2.0 * np.pi)

@@ -91,7 +91,7 @@ class Motion:
 
 
 @dataclass(frozen=True, slots=True)
-class Touch:
+class ScriptedTouch:
     """One touch as it truly happens.
 
     Attributes
@@ -122,7 +122,7 @@ class _Timeline:
     """Everything that `Operator.extend` replaces at once."""
 
     segments: Float
-    touches: tuple[Touch, ...]
+    touches: tuple[ScriptedTouch, ...]
     rounds: int
 
     @property
@@ -166,7 +166,7 @@ class Operator:
         return self._timeline.end_s
 
     @property
-    def touches(self) -> tuple[Touch, ...]:
+    def touches(self) -> tuple[ScriptedTouch, ...]:
         """Return all touches of the script so far."""
         return self._timeline.touches
 
@@ -286,7 +286,7 @@ class _Writer:
 
     def __init__(self, home: Float, start_s: float) -> None:
         self.segments: list[Float] = []
-        self.touches: list[Touch] = []
+        self.touches: list[ScriptedTouch] = []
         self._time = start_s
         self._place = home
         self._attitude = np.zeros(3)
@@ -307,7 +307,9 @@ class _Writer:
         contact = self._time
         self._append(DWELL_S, kernels.TOUCH, tip, self._attitude, 0.0, normal=normal)
         self.touches.append(
-            Touch(feature, contact, contact + kernels.SETTLE_S, self._time, surface, normal, tip)
+            ScriptedTouch(
+                feature, contact, contact + kernels.SETTLE_S, self._time, surface, normal, tip
+            )
         )
 
     def retract(self, place: Float) -> None:

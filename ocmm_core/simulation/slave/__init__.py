@@ -47,7 +47,7 @@ if TYPE_CHECKING:
         SYSTEM_TIME,
         TIME_DIFFERENCE,
     )
-    from ocmm_core.simulation.slave._segment import ETHERTYPE, Command, Segment
+    from ocmm_core.simulation.slave._segment import ETHERTYPE, DatagramCommand, Segment
     from ocmm_core.simulation.slave._sensor import SENSOR_PX, SimpleSensor
     from ocmm_core.simulation.slave._sii import sii_image
     from ocmm_core.simulation.slave._slave_clock import (
@@ -68,7 +68,7 @@ else:
             "AL_STATUS AL_SYNC INIT OP PREOP SAFEOP STATION_ADDRESS STATION_ALIAS SYSTEM_TIME "
             "TIME_DIFFERENCE registers"
         ),
-        _segment="Command ETHERTYPE Segment",
+        _segment="DatagramCommand ETHERTYPE Segment",
         _sensor="SENSOR_PX SimpleSensor",
         _sii="sii sii_image",
         _slave_clock="SlaveClock difference_register time_difference",
@@ -97,7 +97,7 @@ __all__ = [
     "CameraStore",
     "ClockPattern",
     "CoeServer",
-    "Command",
+    "DatagramCommand",
     "Esc",
     "FrameBuffer",
     "Frames",

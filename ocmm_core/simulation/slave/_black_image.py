@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from ocmm_core.errors import OcmmError, StorageError
 from ocmm_core.fieldbus.device import BLACK_IMAGE, BlackCommand, BlackImage, Work
-from ocmm_core.simulation.slave._jobs import Job
+from ocmm_core.simulation.slave._jobs import BackgroundJob
 from ocmm_core.simulation.slave._pattern import SensorControl
 from ocmm_core.simulation.slave._sdo_abort import Abort, AbortError
 from ocmm_core.simulation.slave._sdo_values import Address
@@ -88,7 +88,7 @@ class BlackImages:
         self._state = Work.IDLE
         self._in_use: _InUse | None = None
         self._stored_sha: bytes | None = None
-        self._job: Job[_InUse | None] | None = None
+        self._job: BackgroundJob[_InUse | None] | None = None
         self._began_ns = self._takes_ns = 0
         self._now_ns = 0
 
@@ -171,7 +171,7 @@ class BlackImages:
     def _begin(self, work: Callable[[], _InUse | None], takes_ns: int) -> None:
         self._state = Work.BUSY
         self._began_ns, self._takes_ns = self._now_ns, takes_ns
-        self._job = Job(STORED_NAME, work)
+        self._job = BackgroundJob(STORED_NAME, work)
 
     def _measure(self, frames: int) -> _InUse:
         return _InUse.of(self._sensor.black_image(self._camera, frames))

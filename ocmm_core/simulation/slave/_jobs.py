@@ -13,7 +13,7 @@ from ocmm_core.failure import contained
 T = TypeVar("T")
 
 
-class Job(Generic[T]):
+class BackgroundJob(Generic[T]):
     """One piece of work on a thread of its own, which ends by itself.
 
     Parameters

@@ -22,7 +22,7 @@ _HOP_NS = 120
 """Delay of one slave on the wire."""
 
 
-class Command(IntEnum):
+class DatagramCommand(IntEnum):
     """EtherCAT commands."""
 
     NOP = 0
@@ -42,12 +42,12 @@ class Command(IntEnum):
     FRMW = 14
 
 
-_READS = {Command.APRD, Command.FPRD, Command.BRD, Command.LRD}
-_WRITES = {Command.APWR, Command.FPWR, Command.BWR, Command.LWR}
-_LOGICAL = {Command.LRD, Command.LWR, Command.LRW}
-_POSITION = {Command.APRD, Command.APWR, Command.APRW, Command.ARMW}
-_STATION = {Command.FPRD, Command.FPWR, Command.FPRW, Command.FRMW}
-_BROADCAST = {Command.BRD, Command.BWR, Command.BRW}
+_READS = {DatagramCommand.APRD, DatagramCommand.FPRD, DatagramCommand.BRD, DatagramCommand.LRD}
+_WRITES = {DatagramCommand.APWR, DatagramCommand.FPWR, DatagramCommand.BWR, DatagramCommand.LWR}
+_LOGICAL = {DatagramCommand.LRD, DatagramCommand.LWR, DatagramCommand.LRW}
+_POSITION = {DatagramCommand.APRD, DatagramCommand.APWR, DatagramCommand.APRW, DatagramCommand.ARMW}
+_STATION = {DatagramCommand.FPRD, DatagramCommand.FPWR, DatagramCommand.FPRW, DatagramCommand.FRMW}
+_BROADCAST = {DatagramCommand.BRD, DatagramCommand.BWR, DatagramCommand.BRW}
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +120,7 @@ class Segment:
         plan = self._plans.get(key)
         if plan is None:
             plan = self._plans[key] = self._plan(*key)
-        weight = 2 if command == Command.LRW else 1
+        weight = 2 if command == DatagramCommand.LRW else 1
         written: set[int] = set()
         reading: set[int] = set()
         for copy in plan:
@@ -143,7 +143,9 @@ class Segment:
         for slave in self.slaves:
             for number in range(N_FMMU):
                 copy = _mapped(slave, FMMU + 16 * number, address, length)
-                if copy is not None and command != (Command.LRD if copy.write else Command.LWR):
+                if copy is not None and command != (
+                    DatagramCommand.LRD if copy.write else DatagramCommand.LWR
+                ):
                     plan.append(copy)
         return plan
 
@@ -162,7 +164,7 @@ class Segment:
                 target = target + 1 & 0xFFFF
             else:
                 return 0, target
-            if command in (Command.ARMW, Command.FRMW):
+            if command in (DatagramCommand.ARMW, DatagramCommand.FRMW):
                 count += (
                     _read(slave, register, data) if addressed else _write(slave, register, data)
                 )
@@ -181,14 +183,14 @@ class Segment:
             return 1
         if command in _WRITES:
             return _write(slave, register, data)
-        if command == Command.BRD:
+        if command == DatagramCommand.BRD:
             return _read_or(slave, register, data)
         if command in _READS:
             return _read(slave, register, data)
         sent = bytes(data)
         count = (
             _read_or(slave, register, data)
-            if command == Command.BRW
+            if command == DatagramCommand.BRW
             else _read(slave, register, data)
         )
         return count + (2 if slave.write(register, sent) else 0)

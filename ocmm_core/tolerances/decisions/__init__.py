@@ -17,8 +17,8 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.decisions._capability import (
-        Capability,
         ControlChart,
+        ProcessCapability,
         capability,
         control_chart,
     )
@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _capability="Capability ControlChart capability control_chart",
+        _capability="ProcessCapability ControlChart capability control_chart",
         _decision=(
             "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
         ),
@@ -69,11 +69,11 @@ __all__ = [
     "U_LABEL",
     "U_WORDS",
     "WORST_FIRST",
-    "Capability",
     "CharacteristicResult",
     "ControlChart",
     "PartVerdict",
     "PartWord",
+    "ProcessCapability",
     "Rule",
     "Verdict",
     "VerdictSummary",

@@ -72,7 +72,7 @@ class ControlChart:
 
 
 @dataclass(frozen=True, slots=True)
-class Capability:
+class ProcessCapability:
     """Capability of a process for one characteristic.
 
     Attributes
@@ -147,7 +147,9 @@ def control_chart(values: Float) -> ControlChart:
     )
 
 
-def capability(values: Float, low: float, high: float, standard_uncertainty: float) -> Capability:
+def capability(
+    values: Float, low: float, high: float, standard_uncertainty: float
+) -> ProcessCapability:
     """Return the capability of a process from the values of its parts.
 
     Parameters
@@ -186,7 +188,9 @@ def capability(values: Float, low: float, high: float, standard_uncertainty: flo
     freedom = EFFICIENCY_OF_RANGES * (count - 1)
     half = NORMAL_975 * math.sqrt(1.0 / (9.0 * count) + cpk * cpk / (2.0 * freedom))
     share = min(1.0, (standard_uncertainty / overall) ** 2)
-    return Capability(count, mean, within, overall, cp, cpk, pp, ppk, cpk - half, cpk + half, share)
+    return ProcessCapability(
+        count, mean, within, overall, cp, cpk, pp, ppk, cpk - half, cpk + half, share
+    )
 
 
 def _indices(mean: float, sigma: float, low: float, high: float) -> tuple[float | None, float]:

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import numpy as np
 from PySide6.QtWidgets import QVBoxLayout, QWidget
 
-from ocmm_core.calibration.guided import CalibrationOutcome, CameraChange, Comparison
+from ocmm_core.calibration.guided import CalibrationComparison, CalibrationOutcome, CameraChange
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig
-from ocmm_gui.charts import AllSensors, Histogram, SpaceArrows
+from ocmm_gui.charts import AllSensors, ResidualHistogram, SpaceArrows
 from ocmm_gui.kit import Mark, NumberTable, sentence_label
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
@@ -46,7 +46,7 @@ class CompareView(QWidget):
         layout.addWidget(self.cameras)
         layout.addWidget(self.space, 1)
 
-    def show_comparison(self, comparison: Comparison | None) -> None:
+    def show_comparison(self, comparison: CalibrationComparison | None) -> None:
         """Show what changes; None where there is nothing to compare with."""
         self.cameras.setVisible(comparison is not None)
         self.space.setVisible(comparison is not None)
@@ -77,7 +77,7 @@ class ResultPage(ResultFrame):
     plots = ("Sensors", "Histogram", "Space", "Before/after")
 
     def __init__(self, rig: Rig, errors: str) -> None:
-        views = (AllSensors(rig), Histogram(), SpaceArrows(errors, rig), CompareView(rig))
+        views = (AllSensors(rig), ResidualHistogram(), SpaceArrows(errors, rig), CompareView(rig))
         super().__init__(tuple(zip(self.plots, views, strict=True)))
         self.sensors, self.histogram, self.space, self.compare = views
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ocmm_core.calibration.guided import Decision, ProcedureView
+from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
 from ocmm_gui.kit import Mark
 from ocmm_gui.wizards.parts._shown import Seen
 
@@ -21,8 +21,8 @@ def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]
     """
     base = seen.view.base
     gate = base.step.gate
-    if base.decision is not Decision.OPEN and not is_unstored(base):
-        ended = accepted if base.decision is Decision.ACCEPTED else "Nothing was changed."
+    if base.decision is not ProcedureDecision.OPEN and not is_unstored(base):
+        ended = accepted if base.decision is ProcedureDecision.ACCEPTED else "Nothing was changed."
         return f"{ended} Press Esc to leave.", Mark.GOOD
     if base.current == len(base.steps) - 1:
         if base.error is not None and seen.view.outcome is None:
@@ -37,4 +37,4 @@ def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]
 
 def is_unstored(base: ProcedureView) -> bool:
     """Return whether a result was accepted, but the program ended before it was in the store."""
-    return base.decision is Decision.ACCEPTED and not base.stored
+    return base.decision is ProcedureDecision.ACCEPTED and not base.stored

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from PySide6.QtGui import QPainter, QPaintEvent
 
-from ocmm_core.calibration.guided import Coverage, KnownPoint, LinePlan
+from ocmm_core.calibration.guided import KnownPoint, LinePlan, VolumeCoverage
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, Theme, text_font
@@ -106,7 +106,7 @@ def reference_points(points: Sequence[KnownPoint], aim: int | None) -> Contents:
     return contents
 
 
-def volume_coverage(coverage: Coverage) -> Contents:
+def volume_coverage(coverage: VolumeCoverage) -> Contents:
     """Return the picture of the cells: what lacks poses stands out, the emptiest has its name."""
     missing = [cell for cell in coverage.cells if cell.poses < cell.wanted]
     first = min(missing, key=lambda cell: cell.poses / cell.wanted, default=None)

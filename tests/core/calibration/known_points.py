@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.calibration.cameras import ReferencePoints, SpotTable
+from ocmm_core.calibration.cameras import KnownPoints, SpotTable
 from ocmm_core.camera import CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Points3
@@ -39,7 +39,7 @@ def observe(
     seed: int,
     sigma_px: float = SIGMA_PX,
     reference_sigma: float = 0.0,
-) -> tuple[ReferencePoints, SpotTable]:
+) -> tuple[KnownPoints, SpotTable]:
     """Return points as a CMM lists them, with its errors, and their noisy spots."""
     rng = np.random.default_rng(seed)
     truth = slab(n, depth, rng)
@@ -49,6 +49,6 @@ def observe(
     names = tuple(f"P{index:03d}" for index in range(n))
     serials = tuple(camera.serial for camera in rig.cameras)
     return (
-        ReferencePoints(names, listed, reference_sigma, "CMM"),
+        KnownPoints(names, listed, reference_sigma, "CMM"),
         SpotTable(serials, uv, sigma_px),
     )

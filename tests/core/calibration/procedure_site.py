@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints, SpotTable
+from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure, SpotTable
 from ocmm_core.calibration.guided import Procedure, Shot
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, load_bar, load_sphere
 from ocmm_core.calibration.verification import VerificationProcedure
@@ -71,13 +71,13 @@ class Bench:
         moved = None if move is None else FrameMove(seed=move)
         return CalibratingRig(self.rig, self.body, scenes, SEED, moved=moved)
 
-    def points(self, n: int = 100) -> ReferencePoints:
+    def points(self, n: int = 100) -> KnownPoints:
         """Return a list of points in the whole volume."""
         low, high = self.rig.volume_world
         positions = np.random.default_rng(1).uniform(low, high, (n, 3))
-        return ReferencePoints(tuple(f"P{i:03d}" for i in range(n)), positions, 0.0017, "CMM")
+        return KnownPoints(tuple(f"P{i:03d}" for i in range(n)), positions, 0.0017, "CMM")
 
-    def spots(self, points: ReferencePoints, shift_mm: float = 0.0) -> SpotTable:
+    def spots(self, points: KnownPoints, shift_mm: float = 0.0) -> SpotTable:
         """Return what the virtual cameras see of a list, as a table; all points moved in X."""
         rng = np.random.default_rng(2)
         true = points.positions_world + points.sigma * rng.standard_normal((len(points.names), 3))

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure
-from ocmm_core.calibration.guided import Decision, Kind, Procedure
+from ocmm_core.calibration.guided import Procedure, ProcedureDecision, ProcedureKind
 from ocmm_core.calibration.records import (
     CalibrationStore,
     EventKind,
@@ -48,7 +48,7 @@ class Kept:
         self.rig = load_rig(folder / "rig.toml")
         self.body = load_probe(folder / "probe.toml")
 
-    def session(self, kind: Kind) -> Path:
+    def session(self, kind: ProcedureKind) -> Path:
         (path,) = (self.folder / "sessions").glob(f"{kind.value}-2*.jsonl")
         return path
 
@@ -63,31 +63,33 @@ def kept(tmp_path: Path) -> Kept:
     return Kept(tmp_path / "before")
 
 
-RESUMES: dict[Kind, Callable[[Kept, Path], Procedure]] = {
-    Kind.KNOWN_POINTS: lambda kept, path: KnownPointsProcedure.resume(
+RESUMES: dict[ProcedureKind, Callable[[Kept, Path], Procedure]] = {
+    ProcedureKind.KNOWN_POINTS: lambda kept, path: KnownPointsProcedure.resume(
         path, kept.rig, CalibrationStore(kept.folder / "none")
     ),
-    Kind.RELOCATION: lambda kept, path: RelocationProcedure.resume(
+    ProcedureKind.RELOCATION: lambda kept, path: RelocationProcedure.resume(
         path, kept.rig, kept.body, CalibrationStore(kept.folder / "none")
     ),
-    Kind.VERIFICATION: lambda kept, path: VerificationProcedure.resume(
+    ProcedureKind.VERIFICATION: lambda kept, path: VerificationProcedure.resume(
         path, kept.calibrated(), kept.body, kept.cameras
     ),
-    Kind.PIVOT: lambda kept, path: PivotProcedure.resume(path, kept.rig, kept.body, kept.probe),
-    Kind.QUALIFICATION: lambda kept, path: TipQualificationProcedure.resume(
+    ProcedureKind.PIVOT: lambda kept, path: PivotProcedure.resume(
         path, kept.rig, kept.body, kept.probe
     ),
-    Kind.TIP_CHECK: lambda kept, path: TipCheckProcedure.resume(
+    ProcedureKind.QUALIFICATION: lambda kept, path: TipQualificationProcedure.resume(
+        path, kept.rig, kept.body, kept.probe
+    ),
+    ProcedureKind.TIP_CHECK: lambda kept, path: TipCheckProcedure.resume(
         path, kept.rig, kept.body, kept.probe
     ),
 }
 DONE = {
-    Kind.KNOWN_POINTS: {"collect": 6},
-    Kind.RELOCATION: {"seats": 2, "wave": 1, "bar": 1},
-    Kind.VERIFICATION: {"seats": 1},
-    Kind.PIVOT: {"first": 4},
-    Kind.QUALIFICATION: {"sphere": 1},
-    Kind.TIP_CHECK: {"sphere": 1},
+    ProcedureKind.KNOWN_POINTS: {"collect": 6},
+    ProcedureKind.RELOCATION: {"seats": 2, "wave": 1, "bar": 1},
+    ProcedureKind.VERIFICATION: {"seats": 1},
+    ProcedureKind.PIVOT: {"first": 4},
+    ProcedureKind.QUALIFICATION: {"sphere": 1},
+    ProcedureKind.TIP_CHECK: {"sphere": 1},
 }
 """Observations that count, by step; the others have none."""
 
@@ -110,22 +112,24 @@ def test_the_store_of_the_probe_opens_and_stands(kept: Kept) -> None:
     assert len(store.qualifications()) == len(store.checks()) == 1
 
 
-@pytest.mark.parametrize("kind", list(Kind))
-def test_a_session_of_each_procedure_opens(kept: Kept, kind: Kind) -> None:
+@pytest.mark.parametrize("kind", list(ProcedureKind))
+def test_a_session_of_each_procedure_opens(kept: Kept, kind: ProcedureKind) -> None:
     procedure = RESUMES[kind](kept, kept.session(kind))
     base = procedure.base
     assert (base.kind, base.begun_utc[:10]) == (kind, "2026-03-02")
     assert {step.name: step.done for step in base.steps if step.done} == DONE[kind]
-    ended = kind is Kind.PIVOT
-    assert base.decision is (Decision.KEPT if ended else Decision.OPEN)
+    ended = kind is ProcedureKind.PIVOT
+    assert base.decision is (ProcedureDecision.KEPT if ended else ProcedureDecision.OPEN)
 
 
-@pytest.mark.parametrize("kind", [kind for kind in Kind if kind is not Kind.PIVOT])
-def test_it_goes_on_and_opens_once_more(kept: Kept, kind: Kind) -> None:
+@pytest.mark.parametrize(
+    "kind", [kind for kind in ProcedureKind if kind is not ProcedureKind.PIVOT]
+)
+def test_it_goes_on_and_opens_once_more(kept: Kept, kind: ProcedureKind) -> None:
     path = kept.session(kind)
     RESUMES[kind](kept, path).keep(LATER, "enough")
     again = RESUMES[kind](kept, path).base
-    assert again.decision is Decision.KEPT
+    assert again.decision is ProcedureDecision.KEPT
     assert {step.name: step.done for step in again.steps if step.done} == DONE[kind]
 
 

@@ -11,8 +11,8 @@ import pytest
 from ocmm_core.calibration.monitor import (
     Baseline,
     CalibrationMonitor,
-    Cause,
-    Examination,
+    ChangeCause,
+    ChangeExamination,
     Look,
     LookCollector,
     learn_baseline,
@@ -63,9 +63,9 @@ def bump(turn: tuple[float, float, float] = (0.0, 0.0, 0.0), **more: object) -> 
 
 def watched(
     bench: Monitored, baseline: Baseline | None, track: TrackBlock, block: int = 4
-) -> list[Examination]:
+) -> list[ChangeExamination]:
     monitor = CalibrationMonitor(bench.rig, bench.body, baseline=baseline)
-    results: list[Examination] = []
+    results: list[ChangeExamination] = []
     for first in range(0, len(track), block):
         results += monitor.feed(cut(track, first, min(first + block, len(track))))
     return results
@@ -152,7 +152,7 @@ def test_size_and_direction_of_a_push_are_found_and_the_one_of_three_cameras_is_
     # The looks are free of noise: what is left is of second order and the bound of the size.
     assert scores.motions[1].size == pytest.approx([*push.turn, *push.shift], rel=0.02, abs=2e-7)
     result = examine(looks, rig, bench.body, belief, MonitorOptions())
-    assert (result.cause, result.cameras) == (Cause.CAMERA, (rig.cameras[1].name,))
+    assert (result.cause, result.cameras) == (ChangeCause.CAMERA, (rig.cameras[1].name,))
     assert result.what.startswith(f"Camera {rig.cameras[1].name} has changed")
 
 
@@ -179,7 +179,7 @@ def test_a_lens_that_changed_is_told_from_a_camera_that_moved(bench: Monitored) 
     looks = looks_at(rig, truth, bench.body, bench.body)
     result = examine(looks, rig, bench.body, certain(rig, bench.body), MonitorOptions())
     # Two cameras suffice: a motion between them cannot look like a change of scale in one.
-    assert (result.cause, result.cameras) == (Cause.CAMERA, ("right",))
+    assert (result.cause, result.cameras) == (ChangeCause.CAMERA, ("right",))
     assert "focal length changed about 10 µm" in result.what
 
 
@@ -189,7 +189,7 @@ def test_an_led_that_came_loose_is_no_camera_that_moved(bench: Monitored) -> Non
     looks = looks_at(bench.rig, bench.rig, bench.body, replace(bench.body, leds_probe=leds))
     belief = certain(bench.rig, bench.body)
     result = examine(looks, bench.rig, bench.body, belief, MonitorOptions())
-    assert (result.cause, result.cameras) == (Cause.PROBE, ())
+    assert (result.cause, result.cameras) == (ChangeCause.PROBE, ())
     assert result.what.startswith("LED 4 of the probe is 2")
 
 
@@ -268,7 +268,7 @@ def test_a_push_that_moves_the_ball_by_30_um_is_told_within_two_seconds(
 ) -> None:
     results = watched(bench, baseline, bench.probing(4.0, 8.5, bump(**push)))
     alarms = [result for result in results if result.alarm]
-    assert alarms[0].cause is Cause.CAMERA
+    assert alarms[0].cause is ChangeCause.CAMERA
     # 2 s of probing data, and the probe is not in view of both cameras all the time.
     assert BUMP_S < alarms[0].time_ns * 1e-9 < BUMP_S + 2.3
     assert alarms[0].since_ns is not None
@@ -280,7 +280,7 @@ def test_a_push_that_moves_the_ball_by_30_um_is_told_within_two_seconds(
 def test_a_camera_knocked_so_hard_that_nothing_fits_is_told(bench: Monitored) -> None:
     results = watched(bench, None, bench.probing(6.0, 8.0, bump((5e-3, 0.0, 0.0))))
     alarms = [result for result in results if result.alarm]
-    assert [result.cause for result in alarms] == [Cause.UNKNOWN]
+    assert [result.cause for result in alarms] == [ChangeCause.UNKNOWN]
     assert alarms[0].since_ns is not None
     assert BUMP_S - 0.1 < alarms[0].since_ns * 1e-9 <= BUMP_S
     assert alarms[0].time_ns * 1e-9 < BUMP_S + 2.2
@@ -339,7 +339,7 @@ def test_nests_tell_which_of_two_cameras_moved(bench: Monitored, camera: int) ->
     assert set(free.cameras) == {"left", "right"}
     looks = nest_looks(rig, pushed(rig, camera, push), bench.body, np.zeros(3))
     result = examine(looks, rig, bench.body, belief, MonitorOptions())
-    assert (result.cause, result.cameras) == (Cause.CAMERA, (rig.cameras[camera].name,))
+    assert (result.cause, result.cameras) == (ChangeCause.CAMERA, (rig.cameras[camera].name,))
 
 
 def test_nests_tell_that_everything_moved_together(bench: Monitored) -> None:
@@ -347,7 +347,7 @@ def test_nests_tell_that_everything_moved_together(bench: Monitored) -> None:
     belief = certain(rig, bench.body)
     looks = nest_looks(rig, rig, bench.body, np.array([0.03, -0.04, 0.0]))
     result = examine(looks, rig, bench.body, belief, MonitorOptions())
-    assert (result.cause, result.cameras) == (Cause.COMMON, ())
+    assert (result.cause, result.cameras) == (ChangeCause.COMMON, ())
     assert "has moved by about 50 µm" in result.what
     still = nest_looks(rig, rig, bench.body, np.zeros(3))
-    assert examine(still, rig, bench.body, belief, MonitorOptions()).cause is Cause.NOTHING
+    assert examine(still, rig, bench.body, belief, MonitorOptions()).cause is ChangeCause.NOTHING

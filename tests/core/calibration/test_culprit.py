@@ -24,14 +24,16 @@ from ocmm_core.calibration.bundle import explain_points, scale_between
 from ocmm_core.calibration.monitor import camera_changes
 from ocmm_core.calibration.pivot import PivotSweep, calibrate_probe
 from ocmm_core.calibration.relocation import RelocationOptions, relocate
-from ocmm_core.calibration.relocation._data import Relocation
+from ocmm_core.calibration.relocation._data import RelocationResult
 from ocmm_core.errors import CalibrationError
 from tests.core.calibration import swept_probe
 
 POSES = 72
 
 
-def found_in(scene: Scene, options: RelocationOptions | None = None, *, force: bool) -> Relocation:
+def found_in(
+    scene: Scene, options: RelocationOptions | None = None, *, force: bool
+) -> RelocationResult:
     return relocate(scene.start, scene.body, scene.observed(), options or scene.options, force)
 
 

@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.cameras import KnownPointsProcedure, ReferencePoints
+from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
 from ocmm_core.calibration.cameras._procedure_known_points import _SESSIONS
 from ocmm_core.calibration.guided import (
     Decided,
-    Decision,
-    Kind,
+    ProcedureDecision,
+    ProcedureKind,
     RestingSpots,
     SessionLine,
     is_ended,
@@ -27,7 +27,7 @@ from ocmm_core.simulation.scene import WorldOptions
 from tests.core.calibration.procedure_site import Bench, show
 
 
-def target(points: ReferencePoints) -> ShowTarget:
+def target(points: KnownPoints) -> ShowTarget:
     return ShowTarget(positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()))
 
 
@@ -81,7 +81,7 @@ def test_a_session_goes_on_where_it_was_and_gives_the_same_record(tmp_path: Path
     whole = bench.known_points()
     whole.take_table(table, bench.now())
 
-    path = sessions(bench.sessions, Kind.KNOWN_POINTS)[0]
+    path = sessions(bench.sessions, ProcedureKind.KNOWN_POINTS)[0]
     content = path.read_bytes()
     lines = content.splitlines(keepends=True)
     # Killed in the middle of the line of point 57.
@@ -191,7 +191,7 @@ def test_an_accepted_calibration_is_suspect_and_a_kept_one_changes_nothing(tmp_p
     first.compute()
     first.keep(bench.now(), "not now")
     assert bench.store().active_hash is None
-    assert first.base.decision is Decision.KEPT
+    assert first.base.decision is ProcedureDecision.KEPT
     with pytest.raises(CalibrationError, match="ended"):
         first.accept(bench.now(), "after all")
 
@@ -214,10 +214,10 @@ def test_an_acceptance_that_was_interrupted_is_made_up_for(tmp_path: Path) -> No
     digest = hash_of(procedure)
     # The power went after the decision was on the disk and before the record was.
     chain, _ = _SESSIONS.resume(procedure.base.session)
-    decided = Decided(utc=utc_text(bench.now()), decision=Decision.ACCEPTED, reason="new")
+    decided = Decided(utc=utc_text(bench.now()), decision=ProcedureDecision.ACCEPTED, reason="new")
     chain.append(SessionLine(decided))
     resumed = KnownPointsProcedure.resume(procedure.base.session, bench.rig, bench.store())
-    assert resumed.base.decision is Decision.ACCEPTED
+    assert resumed.base.decision is ProcedureDecision.ACCEPTED
     assert not resumed.base.stored
     resumed.compute()
     resumed.accept(bench.now(), "new")

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.guided import Decision, sessions
+from ocmm_core.calibration.guided import ProcedureDecision, sessions
 from ocmm_core.calibration.records import State
 from ocmm_core.calibration.sweeping import BATCH, SweepPhase, led_paths
 from ocmm_core.errors import CalibrationError
@@ -124,7 +124,7 @@ def test_a_kill_between_decision_and_record_stores_it_once(bench: PivotBench) ->
     procedure._put = lambda *_: None  # type: ignore[method-assign]  # noqa: SLF001 - the kill
     procedure.accept(bench.now(), "new probe")
     resumed = bench.resume(procedure.base.session)
-    assert resumed.base.decision is Decision.ACCEPTED
+    assert resumed.base.decision is ProcedureDecision.ACCEPTED
     assert not resumed.base.stored
     for _ in range(2):
         resumed.compute()
@@ -154,7 +154,7 @@ def test_a_larger_change_of_the_tip_wants_a_reason(bench: PivotBench) -> None:
         second.accept(bench.now(), "  ")
     assert refused.value.code == "pivot.unconfirmed"
     assert "Say why" in refused.value.remedy
-    assert second.base.decision is Decision.OPEN
+    assert second.base.decision is ProcedureDecision.OPEN
     second.accept(bench.now(), "fell to the floor")
     active = bench.store().active("A")
     assert active is not None

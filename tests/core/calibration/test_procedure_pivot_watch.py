@@ -15,7 +15,7 @@ from ocmm_core.calibration.sweeping._map import sphere_map, where_missing
 from ocmm_core.calibration.sweeping._watch import POSE_TURN, SweepWatch
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, Jump, SweepProbe, Wave
+from ocmm_core.simulation.calibration_scenes import CalibratingRig, ScriptedJump, SweepProbe, Wave
 from ocmm_core.tracking import IdentifyOptions, identify, load_probe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench, show_sweeps
 
@@ -109,7 +109,7 @@ def test_a_ball_that_leaves_comes_back_or_stands_elsewhere(bench: PivotBench) ->
 
 
 def test_a_pushed_cone_and_covered_leds_are_said_at_once(bench: PivotBench) -> None:
-    jump = Jump(at_s=5.0, shift_mm=(0.15, 0.0, 0.1))
+    jump = ScriptedJump(at_s=5.0, shift_mm=(0.15, 0.0, 0.1))
     reach = (30.0, 30.0, 14.0)
     procedure = begun(bench)
     scene = SweepProbe(cone=CONE, seconds=10.0, seed=1, reach_deg=reach, jumps=(jump,))

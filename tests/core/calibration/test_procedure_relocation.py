@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.cameras import ReferencePoints
+from ocmm_core.calibration.cameras import KnownPoints
 from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpots, coverage, to_spots
 from ocmm_core.calibration.guided._labelling import label_roughly
 from ocmm_core.calibration.records import State, load_bar
@@ -34,7 +34,7 @@ from tests.core.calibration.procedure_site import (
 )
 
 MOVE = 7
-CONTROL = ReferencePoints(
+CONTROL = KnownPoints(
     ("N1", "N2", "N3", "N4"),
     np.array([[-150.0, -60, -150], [150, -60, -150], [150, 60, -120], [-150, 60, 50]]),
     0.002,

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.cameras import (
-    ReferencePoints,
+    KnownPoints,
     SpotTable,
     load_reference_points,
     load_spots,
@@ -20,10 +20,10 @@ pytestmark = pytest.mark.numerics
 HEAD = "# ocmm reference points\n# unit: mm\n# uncertainty: 0.0017\n# frame: CMM\n"
 SPOT_HEAD = "# ocmm spots\n# sigma: 0.0105\n"
 SPOTS = SPOT_HEAD + "point,serial,u,v\n"
-POINTS = ReferencePoints(("A", "B"), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), 0.0017, "CMM")
+POINTS = KnownPoints(("A", "B"), np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]), 0.0017, "CMM")
 
 
-def points_of(tmp_path: Path, text: str, encoding: str = "utf-8") -> ReferencePoints:
+def points_of(tmp_path: Path, text: str, encoding: str = "utf-8") -> KnownPoints:
     path = tmp_path / "points.csv"
     path.write_bytes(text.encode(encoding))
     return load_reference_points(path)
@@ -154,7 +154,7 @@ def test_what_is_wrong_with_spots(tmp_path: Path, text: str, code: str, words: s
 def test_what_is_written_is_read_bit_by_bit(tmp_path: Path) -> None:
     rng = np.random.default_rng(1)
     at = rng.standard_normal((2, 3)) * 100.0
-    points = ReferencePoints(("A", "B"), at, 0.1 / 3.0, "CMM bed", 1e-5 / 3.0)
+    points = KnownPoints(("A", "B"), at, 0.1 / 3.0, "CMM bed", 1e-5 / 3.0)
     uv = rng.standard_normal((2, 2, 2)) * 1000.0
     uv[1, 0] = np.nan
     spots = SpotTable((11, 22), uv, 0.01 / 3.0)

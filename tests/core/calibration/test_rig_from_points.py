@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.cameras import (
+    KnownPoints,
     LensCamera,
-    ReferencePoints,
     SpotTable,
     calibrate_rig,
     fit_camera,
@@ -29,14 +29,14 @@ from tests.core.calibration.thesis_volumes import TABLE_1_UM, cost_of, table_1
 DEPTH = 1
 
 
-def shifted(points: ReferencePoints, factor: Float | float) -> ReferencePoints:
+def shifted(points: KnownPoints, factor: Float | float) -> KnownPoints:
     return replace(points, positions_world=points.positions_world * factor)
 
 
 CAMERAS = rig().cameras
 
 
-def refusal(points: ReferencePoints, spots: SpotTable, force: bool = False) -> CalibrationError:
+def refusal(points: KnownPoints, spots: SpotTable, force: bool = False) -> CalibrationError:
     with pytest.raises(CalibrationError) as caught:
         calibrate_rig(rig(), points, spots, force)
     return caught.value

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.guided import (
-    Touch,
+    RestingTouch,
     articulate,
     joint_covariance,
     place_of_ball,
@@ -282,7 +282,7 @@ def test_a_check_that_cannot_tell_never_passes() -> None:
     few = WORLD.on_sphere(((0.0, 1, 0.0), (45.0, 6, 0.0)), rng, np.inf)
     whole = WORLD.on_sphere(CHECK_RINGS, rng, 0.0045)
 
-    def decided(touches: tuple[Touch, ...], sigma: float) -> tuple[CheckVerdict, str]:
+    def decided(touches: tuple[RestingTouch, ...], sigma: float) -> tuple[CheckVerdict, str]:
         found = decide_check(
             touches, held, WORLD.sphere, qualified(6.0, sigma), WORLD.rig, WORLD.body, 20.0
         )

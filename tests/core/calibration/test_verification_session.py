@@ -37,7 +37,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.simulation.calibration_scenes import (
     FRAMES,
     Holds,
-    RestingSpots,
+    VirtualRests,
     nudge,
     places_of_bar,
     verify_at_once,
@@ -79,7 +79,7 @@ class Session:
         self.bench.store().accept(self.record, "technician", "first", BEGIN)
         self.rig: Rig = rig_from_record(self.record)
         self.bar = bar or self.bench.bar
-        self.spots = RestingSpots(design, self.bench.body, SEED, FRAMES, HOLDS)
+        self.spots = VirtualRests(design, self.bench.body, SEED, FRAMES, HOLDS)
         self.end = BEGIN
         self.procedure = self.begin()
 

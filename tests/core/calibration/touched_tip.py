@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.guided import Touch, touch_of
+from ocmm_core.calibration.guided import RestingTouch, touch_of
 from ocmm_core.calibration.records import Sphere, TipRecord, load_sphere
 from ocmm_core.calibration.tip import (
     CHECK_RINGS,
@@ -45,7 +45,7 @@ class Plan:
 
     directions: Points3
     rotations: Float
-    touches: tuple[Touch, ...]
+    touches: tuple[RestingTouch, ...]
 
     def __add__(self, other: Plan) -> Plan:
         return Plan(
@@ -163,18 +163,21 @@ class TipWorld:
 
     def touched(
         self, plan: Plan, truth: Truth, rng: np.random.Generator, fault: Fault | None = None
-    ) -> tuple[Touch, ...]:
+    ) -> tuple[RestingTouch, ...]:
         """Return the touches of a plan as they are seen in one world."""
         tips = solve(self.seen(plan, truth, rng, fault), self.rig, self.body, SIGMA_PX).tip_world
         return tuple(
             replace(touch, tip_world=one) for touch, one in zip(plan.touches, tips, strict=True)
         )
 
-    def ball(self, touches: tuple[Touch, ...]) -> BallFit:
+    def ball(self, touches: tuple[RestingTouch, ...]) -> BallFit:
         return fit_ball_on(touches, self.sphere, self.rig, self.body, 20.0)
 
     def check(
-        self, touches: tuple[Touch, ...], cone: tuple[Touch, ...], qualification: TipRecord
+        self,
+        touches: tuple[RestingTouch, ...],
+        cone: tuple[RestingTouch, ...],
+        qualification: TipRecord,
     ) -> TipCheckDecision:
         return decide_check(touches, cone, self.sphere, qualification, self.rig, self.body, 20.0)
 

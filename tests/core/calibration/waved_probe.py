@@ -18,7 +18,7 @@ from ocmm_core.calibration.relocation import (
     ProbeFrames,
     ShownBar,
 )
-from ocmm_core.calibration.relocation._data import Relocation, TouchedBar
+from ocmm_core.calibration.relocation._data import RelocationResult, TouchedBar
 from ocmm_core.calibration.relocation._frame import motion_to_world
 from ocmm_core.camera import (
     N_PARAMETERS,
@@ -206,7 +206,7 @@ def parameter_errors(true: Sequence[CameraModel], found: Sequence[CameraModel]) 
     return np.concatenate(errors)
 
 
-def normalised_square(true: World, found: Relocation) -> float:
+def normalised_square(true: World, found: RelocationResult) -> float:
     """Return the squared error of all cameras over its covariance and its rank: one if honest.
 
     Only what does not depend on the choice of the world is compared: the true cameras are laid onto

@@ -11,15 +11,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.cameras import ReferencePoints, write_reference_points, write_spots
-from ocmm_core.calibration.guided import Kind, Shot, sessions, write_shots
+from ocmm_core.calibration.cameras import KnownPoints, write_reference_points, write_spots
+from ocmm_core.calibration.guided import ProcedureKind, Shot, sessions, write_shots
 from tests.core.calibration.procedure_site import Bench, recorded
 from tests.core.cli.conftest import Ocmm
 from tests.host import HANG_S
 
 pytestmark = pytest.mark.slow
 
-CONTROL = ReferencePoints(
+CONTROL = KnownPoints(
     ("N1", "N2", "N3", "N4"),
     np.array([[-150.0, -60, -150], [150, -60, -150], [150, 60, -120], [-150, 60, 50]]),
     0.002,
@@ -36,7 +36,9 @@ def store(tmp_path: Path) -> Path:
     return tmp_path / "cal"
 
 
-def killed(arguments: list[str], folder: Path, session: Path, kind: Kind, lines: int) -> int:
+def killed(
+    arguments: list[str], folder: Path, session: Path, kind: ProcedureKind, lines: int
+) -> int:
     """Start a command, kill it when its session has some lines, and return how many it has."""
     with subprocess.Popen(
         [sys.executable, "-m", "ocmm_core.cli", *arguments],
@@ -73,7 +75,7 @@ def test_known_points_survive_a_kill_and_become_valid(
 ) -> None:
     command = ["calibrate", "cameras", "--points", "points.csv", "--calibrations", "cal"]
     folder = store / "recommended" / "sessions"
-    lines = killed([*command, "--speed", "1"], tmp_path, folder, Kind.KNOWN_POINTS, 20)
+    lines = killed([*command, "--speed", "1"], tmp_path, folder, ProcedureKind.KNOWN_POINTS, 20)
     assert lines < 120
     other = Bench.at(tmp_path).points(119)
     (tmp_path / "other.csv").write_bytes(write_reference_points(other))
@@ -84,7 +86,7 @@ def test_known_points_survive_a_kill_and_become_valid(
     assert waiting.returncode == 1, waiting.stderr
     assert "Continue" in waiting.stdout
     assert "waits for --accept or --keep" in waiting.stdout
-    assert len(sessions(folder, Kind.KNOWN_POINTS)) == 1
+    assert len(sessions(folder, ProcedureKind.KNOWN_POINTS)) == 1
     done = ocmm_here(*command, "--accept")
     assert done.returncode == 0, done.stderr
     assert "State    SUSPECT" in done.stdout
@@ -98,7 +100,7 @@ def test_known_points_survive_a_kill_and_become_valid(
     assert "State    VALID" in status.stdout
     assert "whole: history of 2 events, 2 records, 2 sessions" in status.stdout
     # A session that is lost is made up for by doing what the sentence says.
-    sessions(folder, Kind.VERIFICATION)[0].unlink()
+    sessions(folder, ProcedureKind.VERIFICATION)[0].unlink()
     status = ocmm_here("calibrate", "status", "--calibrations", "cal")
     assert status.returncode == 1
     assert "/sessions is missing." in status.stdout
@@ -125,14 +127,14 @@ def test_a_relocation_survives_a_kill_and_becomes_valid(
         "--control", "control.csv", "--poses", "120",
     ]  # fmt: skip
     folder = store / "recommended" / "sessions"
-    killed(command, tmp_path, folder, Kind.RELOCATION, 40)
+    killed(command, tmp_path, folder, ProcedureKind.RELOCATION, 40)
     done = ocmm_here(*command, "--accept")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Continue" in done.stdout
     assert "the frame moved by" in done.stdout
     killed(
         ["calibrate", "verify", "--calibrations", "cal", "--move", "7"],
-        tmp_path, folder, Kind.VERIFICATION, 15,
+        tmp_path, folder, ProcedureKind.VERIFICATION, 15,
     )  # fmt: skip
     verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--move", "7", "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr

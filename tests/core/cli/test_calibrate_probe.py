@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.guided import Kind, sessions
+from ocmm_core.calibration.guided import ProcedureKind, sessions
 from ocmm_core.calibration.pivot import PivotSweep, write_sweeps
 from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.geometry import Float
@@ -38,12 +38,12 @@ def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
         "calibrate", "probe", "--tip", "A", "--probes", str(folder), "--poses", "150", "--who", "me"
     ]  # fmt: skip
     place = folder / "standard" / "sessions"
-    lines = killed(command, tmp_path, place, Kind.PIVOT, 6)
+    lines = killed(command, tmp_path, place, ProcedureKind.PIVOT, 6)
     assert not ProbeStore(folder / "standard").events
     done = ocmm_here(*command, "--record", "sweeps.ocmm-rec", "--accept")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Continue" in done.stdout
-    assert sessions(place, Kind.PIVOT)[0].read_bytes().count(b"\n") > lines
+    assert sessions(place, ProcedureKind.PIVOT)[0].read_bytes().count(b"\n") > lines
     for words in ("adjustment", "thesis", "Second against first", "first calibration", "SUSPECT"):
         assert words in done.stdout
     active = ProbeStore(folder / "standard").active("A")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.fieldbus.cycle import Fault, Next, Supervisor, Trouble
+from ocmm_core.fieldbus.cycle import CycleFault, Next, Supervisor, Trouble
 from ocmm_core.fieldbus.cycle._supervisor import LIFT_PATIENCE_NS, PATIENCE_NS
 from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec, alarm_of_code, alarm_of_error
 
@@ -41,7 +41,7 @@ def test_the_supervisor_does_what_the_entry_says(alarm: Alarm) -> None:
     cycles = 0
     while supervisor.next(cycles * _MS) is Next.CYCLE and cycles < _CYCLES_MAX:
         cycles += 1
-        supervisor.bad(Fault(Trouble.BAD, alarm, "words", ""), cycles * _MS)
+        supervisor.bad(CycleFault(Trouble.BAD, alarm, "words", ""), cycles * _MS)
     patience_ns = LIFT_PATIENCE_NS if alarm.spec.answer is AlarmResponse.LIFT else PATIENCE_NS
     assert cycles == (alarm.spec.confirmed or patience_ns // _MS + 1)
 

@@ -10,16 +10,16 @@ import pytest
 
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.fieldbus.cycle import (
-    Answer,
-    CameraRecord,
-    Fault,
+    CameraPast,
+    CycleAnswer,
+    CycleFault,
     Schedule,
     Trouble,
     advance,
     first_frame,
     judge,
 )
-from ocmm_core.fieldbus.cycle._watch import BusView, CameraView
+from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 from ocmm_core.fieldbus.device import (
     DATA_CRC_AT,
     FRAME_DTYPE,
@@ -60,34 +60,34 @@ def content(item: Header, **first_frame_fields: int) -> bytes:
     return bytes(whole)
 
 
-def answer(*headers: Header, clock: int | None = None) -> Answer:
+def answer(*headers: Header, clock: int | None = None) -> CycleAnswer:
     ends = [item.start_ns + item.frames_valid * PERIOD for item in headers]
-    return Answer(
+    return CycleAnswer(
         whole=True,
         working_counter=6,
         expected_working_counter=6,
         clock_ns=max(ends, default=0) if clock is None else clock,
         clock_plausible=True,
-        view=BusView(0, 2, (IN_OPERATION, IN_OPERATION)),
+        view=WatchView(0, 2, (IN_OPERATION, IN_OPERATION)),
         inputs=tuple(content(item) for item in headers),
         headers=headers,
     )
 
 
-def seen(given: Answer, *, devices: int = 2, age: int = 0, **right: int | bool) -> Answer:
+def seen(given: CycleAnswer, *, devices: int = 2, age: int = 0, **right: int | bool) -> CycleAnswer:
     """Return the answer with another view of the right camera."""
-    view = BusView(age, devices, (IN_OPERATION, replace(IN_OPERATION, **right)))  # type: ignore[arg-type]  # the fields are ints and bools
+    view = WatchView(age, devices, (IN_OPERATION, replace(IN_OPERATION, **right)))  # type: ignore[arg-type]  # the fields are ints and bools
     return replace(given, view=view)
 
 
-def records(next_frame: int) -> list[CameraRecord]:
-    return [CameraRecord(name, next_frame, 4, 1) for name in ("left", "right")]
+def records(next_frame: int) -> list[CameraPast]:
+    return [CameraPast(name, next_frame, 4, 1) for name in ("left", "right")]
 
 
 def test_a_healthy_cycle_is_accepted_and_moves_the_record_on() -> None:
     given = answer(header(100), header(100))
     assert judge(given, records(100), SCHEDULE) is None
-    assert advance(records(100)[0], given.headers[0], SCHEDULE) == CameraRecord("left", 108, 5, 1)
+    assert advance(records(100)[0], given.headers[0], SCHEDULE) == CameraPast("left", 108, 5, 1)
 
 
 def test_frames_sent_again_are_accepted_and_do_not_move_it_back() -> None:
@@ -229,7 +229,7 @@ def test_a_short_working_counter_names_the_camera_where_it_is_known() -> None:
 
 def test_a_clock_that_cannot_be_spoils_the_cycle() -> None:
     given = replace(answer(header(100), header(100)), clock_plausible=False)
-    assert judge(given, records(100), SCHEDULE) == Fault(
+    assert judge(given, records(100), SCHEDULE) == CycleFault(
         Trouble.BAD, Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be."
     )
 

@@ -20,8 +20,8 @@ from hypothesis import strategies as st
 
 from ocmm_core.camera import MAX_SLOTS
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.cycle import Answer, CameraRecord, Schedule, advance, judge
-from ocmm_core.fieldbus.cycle._watch import BusView, CameraView, StateWatch
+from ocmm_core.fieldbus.cycle import CameraPast, CycleAnswer, Schedule, advance, judge
+from ocmm_core.fieldbus.cycle._watch import CameraView, StateWatch, WatchView
 from ocmm_core.fieldbus.device import (
     DATA_CRC,
     DATA_CRC_AT,
@@ -123,8 +123,8 @@ def make_image(first: int, count: int, cycle: int) -> bytes:
 def test_process_images() -> None:
     """Half of them with a check sum that is right, as a camera with a fault would send them."""
     schedule = Schedule(START_NS, PERIOD_NS, 5)
-    view = BusView(0, 1, (CameraView(state=8),))
-    record = CameraRecord("left", 80, 9, 1)
+    view = WatchView(0, 1, (CameraView(state=8),))
+    record = CameraPast("left", 80, 9, 1)
     clock_ns = START_NS + 90 * PERIOD_NS
     samples = [make_image(first, count, 10) for first, count in ((80, 8), (72, 12), (80, 0))]
     accepted = 0
@@ -135,7 +135,7 @@ def test_process_images() -> None:
         check_data_crc(content)
         for image in (whole, _signed(whole)):
             header = Header.decode(image)
-            answer = Answer(True, 3, 3, clock_ns, True, view, (image,), (header,))
+            answer = CycleAnswer(True, 3, 3, clock_ns, True, view, (image,), (header,))
             frames = np.frombuffer(image, FRAME_DTYPE, FRAMES_PER_CYCLE, HEADER_STRUCT.size)
             spots = decode_spots(frames)
             assert spots.shape == (FRAMES_PER_CYCLE, MAX_SLOTS, 2)

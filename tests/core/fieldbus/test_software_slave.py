@@ -10,7 +10,7 @@ import pytest
 from ocmm_core.fieldbus.device import COUNTER_MODULUS, FRAME_DTYPE, SYNC_MANAGERS
 from ocmm_core.simulation.slave import (
     FIFO_FRAMES,
-    Command,
+    DatagramCommand,
     FrameBuffer,
     Segment,
     SoftwareCamera,
@@ -27,7 +27,7 @@ def make_segment() -> Segment:
 
 
 def send(
-    segment: Segment, command: Command, target: int, register: int, data: bytes
+    segment: Segment, command: DatagramCommand, target: int, register: int, data: bytes
 ) -> tuple[bytes, int, int]:
     """Send one datagram; return data, working counter and target as they come back."""
     datagram = struct.pack("<BBHHHH", command, 1, target, register, len(data), 0) + data + b"\0\0"
@@ -48,18 +48,21 @@ def state(segment: Segment, position: int) -> tuple[int, int]:
 
 def test_working_counters_of_every_kind_of_address() -> None:
     segment = make_segment()
-    assert send(segment, Command.BRD, 0, reg.AL_STATUS, bytes(2)) == (b"\x01\x00", 3, 3)
+    assert send(segment, DatagramCommand.BRD, 0, reg.AL_STATUS, bytes(2)) == (b"\x01\x00", 3, 3)
     for position in range(3):
         address = struct.pack("<H", 0x1001 + position)
         target = -position & 0xFFFF
-        assert send(segment, Command.APWR, target, reg.STATION_ADDRESS, address)[1] == 1
-    assert send(segment, Command.FPRD, 0x1002, reg.STATION_ALIAS, bytes(2))[:2] == (b"\2\0", 1)
-    assert send(segment, Command.FPRD, 0x1009, reg.STATION_ALIAS, bytes(2))[1] == 0
-    assert send(segment, Command.FPRW, 0x1002, 0x0200, b"\5\0")[1] == 3
-    assert send(segment, Command.BRW, 0, 0x0200, b"\0\0")[1] == 9
-    assert send(segment, Command.NOP, 0, 0, bytes(4))[1] == 0
+        assert send(segment, DatagramCommand.APWR, target, reg.STATION_ADDRESS, address)[1] == 1
+    assert send(segment, DatagramCommand.FPRD, 0x1002, reg.STATION_ALIAS, bytes(2))[:2] == (
+        b"\2\0",
+        1,
+    )
+    assert send(segment, DatagramCommand.FPRD, 0x1009, reg.STATION_ALIAS, bytes(2))[1] == 0
+    assert send(segment, DatagramCommand.FPRW, 0x1002, 0x0200, b"\5\0")[1] == 3
+    assert send(segment, DatagramCommand.BRW, 0, 0x0200, b"\0\0")[1] == 9
+    assert send(segment, DatagramCommand.NOP, 0, 0, bytes(4))[1] == 0
     # The addressed slave is read, all others are written to.
-    assert send(segment, Command.FRMW, 0x1001, reg.SYSTEM_TIME, bytes(8))[1] == 3
+    assert send(segment, DatagramCommand.FRMW, 0x1001, reg.SYSTEM_TIME, bytes(8))[1] == 3
 
 
 def test_what_is_no_ethercat_frame_is_left_alone() -> None:
@@ -84,9 +87,9 @@ def test_what_is_no_ethercat_frame_is_left_alone() -> None:
 )
 def test_wrong_state_requests_are_refused_until_acknowledged(request_: int, code: int) -> None:
     segment = make_segment()
-    send(segment, Command.APWR, 0, reg.AL_CONTROL, struct.pack("<H", request_))
+    send(segment, DatagramCommand.APWR, 0, reg.AL_CONTROL, struct.pack("<H", request_))
     assert state(segment, 0) == (reg.INIT | reg.ERROR, code)
-    send(segment, Command.APWR, 0, reg.AL_CONTROL, struct.pack("<H", reg.INIT | reg.ERROR))
+    send(segment, DatagramCommand.APWR, 0, reg.AL_CONTROL, struct.pack("<H", reg.INIT | reg.ERROR))
     assert state(segment, 0) == (reg.INIT, 0)
 
 
@@ -94,9 +97,9 @@ def test_the_way_to_operation_and_back_by_the_watchdog() -> None:
     segment = make_segment()
     for number, manager in enumerate(SYNC_MANAGERS):
         settings = struct.pack("<HHBBBB", *manager[:5], 0)
-        send(segment, Command.APWR, 0, reg.SYNC_MANAGER + 8 * number, settings)
+        send(segment, DatagramCommand.APWR, 0, reg.SYNC_MANAGER + 8 * number, settings)
     for wanted in (reg.PREOP, reg.SAFEOP, reg.OP):
-        send(segment, Command.APWR, 0, reg.AL_CONTROL, struct.pack("<H", wanted))
+        send(segment, DatagramCommand.APWR, 0, reg.AL_CONTROL, struct.pack("<H", wanted))
         assert state(segment, 0) == (wanted, 0)
     slave = segment.slaves[0]
     slave.poll(1_000_000_000 + 90_000_000)
@@ -107,15 +110,17 @@ def test_the_way_to_operation_and_back_by_the_watchdog() -> None:
 
 def test_clocks_of_all_slaves_agree_after_the_offsets_are_set() -> None:
     segment = make_segment()
-    send(segment, Command.BWR, 0, reg.PORT_TIME, bytes(4))
+    send(segment, DatagramCommand.BWR, 0, reg.PORT_TIME, bytes(4))
     for position in range(3):
         target = -position & 0xFFFF
         received = int.from_bytes(
-            send(segment, Command.APRD, target, reg.RECEIVE_TIME, bytes(8))[0], "little"
+            send(segment, DatagramCommand.APRD, target, reg.RECEIVE_TIME, bytes(8))[0], "little"
         )
         offset = struct.pack("<q", 5_000_000_000 - received)
-        send(segment, Command.APWR, target, reg.TIME_OFFSET, offset)
-        send(segment, Command.APWR, target, reg.TIME_DELAY, struct.pack("<i", 120 * position))
+        send(segment, DatagramCommand.APWR, target, reg.TIME_OFFSET, offset)
+        send(
+            segment, DatagramCommand.APWR, target, reg.TIME_DELAY, struct.pack("<i", 120 * position)
+        )
     assert {slave.system_time_ns for slave in segment.slaves} == {5_000_000_000}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.cycle import Fault, Next, Supervisor, Trouble
+from ocmm_core.fieldbus.cycle import CycleFault, Next, Supervisor, Trouble
 from ocmm_core.fieldbus.cycle._supervisor import (
     FIRST_PAUSE_NS,
     LIFT_PATIENCE_NS,
@@ -17,8 +17,8 @@ from ocmm_core.fieldbus.report import Alarm, BusPhase
 MS = 1_000_000
 
 
-def fault(alarm: Alarm, *, deep: bool = False, camera: str = "") -> Fault:
-    return Fault(Trouble.BAD, alarm, f"words of {alarm}", camera, deep)
+def fault(alarm: Alarm, *, deep: bool = False, camera: str = "") -> CycleFault:
+    return CycleFault(Trouble.BAD, alarm, f"words of {alarm}", camera, deep)
 
 
 def phase_of(supervisor: Supervisor) -> BusPhase:
@@ -39,7 +39,7 @@ def running(now_ns: int = 0) -> Supervisor:
     return supervisor
 
 
-def cycles_until_restart(supervisor: Supervisor, what: Fault, limit: int = 2000) -> int:
+def cycles_until_restart(supervisor: Supervisor, what: CycleFault, limit: int = 2000) -> int:
     """Let every millisecond bring the same fault; return how many until a new bring-up."""
     for cycle in range(1, limit + 1):
         supervisor.bad(what, cycle * MS)
@@ -95,7 +95,7 @@ def test_a_fall_to_safeop_that_was_lifted_is_a_recovery() -> None:
         (fault(Alarm.LEFT_OPERATION), LIFT_PATIENCE_NS // MS + 1),
     ],
 )
-def test_each_fault_is_waited_for_as_long_as_that_can_help(what: Fault, cycles: int) -> None:
+def test_each_fault_is_waited_for_as_long_as_that_can_help(what: CycleFault, cycles: int) -> None:
     supervisor = running()
     assert cycles_until_restart(supervisor, what) == cycles
     assert supervisor.phase is BusPhase.RECOVERING

@@ -16,8 +16,8 @@ from ocmm_core.calibration.records import State, canonical, load, record_hash
 from ocmm_core.cli import app
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.archive import (
+    KeptPlaces,
     Outcome,
-    Places,
     RecalledJob,
     RecallRecord,
     artefact_wrong,
@@ -52,7 +52,7 @@ def world(base: tuple[MeasuredPoint, ...], tmp_path: Path) -> World:
 
 def run(world: World, tmp_path: Path, who: str = "") -> dict[str, RecalledJob]:
     """Recall all jobs; return what came out by the name of the job."""
-    places = Places((tmp_path / "jobs",), world.calibrations)
+    places = KeptPlaces((tmp_path / "jobs",), world.calibrations)
     record = recall(places, datetime.now(UTC))
     if who:
         record = decide(record, places, who, datetime.now(UTC))
@@ -134,7 +134,7 @@ def test_a_job_without_its_history_is_not_called_good(world: World, tmp_path: Pa
     world.measure(jobs / "one.ocmm", TruePart())
     (jobs / "hostile.ocmm").write_bytes(b"SQLite format 3\0 and nothing more")
     world.verify(passed=False)
-    places = Places((jobs,), tmp_path / "elsewhere", tmp_path / "probes")
+    places = KeptPlaces((jobs,), tmp_path / "elsewhere", tmp_path / "probes")
     record = recall(places, datetime.now(UTC))
     assert not record.jobs
     assert headline(record) == "2 NOT JUDGED of 2 checked"
@@ -224,7 +224,7 @@ def test_the_command_writes_the_sealed_recall_and_its_pages(world: World, tmp_pa
     assert pages.read_bytes().startswith(b"%PDF")
     assert record_hash(record)
     # Somebody verifies between the looking and the deciding.
-    places = Places((tmp_path / "jobs",), world.calibrations)
+    places = KeptPlaces((tmp_path / "jobs",), world.calibrations)
     shown_record = recall(places, datetime.now(UTC))
     world.store.refresh()
     world.verify()

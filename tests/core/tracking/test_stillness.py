@@ -13,7 +13,7 @@ import pytest
 from ocmm_core.geometry import Float, rotation_from_vector
 from ocmm_core.simulation.scene import steady_hand
 from ocmm_core.tracking import Stillness, judge_stillness, wildness
-from ocmm_core.tracking._stillness import Kind
+from ocmm_core.tracking._stillness import MotionKind
 
 pytestmark = pytest.mark.numerics
 
@@ -91,16 +91,16 @@ def test_the_words_and_the_size_are_those_of_the_motion() -> None:
     x = np.linspace(0.0, 1.0, N)
     swing = 0.030 * np.sin(2.0 * np.pi * 10.0 * WINDOW_S * x)[:, None] * AXES[:, 0]
     paths = {
-        Kind.DRIFTED: even(N, shift),
-        Kind.SLIPPED: step(N, shift, 0.3),
-        Kind.SWAYED: (4.0 * x * (1.0 - x))[:, None] * shift,
-        Kind.TREMBLED: swing,
+        MotionKind.DRIFTED: even(N, shift),
+        MotionKind.SLIPPED: step(N, shift, 0.3),
+        MotionKind.SWAYED: (4.0 * x * (1.0 - x))[:, None] * shift,
+        MotionKind.TREMBLED: swing,
     }
     for kind, path in paths.items():
         motion = judged(*watched(rng, path)).motion
         assert motion is not None
         # Steady hand and noise along this axis come to 3 um; a swing at 10 Hz has an amplitude.
-        size = 0.030 if kind is Kind.TREMBLED else 0.040
+        size = 0.030 if kind is MotionKind.TREMBLED else 0.040
         assert motion.kind is kind
         assert motion.size_mm == pytest.approx(size, abs=0.006)
 
