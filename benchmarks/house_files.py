@@ -17,11 +17,7 @@ _NAME = re.compile(r"`([a-z_]+)`")
 
 def read_house(root: Path) -> House:
     """Read every Python file of the repository at ``root``, and the Python in its documents."""
-    product = {}
-    for name in ROOTS:
-        for path in sorted((root / name).rglob("*.py")):
-            source = _read(root, path, path.read_text(encoding="utf-8"))
-            product[source.module] = source
+    product = _product(root)
     others = {
         folder: tuple(
             _read(root, path, path.read_text(encoding="utf-8"))
@@ -31,6 +27,20 @@ def read_house(root: Path) -> House:
     }
     pages = (*others["docs"], *_pages(root))
     return House(product, others["benchmarks"], others["tests"], pages, tuple(_started(root)))
+
+
+def read_product(root: Path) -> House:
+    """Read the files of the root packages alone: enough for the graph of their imports."""
+    return House(_product(root), (), (), (), ())
+
+
+def _product(root: Path) -> dict[str, Source]:
+    product = {}
+    for name in ROOTS:
+        for path in sorted((root / name).rglob("*.py")):
+            source = _read(root, path, path.read_text(encoding="utf-8"))
+            product[source.module] = source
+    return product
 
 
 def _read(root: Path, path: Path, text: str) -> Source:
