@@ -59,12 +59,14 @@ def doubt(
         if views == 0:
             continue
         for c in range(n_cameras):
-            # For LED 0 this is the last one, which is not set yet.
-            only[c, led - 1] = False
             only[c, led] = seen[c, led]
         misfit = normal_equations(
             led_ideal, led_slopes, only, cams, leds, rotation, origin, own, own_g
         )
+        # Taken back at once: an LED that nobody sees ends its turn before this, and what were still
+        # set then would be left out together with the next.
+        for c in range(n_cameras):
+            only[c, led] = False
         for i in range(6):
             # Gradient of the other LEDs alone. At the minimum g is zero and this is minus the LED's
             # own part.
