@@ -60,10 +60,12 @@ def test_a_hidden_led_counts_as_if_the_body_had_none(hidden: int, seed: int) -> 
     # The turn of some 1e-5 rad is left as it is: both are asked at the same pose.
     origin += g[3:]
     there = np.arange(6) != hidden
-    without = [np.ascontiguousarray(one[:, there]) for one in (ideal, slopes, seen)]
     expected = doubt(
-        without[0], without[1], without[2], CAMERAS, LEDS[there], rotation, origin, SIGMA_PX
-    )
+        np.ascontiguousarray(ideal[:, there]),
+        np.ascontiguousarray(slopes[:, there]),
+        np.ascontiguousarray(seen[:, there]),
+        CAMERAS, LEDS[there], rotation, origin, SIGMA_PX,
+    )  # fmt: skip
     found = doubt(ideal, slopes, seen, CAMERAS, LEDS, rotation, origin, SIGMA_PX)
     # The same sums with zeros among them: a thousandth leaves room for any order of rounding.
     assert found == pytest.approx(expected, rel=1e-3)
