@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from docs.images.architecture_layers import layered, levels, reduced
@@ -45,3 +47,12 @@ def test_arrows_that_follow_from_others_are_left_out_and_long_ones_pass_every_la
     assert len(long) == 4
     of = {name: level for level, layer in enumerate(plan.layers) for name in layer}
     assert [of[name] for name in long] == [4, 3, 2, 1]
+
+
+@pytest.mark.parametrize("page", ["docs/architecture.md", "CONTRIBUTING.md"])
+def test_the_files_that_a_map_names_are_there(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    named = set(re.findall(r"`((?:ocmm_core|ocmm_gui|tests|docs)/[\w/.]+\.\w+)`", text))
+    if page.startswith("docs"):
+        assert len(named) >= 20
+    assert [name for name in sorted(named) if not (ROOT / name).is_file()] == []

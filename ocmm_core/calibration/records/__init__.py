@@ -6,8 +6,8 @@ Out: what is in force, its status and why, its history, and whether a point may 
 Read `_sealed` (a record is written once), `_chain_seal` and `_event_folder` (the chain of events),
 `_record_store` and `_events` (what both stores do, and how a record stands), then what differs:
 `_records` and `_history` (cameras), `_probe_records` and `_probe_store` (probe and tips). `_usable`
-says whether it may be used now, of `_in_use` and `_probe_in_use`. `_evidence` and `_seen_histories`
-find files that were exchanged; `_findings`, `_artefacts`, `_trends`, `_overview` serve the pages.
+says whether it may be used now, of `_in_use` and `_probe_in_use`. `_evidence` finds files
+that were exchanged; `_findings`, `_artefacts`, `_trends`, `_overview` serve the pages.
 It must not know how a calibration is computed; it keeps numbers and their provenance.
 """
 

@@ -1,7 +1,7 @@
 """A folder with the chain of what happened to the records in it, and its seal.
 
 The chain (`chain_file`) shows every changed line, its seal (`chain_seal`) every line that is
-missing at the end, and the memory of this computer (`seen_histories`) a folder that was set back as
+missing at the end, and the memory of this computer (`_chain_seal`) a folder that was set back as
 a whole. The files that the events name are the matter of `record_store`.
 """
 
@@ -19,9 +19,16 @@ from typing import Generic, TypeVar
 
 import msgspec
 
-from ocmm_core.calibration.records._chain_seal import NAME, RESTORE, fault_of, read_seal, write_seal
+from ocmm_core.calibration.records._chain_seal import (
+    NAME,
+    RESTORE,
+    fault_of,
+    read_seal,
+    recall,
+    remember,
+    write_seal,
+)
 from ocmm_core.calibration.records._evidence import KeptFile, Stamp, stamp_of
-from ocmm_core.calibration.records._seen_histories import recall, remember
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import OcmmError, StorageError
 
