@@ -7,8 +7,8 @@ pose of the reference body now takes the tip back to that world:
     tip_world = T_rig_from_reference(home) . T_rig_from_reference(now)^-1 . tip_rig
 
 Both poses of a frame come from the same exposure, so that nothing lags behind. The trail and the
-live position use a pose that is averaged while the body rests (`reference_filter`); measured points
-use the poses of their own frames (`simultaneous`).
+live position use a pose that is averaged while the body rests (`_reference_filter`); measured
+points use the poses of their own frames (`simultaneous`).
 """
 
 from __future__ import annotations

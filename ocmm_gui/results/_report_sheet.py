@@ -53,7 +53,7 @@ class ReportSheet(Sheet):
     """
 
     written = Signal(object)
-    """Emits what was `report_writer.Written`."""
+    """Emits what was `_report_writer.Written`."""
 
     def __init__(self, folder: Callable[[], Path]) -> None:
         super().__init__("Report", _KEYS)

@@ -41,7 +41,7 @@ class ServiceBus(ChildProcess):
     """
 
     def __init__(self, config: BusConfig, ring: FrameRing, address: Path = SERVICE_SOCKET) -> None:
-        # -I for the same reason as in `launch.bus_command`.
+        # -I for the same reason as in `_launch.bus_command`.
         command = [sys.executable, "-I", "-m", "ocmm_core.acquisition.bus_process._service_client"]
         super().__init__([*command, str(address)], config.to_json(), ring)
         self._ring_path = ring.path

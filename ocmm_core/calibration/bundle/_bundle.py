@@ -1,10 +1,10 @@
 """Bundle adjustment of a rig: cameras, probe and bars from frames whose poses nobody knows.
 
 One engine for every kind of relocation: what is free and what is known from before is said by a
-`Prior`. The six unknowns of each frame are eliminated (`bundle_kernel`), so that time and memory
+`Prior`. The six unknowns of each frame are eliminated (`_kernel`), so that time and memory
 grow with the number of frames only, and 30 to 100 common unknowns remain. The world is free: of all
 solutions, which differ by a motion of everything, the one nearest to the last state is taken, and
-`relocation_frame` moves it where it belongs.
+`relocation` moves it where it belongs.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ _NO_STEPS = np.empty((0, 6))
 
 @dataclass(frozen=True, slots=True)
 class _Group:
-    """Frames of one kind; see `bundle_kernel.eliminate_frames`."""
+    """Frames of one kind; see `_kernel.eliminate_frames`."""
 
     factors: Float
     y: Float

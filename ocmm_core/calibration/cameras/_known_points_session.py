@@ -73,7 +73,7 @@ def found_by(
     Raises
     ------
     CalibrationError
-        A guard refuses, see `camera_network.calibrate_rig`.
+        A guard refuses, see `_network.calibrate_rig`.
     """
     used, held = (points, table), None
     if evaluation:

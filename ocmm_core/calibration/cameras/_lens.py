@@ -80,7 +80,7 @@ def see(
     uv
         (n, 2), px: spots that are subtracted.
     whitening
-        (3, n), 1/px, as `camera_problem.CameraProblem` has it; plain pixels without.
+        (3, n), 1/px, as `_problem.CameraProblem` has it; plain pixels without.
     """
     n = len(points_world)
     if uv is None:

@@ -24,7 +24,7 @@ Spots, the mean of many exposures at each point::
     P001,20330001,312.4471,1766.0312
 
 ``sigma`` is the standard deviation of one mean, px per axis. A point that a camera does not see has
-no row for that camera. Separators and decimal signs: `table_text`.
+no row for that camera. Separators and decimal signs: `guided.read_table`.
 """
 
 from __future__ import annotations

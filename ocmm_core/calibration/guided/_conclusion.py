@@ -79,7 +79,7 @@ class Findings:
     Attributes
     ----------
     cameras, covariance, volume_world, hull_world
-        As in `camera_network.RigCalibration` and `relocation_data.Relocation`.
+        As in `cameras.RigCalibration` and `relocation.RelocationResult`.
     residuals
         One for each camera.
     rms_px, chi2_per_dof

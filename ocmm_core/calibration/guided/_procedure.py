@@ -2,19 +2,19 @@
 
 Window and command line use the same objects. A procedure is driven by few calls - frames are
 shown to it, observations are taken or dropped, the next step is entered - and everything that a
-screen needs is in the snapshot `view` (`procedure_views`), which is pulled. Every accepted
+screen needs is in the snapshot `view` (`_procedure_views`), which is pulled. Every accepted
 observation is one line of a session file that is on the disk before the call returns; the state is
 a pure fold over these lines, so that a procedure that was killed at any moment is the same one
 after `resume`.
 
 The procedures, each with ``begin`` and ``resume`` (see their modules):
 
-- `procedure_known_points.KnownPointsProcedure`: steps ``prepare``, ``collect``, ``result``
-- `procedure_relocation.RelocationProcedure`: ``prepare``, ``seats``, ``wave``, ``bar``, ``world``,
+- `cameras.KnownPointsProcedure`: steps ``prepare``, ``collect``, ``result``
+- `relocation.RelocationProcedure`: ``prepare``, ``seats``, ``wave``, ``bar``, ``world``,
   ``again``, ``result``
-- `procedure_verification.VerificationProcedure`: ``prepare``, ``seats``, ``lines``, ``spheres``,
+- `verification.VerificationProcedure`: ``prepare``, ``seats``, ``lines``, ``spheres``,
   ``again``, ``result``
-- `procedure_pivot.PivotProcedure`: ``prepare``, ``first``, ``second``, ``again``, ``result``
+- `sweeping.PivotProcedure`: ``prepare``, ``first``, ``second``, ``again``, ``result``
 
 ``begin`` writes what is fixed for the whole session (rig, artefacts, people, temperature); the step
 ``prepare`` shows it. A calculation that takes longer than a moment is `compute`; call it from a

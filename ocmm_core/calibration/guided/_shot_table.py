@@ -13,7 +13,7 @@ in an end of the bar), ``repeat`` (in the next of the two seats that a relocatio
 again at its end), ``nest`` (in the next nest of the line under way), ``sphere`` (on the next
 point of it) or ``cone`` (held in the next attitude). ``led`` counts from 1 in the order of the
 probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
-signs: `table_text`.
+signs: `_table_text`.
 """
 
 from __future__ import annotations

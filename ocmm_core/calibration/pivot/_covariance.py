@@ -7,7 +7,7 @@ replacement instead (block bootstrap; Kuensch 1989), each draw solved by one Gau
 the sums of its blocks. A hand also comes back to the same attitudes, and with them to the same
 errors of the sensors: blocks of neighbouring attitudes are drawn likewise, and count where they
 scatter more. Neither sees all of the sensors' fixed pattern, which is the same in both sweeps of a
-cone; what the rig says of it is computed (`pivot_pattern`) and counts where it is larger. What the
+cone; what the rig says of it is computed (`_pattern`) and counts where it is larger. What the
 cameras' own uncertainty does to the result is common to all frames and added
 to it; what it does to the scatter of the blocks is taken off, or it would count twice.
 """
@@ -212,7 +212,7 @@ def pose_pivot_covariance(
     Parameters
     ----------
     rotations, origins, found
-        What `pivot_poses.pivot_of_poses` took and gave.
+        What `_poses.pivot_of_poses` took and gave.
     """
     turns, places = rotations[found.used], origins[found.used]
     n = len(turns)

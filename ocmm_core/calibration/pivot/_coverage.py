@@ -72,7 +72,7 @@ def preview_pivot(
     Parameters
     ----------
     pattern
-        As in `pivot_data.PivotOptions`.
+        As in `_data.PivotOptions`.
     """
     sigma = float(np.median(sweep.sigma_px)) if len(sweep.uv) else 1.0
     poses = solve(sweep.uv, rig, body, sigma)

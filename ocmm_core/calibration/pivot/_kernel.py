@@ -1,7 +1,7 @@
 """The compiled inner loops of the pivot calibration: one turn a pose about a ball that rests.
 
 Every pose has a turn of its own, three unknowns, and with slack also the place of the ball in its
-cone, six. They are eliminated pose by pose, as in `bundle_kernel`; what all poses have in common
+cone, six. They are eliminated pose by pose, as in `bundle`; what all poses have in common
 is the centre of the ball and the arms from it to the LEDs.
 """
 

@@ -41,7 +41,7 @@ def pattern_covariance(
     by_common
         (m, k): derivative of the result by centre and arms.
     inverse
-        (k, k): covariance of centre and arms, see `pivot_bundle.inverse_pinned`.
+        (k, k): covariance of centre and arms, see `_bundle.inverse_pinned`.
     slack_mm
         As in the adjustment.
     waves, seed

@@ -140,7 +140,7 @@ def average_turned(targets: Float, centre: Float, body: Float, average: Float) -
 
 @compiled(reorder=True)
 def add_moments(points: Float, reference: Float, moments: Float) -> None:
-    """Add what spheres through the paths of the LEDs need; see `pivot_centre`.
+    """Add what spheres through the paths of the LEDs need; see `_centre`.
 
     Parameters
     ----------

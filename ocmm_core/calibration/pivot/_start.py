@@ -1,7 +1,7 @@
 """Where the adjustment of a swept probe starts, from nothing but the spots and the cameras.
 
 Targets are triangulated, their mean shape is laid onto every pose, and the poses that agree on one
-resting tip are found (`pivot_poses`). The common centre of their paths (`pivot_centre`) and the
+resting tip are found (`_poses`). The common centre of their paths (`_centre`) and the
 mean shape about it are the start.
 """
 

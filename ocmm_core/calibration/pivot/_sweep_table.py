@@ -11,7 +11,7 @@ One row for each spot. ``sweep`` is 1 for the sweep that calibrates and 2 for th
 with the cone in another place or the probe leaning to another side. ``frame`` numbers the poses of
 a sweep in the order of time; rows may stand in any order. ``led`` counts from 1 in the order of the
 probe document. ``sigma`` is the standard deviation of a spot, px per axis. Separators and decimal
-signs: `table_text`.
+signs: `guided.read_table`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """A folder with the chain of what happened to the records in it, and its seal.
 
-The chain (`chain_file`) shows every changed line, its seal (`chain_seal`) every line that is
+The chain (`chain_file`) shows every changed line, its seal (`_chain_seal`) every line that is
 missing at the end, and the memory of this computer (`_chain_seal`) a folder that was set back as
 a whole. The files that the events name are the matter of `record_store`.
 """

@@ -60,7 +60,7 @@ class MadeRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
 
 class PivotCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """What the second, independent sweep said; see `pivot_validation.PivotValidation`.
+    """What the second, independent sweep said; see `pivot.PivotValidation`.
 
     Attributes
     ----------

@@ -1,6 +1,6 @@
 """Records in a folder of their own: what happened to them, what they rest on, how they stand.
 
-Records are never changed. What happens to them is appended to a chain of events (`event_folder`);
+Records are never changed. What happens to them is appended to a chain of events (`_event_folder`);
 the files that the events name are looked at again (`evidence`). How a record stands follows from
 it and these events alone. The stores of cameras and of probes are two of this kind.
 """

@@ -42,7 +42,7 @@ class RelocationProblem:
     Attributes
     ----------
     data, prior, start
-        See `bundle_state`.
+        See `bundle`.
     order
         (n,): index among the observed frames of every frame of the data.
     """

@@ -158,7 +158,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         control
             Known control points, for a world that hangs on them.
         lens, geometry
-            What is found anew, see `relocation_data`.
+            What is found anew, see `_data`.
         seats
             Two seats are visited first and last; False only where what was recorded lacks them,
             which the result then says.

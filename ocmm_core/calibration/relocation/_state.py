@@ -60,7 +60,7 @@ class RelocationBegun(Begun, frozen=True, kw_only=True):
     length_mm, length_limit_mm
         Good enough is a standard uncertainty of this length below this limit.
     lens, geometry
-        See `relocation_data`.
+        See `_data`.
     world
         What the world frame hangs on.
     control_names, control_positions, control_sigma

@@ -134,7 +134,7 @@ def view_of(
     Parameters
     ----------
     phase
-        As `pivot_watch` sees it.
+        As `_watch` sees it.
     gate
         Out of the sweep.
     may_end

@@ -36,7 +36,7 @@ class MapCell:
     ----------
     direction_world
         (3,), unit: from the ball to the middle of the LEDs. Cells lie about `CELL_RAD` apart
-        (`pivot_map`) and stay where they are while the sweep goes on.
+        (`_map`) and stay where they are while the sweep goes on.
     poses
         That were taken in it.
     wanted
@@ -146,7 +146,7 @@ class PivotOutcome:
     """The result of both sweeps.
 
     The thesis's method on the same frames is in ``first.thesis`` and ``second.thesis``
-    (`pivot_centre.ThesisPivot`: centres of the spheres, spread, Table 4), residuals of the spots,
+    (`pivot.ThesisPivot`: centres of the spheres, spread, Table 4), residuals of the spots,
     frames left out and the tip of every frame are in the calibrations.
 
     Attributes

@@ -1,6 +1,6 @@
 """Verification of a calibration with calibrated lengths and spheres (after VDI/VDE 2634 part 1).
 
-A bar with nests is placed along the lines of `line_planning`; the ball is put into every nest, and
+A bar with nests is placed along the lines of `_line_planning`; the ball is put into every nest, and
 the distances of all nests from the first one are five test lengths on each line. Spheres are
 touched at 25 points each, and judged by size and form. A check passes where its error, together
 with the uncertainty of the artefact, stays inside the limit: uncertainty counts against who wants

@@ -1,4 +1,4 @@
-"""An ellipse by orthogonal distance, in a plane; see `ellipse_starts`."""
+"""An ellipse by orthogonal distance, in a plane; see `_ellipse_starts`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A torus by orthogonal distance, cold: nothing is known of its axis; see `torus_starts`."""
+"""A torus by orthogonal distance, cold: nothing is known of its axis; see `_torus_starts`."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ kind            parameters                 step
 ==============  =========================  ====================================================
 
 Distances are positive outside. That of an ellipse is less its offset, which is no parameter: a ball
-that rolls on an ellipse has its centre on a curve that is none. Its loops are in `ellipse_kernel`.
+that rolls on an ellipse has its centre on a curve that is none. Its loops are in `_ellipse_kernel`.
 """
 
 from __future__ import annotations

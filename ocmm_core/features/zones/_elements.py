@@ -156,7 +156,7 @@ def geometry_of(
     placed
         The element.
     step
-        (8,): see `zone_surfaces`.
+        (8,): see `_surfaces`.
     offset
         Distance at which the element stands from what distances are counted from: a radius, the
         height of a plane, the tube of a torus.

@@ -1,7 +1,7 @@
 """Distances of points from an outline in its plane, and how a step changes them.
 
 They are those of `flat_kernel`, positive outside, in a form that holds for complex steps too; see
-`zone_surfaces`.
+`_surfaces`.
 """
 
 from __future__ import annotations

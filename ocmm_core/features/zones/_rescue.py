@@ -77,7 +77,7 @@ def _held(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
 
 
 def _forces(surface: ElementFamily, points: Float, zone: Zone, gap: float) -> tuple[Int, Float]:
-    """Return contacts (c,), coded as in `zone_kernel`, nearer than ``gap``, and their forces."""
+    """Return contacts (c,), coded as in `_kernel`, nearer than ``gap``, and their forces."""
     placed = zone.placed
     found, slopes = distances(surface, placed.local(points), placed.sizes)
     by_step = slopes[:, surface.free] @ natural_steps(surface, points, placed)
@@ -102,7 +102,7 @@ def slid(
     Parameters
     ----------
     surface, points
-        As in `zone_solver.settle`.
+        As in `_solver.settle`.
     zone
         One whose contacts are in balance.
     slide

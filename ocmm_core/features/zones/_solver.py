@@ -1,6 +1,6 @@
 """The narrowest zone that is reached from one start, and the best of those from many.
 
-A linear step within a trust region names the points that will touch (`zone_kernel`); a Newton step
+A linear step within a trust region names the points that will touch (`_kernel`); a Newton step
 on these contacts, curvature included, then goes to the optimum quadratically. Method: R. Fletcher
 and E. Sainz de la Maza, Mathematical Programming 43 (1989); for geometry in coordinate metrology
 D. Hutzschenreuter and others, J. Sens. Sens. Syst. 7 (2018) reach 1e-14 with one of its kind.
@@ -337,7 +337,7 @@ def polished(
     zone
         A settled one.
     contacts
-        (c,): coded as in `zone_kernel`.
+        (c,): coded as in `_kernel`.
     multipliers
         (c,): their forces.
     longest

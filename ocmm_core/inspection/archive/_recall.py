@@ -1,8 +1,8 @@
 """Recall: which verdicts of older jobs stand after their calibration was found to be wrong.
 
 Every job whose points the history of its calibration puts in doubt is computed anew from its raw
-spots with the calibration in force now, which was made later (`recall_job`); what the spots exclude
-decides which of both counts (`recall_judge`). Job files are only read, in copies.
+spots with the calibration in force now, which was made later (`_recall_job`); what the spots
+exclude decides which of both counts (`_recall_judge`). Job files are only read, in copies.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Both times everything is computed from the raw spots: poses, ball centres, their joint covariance
 with the covariance of the calibration that was used, features, frame and characteristics. Which of
-the two the cameras were like when the job was measured is judged elsewhere (`recall_judge`).
+the two the cameras were like when the job was measured is judged elsewhere (`_recall_judge`).
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class Later:
     why_not
         Why there is none; empty where there is one.
     scale
-        Of the noise of the spots (`recall_fit.misfit_of`).
+        Of the noise of the spots (`_recall_fit.misfit_of`).
     """
 
     record: CameraRecord | None

@@ -30,7 +30,7 @@ MOST_SLANT_DEG = 60.0
 
 CLEAR_DEG = 30.0
 """A way within this of one normal, and further by this from every other, tells surfaces apart: a
-point that slants more is not compensated anyway (`single_points.MAX_SLANT_DEG`)."""
+point that slants more is not compensated anyway (`evaluation.MAX_SLANT_DEG`)."""
 
 _LYING_MM, _LYING_DEG = 0.1, 10.0
 """A point of the plan is on a surface of the plan: places and directions are written rounded."""

@@ -111,7 +111,7 @@ def stand_of(rig: Rig, place: str, number: int) -> Float:
     Parameters
     ----------
     place
-        One of `verification_state.PLACES`; empty for the middle.
+        One of `verification.PLACES`; empty for the middle.
     number
         Of the sphere: those in the middle stand beside each other.
     """

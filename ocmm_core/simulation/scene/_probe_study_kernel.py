@@ -34,7 +34,7 @@ def add_paths(
     turns
         (9, m): room for the rotations.
     moments
-        (L, 13), added to: `pivot_shape_kernel.add_moments` with the LEDs as reference.
+        (L, 13), added to: `pivot.add_moments` with the LEDs as reference.
     points
         (n, L, 3), mm, out: the noisy targets; (0, L, 3) where nobody wants them.
     """

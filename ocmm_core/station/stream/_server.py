@@ -3,10 +3,10 @@
 Off unless asked for. It listens on this computer alone unless another address is given, and then
 only with a token. Clients can read, nothing else. One thread serves all of them and waits for none.
 
-Points and the button are never dropped: each message is kept (`stream_log`), and a client that was
+Points and the button are never dropped: each message is kept (`_log`), and a client that was
 away resumes after the last number it has. Poses are for looking: a client that reads too slowly
 misses some, and of several changes of the state in between it is told the latest. So with the
-verdicts, which a thread of their own computes (`verdict_watch`).
+verdicts, which a thread of their own computes (`_verdict_watch`).
 """
 
 from __future__ import annotations

@@ -166,7 +166,7 @@ def distance_of_faces(
     Raises
     ------
     FitError
-        As `two_point.between_faces`.
+        As `zones.between_faces`.
     """
     association = characteristic.association
     return _of_rank(*between_faces(first, second, association), association)

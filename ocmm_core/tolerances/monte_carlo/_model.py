@@ -1,6 +1,6 @@
 """What one Monte Carlo trial computes: from moved points to elements and from these to values.
 
-The elements are fitted anew in every trial, with all their curvature (`refit_kernel`); the ball is
+The elements are fitted anew in every trial, with all their curvature (`_refit_kernel`); the ball is
 taken off as `features.actual` does. From the elements to a value there are only angles and
 distances of elements that hardly move: there the value is developed to second order, whose rest is
 some 1e-9 mm for movements of 0.01 mm.
@@ -59,7 +59,7 @@ class Refit:
     name
         Of the feature.
     kind
-        Of `refit_kernel`.
+        Of `_refit_kernel`.
     centroid, base, size
         Its ball centres: centroid (3,), about it (n, 3), and their size, mm.
     places

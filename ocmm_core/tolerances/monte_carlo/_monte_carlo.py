@@ -1,7 +1,7 @@
 """Propagation of distributions by Monte Carlo, as JCGM 101:2008 says, and what it says of the GUM.
 
 All inputs are perturbed together by their joint covariance, the whole evaluation is done anew with
-its curvature (`monte_carlo_trials`), and trials are added in batches until twice the standard
+its curvature (`_trials`), and trials are added in batches until twice the standard
 errors of the mean, of the standard uncertainty and of both ends of the interval are below the
 numerical tolerance (7.9). Then the interval of linear propagation, y ± U, is compared with the one
 found (8.1). Both are those of the probability 95.45 %, which k = 2 stands for.

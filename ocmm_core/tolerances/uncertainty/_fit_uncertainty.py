@@ -1,6 +1,6 @@
 """The uncertainty of a fit whose points are all that is known: from the scatter of its residuals.
 
-It is the uncertainty of a job (`sampling.widened`, `first_order.growth`) in which the noise of the
+It is the uncertainty of a job (`sampling.widened`, `_first_order.growth`) in which the noise of the
 points is not known, so that all scatter counts as form: independent from place to place, square to
 the element. Student's distribution takes care of few points.
 """

@@ -32,7 +32,7 @@ class Spreads:
     judged
         About the value less the bonus of a modifier, which is held against the limit.
     growth
-        Factor that the second-order terms of the fits have in both (`first_order`); infinite where
+        Factor that the second-order terms of the fits have in both (`_first_order`); infinite where
         there is no uncertainty, and both are those of first order.
     """
 

@@ -61,7 +61,7 @@ def grow_known(
         ideal, slopes, there, usable, cams, centres, leds, directions, least_cosine, sigma,
         rival_px, limits, labels, np.empty((3, 3)), np.empty(3), worth,
     )  # fmt: skip
-    # The caller compares with `identify_kernel.MAX_DOUBT`; infinity is always above it.
+    # The caller compares with `_identify_kernel.MAX_DOUBT`; infinity is always above it.
     return worth[0] if chi2 >= 0.0 else np.inf
 
 

@@ -1,8 +1,8 @@
 """The compiled search for labels: all that the spots of one frame can mean, and the decision.
 
 Three meeting points whose distances are those of three LEDs (a rigid signature) give a pose, by a
-rotation that never is a reflection; `grow_kernel.grow` completes it. Every pose that holds is kept,
-of every body, and the decision is taken among all of them.
+rotation that never is a reflection; `_grow_kernel.grow` completes it. Every pose that holds is
+kept, of every body, and the decision is taken among all of them.
 """
 
 from __future__ import annotations
@@ -75,7 +75,7 @@ def identify_frames(
     usable, coded
         (B, C S): LED by strobe code, -1 where a slot may be any, -2 where none; (B,).
     sigma, rival_px, limits
-        See `grow_kernel.grow`.
+        See `_grow_kernel.grow`.
     status, labels
         Outputs (n, B) and (n, B, C, 8): slot of each LED, -1 where none.
     """
