@@ -131,8 +131,8 @@ def identify_many(
 ) -> tuple[NDArray[np.uint8], Int]:
     """Return outcome (n, B) and slots of LEDs (n, B, C, 8) of frames (n, C, 8, 2) by themselves.
 
-    The outcomes are those of `kernels._identify_kernel`; slots are -1 where there is none, and in frames
-    that have no answer.
+    The outcomes are those of the kernel `identify`; slots are -1 where there is none, and in
+    frames that have no answer.
     """
     count, n_cameras = len(bodies), len(rig.cameras)
     leds, directions = np.zeros((2, count, MAX_SLOTS, 3))
