@@ -29,14 +29,14 @@ from ocmm_core.calibration.monitor import (  # noqa: E402 - as above
     Baseline,
     CalibrationMonitor,
     ChangeCause,
-    LookCollector,
+    ResidualAccumulator,
     camera_changes,
     learn_baseline,
 )
 from ocmm_core.camera import N_PARAMETERS, Rig, load_rig, project  # noqa: E402 - as above  # noqa: E402 - as above
 from ocmm_core.documents import resource  # noqa: E402 - as above
 from ocmm_core.geometry import Float, rotation_from_vector  # noqa: E402 - as above
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, Wave  # noqa: E402 - as above
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, Wave  # noqa: E402 - as above
 from ocmm_core.simulation.scene import (  # noqa: E402 - as above  # noqa: E402 - as above
     Part,
     ScriptedBump,
@@ -86,7 +86,9 @@ class Bench:
         part = load_part(resource("parts", "demo.toml"))
         return cls(rig, exposures, body, part, tip_effects(rig, body))
 
-    def tracked(self, virtual: VirtualRig | CalibratingRig, first_s: float, last_s: float) -> (
+    def tracked(
+        self, virtual: VirtualRig | CalibrationScenesRig, first_s: float, last_s: float
+    ) -> (
         TrackBlock
     ):  # fmt: skip
         """Return tracked frames; single exposures are judged with the noise that they have."""
@@ -97,9 +99,9 @@ class Bench:
 
     def learnt(self, seed: int) -> Baseline:
         """Return what a minute of waving teaches about the sensors of a world."""
-        shown = CalibratingRig(self.rig, self.body, (Wave(ways=WAYS, seed=seed),), seed)
+        shown = CalibrationScenesRig(self.rig, self.body, (Wave(ways=WAYS, seed=seed),), seed)
         track = self.tracked(shown, 0.0, shown.n_frames / RATE_HZ)
-        looks = LookCollector(self.rig, self.body, 10_000_000).feed(track)
+        looks = ResidualAccumulator(self.rig, self.body, 10_000_000).feed(track)
         return learn_baseline(looks, self.rig, self.body)
 
     def operator(self, seed: int, bumps: tuple[ScriptedBump, ...] = (), touches: int = 6) -> (

@@ -28,7 +28,7 @@ import numpy as np
 from benchmarks.evidence_edits import EDITS, Rng
 from benchmarks.evidence_site import EVENTS, Store, View, cameras_in, probe_in
 from ocmm_core.calibration.records import NAME as SEAL
-from ocmm_core.calibration.records import Word
+from ocmm_core.calibration.records import CalibrationStatus
 from ocmm_core.errors import OcmmError
 
 TRIALS = 10_000
@@ -169,7 +169,7 @@ def run(trials: int, seed: int, folder: Path) -> Count:
     running = {}
     for store in bench.stores:
         running[store.kind] = store.begin()
-        _require(running[store.kind]().word is Word.VALID)
+        _require(running[store.kind]().word is CalibrationStatus.VALID)
     for trial in range(trials):
         number = trial % 2
         store, other = bench.stores[number], bench.others[number]
@@ -188,11 +188,11 @@ def run(trials: int, seed: int, folder: Path) -> Count:
             started = time.process_time()
             word = running[store.kind]().word
             count.looks_s.append(time.process_time() - started)
-            again = store.begin()().word if trial % 20 < 2 else Word.VALID
+            again = store.begin()().word if trial % 20 < 2 else CalibrationStatus.VALID
         except (OcmmError, OSError) as error:
             count.ended.append(f"{what}, restored: {error!r}")
             continue
-        if (word, again) != (Word.VALID, Word.VALID):
+        if (word, again) != (CalibrationStatus.VALID, CalibrationStatus.VALID):
             count.unrestored.append(f"{what}: {word} and {again}")
             running[store.kind] = store.begin()
     return count
@@ -221,7 +221,7 @@ def set_back(folder: Path) -> tuple[int, int, int]:
     """
     states = noticed = unnoticed = 0
     for store in make_bench(folder).stores:
-        _require(store.begin()().word is Word.VALID)
+        _require(store.begin()().word is CalibrationStatus.VALID)
         for events, seal in zip(store.earlier[EVENTS], store.earlier[SEAL], strict=True):
             states += 1
             put(store.folder, {EVENTS: events, SEAL: seal})

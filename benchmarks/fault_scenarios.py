@@ -32,7 +32,7 @@ from ocmm_core.acquisition.frames import (
     AcquisitionStatus,
     AcquisitionWorker,
     FrameRing,
-    HeadWord,
+    RingHeaderField,
     StopReason,
     read_status,
 )
@@ -47,7 +47,7 @@ from ocmm_core.simulation.bus import (
     FAR,
     HOST,
     NEAR,
-    FaultDeed,
+    FaultKind,
     FaultRig,
     FrameKind,
     FrameWatch,
@@ -197,7 +197,7 @@ def now() -> Moment:
     return Moment(time.monotonic_ns(), time.time_ns())
 
 
-def deed(do: FaultDeed, camera: int = 0, value: int = 0, code: int = 0) -> Step:
+def deed(do: FaultKind, camera: int = 0, value: int = 0, code: int = 0) -> Step:
     """Return the step that does something to a camera."""
 
     def step(rig: FaultRig) -> Moment:
@@ -248,7 +248,7 @@ def _nothing(_rig: FaultRig) -> Moment:
     return now()
 
 
-def _toggled(name: str, do: FaultDeed, alarms: tuple[Alarm, ...], camera: int = 1) -> Scenario:
+def _toggled(name: str, do: FaultKind, alarms: tuple[Alarm, ...], camera: int = 1) -> Scenario:
     return Scenario(name, deed(do, camera, 1), deed(do, camera, 0), alarms)
 
 
@@ -292,7 +292,7 @@ def _object(rig: FaultRig, action: Callable[[RemoteObjects], object]) -> str:
 
 
 _PROCESS = (FrameKind.PROCESS,)
-Do = FaultDeed
+Do = FaultKind
 _GONE = (Alarm.SILENT, Alarm.CAMERA_MISSING, Alarm.LOST_ANSWERS, Alarm.LINK_DOWN)
 _PART = (Alarm.CAMERA_MISSING, Alarm.WORKING_COUNTER, Alarm.RESTARTED, Alarm.LEFT_OPERATION)
 _LOST = (Alarm.LOST_ANSWERS,)
@@ -438,7 +438,7 @@ class Player:
             asking = threading.Thread(target=lambda: answers.append(ask(self._rig)))
             asking.start()
         self.watch(seen, scenario.lasts_s)
-        last_ns = self._ring.word(HeadWord.LAST_FRAMES_NS)
+        last_ns = self._ring.word(RingHeaderField.LAST_FRAMES_NS)
         end = scenario.end(self._rig) if scenario.lasts_s else begin
         came = self.healthy(seen, end.monotonic_ns)
         self.watch(seen, _SETTLE_S)
@@ -494,7 +494,7 @@ class Player:
         return (0, 0) if report is None else (report.stray_answers, report.recoveries)
 
     def _running(self) -> bool:
-        return self._ring.word(HeadWord.STATE) != AcquisitionState.STOPPED
+        return self._ring.word(RingHeaderField.STATE) != AcquisitionState.STOPPED
 
 
 def _cycles(before: AcquisitionStatus, after: AcquisitionStatus) -> dict[str, int]:

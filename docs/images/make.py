@@ -29,7 +29,7 @@ from ocmm_core.composition import StationRequest, build_station, script_of
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView, StatusWord
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import CameraDeed, FaultDeed
+from ocmm_core.simulation.bus import CameraDeed, FaultKind
 from ocmm_core.simulation.scene import ScriptedOcclusion, WorldOptions
 from ocmm_gui.app import make_application
 from ocmm_gui.bridge import StationBridge
@@ -188,7 +188,7 @@ def _grab_bus(
 
 def _switch_off_second_camera(control: str) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ask:
-        ask.sendto(msgspec.json.encode(CameraDeed(do=FaultDeed.POWER_OFF, camera=1)), control)
+        ask.sendto(msgspec.json.encode(CameraDeed(do=FaultKind.POWER_OFF, camera=1)), control)
 
 
 def _run_for(app: QApplication, bridge: StationBridge, seconds: float) -> None:

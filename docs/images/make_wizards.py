@@ -37,7 +37,7 @@ from ocmm_core.composition import (
 from ocmm_core.documents import resource
 from ocmm_core.simulation.calibration_scenes import (
     SEATS,
-    CalibratingRig,
+    CalibrationScenesRig,
     Scene,
     SweepProbe,
     TipFault,
@@ -72,9 +72,9 @@ class Stage:
         self.wizard.resize(*SIZE)
         self.wizard.show()
 
-    def virtual(self, *scenes: Scene) -> CalibratingRig:
+    def virtual(self, *scenes: Scene) -> CalibrationScenesRig:
         """Return the virtual rig with scenes."""
-        return CalibratingRig(self.rig, self.body, scenes, SEED)
+        return CalibrationScenesRig(self.rig, self.body, scenes, SEED)
 
     def show(self, runner: Runner, *scenes: Scene) -> None:
         """Show scenes to a procedure that takes by itself what is ready."""

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         saved_frame,
     )
     from ocmm_core.alignment._frame_doubt import doubt_of, saved_frame_in, unknown_frame
-    from ocmm_core.alignment._frame_slopes import frame_slopes
+    from ocmm_core.alignment._frame_slopes import frame_jacobian
     from ocmm_core.alignment._precedence import (
         held_again,
         in_precedence,
@@ -66,7 +66,7 @@ else:
             "content_hash frame_document is_covariance load_frame relocation save_frame saved_frame"
         ),
         _frame_doubt="doubt_of saved_frame_in unknown_frame",
-        _frame_slopes="frame_slopes",
+        _frame_slopes="frame_jacobian",
         _precedence="held_again in_precedence may_be_taken_again part_frame taken_again_by",
         _report="AlignmentReport preview_alignment report_lines",
         _residuals="Residual",
@@ -97,9 +97,9 @@ __all__ = [
     "fit_points",
     "fit_points_locked",
     "frame_document",
+    "frame_jacobian",
     "frame_name",
     "frame_of",
-    "frame_slopes",
     "held_again",
     "in_precedence",
     "is_covariance",

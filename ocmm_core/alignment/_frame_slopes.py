@@ -29,7 +29,7 @@ curves enough to matter over a step has a lever of less than a millimetre, and i
 """
 
 
-def frame_slopes(
+def frame_jacobian(
     rule: AnyAlignment, actual: Mapping[str, ActualFeature], T_part_from_world: RigidTransform
 ) -> Float:
     """Return how the part frame moves with the points, (6, 3 N + 1).

@@ -14,7 +14,7 @@ import numpy as np
 
 from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame, frames_of_datums
 from ocmm_core.alignment._datums import frame_of
-from ocmm_core.alignment._frame_slopes import frame_slopes
+from ocmm_core.alignment._frame_slopes import frame_jacobian
 from ocmm_core.alignment._freedom import SAME_DIRECTION, angle_about, cross
 from ocmm_core.alignment._rules import (
     Alignment,
@@ -39,7 +39,7 @@ SEEN_MM = 0.02
 
 
 @dataclass(frozen=True, slots=True)
-class Again:
+class ConstrainedAssociation:
     """Features with datums that were associated again.
 
     Attributes
@@ -78,7 +78,7 @@ def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> Rig
     return frame_of(rule, held_again(rule, features).geometries)
 
 
-def held_again(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> Again:
+def held_again(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> ConstrainedAssociation:
     """Return the features as a part frame takes them.
 
     Its datums after the first are associated with their points again, where the rule has datums in
@@ -90,14 +90,14 @@ def held_again(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> Again
         A datum is not measured, or hardly says how the part lies.
     """
     if not isinstance(rule, BoundAlignment):
-        return Again(actual, {})
+        return ConstrainedAssociation(actual, {})
     datums, others = _datums(rule.rule)
     if any(name not in actual for name in datums) or len(datums) < 2:
-        return Again(actual, {})
+        return ConstrainedAssociation(actual, {})
     again, _ = in_precedence(datums, actual, rule.shapes, rule.nominals, rule.choice)
     # A centre that is also brought to its place by itself stays as it was touched.
     kept = {name: actual[name] for name in others if name in actual}
-    return Again({**again.features, **kept}, again.turned)
+    return ConstrainedAssociation({**again.features, **kept}, again.turned)
 
 
 def taken_again_by(
@@ -122,7 +122,7 @@ def in_precedence(
     shapes: Mapping[str, Shape],
     nominals: Mapping[str, Float],
     choice: int | None = None,
-) -> tuple[Again, DatumFrame]:
+) -> tuple[ConstrainedAssociation, DatumFrame]:
     """Return all features, the datums after the first under the orientation of those before.
 
     Also the frame of these datums.
@@ -154,7 +154,7 @@ def in_precedence(
             found[name] = oriented_feature(actual[name], orientation)
             turned[name] = _turned(actual[name], orientation, found[name].fit.direction)
             frame = datum_frame(datums, geometries_of(found), shapes, nominals, frame.choice)
-    return Again(found, turned), frame
+    return ConstrainedAssociation(found, turned), frame
 
 
 def _orientation(
@@ -177,7 +177,7 @@ def _orientation(
         DatumReferenceFrame(datums=tuple(before)), shapes, nominals, choice=held.choice
     )
     back = held.T_frame_from_world.rotation.T
-    slopes = frame_slopes(rule, found, held.T_frame_from_world)
+    slopes = frame_jacobian(rule, found, held.T_frame_from_world)
     # The frame turns over the part: a direction of the frame turns the other way in the world.
     by_coordinates = -back @ slopes[:3]
     name = datums[place]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
-from ocmm_core.alignment._frame_slopes import frame_slopes
+from ocmm_core.alignment._frame_slopes import frame_jacobian
 from ocmm_core.alignment._precedence import geometries_of, held_again
 from ocmm_core.alignment._residuals import Residual, brought_together, residuals_of
 from ocmm_core.alignment._rules import (
@@ -93,7 +93,7 @@ def preview_alignment(
         held = held_again(bound, measured)
         T_part_from_world = frame_of(bound, held.geometries)
         T_nominal_from_part = _to_nominals(bound)
-        slopes = frame_slopes(bound, held.features, T_part_from_world)
+        slopes = frame_jacobian(bound, held.features, T_part_from_world)
     except OcmmError as error:
         said = (f"{error.what} {error.remedy}",)
         return AlignmentReport(bound.frame, None, None, (), (), None, None, said)

@@ -6,10 +6,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from ocmm_core.calibration.records import (
+    Blocker,
     CalibrationInUse,
-    Obstacle,
+    CalibrationStatus,
     ProbeInUse,
-    Word,
     default_folder,
     default_probe_folder,
     open_calibration,
@@ -106,11 +106,11 @@ def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> Calibrat
     is_design = calibration.record is None and calibration.fault is None
     if not is_design or not _is_recorded_real(recorded):
         return calibration
-    why = Obstacle(
+    why = Blocker(
         f"The recording is of real cameras ({recorded}), and a rig document is no calibration.",
         "Give the folder of their calibrations: --calibrations.",
     )
-    return replace(calibration, fault=(Word.NONE, why))
+    return replace(calibration, fault=(CalibrationStatus.NONE, why))
 
 
 def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
@@ -118,11 +118,11 @@ def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
     is_design = probe.records is None and probe.fault is None
     if not is_design or not _is_recorded_real(recorded):
         return probe
-    why = Obstacle(
+    why = Blocker(
         f"The recording is of a real probe ({recorded}), and a probe document is no calibration.",
         "Give the folder of its records: --probes.",
     )
-    return replace(probe, fault=(Word.NONE, why))
+    return replace(probe, fault=(CalibrationStatus.NONE, why))
 
 
 def _is_recorded_real(recorded: str) -> bool:

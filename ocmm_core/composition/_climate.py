@@ -9,7 +9,7 @@ from ocmm_core.calibration.probe_design import (
     ContactForce,
     Expansion,
     Temperature,
-    Warmth,
+    TemperatureState,
     body_in_use,
     check_temperature,
     contact_force,
@@ -18,7 +18,7 @@ from ocmm_core.calibration.probe_design import (
 from ocmm_core.calibration.records import ProbeRecord
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import MAX_EXPANSION_PPM, Plan, material_expansion
-from ocmm_core.measuring import Climate, PartWarmth, check_part
+from ocmm_core.measuring import Climate, PartTemperature, check_part
 from ocmm_core.tracking import ProbeBody
 
 _PPM = 1e-6
@@ -93,7 +93,7 @@ def climate_in_use(
         A document or a number cannot be used, or something is to be compensated of which not
         everything is known.
     """
-    part = PartWarmth(
+    part = PartTemperature(
         _temperature(request.part_c, request.sigma_k),
         _expansion(request.part_expansion_ppm, plan),
         request.compensate_part,
@@ -110,14 +110,14 @@ def climate_in_use(
                 "is built of.",
                 "Give its design with --probe-design, or measure without --compensate-probe.",
             )
-        return ClimateInUse(Climate(Warmth(now), part), body, None)
+        return ClimateInUse(Climate(TemperatureState(now), part), body, None)
     design = load_design(request.probe_design, body)
     made = None
     if calibration is not None and calibration.temperature_c is not None:
         made = Temperature(calibration.temperature_c, request.sigma_k, "record of the calibration")
     elif calibration is None and design.reference_temperature_c is not None:
         made = Temperature(design.reference_temperature_c, request.sigma_k, "design of the probe")
-    warmth = Warmth(now, made, request.compensate_probe)
+    warmth = TemperatureState(now, made, request.compensate_probe)
     return ClimateInUse(
         Climate(warmth, part, design.text),
         body_in_use(body, design, warmth),

@@ -24,7 +24,7 @@ from ocmm_core.composition._feeds import StationRequest
 from ocmm_core.composition._sources import make_feed
 from ocmm_core.documents import digest
 from ocmm_core.errors import StorageError
-from ocmm_core.inspection.archive import place_of_part_before, require_new_serial
+from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
 from ocmm_core.inspection.plan import Plan, load_plan, stored_plan
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
@@ -97,7 +97,7 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     try:
         near = None
         if reference is None and begun is None and request.batch:
-            near = place_of_part_before(
+            near = previous_part_pose(
                 request.out, request.batch, digest(request.plan), calibration.rig.identity
             )
         job = begun or _new_job(request, plan, calibration, probe)

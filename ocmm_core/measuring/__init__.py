@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._temperature import (
         CLIMATE_EVENT,
         Climate,
-        PartWarmth,
+        PartTemperature,
         check_part,
         climate_of_text,
         record_text,
@@ -69,7 +69,7 @@ else:
         _probe_words="label_verdict label_words mechanics_words",
         _stable_point="PointOptions StablePoint average",
         _temperature=(
-            "CLIMATE_EVENT Climate PartWarmth check_part climate_of_text record_text "
+            "CLIMATE_EVENT Climate PartTemperature check_part climate_of_text record_text "
             "reported_points"
         ),
         _trigger="Touch TouchCollector approach_direction",
@@ -93,7 +93,7 @@ __all__ = [
     "FrameDoubt",
     "MeasuredPoint",
     "Mechanics",
-    "PartWarmth",
+    "PartTemperature",
     "PointOptions",
     "ProbeReport",
     "ProbeState",

@@ -21,7 +21,7 @@ import numpy as np
 from ocmm_core.calibration.probe_design import (
     ContactForce,
     ProbeDesign,
-    Warmth,
+    TemperatureState,
     body_in_use,
     sag_shape,
 )
@@ -29,7 +29,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, RigidTransform, skew
 from ocmm_core.measuring._contact import contact_movement
 from ocmm_core.measuring._point import MeasuredPoint
-from ocmm_core.measuring._temperature import PartWarmth, scale_movement
+from ocmm_core.measuring._temperature import PartTemperature, scale_movement
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
@@ -125,7 +125,7 @@ class ProbeState:
     """What the probe document in use has been widened by, so that a budget can tell it apart."""
 
     design: ProbeDesign
-    warmth: Warmth
+    warmth: TemperatureState
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,7 +151,7 @@ def contributions(
     rig: Rig,
     body: ProbeBody,
     contact: ContactForce | None = None,
-    part: PartWarmth | None = None,
+    part: PartTemperature | None = None,
     probe: ProbeState | None = None,
     frame: FrameDoubt | None = None,
 ) -> tuple[Contribution, ...]:

@@ -11,8 +11,8 @@ from ocmm_core.calibration.probe_design import (
     Postures,
     ProbeDesign,
     Temperature,
+    TemperatureState,
     View,
-    Warmth,
     body_in_use,
     force_shapes,
     growth_shape,
@@ -88,7 +88,7 @@ def budget_of(
     forces = force_shapes(design, body)
     sure = Temperature(REFERENCE_C + design.temperature_range_k, _KNOWN_SIGMA_K, "")
     made = Temperature(REFERENCE_C, _KNOWN_SIGMA_K, "")
-    used = body_in_use(bare_body, design, Warmth(sure, made, compensated=True))
+    used = body_in_use(bare_body, design, TemperatureState(sure, made, compensated=True))
     left = used.geometry_covariance - np.outer(weight, weight) / 3.0
     free = design.temperature_range_k**2 / 3.0 * np.outer(growth, growth)
     force = design.contact_force_n**2 / 9.0 * forces @ forces.T

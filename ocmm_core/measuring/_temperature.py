@@ -19,7 +19,7 @@ from ocmm_core.calibration.probe_design import (
     REFERENCE_C,
     Expansion,
     Temperature,
-    Warmth,
+    TemperatureState,
     check_temperature,
 )
 from ocmm_core.errors import InputError
@@ -34,7 +34,7 @@ _PPM = 1e6
 
 
 @dataclass(frozen=True, slots=True)
-class PartWarmth:
+class PartTemperature:
     """How warm the part is and how it grows.
 
     Attributes
@@ -106,8 +106,8 @@ class Climate:
         The text of the probe's design; empty where it is not known.
     """
 
-    probe: Warmth = field(default_factory=Warmth)
-    part: PartWarmth = field(default_factory=PartWarmth)
+    probe: TemperatureState = field(default_factory=TemperatureState)
+    part: PartTemperature = field(default_factory=PartTemperature)
     probe_design: str = ""
 
     @property
@@ -159,13 +159,13 @@ def climate_of_text(text: str) -> Climate:
             "Open the job with the program that wrote it.",
         ) from error
     return Climate(
-        Warmth(record.probe, record.probe_calibration, record.probe_compensated),
-        PartWarmth(record.part, record.part_expansion, record.part_compensated),
+        TemperatureState(record.probe, record.probe_calibration, record.probe_compensated),
+        PartTemperature(record.part, record.part_expansion, record.part_compensated),
         record.probe_design,
     )
 
 
-def check_part(part: PartWarmth) -> None:
+def check_part(part: PartTemperature) -> None:
     """Refuse to compensate a part of which not everything is known.
 
     Raises
@@ -192,7 +192,7 @@ def check_part(part: PartWarmth) -> None:
         )
 
 
-def reported_points(points: Sequence[MeasuredPoint], part: PartWarmth) -> list[MeasuredPoint]:
+def reported_points(points: Sequence[MeasuredPoint], part: PartTemperature) -> list[MeasuredPoint]:
     """Return points as they are reported: at 20 °C where the part is compensated."""
     scale = part.scale
     if scale == 1.0:
@@ -218,7 +218,7 @@ def scale_movement(points: Sequence[MeasuredPoint]) -> Float:
     return movement
 
 
-def _probe_words(probe: Warmth) -> str:
+def _probe_words(probe: TemperatureState) -> str:
     if probe.now is None:
         return "Probe: temperature not given, not compensated."
     made = "" if probe.made is None else f", calibrated at {probe.made.celsius:.1f} °C"
@@ -226,7 +226,7 @@ def _probe_words(probe: Warmth) -> str:
     return f"Probe: {probe.now.celsius:.1f} ± {probe.now.sigma_k:.1f} °C{made}, {done}."
 
 
-def _part_words(part: PartWarmth) -> str:
+def _part_words(part: PartTemperature) -> str:
     if part.now is None:
         return "Part: temperature not given, not compensated."
     warm = f"Part: {part.now.celsius:.1f} ± {part.now.sigma_k:.1f} °C"

@@ -36,7 +36,7 @@ from ocmm_core.measuring._contributions import (
     systematic_contributions,
 )
 from ocmm_core.measuring._point import MeasuredPoint
-from ocmm_core.measuring._temperature import PartWarmth
+from ocmm_core.measuring._temperature import PartTemperature
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 COVERAGE_FACTOR = 2.0
@@ -49,7 +49,7 @@ def joint_covariance(
     rig: Rig,
     body: ProbeBody,
     contact: ContactForce | None = None,
-    part: PartWarmth | None = None,
+    part: PartTemperature | None = None,
     frame: FrameDoubt | None = None,
 ) -> Float:
     """Return the covariance of all ball centres and the tip radius.

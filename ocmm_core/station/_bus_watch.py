@@ -7,7 +7,7 @@ from collections import deque
 from dataclasses import dataclass
 from datetime import datetime
 
-from ocmm_core.acquisition.frames import FrameRing, HeadWord
+from ocmm_core.acquisition.frames import FrameRing, RingHeaderField
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.report import BusReport, decode_report, report_text
 
@@ -93,7 +93,7 @@ class BusWatch:
         now = time.monotonic()
         if self._closed or now - self._looked_at < _LOOK_S:
             return self._report
-        sequence = self._ring.word(HeadWord.REPORT_SEQUENCE)
+        sequence = self._ring.word(RingHeaderField.REPORT_SEQUENCE)
         if sequence == self._sequence:
             return self._report
         report = decode_report(self._ring.report())
@@ -116,7 +116,7 @@ class BusWatch:
 
     def silence_s(self) -> float | None:
         """Return for how long no frames have come, s; None where that is not known yet."""
-        last_ns = 0 if self._closed else self._ring.word(HeadWord.LAST_FRAMES_NS)
+        last_ns = 0 if self._closed else self._ring.word(RingHeaderField.LAST_FRAMES_NS)
         return (time.monotonic_ns() - last_ns) * 1e-9 if last_ns else None
 
     def close(self) -> None:

@@ -9,14 +9,14 @@ from dataclasses import replace
 from datetime import UTC, datetime
 
 from ocmm_core.calibration.records import (
+    Blocker,
     CalibrationInUse,
+    CalibrationStatus,
     CalibrationView,
     CameraRecord,
-    Obstacle,
-    Word,
+    check_camera_temperature,
     compare_with_cameras,
     judge,
-    judge_warmth,
     require_record,
     write_to_cameras,
 )
@@ -33,7 +33,7 @@ _KEEP_S = 0.2
 _LOOK_S = 0.05
 _AGAIN_S = 1.0
 
-_NOT_ASKED = Obstacle(
+_NOT_ASKED = Blocker(
     "The cameras were not asked yet which intrinsics they store.",
     "Wait until they are in operation.",
 )
@@ -72,7 +72,7 @@ class CalibrationWatch:
         self._lock = threading.Lock()
         self._view: CalibrationView | None = None
         self._looked_at = -float("inf")
-        self._stored: Obstacle | None = None
+        self._stored: Blocker | None = None
         self._asked: tuple[tuple[int, int], ...] | None = None
         self._again_at = -float("inf")
         self._stop = threading.Event()
@@ -137,7 +137,7 @@ class CalibrationWatch:
         record = self.in_use.record
         if record is not None and report is not None:
             temperatures = [camera.temperature_c for camera in report.cameras]
-            warmth, warnings = judge_warmth(record, temperatures)
+            warmth, warnings = check_camera_temperature(record, temperatures)
             view = replace(
                 view, obstacle=view.obstacle or warmth, warnings=(*view.warnings, *warnings)
             )
@@ -145,7 +145,7 @@ class CalibrationWatch:
             if report is None or self._asked != _powered(report):
                 return replace(view, obstacle=_NOT_ASKED)
             if self._stored is not None:
-                return replace(view, word=Word.UNUSABLE, obstacle=self._stored)
+                return replace(view, word=CalibrationStatus.UNUSABLE, obstacle=self._stored)
         return view
 
     def _record_in_cameras(self) -> CameraRecord | None:
@@ -174,7 +174,7 @@ class CalibrationWatch:
             try:
                 stored = compare_with_cameras(record, objects)
             except OcmmError as error:
-                stored = Obstacle(error.what, error.remedy)
+                stored = Blocker(error.what, error.remedy)
             self._again_at = time.monotonic() + _AGAIN_S
             with self._lock:
                 self._stored, self._asked, self._view = stored, powered, None

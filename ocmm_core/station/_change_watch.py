@@ -15,14 +15,14 @@ from datetime import UTC, datetime, timedelta
 from ocmm_core.calibration.monitor import (
     CalibrationMonitor,
     ChangeCause,
-    ChangeExamination,
+    DriftReport,
     load_baseline,
 )
 from ocmm_core.calibration.records import (
+    Blocker,
     CalibrationInUse,
+    CalibrationStatus,
     CalibrationView,
-    Obstacle,
-    Word,
     record_hash,
 )
 from ocmm_core.inspection.archive import first_taken, is_known, settle_cameras
@@ -33,7 +33,7 @@ from ocmm_core.tracking import ProbeBody, TrackBlock
 WHO = "monitor"
 """Who put the calibration in doubt, in its history."""
 
-_USABLE = (Word.VALID, Word.DUE)
+_USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 _REMEDIES = {
     ChangeCause.PROBE: "Check the probe and calibrate it, then begin a new job.",
     ChangeCause.COMMON: "Align the part anew.",
@@ -81,11 +81,11 @@ class ChangeWatch:
                 in_use.store.folder, record_hash(in_use.record), body.identity
             )
         self._monitor = self._new_monitor()
-        self._doubt: Obstacle | None = None
+        self._doubt: Blocker | None = None
         self._stored = False
 
     @property
-    def doubt(self) -> Obstacle | None:
+    def doubt(self) -> Blocker | None:
         """Return what has changed and what to do about it, or None (any thread)."""
         return self._doubt
 
@@ -133,8 +133,8 @@ class ChangeWatch:
             return False
         return settle_cameras(self._session, self._job, store, used)
 
-    def _raise(self, alarm: ChangeExamination, now_ns: int, view: CalibrationView) -> None:
-        self._doubt = Obstacle(alarm.what, _REMEDIES.get(alarm.cause, _REMEDY))
+    def _raise(self, alarm: DriftReport, now_ns: int, view: CalibrationView) -> None:
+        self._doubt = Blocker(alarm.what, _REMEDIES.get(alarm.cause, _REMEDY))
         since_s = None if alarm.since_ns is None else alarm.since_ns * 1e-9
         try:
             self._session.held.hold_back(since_s, alarm.what)

@@ -12,7 +12,7 @@ from ocmm_core.acquisition.frames import (
     AcquisitionState,
     FrameBlock,
     FrameRing,
-    HeadWord,
+    RingHeaderField,
     read_status,
 )
 from ocmm_core.camera import Rig
@@ -201,7 +201,7 @@ class FrameLoop:
         track = self._pipeline.process(block)
         collector = self._collector
         if collector is None:
-            period_s = self._ring.word(HeadWord.FRAME_PERIOD_NS) * 1e-9
+            period_s = self._ring.word(RingHeaderField.FRAME_PERIOD_NS) * 1e-9
             collector = self._collector = TouchCollector(period_s, self._point)
         if self._take.is_set():
             self._take.clear()

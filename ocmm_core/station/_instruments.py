@@ -6,14 +6,14 @@ from datetime import UTC, datetime
 
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.records import (
+    Blocker,
     CalibrationInUse,
     CalibrationOverview,
+    CalibrationStatus,
     CalibrationView,
-    Obstacle,
     ProbeInUse,
     ProbeOverview,
     ProbeView,
-    Word,
     overview,
     probe_overview,
 )
@@ -85,10 +85,10 @@ class Instruments:
         except Exception as error:
             told = self._faults.fail(error, "The watch over the calibration")
             return CalibrationView(
-                word=Word.UNUSABLE,
+                word=CalibrationStatus.UNUSABLE,
                 rig=self.rig.name,
                 identity=self.rig.identity,
-                obstacle=Obstacle(told.what, told.remedy),
+                obstacle=Blocker(told.what, told.remedy),
             )
 
     def calibration_overview(self) -> CalibrationOverview:
@@ -102,19 +102,19 @@ class Instruments:
         except Exception as error:
             told = self._faults.fail(error, "The watch over the probe")
             return ProbeView(
-                word=Word.UNUSABLE,
+                word=CalibrationStatus.UNUSABLE,
                 probe=self.body.name,
                 tip=self._gear.probe.tip,
                 identity=self.body.identity,
                 diameter_mm=2.0 * self.body.tip_radius,
-                obstacle=Obstacle(told.what, told.remedy),
+                obstacle=Blocker(told.what, told.remedy),
             )
 
     def probe_overview(self) -> ProbeOverview:
         """Return what the records of the probe hold; reads all of them."""
         return probe_overview(self._gear.probe.store, datetime.now(UTC))
 
-    def hindrance(self) -> tuple[RefusalCode, Obstacle | None]:
+    def hindrance(self) -> tuple[RefusalCode, Blocker | None]:
         """Return why no points may be taken because of calibration or tip, or None."""
         view, now = self._calibration.view(), self._current.now
         cameras = view.hindrance or (None if view.uncalibrated else now.changes.doubt)

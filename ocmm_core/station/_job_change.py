@@ -201,6 +201,6 @@ def _pause_unfinished(session: InspectionSession, job: JobFile) -> str:
     session.pausing.pause()
     features = "feature is" if len(missing) == 1 else "features are"
     return (
-        f"Job {job.path.stem} is paused, {len(missing)} {features} still to be measured; all its "
-        "points are in its file, and it can be gone on with."
+        f"Job {job.path.stem} is paused, {len(missing)} {features} still to be measured. All "
+        "points saved; resume it from Job."
     )

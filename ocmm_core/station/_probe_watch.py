@@ -14,14 +14,14 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import BlowSense
+from ocmm_core.calibration.guided import ShockDetector
 from ocmm_core.calibration.records import (
     MONITOR,
-    Obstacle,
+    Blocker,
+    CalibrationStatus,
     ProbeInUse,
     ProbeStore,
     ProbeView,
-    Word,
     judge,
 )
 from ocmm_core.errors import CalibrationError
@@ -34,7 +34,7 @@ PAUSE = timedelta(hours=8)
 
 _KEEP_S = 0.2
 """What was found is given out for so long before it is looked at again."""
-_USABLE = (Word.VALID, Word.DUE)
+_USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 
 
 class ProbeWatch:
@@ -71,8 +71,8 @@ class ProbeWatch:
         self._looked_at = -float("inf")
         self._settled = 0
         self._used = max(map(datetime.fromisoformat, job.taken_utc().values()), default=None)
-        self._blows = BlowSense()
-        self._dropped: Obstacle | None = None
+        self._blows = ShockDetector()
+        self._dropped: Blocker | None = None
 
     def start(self) -> None:
         """Begin: a tip that was asked for by name is mounted, a tip that rested is in doubt.
@@ -167,7 +167,7 @@ class ProbeWatch:
     def _judge(self) -> ProbeView:
         view = judge(self.in_use, self._clock())
         if view.obstacle is None and self._dropped is not None:
-            return replace(view, word=Word.SUSPECT, obstacle=self._dropped)
+            return replace(view, word=CalibrationStatus.SUSPECT, obstacle=self._dropped)
         return view
 
     def _notice_blow(self, block: FrameBlock) -> bool:
@@ -200,7 +200,7 @@ class ProbeWatch:
 
     def _doubt(self, reason: str, since: datetime) -> None:
         """Put the mounted tip in doubt; without a history, for as long as the job runs."""
-        self._dropped = Obstacle(reason, "Check the probe, then begin a new job.")
+        self._dropped = Blocker(reason, "Check the probe, then begin a new job.")
         self.forget()
         if self._store is not None:
             self._store.doubt(MONITOR, reason, since, self._clock())

@@ -18,7 +18,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.storage._audit import now_utc
     from ocmm_core.storage._faults import damaged, no_job, not_writable
-    from ocmm_core.storage._glance import JobGlance, glance
+    from ocmm_core.storage._glance import JobSummary, read_summary
     from ocmm_core.storage._job_file import JobFile
     from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
@@ -27,7 +27,7 @@ else:
         __name__,
         _audit="now_utc",
         _faults="damaged no_job not_writable",
-        _glance="JobGlance glance",
+        _glance="JobSummary read_summary",
         _job_file="JobFile",
         _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference make_head",
@@ -36,14 +36,14 @@ else:
 __all__ = [
     "JobEvent",
     "JobFile",
-    "JobGlance",
     "JobHead",
     "JobReference",
     "JobStep",
+    "JobSummary",
     "damaged",
-    "glance",
     "make_head",
     "no_job",
     "not_writable",
     "now_utc",
+    "read_summary",
 ]

@@ -24,7 +24,7 @@ _SETTLED_NS = 1_000_000_000
 
 
 @dataclass(frozen=True, slots=True)
-class JobGlance:
+class JobSummary:
     """What is seen of a job at a glance.
 
     Attributes
@@ -42,7 +42,7 @@ class JobGlance:
     n_points: int
 
 
-def glance(path: Path) -> JobGlance | None:
+def read_summary(path: Path) -> JobSummary | None:
     """Return what is seen of a closed job file; None where somebody may be writing to it.
 
     Its audit and its pages are not looked at: it is only for lists.
@@ -74,7 +74,7 @@ def _trace(path: Path) -> tuple[int, int, int] | None:
     return found.st_mtime_ns, found.st_size, found.st_ino
 
 
-def _read(path: Path) -> JobGlance:
+def _read(path: Path) -> JobSummary:
     address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
     try:
         with contextlib.closing(sqlite3.connect(address, uri=True)) as db:
@@ -88,4 +88,4 @@ def _read(path: Path) -> JobGlance:
             ).fetchone()
     except sqlite3.Error as error:
         raise storage_error(path, error) from error
-    return JobGlance(head, tuple(JobEvent(*one) for one in events), n_points)
+    return JobSummary(head, tuple(JobEvent(*one) for one in events), n_points)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from ocmm_core.camera import MAX_SLOTS, Rig, project
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._body import LedBody, ProbeBody
-from ocmm_core.tracking.kernels import grow_known
+from ocmm_core.tracking.kernels import extend_tracked
 from ocmm_core.tracking.kernels import identify_kernel as kernel
 
 CHI2_SIGMAS = 5.0
@@ -190,7 +190,7 @@ def extended_labels(
         (C, L), -1 where none.
     """
     more = labels.copy()
-    doubt = grow_known(
+    doubt = extend_tracked(
         np.ascontiguousarray(spots),
         rig.packed(),
         np.stack([camera.centre_world for camera in rig.cameras]),

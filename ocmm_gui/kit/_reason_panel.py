@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 
 from ocmm_gui.kit._path_panel import OwnKeysField
 
-PROPOSAL = "touched beside the surface"
+PROPOSAL = "missed the surface"
 
 
 class ReasonPanel(QFrame):
@@ -46,7 +46,7 @@ class ReasonPanel(QFrame):
     def ask(self, number: int) -> None:
         """Open the panel for a point, with the keyboard in the field."""
         self._number = number
-        self._label.setText(f"Delete point {number}, because it was")
+        self._label.setText(f"Reason for deleting point {number}")
         self.field.setText(PROPOSAL)
         self.show()
         self.field.setFocus()

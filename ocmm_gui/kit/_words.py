@@ -161,7 +161,7 @@ def outlier_count(feature: FeatureView) -> str:
     count = len(feature.outliers)
     if not count:
         return ""
-    return "One point is far off." if count == 1 else f"{count} points are far off."
+    return "1 outlier." if count == 1 else f"{count} outliers."
 
 
 def outlier_words(feature: FeatureView, chosen: int) -> str:
@@ -173,12 +173,12 @@ def outlier_words(feature: FeatureView, chosen: int) -> str:
     )  # fmt: skip
     if feature.outliers:
         named = ", ".join(_off(number, residuals) for number in feature.outliers)
-        lines.append(f"Far off: {named}. They count until you delete them.")
+        lines.append(f"Outliers: {named}. Still used in the fit. Delete to exclude.")
     if chosen in {point.number for point in feature.points}:
         lines.append(f"Chosen: {_off(chosen, residuals)}. Del deletes it.")
     if feature.deleted:
         out = ", ".join(str(item.point.number) for item in feature.deleted)
-        lines.append(f"Deleted: point {out}. Ins puts the last one back.")
+        lines.append(f"Deleted: point {out}. Ins restores it.")
     return "\n".join(lines)
 
 
@@ -208,7 +208,7 @@ def next_step(job: JobView, live: LiveView | None = None) -> str:
     if has_failed(live):
         return "Restart OCMM. Then resume the job."
     if job.paused:
-        return "Paused: touches are not taken. Press Z to go on."
+        return "Paused. Press Z to resume."
     looked_at = job.shown if job.looked_at else None
     if looked_at is not None:
         state = "skipped" if looked_at.skipped else "done"
@@ -272,7 +272,7 @@ def approach_words(job: JobView | None, live: LiveView | None) -> str:
 
 
 COMPENSATION_WORDS = {
-    "approach": "as the probe came",
+    "approach": "approach direction",
     "pulled": "pull away after the touch",
     "shank": "along the shank",
     "nominal": "as the plan says",

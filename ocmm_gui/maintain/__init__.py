@@ -18,7 +18,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_gui.maintain._bus_page import BusPage
     from ocmm_gui.maintain._calibration_page import CalibrationPage
-    from ocmm_gui.maintain._deeds import MaintenanceDeeds
+    from ocmm_gui.maintain._deeds import ConfirmedActions
     from ocmm_gui.maintain._fits_page import FitsPage
     from ocmm_gui.maintain._maintain_view import MaintainView, Page
     from ocmm_gui.maintain._probe_design_page import ProbeDesignPage, plain_body
@@ -29,7 +29,7 @@ else:
         __name__,
         _bus_page="BusPage",
         _calibration_page="CalibrationPage",
-        _deeds="MaintenanceDeeds",
+        _deeds="ConfirmedActions",
         _fits_page="FitsPage",
         _maintain_view="MaintainView Page",
         _probe_design_page="ProbeDesignPage plain_body",
@@ -40,9 +40,9 @@ else:
 __all__ = [
     "BusPage",
     "CalibrationPage",
+    "ConfirmedActions",
     "FitsPage",
     "MaintainView",
-    "MaintenanceDeeds",
     "Page",
     "ProbeDesignPage",
     "ProbePage",

@@ -13,7 +13,7 @@ TWICE_S = 8.0
 """Within this time the key must come again."""
 
 
-class MaintenanceDeeds:
+class ConfirmedActions:
     """Write the intrinsics into the cameras, and say that a tip was screwed on.
 
     Parameters

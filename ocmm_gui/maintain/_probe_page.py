@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from PySide6.QtWidgets import QVBoxLayout
 
-from ocmm_core.calibration.records import ProbeOverview, ProbeView, Word
+from ocmm_core.calibration.records import CalibrationStatus, ProbeOverview, ProbeView
 from ocmm_gui.charts import HistoryChart
 from ocmm_gui.kit import stacked
 from ocmm_gui.maintain._calibration_table import local_time
@@ -85,7 +85,7 @@ class ProbePage(StandingPage[ProbeView, ProbeOverview]):
         self.history.show_events(found.events)
         why = found.fault
         if not why and not found.tips:
-            why = _NO_RECORDS if view.word is Word.DESIGN else _NO_TIP
+            why = _NO_RECORDS if view.word is CalibrationStatus.DESIGN else _NO_TIP
         self._show_fault(why)
         self._charts.setVisible(bool(found.tips))
         self.tips.setVisible(bool(found.tips))

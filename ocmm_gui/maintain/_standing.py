@@ -9,7 +9,7 @@ from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
 
-from ocmm_core.calibration.records import CalibrationView, Obstacle, ProbeView, Word
+from ocmm_core.calibration.records import Blocker, CalibrationStatus, CalibrationView, ProbeView
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -27,10 +27,10 @@ from ocmm_gui.maintain._calibration_table import local_time
 REFRESH_MS = 500
 
 _MARKS = {
-    Word.VALID: Mark.GOOD,
-    Word.DESIGN: Mark.DONE,
-    Word.DUE: Mark.DOUBT,
-    Word.SUSPECT: Mark.DOUBT,
+    CalibrationStatus.VALID: Mark.GOOD,
+    CalibrationStatus.DESIGN: Mark.DONE,
+    CalibrationStatus.DUE: Mark.DOUBT,
+    CalibrationStatus.SUSPECT: Mark.DOUBT,
 }
 
 
@@ -144,10 +144,12 @@ class StandingPage(QWidget, Generic[V, H]):
         super().hideEvent(event)
 
     def _show_standing(self, view: V) -> None:
-        bad = view.uncalibrated or (view.word is Word.DESIGN and view.obstacle is not None)
+        bad = view.uncalibrated or (
+            view.word is CalibrationStatus.DESIGN and view.obstacle is not None
+        )
         self._mark = Mark.BAD if bad else _MARKS.get(view.word, Mark.BAD)
         self._paint_word("UNCALIBRATED" if view.uncalibrated else view.word.value)
-        in_order = self._design if view.word is Word.DESIGN else self._in_order
+        in_order = self._design if view.word is CalibrationStatus.DESIGN else self._in_order
         self._sentence.setText(_sentence(view.obstacle, in_order, uncalibrated=view.uncalibrated))
         notes = list(view.warnings)
         if view.since_utc:
@@ -210,7 +212,7 @@ def in_a_row(*panels: QVBoxLayout) -> QWidget:
     return whole
 
 
-def _sentence(obstacle: Obstacle | None, in_order: str, *, uncalibrated: bool) -> str:
+def _sentence(obstacle: Blocker | None, in_order: str, *, uncalibrated: bool) -> str:
     """Return what a standing means for who measures."""
     if uncalibrated:
         why = f" {obstacle}" if obstacle is not None else ""

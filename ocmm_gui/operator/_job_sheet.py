@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QListWidget, QLi
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
 from ocmm_core.inspection.evaluation import JobHeader, JobView
-from ocmm_core.inspection.plan import PlanCard, plan_card, plans_in
+from ocmm_core.inspection.plan import PlanSummary, list_plans, plan_card
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import (
     ActionInfo,
@@ -66,12 +66,12 @@ class JobSheet(Sheet):
         grid.setVerticalSpacing(12)
         # A folder may hold many plans and jobs, and lie on a slow disk.
         self._lists = Worker("ocmm-lists", self)
-        self._offered: dict[Path, PlanCard] = {}
-        self._beside: dict[Path, PlanCard] = {}
+        self._offered: dict[Path, PlanSummary] = {}
+        self._beside: dict[Path, PlanSummary] = {}
         self.work = WorkLine("Job")
         bridge.jobs.job_begun.connect(self.work.end)
         bridge.failed.connect(self._on_failed)
-        self._cards: list[PlanCard | None] = [None]
+        self._cards: list[PlanSummary | None] = [None]
         self.plans = ChoiceBox("Plan", "What is measured in the next job", ())
         self.plans.setFont(text_font(18))
         self.plans.setMinimumHeight(44)
@@ -230,7 +230,7 @@ class JobSheet(Sheet):
         folder = self._plan_folder()
         self._show_plans()
 
-        def read() -> tuple[dict[Path, PlanCard], dict[Path, PlanCard]]:
+        def read() -> tuple[dict[Path, PlanSummary], dict[Path, PlanSummary]]:
             # The plan that is measured is to be had again when another one is.
             asked = {*offered, *([] if file is None else [file.absolute()])}
             found = {}
@@ -238,9 +238,9 @@ class JobSheet(Sheet):
                 # What has become unreadable since is left out.
                 with contextlib.suppress(OcmmError):
                     found[path] = plan_card(path)
-            return {card.path: card for card in plans_in(folder)}, found
+            return {card.path: card for card in list_plans(folder)}, found
 
-        def done(answer: tuple[Mapping[Path, PlanCard], Mapping[Path, PlanCard]]) -> None:
+        def done(answer: tuple[Mapping[Path, PlanSummary], Mapping[Path, PlanSummary]]) -> None:
             beside, found = answer
             late = {path: card for path, card in self._offered.items() if path not in offered}
             self._beside, self._offered = dict(beside), {**found, **late}
@@ -255,7 +255,7 @@ class JobSheet(Sheet):
         self._cards = [None, *others]
         self.plans.blockSignals(True)
         self.plans.clear()
-        self.plans.addItem(f"{station.job.plan.name}, as it is measured now")
+        self.plans.addItem(f"{station.job.plan.name} (current job)")
         for card in others:
             changed = ", changed since" if card.path == station.job.plan_file else ""
             self.plans.addItem(f"{card.name}, {card.path.name}{changed}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy
 
-from ocmm_core.calibration.records import ProbeView, Word
+from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, Mark, Theme, far_type, mark_colour
 from ocmm_gui.operator._trust_bar import MarkView, TrustPlace
 
@@ -84,10 +84,10 @@ def tip_mark(view: ProbeView) -> Mark:
     if view.uncalibrated:
         return Mark.BAD
     return {
-        Word.VALID: Mark.GOOD,
-        Word.DESIGN: Mark.DONE if view.obstacle is None else Mark.DOUBT,
-        Word.DUE: Mark.DOUBT,
-        Word.SUSPECT: Mark.DOUBT,
+        CalibrationStatus.VALID: Mark.GOOD,
+        CalibrationStatus.DESIGN: Mark.DONE if view.obstacle is None else Mark.DOUBT,
+        CalibrationStatus.DUE: Mark.DOUBT,
+        CalibrationStatus.SUSPECT: Mark.DOUBT,
     }.get(view.word, Mark.BAD)
 
 
@@ -101,7 +101,7 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     if place is TrustPlace.FAR:
         return f"Tip {view.tip}: {word}" if view.tip else f"Probe {view.probe}: {word}"
     ball = f"ball {view.diameter_mm:.4f} mm"
-    if view.word is Word.DESIGN and view.obstacle is None:
+    if view.word is CalibrationStatus.DESIGN and view.obstacle is None:
         return f"Probe {view.title}: {word}, as its document says, {ball}."
     # Why no points are taken stands in the status strip of the desk view already.
     why = ""
@@ -110,6 +110,6 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     elif view.obstacle is not None and place is TrustPlace.MAINTAIN:
         why = f" No points: {view.obstacle}"
     warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
-    usable = view.word in (Word.VALID, Word.DUE) and bool(view.due_utc)
+    usable = view.word in (CalibrationStatus.VALID, CalibrationStatus.DUE) and bool(view.due_utc)
     until = f" until {view.due_utc[:10]}" if usable else ""
     return f"Probe {view.title}: {word}{until}, {ball}.{why}{warnings}"

@@ -206,7 +206,7 @@ class PlanSheet(Sheet):
     def undo(self) -> None:
         """Take the last change back."""
         if not self.draft.undo():
-            self.told.emit("There is nothing to take back.")
+            self.told.emit("Nothing to undo.")
         self._refresh(self.items.chosen())
 
     def redo(self) -> None:

@@ -30,7 +30,7 @@ from ocmm_gui.kit import (
 from ocmm_gui.results._drill import alignment_of_file
 
 _KEYS = (
-    ActionInfo("again", "Compute anew", "With the points that are there now", ("F6",)),
+    ActionInfo("again", "Recalculate", "With the points that are there now", ("F6",)),
     ActionInfo("accept", "Accept", "Write into the job that this alignment was accepted", ("F8",)),
 )
 _COLUMNS = (
@@ -154,7 +154,7 @@ class AlignmentSheet(Sheet):
             free = ", ".join(report.free)
             self._state.show_text(f"Still free: {free}", theme.warn, Mark.DOUBT)
         else:
-            self._state.show_text("No degree of freedom is left", theme.good, Mark.GOOD)
+            self._state.show_text("Fully constrained", theme.good, Mark.GOOD)
         self.words.setText("\n".join(report.advice))
         self._spread.setText(_spread_words(report))
         self.table.show_rows([_row(item) for item in report.residuals])

@@ -81,6 +81,6 @@ class JobSource:
         who = header_words(job)
         if not self.read_only:
             return f"Running job {job.job}, part {job.part}. {who}."
-        agree = () if self.doubts else ("Computed anew from its points: the numbers agree.",)
+        agree = () if self.doubts else ("Recomputed from raw data: matches the file.",)
         doubts = " ".join((*self.doubts, *agree, *self.remarks))
         return f"{self.path.name}, read-only, part {job.part}. {who}. {doubts}"

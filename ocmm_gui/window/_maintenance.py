@@ -18,9 +18,9 @@ from ocmm_gui.kit import NoticeCentre, Sound
 from ocmm_gui.maintain import (
     BusPage,
     CalibrationPage,
+    ConfirmedActions,
     FitsPage,
     MaintainView,
-    MaintenanceDeeds,
     Page,
     ProbeDesignPage,
     ProbePage,
@@ -86,7 +86,7 @@ class Maintenance(QObject):
             Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
             Page("Fits", "Whether the fits are right, by certified pairs", self.fits),
         )  # fmt: skip
-        self._deeds = MaintenanceDeeds(bridge, notices, self.probe)
+        self._deeds = ConfirmedActions(bridge, notices, self.probe)
         self.view = MaintainView(pages, actions)
         self.wizard = Wizard(site_of(bridge))
         self.definition = DefinitionPage()

@@ -18,7 +18,7 @@ WIZARD_ACTIONS = (
     ActionInfo("automatic", "By itself", "Take what is ready without a key, or no longer", ("Y",)),
     ActionInfo("skip", "Skip", "Leave this point out: no camera sees it", ("S",)),
     ActionInfo("repeat", "Repeat line", "Take a line again that lies wrong or failed", ("N",)),
-    ActionInfo("anew", "Sweep anew", "Throw this sweep away and begin it again", ("W",)),
+    ActionInfo("anew", "Repeat sweep", "Throw this sweep away and begin it again", ("W",)),
     ActionInfo("calculate", "Calculate", "Calculate the result again", ("R",)),
     ActionInfo("cancel", "Give up", "Give up the calculation", ("C",)),
     ActionInfo("accept", "Accept", "Put the result in force", ("A",)),

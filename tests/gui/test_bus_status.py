@@ -16,7 +16,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.acquisition.frames import HeadWord, StopReason
+from ocmm_core.acquisition.frames import RingHeaderField, StopReason
 from ocmm_core.inspection.evaluation import StatusWord
 from ocmm_core.measuring import RefusalCode
 from ocmm_gui.bridge import StationBridge
@@ -148,6 +148,6 @@ def test_a_key_while_it_is_not_ready_is_refused_and_takes_nothing_later(
 
 def test_a_bus_that_ended_says_why(bench: Bench) -> None:
     bench.bus.ring.set_text("The bus process ended unexpectedly (code -9).")
-    bench.bus.ring.set_word(HeadWord.STOP_REASON, StopReason.FAILED)
+    bench.bus.ring.set_word(RingHeaderField.STOP_REASON, StopReason.FAILED)
     bench.seconds_until("NOT READY")
     assert "code -9" in bench.window.desk.guidance.trouble()

@@ -16,7 +16,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
-from ocmm_core.simulation.bus import CameraDeed, DeedAnswer, FaultDeed
+from ocmm_core.simulation.bus import CameraDeed, DeedAnswer, FaultKind
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre
 from ocmm_gui.window import MainWindow
@@ -56,7 +56,7 @@ class WireBench:
             self.window.activateWindow()
         self.bridge.start()
 
-    def do(self, deed: FaultDeed) -> float:
+    def do(self, deed: FaultKind) -> float:
         """Do something to the second camera and return when it took effect, s."""
         self._ask.sendto(msgspec.json.encode(CameraDeed(do=deed, camera=1)), self._control)
         answer = msgspec.json.decode(self._ask.recv(4096), type=DeedAnswer)
@@ -107,7 +107,7 @@ def test_a_camera_is_switched_off_and_on(
     assert bus.wire.words() == "2 of 2 cameras answer."
     QTest.keyClick(window, Qt.Key.Key_M)
 
-    off = bench.do(FaultDeed.POWER_OFF)
+    off = bench.do(FaultKind.POWER_OFF)
     qtbot.waitUntil(lambda: strip.status() == "NOT READY", timeout=PATIENCE_MS)
     seconds = time.monotonic() - off
     record_property("camera off to NOT READY, ms", round(1000 * seconds))
@@ -125,7 +125,7 @@ def test_a_camera_is_switched_off_and_on(
     assert f"'{names[1]}' does not answer" in bus.wire.words()
     QTest.keyClick(window, Qt.Key.Key_M)
 
-    on = bench.do(FaultDeed.POWER_ON)
+    on = bench.do(FaultKind.POWER_ON)
     qtbot.waitUntil(trusted, timeout=PATIENCE_MS)
     record_property("camera on to READY, ms", round(1000 * (time.monotonic() - on)))
     report = bench.station.looks.bus_report()

@@ -12,7 +12,7 @@ from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.calibration.records import Obstacle, ProbeView, Word
+from ocmm_core.calibration.records import Blocker, CalibrationStatus, ProbeView
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_gui.bridge import StationBridge
@@ -23,24 +23,26 @@ from ocmm_gui.window import MainWindow
 from tests.core.calibration.fresh_tips import TIP, Tips
 from tests.host import HANG_MS
 
-VIEW = ProbeView(word=Word.VALID, probe="standard", tip=TIP, identity="0" * 64, diameter_mm=5.9981)
-MOUNTED = Obstacle("Tip '6 mm' was mounted and not checked since.", "Check it.")
+VIEW = ProbeView(
+    word=CalibrationStatus.VALID, probe="standard", tip=TIP, identity="0" * 64, diameter_mm=5.9981
+)
+MOUNTED = Blocker("Tip '6 mm' was mounted and not checked since.", "Check it.")
 
 
 def test_words_and_marks_of_every_standing() -> None:
     assert tip_words(VIEW, TrustPlace.DESK) == "Probe standard, tip 6 mm: VALID, ball 5.9981 mm."
     assert tip_words(VIEW, TrustPlace.FAR) == "Tip 6 mm: VALID"
     assert tip_mark(VIEW) is Mark.GOOD
-    suspect = replace(VIEW, word=Word.SUSPECT, obstacle=MOUNTED)
+    suspect = replace(VIEW, word=CalibrationStatus.SUSPECT, obstacle=MOUNTED)
     assert tip_mark(suspect) is Mark.DOUBT
     # The status strip of the desk view tells why; the other screens have none.
     assert "mounted" not in tip_words(suspect, TrustPlace.DESK)
     assert tip_words(suspect, TrustPlace.MAINTAIN).endswith(f"No points: {MOUNTED}")
-    due = replace(VIEW, word=Word.DUE, warnings=("It ends soon. Qualify the tip.",))
+    due = replace(VIEW, word=CalibrationStatus.DUE, warnings=("It ends soon. Qualify the tip.",))
     assert tip_words(due, TrustPlace.DESK).endswith("It ends soon. Qualify the tip.")
     assert tip_mark(due) is Mark.DOUBT
-    assert tip_mark(replace(VIEW, word=Word.EXPIRED, obstacle=MOUNTED)) is Mark.BAD
-    design = replace(VIEW, word=Word.DESIGN, tip="")
+    assert tip_mark(replace(VIEW, word=CalibrationStatus.EXPIRED, obstacle=MOUNTED)) is Mark.BAD
+    design = replace(VIEW, word=CalibrationStatus.DESIGN, tip="")
     assert tip_words(design, TrustPlace.FAR) == "Probe standard: DESIGN"
     assert "as its document says" in tip_words(design, TrustPlace.DESK)
     insisted = replace(suspect, uncalibrated=True)

@@ -16,7 +16,7 @@ from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.records import CalibrationStore, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, Scene
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, Scene
 from ocmm_gui.kit import THEMES, Themed
 from ocmm_gui.wizards import ProbeSite, Runner, Wizard, WizardSite
 from ocmm_gui.wizards.parts import Seen
@@ -134,7 +134,7 @@ class WizardBench:
         """Show scenes; whatever gets ready is waited for until it was taken by itself."""
         virtual = self.bench.virtual(*scenes)
         if rig is not None:
-            virtual = CalibratingRig(rig, self.bench.body, scenes, virtual.seed)
+            virtual = CalibrationScenesRig(rig, self.bench.body, scenes, virtual.seed)
         # What the procedure says, not what was shown last: a busy computer shows it later.
         procedure = self.runner.driver.procedure
         before = procedure.base.step.done

@@ -24,7 +24,7 @@ from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.report import BusPhase, decode_report
 from ocmm_core.simulation.bus import (
     CameraDeed,
-    FaultDeed,
+    FaultKind,
     FrameWatch,
     SegmentConfig,
     Watched,
@@ -117,7 +117,7 @@ def _look(watch: FrameWatch, seen: Watched, seconds: float, *, until_frames: boo
 
 def _break(control: str, *, broken: bool) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ask:
-        deed = CameraDeed(do=FaultDeed.BREAK, camera=0, value=int(broken))
+        deed = CameraDeed(do=FaultKind.BREAK, camera=0, value=int(broken))
         ask.sendto(msgspec.json.encode(deed), control)
 
 

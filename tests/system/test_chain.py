@@ -9,7 +9,7 @@ import pytest
 
 from ocmm_core.fieldbus.device import INPUT_START, CameraIdentity
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, encode_frame
-from ocmm_core.simulation.bus import CameraDeed, Chain, FaultDeed, FaultDeeds, Unit
+from ocmm_core.simulation.bus import CameraDeed, Chain, FaultCommands, FaultKind, Unit
 from ocmm_core.simulation.slave import (
     STATION_ALIAS,
     SYSTEM_TIME,
@@ -41,33 +41,33 @@ def pass_through(chain: Chain, entry: int) -> tuple[list[int], int | None]:
     return [int.from_bytes(one.data, "little") for one in answers], way.leaves
 
 
-def do(chain: Chain, what: FaultDeed, camera: int, value: int = 0) -> None:
-    assert FaultDeeds(chain).do(CameraDeed(do=what, camera=camera, value=value), NOW).error == ""
+def do(chain: Chain, what: FaultKind, camera: int, value: int = 0) -> None:
+    assert FaultCommands(chain).do(CameraDeed(do=what, camera=camera, value=value), NOW).error == ""
 
 
 def test_a_line_turns_round_at_its_end_and_at_what_is_broken() -> None:
     chain = make_chain(1)
     assert pass_through(chain, 0) == ([11, 12, 13], 0)
-    do(chain, FaultDeed.BREAK, 1, 1)
+    do(chain, FaultKind.BREAK, 1, 1)
     assert pass_through(chain, 0) == ([11, 12], 0)
-    do(chain, FaultDeed.BREAK, 1, 0)
-    do(chain, FaultDeed.POWER_OFF, 1)
+    do(chain, FaultKind.BREAK, 1, 0)
+    do(chain, FaultKind.POWER_OFF, 1)
     assert pass_through(chain, 0) == ([11], 0)
-    do(chain, FaultDeed.POWER_ON, 1)
-    do(chain, FaultDeed.MUTE, 0, 1)
+    do(chain, FaultKind.POWER_ON, 1)
+    do(chain, FaultKind.MUTE, 0, 1)
     assert pass_through(chain, 0) == ([12, 13], 0)
-    do(chain, FaultDeed.POWER_OFF, 0)
+    do(chain, FaultKind.POWER_OFF, 0)
     assert pass_through(chain, 0) == ([], None)
 
 
 def test_cameras_are_unplugged_exchanged_and_come_back_restarted() -> None:
     chain = make_chain(1)
-    do(chain, FaultDeed.UNPLUG, 1)
+    do(chain, FaultKind.UNPLUG, 1)
     assert pass_through(chain, 0)[0] == [11, 13]
-    do(chain, FaultDeed.PLUG, 1)
-    do(chain, FaultDeed.SWAP, 0, 2)
+    do(chain, FaultKind.PLUG, 1)
+    do(chain, FaultKind.SWAP, 0, 2)
     assert pass_through(chain, 0)[0] == [13, 12, 11]
-    do(chain, FaultDeed.ALIAS, 2, 99)
+    do(chain, FaultKind.ALIAS, 2, 99)
     assert pass_through(chain, 0)[0] == [99, 12, 11]
     assert [unit.boots for unit in chain.units] == [2, 2, 3]
 
@@ -88,14 +88,14 @@ def test_a_ring_with_one_break_still_reaches_every_camera(
 ) -> None:
     chain = make_chain(2)
     if broken is not None:
-        do(chain, FaultDeed.BREAK, broken, 1)
+        do(chain, FaultKind.BREAK, broken, 1)
     assert pass_through(chain, 0) == from_first
     assert pass_through(chain, 1) == from_second
 
 
 def test_a_ring_with_a_camera_off_reaches_the_others_from_both_ends() -> None:
     chain = make_chain(2)
-    do(chain, FaultDeed.POWER_OFF, 1)
+    do(chain, FaultKind.POWER_OFF, 1)
     assert pass_through(chain, 0) == ([11], 0)
     assert pass_through(chain, 1) == ([13], 1)
 
@@ -134,7 +134,7 @@ def test_time_differences_survive_the_turn_of_32_bits_and_have_a_sign() -> None:
 
 def test_clock_pattern_tells_exposure_camera_and_boot() -> None:
     chain = make_chain(1, 2)
-    do(chain, FaultDeed.RESTART, 1)
+    do(chain, FaultKind.RESTART, 1)
     unit = chain.units[1]
     unit.camera.esc.now_ns = NOW
     start = unit.camera.esc.system_time_ns + 5_000_000
@@ -154,7 +154,7 @@ def test_clock_pattern_tells_exposure_camera_and_boot() -> None:
 
 def test_spoiled_inputs_differ_in_one_bit_each_time() -> None:
     chain = make_chain(1, 1)
-    do(chain, FaultDeed.CORRUPT, 0, 1)
+    do(chain, FaultKind.CORRUPT, 0, 1)
     memory = chain.units[0].camera.esc.memory
     spoil = chain.units[0].camera.esc.spoil
     assert spoil is not None

@@ -210,7 +210,7 @@ def test_a_job_of_twelve_features_by_keyboard_alone(
 
     keyboard.press(KEY.Key_F5)
     keyboard.qtbot.waitUntil(lambda: not window.sheets.alignment.is_busy(), timeout=PATIENCE_MS)
-    assert window.sheets.alignment.state() == "No degree of freedom is left"
+    assert window.sheets.alignment.state() == "Fully constrained"
     keyboard.press(KEY.Key_F8)
     keyboard.press(KEY.Key_F3, KEY.Key_Down)
     results = window.sheets.results

@@ -18,7 +18,7 @@ from ocmm_core.acquisition.bus_process._remote_objects import ObjectLine
 from ocmm_core.acquisition.frames import (
     AcquisitionState,
     FrameRing,
-    HeadWord,
+    RingHeaderField,
     StopReason,
     leave_error,
 )
@@ -94,7 +94,7 @@ class ChildProcess:
             raise AcquisitionError(
                 "acquisition.started", "The acquisition was started already.", "Make a new one."
             )
-        self._ring.set_word(HeadWord.STATE, AcquisitionState.OPENING)
+        self._ring.set_word(RingHeaderField.STATE, AcquisitionState.OPENING)
         try:
             self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
                 self._command,
@@ -116,7 +116,7 @@ class ChildProcess:
     def request_stop(self) -> None:
         """Ask the process to end after its present cycle."""
         self._stop_asked = True
-        self._ring.set_word(HeadWord.STOP_REQUEST, 1)
+        self._ring.set_word(RingHeaderField.STOP_REQUEST, 1)
 
     def close_input(self) -> None:
         """End the process's input, as if this program had ended; no more requests then."""
@@ -180,8 +180,8 @@ class ChildProcess:
             process.kill()
             process.wait()
             leave_error(self._ring, error)
-            self._ring.set_word(HeadWord.STOP_REASON, StopReason.FAILED)
-            self._ring.set_word(HeadWord.STATE, AcquisitionState.STOPPED)
+            self._ring.set_word(RingHeaderField.STOP_REASON, StopReason.FAILED)
+            self._ring.set_word(RingHeaderField.STATE, AcquisitionState.STOPPED)
             self._objects.end(_gone("has ended"))
 
     def _until_end(self, process: subprocess.Popen[bytes]) -> None:
@@ -209,15 +209,15 @@ class ChildProcess:
         process.stdout.close()
         process.stderr.close()
         self.close_input()
-        if self._ring.word(HeadWord.STATE) == AcquisitionState.STOPPED:
+        if self._ring.word(RingHeaderField.STATE) == AcquisitionState.STOPPED:
             return
         if code and not (self._stop_asked and code < 0):
             self._ring.set_text(complaint or f"The bus process ended unexpectedly (code {code}).")
-            self._ring.set_word(HeadWord.INTERNAL, int(code == EXIT_INTERNAL))
-            self._ring.set_word(HeadWord.STOP_REASON, StopReason.FAILED)
+            self._ring.set_word(RingHeaderField.INTERNAL, int(code == EXIT_INTERNAL))
+            self._ring.set_word(RingHeaderField.STOP_REASON, StopReason.FAILED)
         else:
-            self._ring.set_word(HeadWord.STOP_REASON, StopReason.REQUESTED)
-        self._ring.set_word(HeadWord.STATE, AcquisitionState.STOPPED)
+            self._ring.set_word(RingHeaderField.STOP_REASON, StopReason.REQUESTED)
+        self._ring.set_word(RingHeaderField.STATE, AcquisitionState.STOPPED)
 
     def _read_answers(self, descriptor: int) -> None:
         end = _gone("has ended")

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
         to_records,
     )
     from ocmm_core.acquisition.frames._join import FrameJoiner
-    from ocmm_core.acquisition.frames._ring import FrameRing, HeadWord
+    from ocmm_core.acquisition.frames._ring import FrameRing, RingHeaderField
     from ocmm_core.acquisition.frames._source import FrameSource, SourceDescription
     from ocmm_core.acquisition.frames._worker import (
         AcquisitionState,
@@ -48,7 +48,7 @@ else:
             "to_records"
         ),
         _join="FrameJoiner",
-        _ring="FrameRing HeadWord",
+        _ring="FrameRing RingHeaderField",
         _source="FrameSource SourceDescription",
         _worker=(
             "AcquisitionState AcquisitionStatus AcquisitionWorker StopReason leave_error "
@@ -69,7 +69,7 @@ __all__ = [
     "FrameJoiner",
     "FrameRing",
     "FrameSource",
-    "HeadWord",
+    "RingHeaderField",
     "SourceDescription",
     "StopReason",
     "frame_dtype",

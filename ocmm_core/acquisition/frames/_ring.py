@@ -39,7 +39,7 @@ DEFAULT_CAPACITY = 65536
 """Frames; eight seconds at 8 kHz."""
 
 
-class HeadWord(IntEnum):
+class RingHeaderField(IntEnum):
     """Words of the head, all int64."""
 
     MAGIC = 0
@@ -101,8 +101,8 @@ class FrameRing:
             self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
             self._map.close()
             raise _no_ring(path)
-        self.n_cameras = self.word(HeadWord.N_CAMERAS)
-        self.capacity = self.word(HeadWord.CAPACITY)
+        self.n_cameras = self.word(RingHeaderField.N_CAMERAS)
+        self.capacity = self.word(RingHeaderField.CAPACITY)
         self._frames: NDArray[np.void] = np.frombuffer(
             self._map, dtype=frame_dtype(self.n_cameras), count=self.capacity, offset=_DATA_OFFSET
         )
@@ -114,8 +114,8 @@ class FrameRing:
         descriptor, name = tempfile.mkstemp(prefix="ocmm-ring-", dir=folder)
         size = _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
         head = np.zeros(_HEAD_WORDS, dtype="<i8")
-        head[HeadWord.MAGIC], head[HeadWord.LAYOUT] = _MAGIC, _LAYOUT
-        head[HeadWord.N_CAMERAS], head[HeadWord.CAPACITY] = n_cameras, capacity
+        head[RingHeaderField.MAGIC], head[RingHeaderField.LAYOUT] = _MAGIC, _LAYOUT
+        head[RingHeaderField.N_CAMERAS], head[RingHeaderField.CAPACITY] = n_cameras, capacity
         try:
             os.truncate(descriptor, size)
             os.write(descriptor, head.tobytes())
@@ -128,15 +128,15 @@ class FrameRing:
         """Map a ring that another process made."""
         return cls(Path(path), owner=False)
 
-    def word(self, which: HeadWord) -> int:
+    def word(self, which: RingHeaderField) -> int:
         """Return one word of the head."""
         return int(self._words[which])
 
-    def set_word(self, which: HeadWord, value: int) -> None:
+    def set_word(self, which: RingHeaderField, value: int) -> None:
         """Set one word of the head; each word has one writer."""
         self._words[which] = value
 
-    def add(self, amounts: Mapping[HeadWord, int]) -> None:
+    def add(self, amounts: Mapping[RingHeaderField, int]) -> None:
         """Add to counters of the head; only the writer of the ring does this."""
         for which, amount in amounts.items():
             self._words[which] += amount
@@ -146,12 +146,12 @@ class FrameRing:
         content = text.encode("utf-8")[:_TEXT_BYTES]
         start = _HEAD_WORDS * 8
         self._map[start : start + len(content)] = content
-        self._words[HeadWord.TEXT_LENGTH] = len(content)
+        self._words[RingHeaderField.TEXT_LENGTH] = len(content)
 
     def text(self) -> str:
         """Return the message of the writer, or an empty text."""
         start = _HEAD_WORDS * 8
-        content = self._map[start : start + self.word(HeadWord.TEXT_LENGTH)]
+        content = self._map[start : start + self.word(RingHeaderField.TEXT_LENGTH)]
         return content.decode("utf-8", errors="replace")
 
     def set_report(self, content: bytes) -> None:
@@ -159,22 +159,26 @@ class FrameRing:
         if len(content) > REPORT_BYTES:
             return
         # Odd while it is being written, so that a reader never takes half of each.
-        self._words[HeadWord.REPORT_SEQUENCE] += 1
+        self._words[RingHeaderField.REPORT_SEQUENCE] += 1
         self._map[_REPORT_OFFSET : _REPORT_OFFSET + len(content)] = content
-        self._words[HeadWord.REPORT_LENGTH] = len(content)
-        self._words[HeadWord.REPORT_SEQUENCE] += 1
+        self._words[RingHeaderField.REPORT_LENGTH] = len(content)
+        self._words[RingHeaderField.REPORT_SEQUENCE] += 1
 
     def report(self) -> bytes:
         """Return the last report; empty where there is none, or it is being written."""
-        before = self.word(HeadWord.REPORT_SEQUENCE)
-        content = self._map[_REPORT_OFFSET : _REPORT_OFFSET + self.word(HeadWord.REPORT_LENGTH)]
-        if before % 2 or before != self.word(HeadWord.REPORT_SEQUENCE):
+        before = self.word(RingHeaderField.REPORT_SEQUENCE)
+        content = self._map[
+            _REPORT_OFFSET : _REPORT_OFFSET + self.word(RingHeaderField.REPORT_LENGTH)
+        ]
+        if before % 2 or before != self.word(RingHeaderField.REPORT_SEQUENCE):
             return b""
         return content
 
     def free(self) -> int:
         """Return how many frames can be written before the reader would lose some."""
-        return self.capacity - (self.word(HeadWord.WRITTEN) - self.word(HeadWord.READ))
+        return self.capacity - (
+            self.word(RingHeaderField.WRITTEN) - self.word(RingHeaderField.READ)
+        )
 
     def write(self, block: FrameBlock) -> None:
         """Publish the frames of ``block``.
@@ -192,13 +196,13 @@ class FrameRing:
                 "Start the acquisition again with the rig that the source was made for.",
             )
         records = to_records(block)
-        written = self.word(HeadWord.WRITTEN)
-        self._words[HeadWord.RESERVED] = written + len(records)
+        written = self.word(RingHeaderField.WRITTEN)
+        self._words[RingHeaderField.RESERVED] = written + len(records)
         start = written % self.capacity
         first = min(len(records), self.capacity - start)
         self._frames[start : start + first] = records[:first]
         self._frames[: len(records) - first] = records[first:]
-        self._words[HeadWord.WRITTEN] = written + len(records)
+        self._words[RingHeaderField.WRITTEN] = written + len(records)
 
     def read(self, limit: int) -> FrameBlock | None:
         """Return up to ``limit`` of the oldest unread frames, or None.
@@ -208,9 +212,9 @@ class FrameRing:
         """
         # Taken before WRITTEN, so that a write in between can only make it too small: then the
         # second look below finds out.
-        reserved = self.word(HeadWord.RESERVED)
-        written = self.word(HeadWord.WRITTEN)
-        read = self.word(HeadWord.READ)
+        reserved = self.word(RingHeaderField.RESERVED)
+        written = self.word(RingHeaderField.WRITTEN)
+        read = self.word(RingHeaderField.READ)
         if reserved - read > self.capacity:
             self._skip(reserved - self.capacity - read)
             read = reserved - self.capacity
@@ -222,11 +226,11 @@ class FrameRing:
         records = np.concatenate(
             [self._frames[start : start + first], self._frames[: count - first]]
         )
-        overtaken = self.word(HeadWord.RESERVED) - self.capacity - read
-        self._words[HeadWord.READ] = read + count
+        overtaken = self.word(RingHeaderField.RESERVED) - self.capacity - read
+        self._words[RingHeaderField.READ] = read + count
         if overtaken > 0:
             lost = min(overtaken, count)
-            self._words[HeadWord.OVERRUN] += lost
+            self._words[RingHeaderField.OVERRUN] += lost
             records = records[lost:]
         return from_records(records) if len(records) else None
 
@@ -242,16 +246,22 @@ class FrameRing:
             self.path.unlink(missing_ok=True)
 
     def _has_this_layout(self) -> bool:
-        if self.word(HeadWord.MAGIC) != _MAGIC or self.word(HeadWord.LAYOUT) != _LAYOUT:
+        if (
+            self.word(RingHeaderField.MAGIC) != _MAGIC
+            or self.word(RingHeaderField.LAYOUT) != _LAYOUT
+        ):
             return False
-        n_cameras, capacity = self.word(HeadWord.N_CAMERAS), self.word(HeadWord.CAPACITY)
+        n_cameras, capacity = (
+            self.word(RingHeaderField.N_CAMERAS),
+            self.word(RingHeaderField.CAPACITY),
+        )
         if not (1 <= n_cameras <= MAX_CAMERAS and capacity >= 1):
             return False
         return len(self._map) == _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
 
     def _skip(self, count: int) -> None:
-        self._words[HeadWord.READ] += count
-        self._words[HeadWord.OVERRUN] += count
+        self._words[RingHeaderField.READ] += count
+        self._words[RingHeaderField.OVERRUN] += count
 
 
 def _no_ring(path: Path) -> AcquisitionError:

@@ -8,17 +8,17 @@ from dataclasses import dataclass
 from enum import IntEnum
 
 from ocmm_core.acquisition.frames._frames import Cycle, CycleVerdict
-from ocmm_core.acquisition.frames._ring import FrameRing, HeadWord
+from ocmm_core.acquisition.frames._ring import FrameRing, RingHeaderField
 from ocmm_core.acquisition.frames._source import FrameSource
 from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
 from ocmm_core.failure import CODE, contained, described
 
 _WAIT_S = 0.002
 _VERDICT_WORD = {
-    CycleVerdict.GOOD: HeadWord.CYCLES_GOOD,
-    CycleVerdict.LATE: HeadWord.CYCLES_LATE,
-    CycleVerdict.LOST: HeadWord.CYCLES_LOST,
-    CycleVerdict.BAD: HeadWord.CYCLES_BAD,
+    CycleVerdict.GOOD: RingHeaderField.CYCLES_GOOD,
+    CycleVerdict.LATE: RingHeaderField.CYCLES_LATE,
+    CycleVerdict.LOST: RingHeaderField.CYCLES_LOST,
+    CycleVerdict.BAD: RingHeaderField.CYCLES_BAD,
 }
 
 
@@ -79,18 +79,18 @@ class AcquisitionStatus:
 def read_status(ring: FrameRing) -> AcquisitionStatus:
     """Return the status that the writer of ``ring`` keeps in its head."""
     return AcquisitionStatus(
-        state=AcquisitionState(ring.word(HeadWord.STATE)),
-        stop_reason=StopReason(ring.word(HeadWord.STOP_REASON)),
+        state=AcquisitionState(ring.word(RingHeaderField.STATE)),
+        stop_reason=StopReason(ring.word(RingHeaderField.STOP_REASON)),
         message=ring.text(),
-        elapsed=ring.word(HeadWord.CYCLES_ELAPSED),
-        good=ring.word(HeadWord.CYCLES_GOOD),
-        late=ring.word(HeadWord.CYCLES_LATE),
-        lost=ring.word(HeadWord.CYCLES_LOST),
-        bad=ring.word(HeadWord.CYCLES_BAD),
-        frames=ring.word(HeadWord.FRAMES),
-        frames_lost=ring.word(HeadWord.FRAMES_LOST),
-        overrun=ring.word(HeadWord.OVERRUN),
-        internal=ring.word(HeadWord.INTERNAL) != 0,
+        elapsed=ring.word(RingHeaderField.CYCLES_ELAPSED),
+        good=ring.word(RingHeaderField.CYCLES_GOOD),
+        late=ring.word(RingHeaderField.CYCLES_LATE),
+        lost=ring.word(RingHeaderField.CYCLES_LOST),
+        bad=ring.word(RingHeaderField.CYCLES_BAD),
+        frames=ring.word(RingHeaderField.FRAMES),
+        frames_lost=ring.word(RingHeaderField.FRAMES_LOST),
+        overrun=ring.word(RingHeaderField.OVERRUN),
+        internal=ring.word(RingHeaderField.INTERNAL) != 0,
     )
 
 
@@ -99,7 +99,7 @@ def leave_error(ring: FrameRing, error: Exception) -> None:
     # The state comes before the log: a disk may take its time.
     told = described(error, "The acquisition")
     ring.set_text(str(told))
-    ring.set_word(HeadWord.INTERNAL, int(isinstance(told, InternalError)))
+    ring.set_word(RingHeaderField.INTERNAL, int(isinstance(told, InternalError)))
     ring.set_text(str(contained(error, "The acquisition")))
 
 
@@ -149,11 +149,13 @@ class AcquisitionWorker:
     def run(self) -> StopReason:
         """Open, read until the end, close; what the source raises is told by the ring."""
         reason = StopReason.FAILED
-        self._ring.set_word(HeadWord.STATE, AcquisitionState.OPENING)
+        self._ring.set_word(RingHeaderField.STATE, AcquisitionState.OPENING)
         try:
-            self._ring.set_word(HeadWord.FRAME_PERIOD_NS, self._source.description.frame_period_ns)
+            self._ring.set_word(
+                RingHeaderField.FRAME_PERIOD_NS, self._source.description.frame_period_ns
+            )
             self._source.open()
-            self._ring.set_word(HeadWord.STATE, AcquisitionState.RUNNING)
+            self._ring.set_word(RingHeaderField.STATE, AcquisitionState.RUNNING)
             reason = self._read_until_end()
         except Exception as error:
             leave_error(self._ring, error)
@@ -163,11 +165,11 @@ class AcquisitionWorker:
             if reason is not StopReason.FAILED:
                 reason = StopReason.FAILED
                 leave_error(self._ring, error)
-        if self._ring.word(HeadWord.INTERNAL):
+        if self._ring.word(RingHeaderField.INTERNAL):
             # Another thread of this process ended it so.
             reason = StopReason.FAILED
-        self._ring.set_word(HeadWord.STOP_REASON, reason)
-        self._ring.set_word(HeadWord.STATE, AcquisitionState.STOPPED)
+        self._ring.set_word(RingHeaderField.STOP_REASON, reason)
+        self._ring.set_word(RingHeaderField.STATE, AcquisitionState.STOPPED)
         return reason
 
     def _read_until_end(self) -> StopReason:
@@ -183,7 +185,7 @@ class AcquisitionWorker:
                             return StopReason.REQUESTED
                         time.sleep(_WAIT_S)
                 self._ring.write(cycle.frames)
-                self._ring.set_word(HeadWord.LAST_FRAMES_NS, time.monotonic_ns())
+                self._ring.set_word(RingHeaderField.LAST_FRAMES_NS, time.monotonic_ns())
             if cycle.finished:
                 return StopReason.FINISHED
         return StopReason.REQUESTED
@@ -191,10 +193,10 @@ class AcquisitionWorker:
     def _account(self, cycle: Cycle) -> None:
         self._ring.add(
             {
-                HeadWord.CYCLES_ELAPSED: cycle.elapsed,
-                HeadWord.FRAMES: 0 if cycle.frames is None else len(cycle.frames),
-                HeadWord.FRAMES_LOST: cycle.frames_lost,
-                HeadWord.HEARTBEAT: 1,
+                RingHeaderField.CYCLES_ELAPSED: cycle.elapsed,
+                RingHeaderField.FRAMES: 0 if cycle.frames is None else len(cycle.frames),
+                RingHeaderField.FRAMES_LOST: cycle.frames_lost,
+                RingHeaderField.HEARTBEAT: 1,
             }
         )
         self._ring.add({_VERDICT_WORD[cycle.verdict]: 1})
@@ -203,4 +205,4 @@ class AcquisitionWorker:
             self._ring.set_text(cycle.reason)
 
     def _stopping(self) -> bool:
-        return self._stop.is_set() or self._ring.word(HeadWord.STOP_REQUEST) != 0
+        return self._stop.is_set() or self._ring.word(RingHeaderField.STOP_REQUEST) != 0

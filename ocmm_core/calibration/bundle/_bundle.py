@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.bundle._kernel import eliminate_frames, miss_frames, resolve
+from ocmm_core.calibration.bundle._kernel import back_substitute, miss_frames, schur_reduce_poses
 from ocmm_core.calibration.bundle._state import BundleData, BundleState, Columns, Prior
 from ocmm_core.geometry import Float
 
@@ -62,7 +62,7 @@ class _Group:
     def steps(self, step: Float) -> Float:
         """Return the steps (n, 6) of the frames, given that of the common columns."""
         steps = np.empty(self.z.shape)
-        resolve(self.factors, self.y, self.z, step[: self.y.shape[2]].copy(), steps)
+        back_substitute(self.factors, self.y, self.z, step[: self.y.shape[2]].copy(), steps)
         return steps
 
     def predicted(self, steps: Float, damping: float) -> float:
@@ -137,7 +137,7 @@ def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float
     groups = []
     for part, width in kinds:
         groups.append(_Group.empty(len(data.seats[part]), width))
-        cost += eliminate_frames(
+        cost += schur_reduce_poses(
             packed, state.leds, state.tip, state.seats, 1.0 / data.seat_sigma,
             led_columns, columns.of_seats.start,
             data.uv[part], data.weights[part], data.seats[part],
@@ -293,7 +293,7 @@ def _eliminate_bar(
     follow[own.of_leds, columns.of_lengths.start + bar] = (-0.5, 0.0, 0.0, 0.5, 0.0, 0.0)
     own_normal, own_gradient = np.zeros((own.count, own.count)), np.zeros(own.count)
     group = _Group.empty(len(data.bars[part]), own.of_leds.stop)
-    cost: float = eliminate_frames(
+    cost: float = schur_reduce_poses(
         packed, state.bar_leds(bar), np.zeros(3), np.zeros((0, 3)), 0.0,
         own.of_leds.start, own.of_seats.start,
         data.bar_uv[part], data.bar_weights[part], np.full(len(group.z), -1),

@@ -116,7 +116,7 @@ def add_to_frame(
 
 
 @compiled(camera_kernel)
-def eliminate_frames(
+def schur_reduce_poses(
     cameras: Float, leds: Float, tip: Float, seat_positions: Float, seat_weight: float,
     led_columns: int, seat_columns: int, uv: Float, weights: Float, seats: Int,
     rotations: Float, origins: Float, damping: float,
@@ -283,7 +283,7 @@ def miss_frames(
     Parameters
     ----------
     cameras, leds, uv, rotations, origins
-        As in `eliminate_frames`; NaN where not seen.
+        As in `schur_reduce_poses`; NaN where not seen.
     misses
         (n, C, L, 2), out: predicted minus observed, px; NaN where not seen, infinite behind the
         camera.
@@ -300,7 +300,7 @@ def miss_frames(
 
 
 @compiled(algebra)
-def resolve(factors: Float, y: Float, z: Float, step: Float, steps: Float) -> None:
+def back_substitute(factors: Float, y: Float, z: Float, step: Float, steps: Float) -> None:
     """Write the steps (n, 6) of what was eliminated, given that of the common columns (k,)."""
     for n in range(factors.shape[0]):
         own = steps[n]
@@ -314,7 +314,7 @@ def resolve(factors: Float, y: Float, z: Float, step: Float, steps: Float) -> No
 
 
 @compiled(algebra)
-def move_poses(rotations: Float, origins: Float, steps: Float) -> None:
+def retract_poses(rotations: Float, origins: Float, steps: Float) -> None:
     """Turn and shift the poses in place by rotation vectors (world axes) and translations."""
     turned, work = np.empty((3, 3)), np.empty((3, 3))
     for n in range(steps.shape[0]):

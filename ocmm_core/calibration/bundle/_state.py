@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.bundle._kernel import move_poses
+from ocmm_core.calibration.bundle._kernel import retract_poses
 from ocmm_core.calibration.cameras import LensCamera
 from ocmm_core.camera import N_PARAMETERS, CameraModel
 from ocmm_core.geometry import Float, Int, Pixels, Points3, RigidTransform, skew
@@ -145,8 +145,8 @@ class BundleState:
         columns = self.columns
         rotations, origins = self.rotations.copy(), self.origins.copy()
         bar_rotations, bar_origins = self.bar_rotations.copy(), self.bar_origins.copy()
-        move_poses(rotations, origins, pose_steps)
-        move_poses(bar_rotations, bar_origins, bar_steps)
+        retract_poses(rotations, origins, pose_steps)
+        retract_poses(bar_rotations, bar_origins, bar_steps)
         return BundleState(
             cameras=tuple(
                 camera.perturbed(step[columns.camera(index)])

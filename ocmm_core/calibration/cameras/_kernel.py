@@ -97,7 +97,7 @@ def empty_rows() -> tuple[Float, Float]:
 
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator] # as above
-def see_points(
+def project_points_with_jacobian(
     packed: Float, points: Float, uv: Float, whitening: Float, misses: Float, rows: Float
 ) -> None:
     """Write whitened misses and their derivatives.

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ocmm_core.calibration.cameras._kernel import see_points
+from ocmm_core.calibration.cameras._kernel import project_points_with_jacobian
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel
 from ocmm_core.geometry import Float, Pixels, Points3
 
@@ -49,7 +49,7 @@ class LensCamera:
 
 
 @dataclass(frozen=True, slots=True)
-class SeenPoints:
+class ProjectedPoints:
     """Where a camera sees points, or how far from their spots, and how that moves.
 
     Attributes
@@ -64,13 +64,13 @@ class SeenPoints:
     rows: Float
 
 
-def see(
+def project_with_jacobian(
     camera: LensCamera,
     points_world: Points3,
     terms: int = len(ALL_PARAMETERS),
     uv: Pixels | None = None,
     whitening: Float | None = None,
-) -> SeenPoints:
+) -> ProjectedPoints:
     """Return the pixels of world points (n, 3), mm, and their derivatives.
 
     Parameters
@@ -92,12 +92,14 @@ def see(
     # Data from files may lie in another byte order, which the kernel does not take.
     points = np.ascontiguousarray(points_world, dtype=np.float64)
     spots = np.ascontiguousarray(uv, dtype=np.float64)
-    see_points(camera.packed(), points, spots, whitening, misses, rows)
-    return SeenPoints(misses, rows)
+    project_points_with_jacobian(camera.packed(), points, spots, whitening, misses, rows)
+    return ProjectedPoints(misses, rows)
 
 
 def by_point(camera: LensCamera, rows: Float) -> Float:
-    """Return derivatives by the point, (2, 3, n), 1/mm, world frame, from those of `see`.
+    """Return derivatives by the point, (2, 3, n), 1/mm, world frame.
+
+    They follow from those of `project_with_jacobian`.
 
     A shift of the point and one of the camera differ by the camera's rotation alone.
     """
@@ -108,4 +110,4 @@ def by_point(camera: LensCamera, rows: Float) -> Float:
 
 def project_extended(camera: LensCamera, points_world: Points3) -> Pixels:
     """Return the pixel coordinates (n, 2) of world points (n, 3), mm; infinite behind it."""
-    return see(camera, points_world, N_PARAMETERS).misses.T
+    return project_with_jacobian(camera, points_world, N_PARAMETERS).misses.T

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ocmm_core.calibration.cameras._lens import by_point, see
+from ocmm_core.calibration.cameras._lens import by_point, project_with_jacobian
 from ocmm_core.calibration.cameras._model_fit import CameraFit
 from ocmm_core.calibration.cameras._problem import whitening_of
 from ocmm_core.calibration.cameras._reference_points import KnownPoints
@@ -72,7 +72,7 @@ def _reference_gain(fit: CameraFit) -> Float:
     """Return d(parameters)/d(reference position), (14, n, 3), of the used points."""
     points = fit.points_world[fit.used]
     whitening = whitening_of(fit.camera, points, fit.sigma_px, fit.reference_sigma)
-    rows = see(fit.camera, points, N_PARAMETERS, whitening=whitening).rows
+    rows = project_with_jacobian(fit.camera, points, N_PARAMETERS, whitening=whitening).rows
     gain: Float = -np.einsum(
         "pq,qun,uin->pni", fit.covariance, rows, by_point(fit.camera, rows), optimize=True
     )

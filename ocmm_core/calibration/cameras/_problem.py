@@ -11,7 +11,7 @@ from ocmm_core.calibration.cameras._lens import (
     LensCamera,
     by_point,
     project_extended,
-    see,
+    project_with_jacobian,
 )
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS
 from ocmm_core.geometry import Float, Pixels, Points3
@@ -46,7 +46,7 @@ class CameraProblem:
         All of u come before all of v.
         """
         terms = max(N_PARAMETERS, self.free[-1] + 1)
-        seen = see(state, self.points_world, terms, self.uv, self.whitening)
+        seen = project_with_jacobian(state, self.points_world, terms, self.uv, self.whitening)
         rows = seen.rows if terms == len(self.free) else seen.rows[list(self.free)]
         return seen.misses.reshape(-1), rows.reshape(len(self.free), -1).T
 
@@ -95,7 +95,7 @@ def whitening_of(
     if reference_sigma == 0.0:
         whitening[0] = whitening[2] = 1.0 / sigma_px
         return whitening
-    u, v = by_point(camera, see(camera, points_world, N_PARAMETERS).rows)
+    u, v = by_point(camera, project_with_jacobian(camera, points_world, N_PARAMETERS).rows)
     variance_u = sigma_px**2 + reference_sigma**2 * np.einsum("in,in->n", u, u)
     variance_v = sigma_px**2 + reference_sigma**2 * np.einsum("in,in->n", v, v)
     common = reference_sigma**2 * np.einsum("in,in->n", u, v)

@@ -25,21 +25,21 @@ from ocmm_core.calibration.cameras._reference_points import KnownPoints, SpotTab
 from ocmm_core.calibration.guided import (
     OPEN,
     Average,
+    CalibrationContext,
     CalibrationOutcome,
     CameraProcedure,
-    Circumstances,
     Decided,
     Gate,
     KnownPoint,
     KnownPointsView,
     Live,
     ProcedureKind,
-    RestingSpots,
     SessionFormat,
     SessionLine,
     Spots,
+    StaticSpotAverager,
     Step,
-    conclude,
+    build_outcome,
     from_spots,
     hash_of,
     to_spots,
@@ -80,7 +80,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             begun.length_sigma,
         )  # fmt: skip
         self._taken: list[PointTaken] = []
-        self._spots = RestingSpots(rig, 1)
+        self._spots = StaticSpotAverager(rig, 1)
         self._aim: str | None = None
         self._fold()
 
@@ -335,7 +335,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
 
         def calculate() -> CalibrationOutcome:
             found = found_by(rig, points, table, begun.evaluation, force)
-            how = Circumstances(
+            how = CalibrationContext(
                 method="known points",
                 made=datetime.fromisoformat(made),
                 valid_days=begun.valid_days,
@@ -347,7 +347,7 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
                 artefacts=begun.artefacts,
                 previous=begun.running,
             )
-            return conclude(rig, found, how, before)
+            return build_outcome(rig, found, how, before)
 
         return calculate
 

@@ -25,18 +25,27 @@ if TYPE_CHECKING:
         handle_axis,
         place_of_ball,
     )
-    from ocmm_core.calibration.guided._blows import BlowSense, note_blow, require_no_doubt_since
+    from ocmm_core.calibration.guided._blows import (
+        ShockDetector,
+        record_shock,
+        require_no_doubt_since,
+    )
     from ocmm_core.calibration.guided._chance import range_limit
     from ocmm_core.calibration.guided._collecting import (
         STILL_FRAMES,
         STRANGE,
         WAVED_FRAMES,
         Average,
-        ProbeSpots,
-        RestingSpots,
+        ProbeSpotAverager,
+        StaticSpotAverager,
         sigma_of_mean,
     )
-    from ocmm_core.calibration.guided._conclusion import Circumstances, Findings, conclude, hash_of
+    from ocmm_core.calibration.guided._conclusion import (
+        CalibrationContext,
+        Findings,
+        build_outcome,
+        hash_of,
+    )
     from ocmm_core.calibration.guided._coverage import coverage, viewer_axes
     from ocmm_core.calibration.guided._length_precision import (
         length_sigma,
@@ -121,12 +130,13 @@ else:
         _articulation=(
             "ARTICULATION_CHANCE Articulation BallPlace articulate handle_axis place_of_ball"
         ),
-        _blows="BlowSense note_blow require_no_doubt_since",
+        _blows="ShockDetector record_shock require_no_doubt_since",
         _chance="range_limit",
         _collecting=(
-            "Average ProbeSpots RestingSpots STILL_FRAMES STRANGE WAVED_FRAMES sigma_of_mean"
+            "Average ProbeSpotAverager STILL_FRAMES STRANGE StaticSpotAverager WAVED_FRAMES "
+            "sigma_of_mean"
         ),
-        _conclusion="Circumstances Findings conclude hash_of",
+        _conclusion="CalibrationContext Findings build_outcome hash_of",
         _coverage="coverage viewer_axes",
         _length_precision="length_sigma location_gains random_lines",
         _outcome=(
@@ -168,14 +178,13 @@ __all__ = [
     "Average",
     "BallPlace",
     "Begun",
-    "BlowSense",
     "CalibrationComparison",
+    "CalibrationContext",
     "CalibrationOutcome",
     "CameraChange",
     "CameraLive",
     "CameraProcedure",
     "CameraResiduals",
-    "Circumstances",
     "CommonEvent",
     "Decided",
     "Entered",
@@ -188,7 +197,7 @@ __all__ = [
     "Live",
     "O",
     "ProbeProcedure",
-    "ProbeSpots",
+    "ProbeSpotAverager",
     "Procedure",
     "ProcedureDecision",
     "ProcedureKind",
@@ -197,14 +206,15 @@ __all__ = [
     "Repeat",
     "Rest",
     "RestingPosition",
-    "RestingSpots",
     "RestingTouch",
     "SeatVisited",
     "SessionEvent",
     "SessionFormat",
     "SessionLine",
+    "ShockDetector",
     "Shot",
     "Spots",
+    "StaticSpotAverager",
     "Step",
     "TextRow",
     "TextTable",
@@ -215,8 +225,8 @@ __all__ = [
     "again_gate",
     "again_instruction",
     "articulate",
+    "build_outcome",
     "camera_step",
-    "conclude",
     "coverage",
     "first_gate",
     "first_instruction",
@@ -231,11 +241,11 @@ __all__ = [
     "length_sigma",
     "load_shots",
     "location_gains",
-    "note_blow",
     "place_of_ball",
     "random_lines",
     "range_limit",
     "read_table",
+    "record_shock",
     "repeat_finding",
     "require_no_doubt_since",
     "require_probe",

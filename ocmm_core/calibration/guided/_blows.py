@@ -16,7 +16,7 @@ _AT_ONCE = timedelta(seconds=2)
 
 
 @dataclass(slots=True)
-class BlowSense:
+class ShockDetector:
     """Finds where blows begin; each is reported by the frames of a second."""
 
     _felt: bool = False
@@ -31,7 +31,7 @@ class BlowSense:
         return begun.astype(np.int64)
 
 
-def note_blow(store: ProbeStore, now: datetime) -> None:
+def record_shock(store: ProbeStore, now: datetime) -> None:
     """Write a blow into the history, unless the station that shows the frames has just done so.
 
     Raises

@@ -94,7 +94,7 @@ class _Window:
         return len(self.counter) == self.size
 
 
-class RestingSpots:
+class StaticSpotAverager:
     """Averages of ``count`` bright points at rest, told apart by nothing but their place.
 
     Parameters
@@ -202,7 +202,7 @@ class RestingSpots:
         return bool(np.nanmax(nearest, initial=0.0) > _SAME_PX)
 
 
-class ProbeSpots:
+class ProbeSpotAverager:
     """Averages of the probe's labelled spots, at rest or passing.
 
     Parameters

@@ -39,7 +39,7 @@ _NODES = 5
 
 
 @dataclass(frozen=True, slots=True)
-class Circumstances:
+class CalibrationContext:
     """How a calibration came about.
 
     Attributes
@@ -108,8 +108,8 @@ class Findings:
     warnings: tuple[Finding, ...]
 
 
-def conclude(
-    rig: Rig, found: Findings, how: Circumstances, before: Rig | None
+def build_outcome(
+    rig: Rig, found: Findings, how: CalibrationContext, before: Rig | None
 ) -> CalibrationOutcome:
     """Return the record, the rig with it and how it differs from the calibration in force.
 

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.monitor._baseline import Baseline, learn_baseline
     from ocmm_core.calibration.monitor._baseline_file import load_baseline, save_baseline
     from ocmm_core.calibration.monitor._change_rows import N_MOTIONS, camera_changes
-    from ocmm_core.calibration.monitor._change_verdict import ChangeCause, ChangeExamination
-    from ocmm_core.calibration.monitor._looks import Look, LookCollector
+    from ocmm_core.calibration.monitor._change_verdict import ChangeCause, DriftReport
+    from ocmm_core.calibration.monitor._looks import ResidualAccumulator, ResidualSample
     from ocmm_core.calibration.monitor._monitor import CalibrationMonitor
 else:
     __getattr__ = door(
@@ -28,8 +28,8 @@ else:
         _baseline="Baseline learn_baseline",
         _baseline_file="load_baseline save_baseline",
         _change_rows="N_MOTIONS camera_changes",
-        _change_verdict="ChangeCause ChangeExamination",
-        _looks="Look LookCollector",
+        _change_verdict="ChangeCause DriftReport",
+        _looks="ResidualSample ResidualAccumulator",
         _monitor="CalibrationMonitor",
     )
 
@@ -38,9 +38,9 @@ __all__ = [
     "Baseline",
     "CalibrationMonitor",
     "ChangeCause",
-    "ChangeExamination",
-    "Look",
-    "LookCollector",
+    "DriftReport",
+    "ResidualAccumulator",
+    "ResidualSample",
     "camera_changes",
     "learn_baseline",
     "load_baseline",

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
 from ocmm_core.calibration.monitor._change_rows import Belief, spot_rows
-from ocmm_core.calibration.monitor._looks import Look, PatternMap
+from ocmm_core.calibration.monitor._looks import PatternMap, ResidualSample
 from ocmm_core.calibration.monitor._pattern_fit import BellGrid, PatternFit
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.camera import CameraModel, Rig, SpotNoise
@@ -59,7 +59,7 @@ class Baseline:
     looks: int
 
 
-def learn_baseline(looks: Sequence[Look], rig: Rig, body: ProbeBody) -> Baseline:
+def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> Baseline:
     """Return the residual maps that explain looks of a waved probe.
 
     Parameters

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.monitor._looks import Look, leds_world_of
+from ocmm_core.calibration.monitor._looks import ResidualSample, leds_world_of
 from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, project, projection_jacobians
 from ocmm_core.geometry import Float, Int, Pixels, skew
 from ocmm_core.tracking import ProbeBody
@@ -69,9 +69,9 @@ class SpotRows:
     look, led
         (n,).
     uv, residuals
-        (n, 2), px: where they are, and as in `Look`.
+        (n, 2), px: where they are, and as in `ResidualSample`.
     white_px, pattern_px
-        (n,): standard deviations, as in `Look`.
+        (n,): standard deviations, as in `ResidualSample`.
     by_pose
         (n, 2, 6): turn about the ball (rad), shift of the ball (mm), world.
     by_camera
@@ -91,7 +91,7 @@ class SpotRows:
     by_led: Float
 
 
-def spot_rows(looks: Sequence[Look], rig: Rig, body: ProbeBody, c: int) -> SpotRows:
+def spot_rows(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, c: int) -> SpotRows:
     """Return the spots of camera ``c`` in the looks."""
     camera = rig.cameras[c]
     residuals = np.stack([look.residuals[c] for look in looks])
@@ -125,7 +125,7 @@ def camera_changes(camera: CameraModel) -> Float:
     return columns
 
 
-def tips_world(looks: Sequence[Look], body: ProbeBody) -> Float:
+def tips_world(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
     """Return where the ball of each look is by its pose, (K, 3), mm, world."""
     return np.stack(
         [look.rotation_world_from_probe @ body.tip_probe + look.origin_world for look in looks]

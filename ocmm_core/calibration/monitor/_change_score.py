@@ -30,7 +30,7 @@ from ocmm_core.calibration.monitor._change_rows import (
     spot_rows,
     tips_world,
 )
-from ocmm_core.calibration.monitor._looks import Look
+from ocmm_core.calibration.monitor._looks import ResidualSample
 from ocmm_core.camera import N_PARAMETERS, Rig
 from ocmm_core.geometry import Float, skew
 from ocmm_core.tracking import ProbeBody
@@ -101,7 +101,7 @@ class Scores:
 
 
 def score_changes(
-    looks: Sequence[Look], rig: Rig, body: ProbeBody, belief: Belief, floor_px: float
+    looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, belief: Belief, floor_px: float
 ) -> Scores:
     """Return what looks say about changes since the calibration.
 
@@ -178,7 +178,7 @@ class _System:
     @classmethod
     def of(
         cls,
-        looks: Sequence[Look],
+        looks: Sequence[ResidualSample],
         rig: Rig,
         body: ProbeBody,
         belief: Belief,
@@ -266,7 +266,7 @@ def _add_camera(
 
 
 def _anchor_rows(
-    look: Look, body: ProbeBody, k: int, blocks: dict[str, slice], width: int
+    look: ResidualSample, body: ProbeBody, k: int, blocks: dict[str, slice], width: int
 ) -> Float:
     """Return the whitened rows that say where the ball of a look is known to be."""
     known, covariance = look.known_tip_world, look.known_tip_covariance

@@ -23,7 +23,7 @@ from ocmm_core.calibration.monitor._change_words import (
     describe_motion,
     join_words,
 )
-from ocmm_core.calibration.monitor._looks import Look
+from ocmm_core.calibration.monitor._looks import ResidualSample
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
@@ -83,7 +83,7 @@ class MonitorOptions:
 
 
 @dataclass(frozen=True, slots=True)
-class ChangeExamination:
+class DriftReport:
     """What some looks, or none, say about the calibration.
 
     Attributes
@@ -119,22 +119,22 @@ class ChangeExamination:
 
 
 def examine(
-    looks: Sequence[Look],
+    looks: Sequence[ResidualSample],
     rig: Rig,
     body: ProbeBody,
     belief: Belief,
     options: MonitorOptions,
-) -> ChangeExamination:
+) -> DriftReport:
     """Return what looks say about the calibration, ``since_ns`` left open.
 
-    Looks into nests whose place is known (`Look.known_tip_world`), at least three of them, tell
-    also who has moved.
+    Looks into nests whose place is known (`ResidualSample.known_tip_world`), at least three of
+    them, tell also who has moved.
     """
     scores = score_changes(list(looks), rig, body, belief, options.floor_px)
     cause, cameras, what = _judge(scores, rig, options)
     enough = len(looks) >= options.looks // 2 and _places(looks) >= _PLACES
     calm = all(_chance(item) > options.good for item in _changes(scores))
-    return ChangeExamination(
+    return DriftReport(
         time_ns=max(look.last_ns for look in looks),
         cause=cause,
         cameras=cameras,
@@ -197,7 +197,7 @@ def _worth(change: PossibleChange) -> float:
     return change.score - 2.0 * change.dof
 
 
-def _places(looks: Sequence[Look]) -> int:
+def _places(looks: Sequence[ResidualSample]) -> int:
     """Return at how many places at least `_APART_MM` from each other the probe was."""
     places: list[Float] = []
     for look in looks:

@@ -27,7 +27,7 @@ stand for all its frames."""
 
 
 @dataclass(frozen=True, slots=True)
-class Look:
+class ResidualSample:
     """Mean residuals of frames that follow each other.
 
     Attributes
@@ -99,7 +99,7 @@ class PatternMap:
         return mean, np.max(corners, axis=0)
 
 
-class LookCollector:
+class ResidualAccumulator:
     """Cut the stream of tracked frames into looks; used by one thread.
 
     Parameters
@@ -122,12 +122,12 @@ class LookCollector:
         self._pieces: list[TrackBlock] = []
         self._moment = -1
 
-    def feed(self, track: TrackBlock) -> list[Look]:
+    def feed(self, track: TrackBlock) -> list[ResidualSample]:
         """Take in tracked frames and return the looks that were completed.
 
         Where the looks begin does not depend on how the stream is cut into blocks.
         """
-        looks: list[Look] = []
+        looks: list[ResidualSample] = []
         moments = track.time_ns // self._length_ns
         starts = [0, *(np.flatnonzero(np.diff(moments)) + 1).tolist(), len(track)]
         for first, last in pairwise(starts):
@@ -137,7 +137,7 @@ class LookCollector:
             self._pieces.append(cut(track, first, last))
         return looks
 
-    def _complete(self) -> list[Look]:
+    def _complete(self) -> list[ResidualSample]:
         pieces, self._pieces = self._pieces, []
         if not pieces:
             return []
@@ -147,7 +147,7 @@ class LookCollector:
 
 def look_of(
     frames: TrackBlock, rig: Rig, body: ProbeBody, maps: Sequence[PatternMap] = ()
-) -> Look | None:
+) -> ResidualSample | None:
     """Return the look of consecutive frames.
 
     Parameters
@@ -191,7 +191,7 @@ def look_of(
     freedom = (len(used) - 1) * (2 * int(np.count_nonzero(seen)) - 6)
     scatter = float(np.sqrt(np.sum((residuals - mean)[:, seen] ** 2) / freedom))
     middle = len(used) // 2
-    return Look(
+    return ResidualSample(
         first_ns=int(frames.time_ns[used[0]]),
         last_ns=int(frames.time_ns[used[-1]]),
         n_frames=len(used),
@@ -203,7 +203,7 @@ def look_of(
     )
 
 
-def leds_world_of(looks: Sequence[Look], body: ProbeBody) -> Float:
+def leds_world_of(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
     """Return where the LEDs of the looks are, (K, L, 3), mm, world."""
     rotations = np.stack([look.rotation_world_from_probe for look in looks])
     origins = np.stack([look.origin_world for look in looks])

@@ -16,11 +16,11 @@ from ocmm_core.calibration.monitor._baseline import Baseline, pattern_maps
 from ocmm_core.calibration.monitor._change_rows import Belief
 from ocmm_core.calibration.monitor._change_verdict import (
     ChangeCause,
-    ChangeExamination,
+    DriftReport,
     MonitorOptions,
     examine,
 )
-from ocmm_core.calibration.monitor._looks import Look, LookCollector
+from ocmm_core.calibration.monitor._looks import ResidualAccumulator, ResidualSample
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.camera import Rig
 from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock
@@ -60,20 +60,20 @@ class CalibrationMonitor:
             if maps
             else ()
         )
-        self._collector = LookCollector(rig, body, self._options.look_ns, known)
-        self._latest: deque[Look] = deque(maxlen=self._options.looks)
-        self._sparse: deque[Look] = deque(maxlen=self._options.looks)
+        self._collector = ResidualAccumulator(rig, body, self._options.look_ns, known)
+        self._latest: deque[ResidualSample] = deque(maxlen=self._options.looks)
+        self._sparse: deque[ResidualSample] = deque(maxlen=self._options.looks)
         self._count = 0
         self._good_ns: dict[str, int] = {}
         self._unnamed = 0
         self._unfit = _UnfitFrames(self._options.unfit_ns)
 
-    def feed(self, track: TrackBlock) -> list[ChangeExamination]:
+    def feed(self, track: TrackBlock) -> list[DriftReport]:
         """Take in tracked frames and return the examinations that became due."""
-        results: list[ChangeExamination] = []
+        results: list[DriftReport] = []
         if self._unfit.feed(track):
             results.append(
-                ChangeExamination(
+                DriftReport(
                     time_ns=int(track.time_ns[-1]),
                     cause=ChangeCause.UNKNOWN,
                     cameras=(),
@@ -88,7 +88,7 @@ class CalibrationMonitor:
             results += self._take(look)
         return results
 
-    def _take(self, look: Look) -> list[ChangeExamination]:
+    def _take(self, look: ResidualSample) -> list[DriftReport]:
         if self._latest and look.first_ns < self._latest[-1].first_ns:
             # The bus clock was set anew: times of before mean nothing any more.
             self._latest.clear()
@@ -108,7 +108,7 @@ class CalibrationMonitor:
                 results.append(self._examined("sparse", self._sparse))
         return results
 
-    def _examined(self, kind: str, looks: deque[Look]) -> ChangeExamination:
+    def _examined(self, kind: str, looks: deque[ResidualSample]) -> DriftReport:
         result = examine(looks, self._rig, self._body, self._belief, self._options)
         # Where only some looks are from after a change, nothing explains them for a while.
         self._unnamed = self._unnamed + 1 if result.cause is ChangeCause.UNKNOWN else 0

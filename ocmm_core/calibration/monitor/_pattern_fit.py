@@ -18,7 +18,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, cg
 
 from ocmm_core.calibration.monitor._change_rows import Belief, spot_rows
-from ocmm_core.calibration.monitor._looks import Look
+from ocmm_core.calibration.monitor._looks import ResidualSample
 from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, SpotNoise
 from ocmm_core.geometry import Float, Int, Pixels
 from ocmm_core.tracking import ProbeBody
@@ -106,7 +106,7 @@ class PatternFit:
     grids: tuple[tuple[BellGrid, BellGrid], ...]
 
     @classmethod
-    def of(cls, looks: Sequence[Look], rig: Rig, body: ProbeBody) -> PatternFit:
+    def of(cls, looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -> PatternFit:
         """Return the regression on looks that were made without any map."""
         shape = (len(looks), len(rig.cameras), body.n_leds, 2)
         belief = Belief.of_documents(rig, body)

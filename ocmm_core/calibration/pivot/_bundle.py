@@ -13,7 +13,7 @@ import numpy as np
 from ocmm_core.calibration.bundle import N_CAMERA
 from ocmm_core.calibration.cameras import LensCamera
 from ocmm_core.calibration.pivot._data import PivotSweep
-from ocmm_core.calibration.pivot._kernel import eliminate_turns, move_turns
+from ocmm_core.calibration.pivot._kernel import move_turns, schur_reduce_rotations
 from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Int, Points3, skew
 
@@ -123,7 +123,7 @@ def normals_at(
     factors, y, z = np.empty((n, size, size)), np.empty((n, size, width)), np.empty((n, size))
     scores = np.empty((n, k))
     cameras = np.stack([LensCamera(camera).packed() for camera in rig.cameras])
-    cost = eliminate_turns(
+    cost = schur_reduce_rotations(
         cameras, state.arms, state.centre, np.ascontiguousarray(sweep.uv), sweep.weights,
         1.0 / slack_mm if slack_mm > 0.0 else 0.0, state.rotations, state.slacks, damping, of,
         normals, gradients, factors, y, z, scores,

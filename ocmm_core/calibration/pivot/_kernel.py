@@ -20,7 +20,7 @@ from ocmm_core.tracking.kernels import turn
 
 
 @compiled(camera_kernel, bundle_kernel)
-def eliminate_turns(
+def schur_reduce_rotations(
     cameras: Float, arms: Float, centre: Float, uv: Float, weights: Float, slack_weight: float,
     rotations: Float, slacks: Float, damping: float, blocks: Int,
     normals: Float, gradients: Float, factors: Float, y: Float, z: Float, scores: Float,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         upright_shortening,
     )
     from ocmm_core.calibration.probe_design._definition import (
-        Examined,
+        DefinitionCheck,
         definition_of,
         examine,
         probe_text,
@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.probe_design._layout_labels import WrongLabels, wrong_labels
     from ocmm_core.calibration.probe_design._shape import (
         ContactForce,
-        Warmth,
+        TemperatureState,
         body_in_use,
         bow_shape,
         check_temperature,
@@ -65,12 +65,14 @@ else:
     __getattr__ = door(
         __name__,
         _beam="compression sag side_load upright_shortening",
-        _definition="Examined definition_of examine probe_text read_definition save_definition",
+        _definition=(
+            "DefinitionCheck definition_of examine probe_text read_definition save_definition"
+        ),
         _design="ProbeDesign load_design shipped_design",
         _layout="Postures TipMap TipNumber View tilt_map tip_number volume_map",
         _layout_labels="WrongLabels wrong_labels",
         _shape=(
-            "ContactForce Warmth body_in_use bow_shape check_temperature contact_force "
+            "ContactForce TemperatureState body_in_use bow_shape check_temperature contact_force "
             "force_shapes growth_shape sag_shape tip_shift"
         ),
         _thermal="Expansion HIGHEST_C LOWEST_C REFERENCE_C Temperature require_temperature",
@@ -81,15 +83,15 @@ __all__ = [
     "LOWEST_C",
     "REFERENCE_C",
     "ContactForce",
-    "Examined",
+    "DefinitionCheck",
     "Expansion",
     "Postures",
     "ProbeDesign",
     "Temperature",
+    "TemperatureState",
     "TipMap",
     "TipNumber",
     "View",
-    "Warmth",
     "WrongLabels",
     "body_in_use",
     "bow_shape",

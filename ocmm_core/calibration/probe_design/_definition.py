@@ -27,7 +27,7 @@ from ocmm_core.tracking import (
 
 
 @dataclass(frozen=True, slots=True)
-class Examined:
+class DefinitionCheck:
     """What can be said of a definition that may be used.
 
     Attributes
@@ -115,7 +115,9 @@ def definition_of(body: ProbeBody) -> ProbeDocument:
     )
 
 
-def examine(document: ProbeDocument, path: Path, tell: Callable[[str, float], None]) -> Examined:
+def examine(
+    document: ProbeDocument, path: Path, tell: Callable[[str, float], None]
+) -> DefinitionCheck:
     """Return what can be said of a definition; takes up to some seconds with eight LEDs.
 
     Parameters
@@ -135,7 +137,7 @@ def examine(document: ProbeDocument, path: Path, tell: Callable[[str, float], No
     tell("labels", 0.0)
     body = body_of(document, path, _identity(document))
     tell("hidden LEDs", 0.5)
-    return Examined(body, wrong_labels(body))
+    return DefinitionCheck(body, wrong_labels(body))
 
 
 def save_definition(path: Path, document: ProbeDocument) -> ProbeBody:

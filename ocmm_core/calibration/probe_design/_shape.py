@@ -40,7 +40,7 @@ class ContactForce:
 
 
 @dataclass(frozen=True, slots=True)
-class Warmth:
+class TemperatureState:
     """How warm the probe is and was.
 
     Attributes
@@ -140,7 +140,7 @@ def contact_force(design: ProbeDesign, body: ProbeBody) -> ContactForce:
     return ContactForce(force_shapes(design, body), design.contact_force_n)
 
 
-def body_in_use(body: ProbeBody, design: ProbeDesign, warmth: Warmth) -> ProbeBody:
+def body_in_use(body: ProbeBody, design: ProbeDesign, warmth: TemperatureState) -> ProbeBody:
     """Return the probe as it is measured with, with all that is known of warmth and weight.
 
     Compensated, LEDs and ball are where they are at the present temperature, and what is left is
@@ -205,7 +205,7 @@ def _bent(body: ProbeBody, design: ProbeDesign, direction: Float, bent: Deflecti
     return shape
 
 
-def _unknown(warmth: Warmth) -> InputError:
+def _unknown(warmth: TemperatureState) -> InputError:
     if warmth.now is None:
         return InputError(
             "temperature.probe_unknown",

@@ -20,8 +20,8 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.calibration.records._artefacts import LengthBar, Sphere, load_bar, load_sphere
     from ocmm_core.calibration.records._camera_memory import (
+        check_camera_temperature,
         compare_with_cameras,
-        judge_warmth,
         write_to_cameras,
     )
     from ocmm_core.calibration.records._chain_seal import NAME
@@ -100,12 +100,12 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.records._serials import rests_on, same_serial
     from ocmm_core.calibration.records._trends import Course, Sample
-    from ocmm_core.calibration.records._usable import Obstacle, Word, judge
+    from ocmm_core.calibration.records._usable import Blocker, CalibrationStatus, judge
 else:
     __getattr__ = door(
         __name__,
         _artefacts="LengthBar Sphere load_bar load_sphere",
-        _camera_memory="compare_with_cameras judge_warmth write_to_cameras",
+        _camera_memory="compare_with_cameras check_camera_temperature write_to_cameras",
         _chain_seal="NAME",
         _events="Event EventKind TipEvent TipEventKind TipRecords judgements",
         _findings="Finding let_pass",
@@ -132,7 +132,7 @@ else:
         _sealed="canonical load load_named record_hash save seal",
         _serials="rests_on same_serial",
         _trends="Course Sample",
-        _usable="Obstacle Word judge",
+        _usable="Blocker CalibrationStatus judge",
     )
 
 __all__ = [
@@ -145,8 +145,10 @@ __all__ = [
     "TIP_SCHEMA",
     "VERIFICATION_SCHEMA",
     "ArtefactUse",
+    "Blocker",
     "CalibrationInUse",
     "CalibrationOverview",
+    "CalibrationStatus",
     "CalibrationStore",
     "CalibrationView",
     "CameraRecord",
@@ -160,7 +162,6 @@ __all__ = [
     "MadeRecord",
     "Method",
     "Objection",
-    "Obstacle",
     "PivotCheck",
     "ProbeInUse",
     "ProbeOverview",
@@ -181,14 +182,13 @@ __all__ = [
     "TipRecords",
     "TipState",
     "VerificationRecord",
-    "Word",
     "canonical",
+    "check_camera_temperature",
     "compare_with_cameras",
     "default_folder",
     "default_probe_folder",
     "entry_of",
     "judge",
-    "judge_warmth",
     "judgements",
     "let_pass",
     "load",

@@ -13,7 +13,7 @@ from datetime import datetime
 
 from ocmm_core.calibration.records._records import CameraRecord
 from ocmm_core.calibration.records._sealed import record_hash
-from ocmm_core.calibration.records._usable import Obstacle
+from ocmm_core.calibration.records._usable import Blocker
 from ocmm_core.camera import CameraEntry, camera_of
 from ocmm_core.fieldbus.device import Intrinsics
 from ocmm_core.fieldbus.objects import ObjectAccess, read_intrinsics, write_intrinsics
@@ -50,7 +50,7 @@ def write_to_cameras(record: CameraRecord, objects: Callable[[str], ObjectAccess
 
 def compare_with_cameras(
     record: CameraRecord, objects: Callable[[str], ObjectAccess]
-) -> Obstacle | None:
+) -> Blocker | None:
     """Return why the cameras are not those of a calibration, or None.
 
     Raises
@@ -62,13 +62,13 @@ def compare_with_cameras(
         found = read_intrinsics(objects(entry.name))
         expected = _intrinsics(record, entry)
         if found is None:
-            return Obstacle(
+            return Blocker(
                 f"Camera '{entry.name}' stores no intrinsics, so it is not known to be the one "
                 "that was calibrated.",
                 f"If it is, write them to it ({_WRITE}); if not, calibrate.",
             )
         if replace(found, date_s=expected.date_s) != expected:
-            return Obstacle(
+            return Blocker(
                 f"Camera '{entry.name}' stores other intrinsics than the calibration in force "
                 f"({_difference(found, expected)}).",
                 f"Verify the calibration, then write its intrinsics ({_WRITE}).",
@@ -76,9 +76,9 @@ def compare_with_cameras(
     return None
 
 
-def judge_warmth(
+def check_camera_temperature(
     record: CameraRecord, temperatures_c: Sequence[float | None]
-) -> tuple[Obstacle | None, tuple[str, ...]]:
+) -> tuple[Blocker | None, tuple[str, ...]]:
     """Return why the cameras are too warm or too cold for their calibration, or what to watch.
 
     Parameters
@@ -94,7 +94,7 @@ def judge_warmth(
         Why no points may be taken, or None, and the warnings. Where the record has no
         temperatures of the sensors nothing is said.
     """
-    obstacle: Obstacle | None = None
+    obstacle: Blocker | None = None
     warnings = []
     pairs = zip(record.cameras, record.sensor_temperatures_c, temperatures_c, strict=False)
     for entry, then_c, now_c in pairs:
@@ -106,7 +106,7 @@ def judge_warmth(
             f"calibrated ({now_c:.1f} against {then_c:.1f} °C)."
         )
         if abs(now_c - then_c) > BLOCKS_K and obstacle is None:
-            obstacle = Obstacle(
+            obstacle = Blocker(
                 words, "Wait until the cameras have their temperature, or calibrate at this one."
             )
         else:

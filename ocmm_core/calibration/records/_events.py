@@ -17,7 +17,7 @@ from ocmm_core.calibration.records._event_folder import StoredEvent
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord
 from ocmm_core.calibration.records._record_store import (
     DUE_BEFORE,
-    Standing,
+    RecordStatus,
     State,
     clock_fault,
     unsealed,
@@ -120,7 +120,7 @@ class TipRecords:
         return min(ends, key=datetime.fromisoformat)
 
 
-def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> Standing:
+def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> RecordStatus:
     """Return the state of a calibration at a moment by its events alone."""
     fault = clock_fault(events[-1].utc, now) if events else None
     if fault is not None:
@@ -128,12 +128,12 @@ def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> St
     own = [event for event in events if event.calibration == record_hash(record)]
     fallen = [event for event in own if event.kind is EventKind.FALLEN and not event.evidence]
     if fallen:
-        return Standing(
+        return RecordStatus(
             State.SUSPECT, fallen[-1].reason, "Calibrate the cameras again.", record.made_utc
         )
     judged = [event for event in judgements(own) if event.kind is not EventKind.ACCEPTED]
     if not judged:
-        return Standing(
+        return RecordStatus(
             State.SUSPECT,
             "The calibration was not verified since it was made.",
             "Verify it with the length bar.",
@@ -142,7 +142,7 @@ def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> St
     last = judged[-1]
     good = [event.utc for event in judged if event.kind is EventKind.PASSED]
     if last.kind is not EventKind.PASSED:
-        return Standing(
+        return RecordStatus(
             State.SUSPECT,
             "The last verification failed." if last.kind is EventKind.FAILED else last.reason,
             "Verify the calibration; if that fails, calibrate again.",
@@ -170,7 +170,7 @@ def judgements(events: Sequence[Event]) -> list[Event]:
     ]
 
 
-def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime) -> Standing:
+def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime) -> RecordStatus:
     """Return the state of a tip at a moment by its events alone."""
     calibration, qualification = active.calibration, active.qualification
     tip = calibration.tip
@@ -178,7 +178,7 @@ def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetim
     if fault is not None:
         return fault
     if qualification is None:
-        return Standing(
+        return RecordStatus(
             State.SUSPECT,
             f"Tip '{tip}' was not qualified since the probe was calibrated.",
             "Qualify the tip on the sphere.",
@@ -191,7 +191,7 @@ def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetim
             TipEventKind.FAILED: f"The last check of tip '{tip}' failed.",
             TipEventKind.NOT_QUALIFIED: f"The last qualification of tip '{tip}' failed.",
         }.get(last.kind, last.reason)
-        return Standing(
+        return RecordStatus(
             State.SUSPECT,
             why,
             "Make the quick tip check: one minute. If it fails, qualify the tip or calibrate the "

@@ -15,8 +15,8 @@ from ocmm_core.calibration.records._events import Event, EventKind, standing
 from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._record_store import (
     THIS_COMPUTER,
+    RecordStatus,
     RecordStore,
-    Standing,
 )
 from ocmm_core.calibration.records._records import CameraRecord, VerificationRecord
 from ocmm_core.calibration.records._sealed import load_named, record_hash
@@ -182,7 +182,7 @@ class CalibrationStore(RecordStore[Event]):
             kind=EventKind.RECALLED, calibration=calibration, evidence=evidence,
         )  # fmt: skip
 
-    def standing(self, now: datetime) -> Standing:
+    def standing(self, now: datetime) -> RecordStatus:
         """Return whether the calibration in force may be trusted, with all its files read again.
 
         Raises
@@ -197,7 +197,7 @@ class CalibrationStore(RecordStore[Event]):
             )
         return self.standing_of(record, now, thorough=True)
 
-    def standing_of(self, record: CameraRecord, now: datetime, *, thorough: bool) -> Standing:
+    def standing_of(self, record: CameraRecord, now: datetime, *, thorough: bool) -> RecordStatus:
         """Return whether a calibration may be trusted, and whether what it rests on is whole.
 
         Parameters

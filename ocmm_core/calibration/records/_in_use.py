@@ -13,14 +13,14 @@ from pathlib import Path
 import platformdirs
 
 from ocmm_core.calibration.records._history import CalibrationStore
-from ocmm_core.calibration.records._record_store import Standing
+from ocmm_core.calibration.records._record_store import RecordStatus
 from ocmm_core.calibration.records._records import CameraRecord, rig_from_record
 from ocmm_core.calibration.records._sealed import canonical, record_hash
 from ocmm_core.calibration.records._usable import (
+    Blocker,
+    CalibrationStatus,
     InUse,
-    Obstacle,
     ViewInUse,
-    Word,
     named_folder,
     obstacle_of,
     replaced_in,
@@ -79,20 +79,20 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
     def as_opened(self) -> CalibrationView:
         """Return what is said of it before anything was judged."""
         return CalibrationView(
-            word=Word.DESIGN,
+            word=CalibrationStatus.DESIGN,
             rig=self.rig.name,
             identity=self.rig.identity,
             uncalibrated=self.uncalibrated,
             record=self.record,
         )
 
-    def overtaken(self, store: CalibrationStore) -> Obstacle | None:
+    def overtaken(self, store: CalibrationStore) -> Blocker | None:
         """Return what was put in its place since the job was begun; None where nothing was."""
         if store.active_hash == record_hash(self._used):
             return None
         return replaced_in(store, _REPLACED)
 
-    def standing(self, store: CalibrationStore, now: datetime) -> Standing:
+    def standing(self, store: CalibrationStore, now: datetime) -> RecordStatus:
         """Return whether its record may be trusted."""
         return store.standing_of(self._used, now, thorough=False)
 
@@ -159,20 +159,22 @@ def open_calibration(
     try:
         store = CalibrationStore(place)
     except OcmmError as error:
-        return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
     design = replace(design, store=store)
     try:
         record = store.active()
         if record is None:
-            return replace(design, fault=(Word.NONE, _never(design.rig)))
+            return replace(design, fault=(CalibrationStatus.NONE, _never(design.rig)))
         rig = rig_from_record(record)
     except OcmmError as error:
-        return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
     if record.rig != design.rig.name:
         other = _other_rig(document, design.rig.name, record.rig, place)
-        return replace(design, fault=(Word.UNUSABLE, other))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, other))
     if _cameras(rig) != _cameras(design.rig):
-        return replace(design, fault=(Word.UNUSABLE, _others(document, design.rig, rig)))
+        return replace(
+            design, fault=(CalibrationStatus.UNUSABLE, _others(document, design.rig, rig))
+        )
     # How fast the cameras run is no matter of calibration.
     rig = replace(rig, frame_rate_hz=design.rig.frame_rate_hz)
     return replace(design, rig=rig, rig_text=canonical(record).decode("utf-8"), record=record)
@@ -196,26 +198,26 @@ def require_record(in_use: CalibrationInUse) -> CameraRecord:
     return in_use.record
 
 
-_REPLACED = Obstacle(
+_REPLACED = Blocker(
     "Another calibration was put in force since this job was begun.",
     "End this job and begin a new one.",
 )
 
 
-def _never(rig: Rig) -> Obstacle:
-    return Obstacle(f"The cameras of rig '{rig.name}' were never calibrated.", "Calibrate them.")
+def _never(rig: Rig) -> Blocker:
+    return Blocker(f"The cameras of rig '{rig.name}' were never calibrated.", "Calibrate them.")
 
 
-def _other_rig(document: Path, name: str, found: str, place: Path) -> Obstacle:
-    return Obstacle(
+def _other_rig(document: Path, name: str, found: str, place: Path) -> Blocker:
+    return Blocker(
         f"The calibration in {place} is that of rig '{found}', but {document.name} describes rig "
         f"'{name}'.",
         f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in an empty one.",
     )
 
 
-def _others(document: Path, design: Rig, calibrated: Rig) -> Obstacle:
-    return Obstacle(
+def _others(document: Path, design: Rig, calibrated: Rig) -> Blocker:
+    return Blocker(
         f"The calibration in force is that of {_names(calibrated)}, but {document.name} names "
         f"{_names(design)}.",
         "Give the rig document of the cameras that were calibrated, or calibrate these.",

@@ -12,7 +12,7 @@ from ocmm_core.calibration.records._events import Event, TipEvent, TipRecords
 from ocmm_core.calibration.records._history import CalibrationStore
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
 from ocmm_core.calibration.records._probe_store import ProbeStore
-from ocmm_core.calibration.records._record_store import Standing
+from ocmm_core.calibration.records._record_store import RecordStatus
 from ocmm_core.calibration.records._records import VerificationRecord
 from ocmm_core.calibration.records._sealed import record_hash
 from ocmm_core.calibration.records._trends import CalibrationTrends, Course, Sample, trends
@@ -83,7 +83,7 @@ class TipState:
 
     tip: str
     mounted: bool
-    standing: Standing
+    standing: RecordStatus
     calibration: ProbeRecord
     qualification: TipRecord | None
     check: TipCheckRecord | None

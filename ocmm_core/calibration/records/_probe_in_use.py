@@ -17,13 +17,13 @@ import platformdirs
 from ocmm_core.calibration.records._events import TipEventKind, TipRecords
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipRecord, probe_from_records
 from ocmm_core.calibration.records._probe_store import ProbeStore
-from ocmm_core.calibration.records._record_store import Standing
+from ocmm_core.calibration.records._record_store import RecordStatus
 from ocmm_core.calibration.records._sealed import canonical, record_hash
 from ocmm_core.calibration.records._usable import (
+    Blocker,
+    CalibrationStatus,
     InUse,
-    Obstacle,
     ViewInUse,
-    Word,
     named_folder,
     obstacle_of,
     replaced_in,
@@ -137,7 +137,7 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
     def as_opened(self) -> ProbeView:
         """Return what is said of it before anything was judged."""
         return ProbeView(
-            word=Word.DESIGN,
+            word=CalibrationStatus.DESIGN,
             probe=self.body.name,
             tip=self.tip,
             identity=self.body.identity,
@@ -146,7 +146,7 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
             records=self.records,
         )
 
-    def overtaken(self, store: ProbeStore) -> Obstacle | None:
+    def overtaken(self, store: ProbeStore) -> Blocker | None:
         """Return what was put in its place since the job was begun; None where nothing was."""
         if _is_replaced(self._used, store):
             return replaced_in(store, _replaced(self.tip))
@@ -154,7 +154,7 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
             return _other_mounted(self.tip, store.mounted or "")
         return None
 
-    def standing(self, store: ProbeStore, now: datetime) -> Standing:
+    def standing(self, store: ProbeStore, now: datetime) -> RecordStatus:
         """Return whether its records may be trusted."""
         return store.standing_of(self._used, now, thorough=False)
 
@@ -225,16 +225,16 @@ def open_probe(
     try:
         store = ProbeStore(place)
     except OcmmError as error:
-        return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
     wanted = tip if tip is not None else store.mounted
     design = replace(design, tip=wanted or "", store=store)
     try:
         records = store.active(wanted) if wanted is not None else None
         if records is None:
-            return replace(design, fault=(Word.NONE, _never(design)))
+            return replace(design, fault=(CalibrationStatus.NONE, _never(design)))
         body = probe_from_records(design.body, records.calibration, records.qualification)
     except OcmmError as error:
-        return replace(design, fault=(Word.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
     text = canonical(
         ProbeText(
             schema=TEXT_SCHEMA,
@@ -277,23 +277,21 @@ def _is_replaced(records: TipRecords, store: ProbeStore) -> bool:
     return bool(newer) and newer[-1] != used
 
 
-def _replaced(tip: str) -> Obstacle:
-    return Obstacle(
+def _replaced(tip: str) -> Blocker:
+    return Blocker(
         f"Another calibration or qualification of tip '{tip}' was put in force since this job was "
         "begun.",
         "End this job and begin a new one.",
     )
 
 
-def _other_mounted(tip: str, mounted: str) -> Obstacle:
-    return Obstacle(
+def _other_mounted(tip: str, mounted: str) -> Blocker:
+    return Blocker(
         f"Tip '{mounted}' is on the probe, but this job was begun with tip '{tip}'.",
         f"Mount tip '{tip}' again and check it, or end this job and begin a new one.",
     )
 
 
-def _never(in_use: ProbeInUse) -> Obstacle:
+def _never(in_use: ProbeInUse) -> Blocker:
     tip = f" with tip '{in_use.tip}'" if in_use.tip else ""
-    return Obstacle(
-        f"Probe '{in_use.body.name}' was never calibrated{tip}.", "Calibrate the probe."
-    )
+    return Blocker(f"Probe '{in_use.body.name}' was never calibrated{tip}.", "Calibrate the probe.")

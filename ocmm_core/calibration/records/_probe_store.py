@@ -21,8 +21,8 @@ from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
 from ocmm_core.calibration.records._record_store import (
     THIS_COMPUTER,
+    RecordStatus,
     RecordStore,
-    Standing,
 )
 from ocmm_core.calibration.records._records import Check
 from ocmm_core.calibration.records._sealed import load_named, record_hash
@@ -196,7 +196,7 @@ class ProbeStore(RecordStore[TipEvent]):
         if tip is not None:
             self._happened(now, who, reason, since=since, kind=TipEventKind.DOUBTED, tip=tip)
 
-    def standing(self, tip: str, now: datetime) -> Standing:
+    def standing(self, tip: str, now: datetime) -> RecordStatus:
         """Return whether a tip may be trusted, with all its files read again.
 
         Raises
@@ -209,7 +209,7 @@ class ProbeStore(RecordStore[TipEvent]):
             raise _never(tip)
         return self.standing_of(active, now, thorough=True)
 
-    def standing_of(self, active: TipRecords, now: datetime, *, thorough: bool) -> Standing:
+    def standing_of(self, active: TipRecords, now: datetime, *, thorough: bool) -> RecordStatus:
         """Return whether a tip may be trusted, and whether what it rests on is whole.
 
         Parameters

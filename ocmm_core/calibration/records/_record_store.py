@@ -52,7 +52,7 @@ class State(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Standing:
+class RecordStatus:
     """The state of the calibration in force.
 
     Attributes
@@ -235,7 +235,7 @@ class RecordStore(EventFolder[T]):
             )
         )
 
-    def _doubt(self, about: str | None = None, *, thorough: bool) -> Standing | None:
+    def _doubt(self, about: str | None = None, *, thorough: bool) -> RecordStatus | None:
         """Return what is said where not all that a standing rests on is there; None where it is.
 
         Parameters
@@ -245,17 +245,17 @@ class RecordStore(EventFolder[T]):
         """
         defect = self.defect(about, thorough=thorough)
         if defect is not None:
-            return Standing(State.UNUSABLE, defect.what, defect.remedy)
+            return RecordStatus(State.UNUSABLE, defect.what, defect.remedy)
         exchanged = self.exchanged
         if exchanged is not None:
             since = self.events[-1].utc
-            return Standing(State.SUSPECT, exchanged.what, exchanged.remedy, since)
+            return RecordStatus(State.SUSPECT, exchanged.what, exchanged.remedy, since)
         return None
 
 
-def unsealed(what: str, remedy: str) -> Standing:
+def unsealed(what: str, remedy: str) -> RecordStatus:
     """Return what is said where the event that counts has no seal."""
-    return Standing(
+    return RecordStatus(
         State.SUSPECT,
         f"The last {what} was stored by an earlier version of this program, which would not have "
         f"noticed if a later event had been removed.",
@@ -263,18 +263,20 @@ def unsealed(what: str, remedy: str) -> Standing:
     )
 
 
-def clock_fault(last_utc: str, now: datetime) -> Standing | None:
+def clock_fault(last_utc: str, now: datetime) -> RecordStatus | None:
     """Return what is said where the clock stands before the last event; None where it does not."""
     if now >= datetime.fromisoformat(last_utc) - CLOCK_TOLERANCE:
         return None
-    return Standing(
+    return RecordStatus(
         State.EXPIRED,
         f"The clock of this computer stands before the last event ({last_utc[:16]}).",
         "Set the clock of the computer.",
     )
 
 
-def within_term(what: str, until: datetime, due: timedelta, remedy: str, now: datetime) -> Standing:
+def within_term(
+    what: str, until: datetime, due: timedelta, remedy: str, now: datetime
+) -> RecordStatus:
     """Return how something stands that nothing speaks against but the calendar.
 
     Parameters
@@ -286,7 +288,7 @@ def within_term(what: str, until: datetime, due: timedelta, remedy: str, now: da
     """
     day = until.date().isoformat()
     if now >= until:
-        return Standing(State.EXPIRED, f"The {what} was valid until {day}.", f"{remedy}.")
+        return RecordStatus(State.EXPIRED, f"The {what} was valid until {day}.", f"{remedy}.")
     if now >= until - due:
-        return Standing(State.DUE, f"The {what} ends on {day}.", f"{remedy} before that day.")
-    return Standing(State.VALID)
+        return RecordStatus(State.DUE, f"The {what} ends on {day}.", f"{remedy} before that day.")
+    return RecordStatus(State.VALID)

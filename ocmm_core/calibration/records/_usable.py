@@ -15,13 +15,13 @@ from enum import StrEnum
 from pathlib import Path
 from typing import Any, Generic, TypeVar
 
-from ocmm_core.calibration.records._record_store import RecordStore, Standing
+from ocmm_core.calibration.records._record_store import RecordStatus, RecordStore
 from ocmm_core.errors import CalibrationError, InputError, OcmmError
 
 _FOLDER_NAME = re.compile(r"[A-Za-z0-9_]([A-Za-z0-9 _.-]{0,58}[A-Za-z0-9_-])?")
 
 
-class Word(StrEnum):
+class CalibrationStatus(StrEnum):
     """What is said about the calibration of a job, in one word."""
 
     VALID = "VALID"
@@ -37,7 +37,7 @@ class Word(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
-class Obstacle:
+class Blocker:
     """Why no points may be taken, and what to do about it."""
 
     what: str
@@ -68,15 +68,15 @@ class ViewInUse:
         For SUSPECT: points since then are in doubt. Empty otherwise.
     """
 
-    word: Word
+    word: CalibrationStatus
     identity: str
-    obstacle: Obstacle | None = None
+    obstacle: Blocker | None = None
     uncalibrated: bool = False
     warnings: tuple[str, ...] = ()
     since_utc: str = ""
 
     @property
-    def hindrance(self) -> Obstacle | None:
+    def hindrance(self) -> Blocker | None:
         """Return why no points may be taken; None where they may, or are taken all the same."""
         return None if self.uncalibrated else self.obstacle
 
@@ -108,7 +108,7 @@ class InUse(ABC, Generic[S, V]):
     """
 
     store: S | None = None
-    fault: tuple[Word, Obstacle] | None = None
+    fault: tuple[CalibrationStatus, Blocker] | None = None
     uncalibrated: bool = False
 
     @property
@@ -122,11 +122,11 @@ class InUse(ABC, Generic[S, V]):
         """Return what is said of it before anything was judged."""
 
     @abstractmethod
-    def overtaken(self, store: S) -> Obstacle | None:
+    def overtaken(self, store: S) -> Blocker | None:
         """Return what was put in its place since the job was begun; None where nothing was."""
 
     @abstractmethod
-    def standing(self, store: S, now: datetime) -> Standing:
+    def standing(self, store: S, now: datetime) -> RecordStatus:
         """Return whether its records may be trusted."""
 
     def refuse_fault(self, code: str) -> None:
@@ -152,20 +152,20 @@ def judge(in_use: InUse[S, V], now: datetime) -> V:
     try:
         store.refresh()
     except (OcmmError, OSError) as error:
-        return replace(view, word=Word.UNUSABLE, obstacle=obstacle_of(error))
+        return replace(view, word=CalibrationStatus.UNUSABLE, obstacle=obstacle_of(error))
     other = in_use.overtaken(store)
     if other is not None:
-        return replace(view, word=Word.UNUSABLE, obstacle=other)
+        return replace(view, word=CalibrationStatus.UNUSABLE, obstacle=other)
     found = in_use.standing(store, now)
-    word = Word(found.state.value)
+    word = CalibrationStatus(found.state.value)
     if not found.state.usable:
-        doubt = Obstacle(found.reason, found.remedy)
+        doubt = Blocker(found.reason, found.remedy)
         return replace(view, word=word, obstacle=doubt, since_utc=found.since_utc)
     warnings = (f"{found.reason} {found.remedy}",) if found.reason else ()
     return replace(view, word=word, warnings=warnings)
 
 
-def replaced_in(store: RecordStore[Any], otherwise: Obstacle) -> Obstacle:
+def replaced_in(store: RecordStore[Any], otherwise: Blocker) -> Blocker:
     """Return why other records are in force: the history was exchanged, or what is said else."""
     return otherwise if store.exchanged is None else obstacle_of(store.exchanged)
 
@@ -182,11 +182,11 @@ def named_folder(folder: Path, name: str, kind: str) -> Path:
     return folder / name
 
 
-def obstacle_of(error: OcmmError | OSError) -> Obstacle:
+def obstacle_of(error: OcmmError | OSError) -> Blocker:
     """Return what stands in the way where a store cannot be read."""
     if isinstance(error, OcmmError):
-        return Obstacle(error.what, error.remedy)
-    return Obstacle(
+        return Blocker(error.what, error.remedy)
+    return Blocker(
         f"The history of the calibration cannot be read ({error.strerror}).",
         "Restore the right to read it.",
     )

@@ -22,20 +22,20 @@ from ocmm_core.calibration.guided import (
     STILL_FRAMES,
     WAVED_FRAMES,
     Average,
+    CalibrationContext,
     CalibrationOutcome,
     CameraProcedure,
-    Circumstances,
     Decided,
     Live,
-    ProbeSpots,
+    ProbeSpotAverager,
     ProcedureKind,
     RelocationView,
-    RestingSpots,
     SeatVisited,
     SessionFormat,
     SessionLine,
+    StaticSpotAverager,
     Step,
-    conclude,
+    build_outcome,
     from_spots,
     hash_of,
     length_sigma,
@@ -102,7 +102,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         self._state = RelocationState(rig, body, begun)
         self._length_sigma: float | None = None
         self._predicted = -1
-        self._wave = ProbeSpots(
+        self._wave = ProbeSpotAverager(
             rig,
             body,
             WAVED_FRAMES,
@@ -111,10 +111,10 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             turn_rad=_POSE_TURN_RAD,
             moved=True,
         )
-        self._seat = ProbeSpots(
+        self._seat = ProbeSpotAverager(
             rig, body, STILL_FRAMES, resting=True, distance_mm=_SEAT_APART_MM, moved=True
         )
-        self._bar = RestingSpots(rig, 2)
+        self._bar = StaticSpotAverager(rig, 2)
         self._fold()
         if begun.seats is None:
             self._refuse_older("visited no seats first and last")
@@ -324,7 +324,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
                 SeatVisited(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)
             )
 
-    def _collector(self) -> ProbeSpots | RestingSpots:
+    def _collector(self) -> ProbeSpotAverager | StaticSpotAverager:
         if self._step == BAR and self._state.shown:
             return self._bar
         at_rest = (SEATS_FIRST, BAR, WORLD, SEATS_AGAIN)
@@ -425,7 +425,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         ]  # fmt: skip
         shown = [one.uv for one in observed.shown_bars]
         rested = [from_spots(one.uv) for one in visits]
-        how = Circumstances(
+        how = CalibrationContext(
             method="relocation",
             made=datetime.fromisoformat(max(one.utc for one in last) if last else begun.utc),
             valid_days=begun.valid_days,
@@ -442,7 +442,7 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             found = relocate(rig, body, observed, options, force)
             seats = let_pass(seat_findings(rig, body, found, visits), force)
             found = replace(found, warnings=found.warnings + seats)
-            return conclude(rig, findings_of(rig, observed, found), how, before)
+            return build_outcome(rig, findings_of(rig, observed, found), how, before)
 
         return calculate
 

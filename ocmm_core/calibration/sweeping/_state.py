@@ -8,7 +8,7 @@ from datetime import datetime
 
 import numpy as np
 
-from ocmm_core.calibration.guided import OPEN, SEAT_MM, STILL_FRAMES, Gate, ProbeSpots, Step
+from ocmm_core.calibration.guided import OPEN, SEAT_MM, STILL_FRAMES, Gate, ProbeSpotAverager, Step
 from ocmm_core.calibration.records import ProbeRecord
 from ocmm_core.calibration.sweeping._conclusion import PivotMaterial, conclude_pivot
 from ocmm_core.calibration.sweeping._progress import (
@@ -98,10 +98,10 @@ class SweepingState:
             self._turned = None
             self.visits.clear()
 
-    def cone_spots(self) -> ProbeSpots:
+    def cone_spots(self) -> ProbeSpotAverager:
         """Return what looks at the frames of the visit at the end."""
         body = self.begun.expected(self.body)
-        return ProbeSpots(self.rig, body, STILL_FRAMES, resting=True, distance_mm=-1.0)
+        return ProbeSpotAverager(self.rig, body, STILL_FRAMES, resting=True, distance_mm=-1.0)
 
     def judge_visit(self, uv: Float, sigma_px: float) -> str:
         """Return why a resting ball is not in the first cone as at the start; empty where it is."""

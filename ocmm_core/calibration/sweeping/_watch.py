@@ -13,7 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import STRANGE, WAVED_FRAMES, Live, ProbeSpots, sigma_of_mean
+from ocmm_core.calibration.guided import (
+    STRANGE,
+    WAVED_FRAMES,
+    Live,
+    ProbeSpotAverager,
+    sigma_of_mean,
+)
 from ocmm_core.calibration.pivot import pivot_of_poses
 from ocmm_core.calibration.records import Finding
 from ocmm_core.calibration.sweeping._progress import SweepProgress, second_range
@@ -87,7 +93,7 @@ class SweepWatch:
         self._tip: Float | None = body.tip_probe if tip_known else None
         self._measured = False
         self._first = first
-        self._spots = ProbeSpots(rig, body, WAVED_FRAMES, resting=False, distance_mm=-1.0)
+        self._spots = ProbeSpotAverager(rig, body, WAVED_FRAMES, resting=False, distance_mm=-1.0)
         self._live = Live(wanted=BATCH)
         self._recent: deque[_Look] = deque(maxlen=round(2.0 * _REST_S * 100))
         self._turned: deque[_Look] = deque(maxlen=_WINDOW)

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import STILL_FRAMES, Average, Live, ProbeSpots, touch_of
+from ocmm_core.calibration.guided import STILL_FRAMES, Average, Live, ProbeSpotAverager, touch_of
 from ocmm_core.calibration.tip._state import TouchState
 from ocmm_core.calibration.tip._steps import SPHERE, TAKING
 from ocmm_core.calibration.tip._touch_hints import judge_in_cone, judge_on_sphere
@@ -30,7 +30,7 @@ class Sight:
 
     def __init__(self, state: TouchState, hold_s: float) -> None:
         self._state, self._hold_s = state, hold_s
-        self._probe = ProbeSpots(
+        self._probe = ProbeSpotAverager(
             state.rig, state.body, STILL_FRAMES, resting=True, distance_mm=_APART_MM,
             turn_rad=_APART_RAD, inside=True,
         )  # fmt: skip

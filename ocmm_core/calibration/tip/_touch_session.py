@@ -17,16 +17,16 @@ import numpy as np
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import (
     Average,
-    BlowSense,
     Gate,
     Live,
     ProbeProcedure,
     SessionFormat,
     SessionLine,
+    ShockDetector,
     Step,
     from_spots,
     hash_of,
-    note_blow,
+    record_shock,
     require_no_doubt_since,
     require_probe,
     to_spots,
@@ -118,7 +118,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         require_probe(chain.path, begun.probe_identity, body)
         self._state = TouchState(rig, calibrated, begun, self._wanted)
         self._sight = Sight(self._state, hold_s)
-        self._blows = BlowSense()
+        self._blows = ShockDetector()
         self._fold()
 
     @classmethod
@@ -208,7 +208,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         with self._lock:
             self._sight.feed(block, self._step, self._version)
             if len(block) and len(self._blows.feed(block)):
-                note_blow(self._store, datetime.now(UTC))
+                record_shock(self._store, datetime.now(UTC))
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
         """Take recorded averaged spots (C, L, 2), px, as the next observation.

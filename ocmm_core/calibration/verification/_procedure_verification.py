@@ -27,7 +27,7 @@ from ocmm_core.calibration.guided import (
     Gate,
     LinePlan,
     Live,
-    ProbeSpots,
+    ProbeSpotAverager,
     ProcedureKind,
     SeatVisited,
     SessionFormat,
@@ -98,7 +98,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         self._begun = begun
         planning = plan_lines(rig.volume_world, begun.bar.nests[-1] - begun.bar.nests[0])
         self._state = VerificationState(rig, body, begun, planning)
-        self._probe = ProbeSpots(
+        self._probe = ProbeSpotAverager(
             rig, body, STILL_FRAMES, resting=True, distance_mm=_APART_MM, inside=True
         )
         self._fold()

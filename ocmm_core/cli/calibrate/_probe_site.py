@@ -13,9 +13,9 @@ from rich.console import Console
 from ocmm_core.calibration.guided import Procedure
 from ocmm_core.calibration.records import (
     CalibrationInUse,
+    CalibrationStatus,
     CalibrationStore,
     ProbeStore,
-    Word,
     default_folder,
     default_probe_folder,
     judge,
@@ -121,7 +121,7 @@ def own_folder(source: str) -> Path:
 def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
     """Refuse cameras without a calibration, and say where one is not quite in order."""
     view = judge(cameras, datetime.now(UTC))
-    unusable = cameras.fault is not None or view.word is Word.UNUSABLE
+    unusable = cameras.fault is not None or view.word is CalibrationStatus.UNUSABLE
     if unusable and view.hindrance is not None:
         raise CalibrationError(
             "calibrate.cameras",

@@ -17,10 +17,10 @@ from ocmm_core.calibration.guided import (
     VerificationOutcome,
 )
 from ocmm_core.calibration.records import (
+    CalibrationStatus,
     CalibrationStore,
     RecordStore,
     VerificationRecord,
-    Word,
     judge,
     open_calibration,
     store_folder,
@@ -152,7 +152,7 @@ def print_standing(console: Console, document: Path, folder: Path, now: datetime
             f"Record   {store.active_hash}\n         {record.method}, {record.made_utc[:19]} UTC "
             f"by {record.made_by}, valid until {record.valid_until_utc[:10]}",
         )
-        if view.word is not Word.UNUSABLE:
+        if view.word is not CalibrationStatus.UNUSABLE:
             _say(console, f"Evidence {evidence_words(store)}")
     return view.obstacle is None
 

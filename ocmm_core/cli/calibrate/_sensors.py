@@ -12,8 +12,8 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.calibration.monitor import (
     Baseline,
-    Look,
-    LookCollector,
+    ResidualAccumulator,
+    ResidualSample,
     learn_baseline,
     save_baseline,
 )
@@ -49,11 +49,13 @@ def require_usable(site: Site, now: datetime) -> str:
     return calibration
 
 
-def wave(site: Site, body: ProbeBody, feed: Feed, seconds: float, console: Console) -> list[Look]:
+def wave(
+    site: Site, body: ProbeBody, feed: Feed, seconds: float, console: Console
+) -> list[ResidualSample]:
     """Return the looks at the probe during so much bus time, or until the source ends."""
     pipeline = TrackingPipeline(site.rig, body)
-    collector = LookCollector(site.rig, body, _LOOK_NS)
-    looks: list[Look] = []
+    collector = ResidualAccumulator(site.rig, body, _LOOK_NS)
+    looks: list[ResidualSample] = []
     left = round(seconds * 1e9 / feed.description.frame_period_ns)
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
     console.print(f"Source   {feed.description.name}")
@@ -78,7 +80,7 @@ def wave(site: Site, body: ProbeBody, feed: Feed, seconds: float, console: Conso
 
 
 def learn(
-    site: Site, body: ProbeBody, looks: list[Look], calibration: str, console: Console
+    site: Site, body: ProbeBody, looks: list[ResidualSample], calibration: str, console: Console
 ) -> Path:
     """Learn from looks, store what was learnt beside the calibration, and say how good it is."""
     baseline: Baseline = learn_baseline(looks, site.rig, body)

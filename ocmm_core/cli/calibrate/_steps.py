@@ -10,7 +10,7 @@ from rich.console import Console
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision
-from ocmm_core.calibration.records import Word, judge, require_records
+from ocmm_core.calibration.records import CalibrationStatus, judge, require_records
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.cli.calibrate._report import print_standing
 from ocmm_core.cli.calibrate._run import (
@@ -104,7 +104,9 @@ def body_in_use_of(source: str, probe: Path, probes: Path | None, tip: str | Non
         The records, or what they rest on, are damaged, or there are none of a tip that was named.
     """
     in_use = choose_probe(source, probe, probes, tip, uncalibrated=False)
-    if in_use.fault is not None and (tip is not None or in_use.fault[0] is not Word.NONE):
+    if in_use.fault is not None and (
+        tip is not None or in_use.fault[0] is not CalibrationStatus.NONE
+    ):
         require_records(in_use)
     if in_use.records is not None:
         defect = None if in_use.store is None else in_use.store.defect(in_use.tip, thorough=True)

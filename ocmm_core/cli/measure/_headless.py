@@ -13,7 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
-from ocmm_core.calibration.records import ProbeView, Word
+from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.cli.terminal import _WIDE
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
@@ -232,7 +232,11 @@ def _print_probe(console: Console, probe: ProbeView) -> None:
 def _require_calibration(built: BuiltStation) -> None:
     """Raise CalibrationError where no point can come any more."""
     for view in (built.station.instruments.calibration(), built.station.instruments.probe()):
-        if view.hindrance is None or view.word in (Word.VALID, Word.DUE, Word.DESIGN):
+        if view.hindrance is None or view.word in (
+            CalibrationStatus.VALID,
+            CalibrationStatus.DUE,
+            CalibrationStatus.DESIGN,
+        ):
             # What hinders a good calibration passes by itself: warmth, cameras not asked yet.
             continue
         if built.station.faults.measuring is not None:

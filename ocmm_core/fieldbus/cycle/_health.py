@@ -176,7 +176,9 @@ def judge(
         # A clock may have jumped since; the cameras send these frames again.
         return _bad(
             Alarm.LOST_ANSWERS,
-            f"The states of the cameras have not been known for {answer.view.age} cycles.",
+            "Camera state unknown for 1 cycle."
+            if answer.view.age == 1
+            else f"Camera state unknown for {answer.view.age} cycles.",
         )
     if not answer.clock_plausible:
         return _bad(Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be.")

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         compare_folder,
         compare_jobs,
     )
-    from ocmm_core.inspection.archive._part_before import place_of_part_before
+    from ocmm_core.inspection.archive._part_before import previous_part_pose
     from ocmm_core.inspection.archive._points_in_doubt import first_taken
     from ocmm_core.inspection.archive._recall import KeptPlaces, decide, recall
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
@@ -66,7 +66,7 @@ else:
         _batch="BatchPart SUFFIX next_serial parts_of_batch require_new_serial",
         _camera_history="is_known settle_cameras",
         _compare="Comparison Trend all_simulated compare_folder compare_jobs",
-        _part_before="place_of_part_before",
+        _part_before="previous_part_pose",
         _points_in_doubt="first_taken",
         _recall="KeptPlaces decide recall",
         _recall_artefact="artefact_wrong",
@@ -111,7 +111,7 @@ __all__ = [
     "next_serial",
     "not_judged",
     "parts_of_batch",
-    "place_of_part_before",
+    "previous_part_pose",
     "recall",
     "reopen",
     "reopen_job",

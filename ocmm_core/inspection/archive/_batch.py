@@ -9,7 +9,7 @@ from pathlib import Path
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.session import NOT_GIVEN, header_of
-from ocmm_core.storage import JobFile, JobGlance, glance
+from ocmm_core.storage import JobFile, JobSummary, read_summary
 
 _LAST_NUMBER = re.compile(r"(\d+)(?!.*\d)")
 SUFFIX = ".ocmm"
@@ -52,7 +52,7 @@ def parts_of_batch(folder: Path, batch: str) -> tuple[BatchPart, ...]:
     found = []
     for path in sorted(folder.glob(f"*{SUFFIX}")):
         try:
-            seen = glance(path) or _glance_at_copy(path)
+            seen = read_summary(path) or _glance_at_copy(path)
         except StorageError:
             continue
         header = header_of(seen.head, seen.events)
@@ -71,10 +71,10 @@ def parts_of_batch(folder: Path, batch: str) -> tuple[BatchPart, ...]:
     return tuple(sorted(found, key=lambda part: part.created_utc))
 
 
-def _glance_at_copy(path: Path) -> JobGlance:
+def _glance_at_copy(path: Path) -> JobSummary:
     """Return what is seen of a job that is being written; StorageError as `copy_of_job`."""
     with copy_of_job(path) as copy, JobFile.open(copy) as job:
-        return JobGlance(job.head, tuple(job.events()), len(job.points()))
+        return JobSummary(job.head, tuple(job.events()), len(job.points()))
 
 
 def next_serial(serial: str) -> str:
@@ -89,7 +89,7 @@ def next_serial(serial: str) -> str:
     if match is None:
         raise InputError(
             "batch.serial",
-            f"The serial number {serial!r} has no number that could be counted on.",
+            f"The serial number {serial!r} has no number to increment.",
             "Give the serial number of every part.",
         )
     digits = match.group(1)

@@ -29,7 +29,7 @@ from ocmm_core.inspection.archive._points_in_doubt import (
     sentences_of,
 )
 from ocmm_core.inspection.archive._recall_record import points_released
-from ocmm_core.inspection.evaluation import Ward, held_back
+from ocmm_core.inspection.evaluation import HoldReason, held_back
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
 
@@ -61,20 +61,20 @@ def settle_cameras(
     doubts = points_in_doubt(events, calibration, first_taken(job))
     recalled = points_released(store, calibration, job)
     changed = [
-        bool(session.held.release_points(recalled, _RECALLED, Ward.FAILED_CALIBRATION)),
-        bool(session.held.release_points(recalled, _RECALLED, Ward.CALIBRATION)),
-        hold(session, _without(doubts.failed, recalled), Ward.FAILED_CALIBRATION),
-        hold(session, _without(doubts.open, recalled), Ward.CALIBRATION),
+        bool(session.held.release_points(recalled, _RECALLED, HoldReason.FAILED_CALIBRATION)),
+        bool(session.held.release_points(recalled, _RECALLED, HoldReason.CALIBRATION)),
+        hold(session, _without(doubts.failed, recalled), HoldReason.FAILED_CALIBRATION),
+        hold(session, _without(doubts.open, recalled), HoldReason.CALIBRATION),
     ]
-    over = [n for n in session.held.held_for(Ward.CALIBRATION) if n not in doubts.open]
-    changed.append(bool(session.held.release_points(over, _VERIFIED, Ward.CALIBRATION)))
+    over = [n for n in session.held.held_for(HoldReason.CALIBRATION) if n not in doubts.open]
+    changed.append(bool(session.held.release_points(over, _VERIFIED, HoldReason.CALIBRATION)))
     alarms = _known_alarms(events, calibration, job)
     held = doubts.open.keys() | doubts.failed.keys()
     changed += [
-        bool(session.held.release_points(alarms.keys() & held, _TAKEN_OVER, Ward.CAMERAS)),
+        bool(session.held.release_points(alarms.keys() & held, _TAKEN_OVER, HoldReason.CAMERAS)),
         bool(
             session.held.release_points(
-                [n for n, answered in alarms.items() if answered], _VERIFIED, Ward.CAMERAS
+                [n for n, answered in alarms.items() if answered], _VERIFIED, HoldReason.CAMERAS
             )
         ),
     ]
@@ -117,7 +117,9 @@ def settle_by_calibration(
             f"knows whether it failed since: {why}"
         )
         return History(unread=(sentence,))
-    return History(against=sentences_of(session, Ward.FAILED_CALIBRATION, Ward.CALIBRATION))
+    return History(
+        against=sentences_of(session, HoldReason.FAILED_CALIBRATION, HoldReason.CALIBRATION)
+    )
 
 
 def is_known(events: Sequence[Event], calibration: str) -> bool:
@@ -148,7 +150,7 @@ def _known_alarms(events: Sequence[Event], calibration: str, job: JobFile) -> di
     held = held_back(happened)
     known: dict[int, bool] = {}
     for event in happened:
-        if event.kind != Ward.CAMERAS.held:
+        if event.kind != HoldReason.CAMERAS.held:
             continue
         names, _, reason = event.text.partition(": ")
         when = datetime.fromisoformat(event.time_utc)

@@ -11,7 +11,7 @@ from ocmm_core.inspection.archive._batch import parts_of_batch
 from ocmm_core.inspection.archive._reopen import reopen_job
 
 
-def place_of_part_before(
+def previous_part_pose(
     folder: Path, batch: str, plan_identity: str, rig_identity: str
 ) -> RigidTransform | None:
     """Return the motion from the world to the nominals by the last part of a batch.

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import Literal
 
-from ocmm_core.inspection.evaluation import Ward
+from ocmm_core.inspection.evaluation import HoldReason
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
 
@@ -104,14 +104,14 @@ def first_taken(job: JobFile) -> dict[int, datetime]:
     }
 
 
-def sentences_of(session: InspectionSession, *wards: Ward) -> tuple[str, ...]:
+def sentences_of(session: InspectionSession, *wards: HoldReason) -> tuple[str, ...]:
     """Return what is held back for some causes now, each reason in one sentence."""
     return tuple(
         sentence for ward in wards for sentence in _sentences(session.held.held_for(ward), ward)
     )
 
 
-def hold(session: InspectionSession, points: Mapping[int, str], ward: Ward) -> bool:
+def hold(session: InspectionSession, points: Mapping[int, str], ward: HoldReason) -> bool:
     """Hold back points, each for its reason, and say whether any was not held before.
 
     Raises
@@ -126,7 +126,7 @@ def hold(session: InspectionSession, points: Mapping[int, str], ward: Ward) -> b
     return changed
 
 
-def _sentences(held: Mapping[int, str], ward: Ward) -> list[str]:
+def _sentences(held: Mapping[int, str], ward: HoldReason) -> list[str]:
     """Return for every reason how many points it puts in doubt, and what to do."""
     reasons = list(held.values())
     return [

@@ -20,14 +20,20 @@ from ocmm_core.inspection.archive._recall_fit import Misfit, misfit_of
 from ocmm_core.inspection.archive._reopen import ReopenedJob, reopen_job
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import named
-from ocmm_core.inspection.evaluation import FeatureState, JobStanding, Ward, evaluate_job, notes_of
+from ocmm_core.inspection.evaluation import (
+    FeatureState,
+    HoldReason,
+    JobStanding,
+    evaluate_job,
+    notes_of,
+)
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import needs_part_frame
 from ocmm_core.tracking import TipSensitivity, tip_sensitivity
 
-_OF_CAMERAS = (Ward.CALIBRATION, Ward.FAILED_CALIBRATION)
+_OF_CAMERAS = (HoldReason.CALIBRATION, HoldReason.FAILED_CALIBRATION)
 
 
 @dataclass(frozen=True, slots=True)
@@ -152,7 +158,7 @@ def findings_of(
             job = reopen_job(copy, probes, calibrations=calibrations)
         except OcmmError as error:
             raise named(error, str(copy), str(path)) from error
-    held = {ward: {} if ward in _OF_CAMERAS else job.held[ward] for ward in Ward}
+    held = {ward: {} if ward in _OF_CAMERAS else job.held[ward] for ward in HoldReason}
     standing = JobStanding(notes_of(held), "")
     own = _results(job, job.points, job.sensitivities, job.rig, standing)
     why_not = _hindrance(job) or later.why_not

@@ -26,7 +26,7 @@ from ocmm_core.inspection.archive._points_in_doubt import History
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, named
 from ocmm_core.inspection.archive._tip_history import settle_by_history
-from ocmm_core.inspection.evaluation import JobView, SessionOptions, Ward, methods_used
+from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
@@ -98,7 +98,7 @@ class ReopenedJob:
     differences: tuple[str, ...]
     history: History = field(default_factory=History)
     cameras: History = field(default_factory=History)
-    held: Mapping[Ward, Mapping[int, str]] = field(default_factory=dict)
+    held: Mapping[HoldReason, Mapping[int, str]] = field(default_factory=dict)
 
     @property
     def annulled(self) -> tuple[int, ...]:
@@ -218,7 +218,7 @@ def _reopened(
         differences=differences,
         history=history,
         cameras=cameras,
-        held={ward: session.held.held_for(ward) for ward in Ward},
+        held={ward: session.held.held_for(ward) for ward in HoldReason},
     )
 
 

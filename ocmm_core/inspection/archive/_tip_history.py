@@ -26,7 +26,7 @@ from ocmm_core.inspection.archive._points_in_doubt import (
     sentences_of,
 )
 from ocmm_core.inspection.archive._tip_doubts import points_in_doubt
-from ocmm_core.inspection.evaluation import Ward
+from ocmm_core.inspection.evaluation import HoldReason
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
 
@@ -51,11 +51,11 @@ def settle_tip(
         It could not be made durable; points are held back until the program ends.
     """
     doubts = points_in_doubt(events, tip, first_taken(job))
-    changed = [hold(session, doubts.failed, Ward.FAILED_TIP)]
+    changed = [hold(session, doubts.failed, HoldReason.FAILED_TIP)]
     if doubts.open:
-        changed.append(hold(session, doubts.open, Ward.TIP))
+        changed.append(hold(session, doubts.open, HoldReason.TIP))
     else:
-        changed.append(bool(session.held.release(_CHECKED, Ward.TIP)))
+        changed.append(bool(session.held.release(_CHECKED, HoldReason.TIP)))
     return any(changed)
 
 
@@ -93,4 +93,4 @@ def settle_by_history(
     if all(one.record != used for one in calibrated):
         return History()
     settle_tip(session, job, store.events, probe.calibration.tip)
-    return History(against=sentences_of(session, Ward.FAILED_TIP, Ward.TIP))
+    return History(against=sentences_of(session, HoldReason.FAILED_TIP, HoldReason.TIP))

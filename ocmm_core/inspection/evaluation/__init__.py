@@ -63,7 +63,7 @@ if TYPE_CHECKING:
         progress_of,
     )
     from ocmm_core.inspection.evaluation._quarantine import (
-        Ward,
+        HoldReason,
         event_text,
         feature_note,
         held_back,
@@ -107,7 +107,7 @@ else:
             "PAUSED Progress RESUMED STANDING_EVENT WrittenProgress open_plan progress_from "
             "progress_of"
         ),
-        _quarantine="Ward event_text feature_note held_back held_below notes_of",
+        _quarantine="HoldReason event_text feature_note held_back held_below notes_of",
         _surfaces="nearness places_of",
         _uncertainty="JobUncertainty frame_covariance job_uncertainty probe_state uncertainty_of",
         _view=(
@@ -131,6 +131,7 @@ __all__ = [
     "EvaluatedJob",
     "FeatureState",
     "FeatureView",
+    "HoldReason",
     "JobHeader",
     "JobResults",
     "JobStanding",
@@ -143,7 +144,6 @@ __all__ = [
     "SessionOptions",
     "StatusWord",
     "Target",
-    "Ward",
     "Whereabouts",
     "WrittenProgress",
     "aligned_nominals",

@@ -102,10 +102,7 @@ def _sectors(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
     gaps = np.diff(np.append(turns, turns[0] + 2.0 * np.pi))
     warning = ""
     if np.degrees(gaps.max()) > _WIDEST_GAP_DEG:
-        warning = (
-            f"The points leave {np.degrees(gaps.max()):.0f} degrees of the turn free: touch there, "
-            "too."
-        )
+        warning = f"No points over {np.degrees(gaps.max()):.0f}° of the circle. Add one there."
     elif fit.shape.spec.is_long:
         along = float(np.ptp(arms @ fit.direction))
         if along < _SHORTEST * fit.radius:

@@ -17,7 +17,7 @@ from ocmm_core.storage import JobEvent
 from ocmm_core.tolerances.decisions import CharacteristicResult, not_proven
 
 
-class Ward(Enum):
+class HoldReason(Enum):
     """What points are held back for, and so what lets them count again.
 
     Each has its own kinds of events; their text names the points, then says why:
@@ -64,7 +64,7 @@ def event_text(numbers: Collection[int], reason: str) -> str:
     return f"{','.join(str(number) for number in sorted(numbers))}: {reason}"
 
 
-def held_back(events: Sequence[JobEvent], ward: Ward = Ward.CAMERAS) -> dict[int, str]:
+def held_back(events: Sequence[JobEvent], ward: HoldReason = HoldReason.CAMERAS) -> dict[int, str]:
     """Return the points that are held back after these events, oldest first, and why each is."""
     held: dict[int, str] = {}
     for event in events:
@@ -79,11 +79,11 @@ def held_back(events: Sequence[JobEvent], ward: Ward = Ward.CAMERAS) -> dict[int
     return held
 
 
-def notes_of(held: Mapping[Ward, Mapping[int, str]]) -> dict[int, str]:
+def notes_of(held: Mapping[HoldReason, Mapping[int, str]]) -> dict[int, str]:
     """Return for every point that is held back why, and what to do."""
     notes: dict[int, str] = {}
     # What nothing releases is told first.
-    for ward in reversed(Ward):
+    for ward in reversed(HoldReason):
         for number, reason in held[ward].items():
             notes.setdefault(number, f"{reason} {ward.remedy}")
     return notes

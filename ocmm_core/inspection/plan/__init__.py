@@ -44,7 +44,7 @@ if TYPE_CHECKING:
         check_plan,
         load_plan,
     )
-    from ocmm_core.inspection.plan._shelf import PlanCard, plan_card, plans_in
+    from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step import features_from_step
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._stored_plan import stored_plan
@@ -62,7 +62,7 @@ else:
         _file="save_plan",
         _picture="carry_pictures with_picture without_file",
         _plan="MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
-        _shelf="PlanCard plan_card plans_in",
+        _shelf="PlanSummary plan_card list_plans",
         _step="features_from_step",
         _step_checks="step_fault",
         _stored_plan="stored_plan",
@@ -76,7 +76,7 @@ __all__ = [
     "NAME_PATTERN",
     "Material",
     "Plan",
-    "PlanCard",
+    "PlanSummary",
     "add_characteristic",
     "add_construction",
     "add_feature",
@@ -85,6 +85,7 @@ __all__ = [
     "climate_for",
     "features_from_csv",
     "features_from_step",
+    "list_plans",
     "load_plan",
     "material_expansion",
     "move_item",
@@ -92,7 +93,6 @@ __all__ = [
     "nominal_doubts",
     "number",
     "plan_card",
-    "plans_in",
     "remove_item",
     "replace_item",
     "save_plan",

@@ -14,7 +14,7 @@ MOST_FILES = 200
 
 
 @dataclass(frozen=True, slots=True)
-class PlanCard:
+class PlanSummary:
     """A plan that can be measured: its file, the SHA-256 of it, its name and that of the part."""
 
     path: Path
@@ -23,13 +23,13 @@ class PlanCard:
     part: str
 
 
-def plan_card(path: Path) -> PlanCard:
+def plan_card(path: Path) -> PlanSummary:
     """Return what is to be known of a plan; raise InputError as `load_plan`."""
     plan = load_plan(path)
-    return PlanCard(path.absolute(), digest(path), plan.name, plan.part)
+    return PlanSummary(path.absolute(), digest(path), plan.name, plan.part)
 
 
-def plans_in(folder: Path) -> tuple[PlanCard, ...]:
+def list_plans(folder: Path) -> tuple[PlanSummary, ...]:
     """Return the plans of a folder by name of file; what is no plan, or a faulty one, is left out.
 
     No more than `MOST_FILES` files are looked at.

@@ -68,7 +68,7 @@ class Accepted:
 
 
 @dataclass(frozen=True, slots=True)
-class Meant:
+class TouchAssignment:
     """What a touch is meant for.
 
     Attributes
@@ -110,7 +110,9 @@ class Acceptance:
         self._ledger, self._rig, self._body = ledger, rig, body
         self._options, self._reference = options, reference
 
-    def take(self, touch: Touch, stable: StablePoint, meant: Meant) -> MeasuredPoint | Refusal:
+    def take(
+        self, touch: Touch, stable: StablePoint, meant: TouchAssignment
+    ) -> MeasuredPoint | Refusal:
         """Return the point that a touch has become, or why it has become none.
 
         Parameters
@@ -141,7 +143,7 @@ class Acceptance:
 def judge_touch(
     touch: Touch,
     stable: StablePoint,
-    meant: Meant,
+    meant: TouchAssignment,
     rig: Rig,
     body: ProbeBody,
     options: SessionOptions,

@@ -11,7 +11,7 @@ from typing import Literal
 import msgspec
 
 from ocmm_core.inspection.evaluation import WrittenProgress, progress_from
-from ocmm_core.inspection.session._deeds import Deed, Deeds
+from ocmm_core.inspection.session._deeds import UndoHistory, UndoStep
 from ocmm_core.inspection.session._job_points import Change
 from ocmm_core.storage import JobEvent
 
@@ -28,7 +28,7 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     Attributes
     ----------
     way, words, added, removed, before, after
-        See `Way` and `Deed`; ``after`` is None where the job stood as before.
+        See `Way` and `UndoStep`; ``after`` is None where the job stood as before.
     next_number
         Of the point that comes after this step.
     """
@@ -42,7 +42,7 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     next_number: int
 
 
-def deed_event(way: Way, deed: Deed, next_number: int) -> tuple[str, str]:
+def deed_event(way: Way, deed: UndoStep, next_number: int) -> tuple[str, str]:
     """Return the event, kind and text, of a step.
 
     Parameters
@@ -69,7 +69,7 @@ def deeds_from(
     names: tuple[str, ...],
     counting: Collection[int],
     next_number: int,
-) -> Deeds:
+) -> UndoHistory:
     """Return the steps of a job that can be taken back or done again.
 
     Parameters
@@ -90,7 +90,7 @@ def deeds_from(
         wrote no such events went on with the job, and a step that lies behind that one is not the
         last any more.
     """
-    deeds = Deeds()
+    deeds = UndoHistory()
     counts: dict[int, bool] = {}
     expected = next_number
     for event in events:
@@ -99,9 +99,9 @@ def deeds_from(
         written = msgspec.json.decode(event.text, type=_Written)
         before = progress_from(written.before, names)
         after = before if written.after is None else progress_from(written.after, names)
-        deed = Deed(written.words, Change(written.added, written.removed), before, after)
+        deed = UndoStep(written.words, Change(written.added, written.removed), before, after)
         {"did": deeds.did, "undid": deeds.undid, "redid": deeds.redid}[written.way](deed)
         counts |= dict.fromkeys(written.removed, False) | dict.fromkeys(written.added, True)
         expected = written.next_number
     same = all((number in counting) == still for number, still in counts.items())
-    return deeds if same and expected == next_number else Deeds()
+    return deeds if same and expected == next_number else UndoHistory()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from ocmm_core.inspection.evaluation import Ward
+from ocmm_core.inspection.evaluation import HoldReason
 from ocmm_core.inspection.session._ledger import JobLedger
 
 
@@ -37,15 +37,15 @@ class HeldPoints:
         """
         with self._ledger.lock:
             numbers = self._ledger.points.taken_since(since_s)
-            return self.hold_back_points(numbers, reason, Ward.CAMERAS)
+            return self.hold_back_points(numbers, reason, HoldReason.CAMERAS)
 
-    def hold_back_points(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+    def hold_back_points(self, numbers: Iterable[int], reason: str, ward: HoldReason) -> list[int]:
         """Hold back points, and return those that were not yet; StorageError as `hold_back`."""
         with self._ledger.lock:
             self._ledger.view = None
             return self._ledger.points.hold_back(numbers, reason, ward)
 
-    def held_for(self, ward: Ward) -> dict[int, str]:
+    def held_for(self, ward: HoldReason) -> dict[int, str]:
         """Return the points that count and are held back for a ward, and why."""
         with self._ledger.lock:
             held = self._ledger.points.held[ward]
@@ -53,7 +53,7 @@ class HeldPoints:
                 p.number: held[p.number] for p in self._ledger.points.counting if p.number in held
             }
 
-    def release(self, reason: str, ward: Ward = Ward.CAMERAS) -> list[int]:
+    def release(self, reason: str, ward: HoldReason = HoldReason.CAMERAS) -> list[int]:
         """Let points count again that were held back, and return them.
 
         What was held back for the cameras in an earlier run stays so.
@@ -67,7 +67,7 @@ class HeldPoints:
             self._ledger.view = None
             return self._ledger.points.release(reason, ward)
 
-    def release_points(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+    def release_points(self, numbers: Iterable[int], reason: str, ward: HoldReason) -> list[int]:
         """Let points count again, and return those that were held; StorageError as `release`."""
         with self._ledger.lock:
             self._ledger.view = None

@@ -71,7 +71,7 @@ class TouchIntake:
             return Refusal(
                 RefusalCode.PAUSED,
                 "The job is paused.",
-                "Go on with the job, then touch again.",
+                "Resume the job, then touch again.",
                 float(touch.window.time_ns[0]) * 1e-9 if len(touch.window) else 0.0,
             )
         if touch.interrupted:

@@ -11,7 +11,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.evaluation import DeletedPoint, Ward, event_text, held_back
+from ocmm_core.inspection.evaluation import DeletedPoint, HoldReason, event_text, held_back
 from ocmm_core.inspection.session._reference_use import ReferenceUse
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile
@@ -58,7 +58,7 @@ class JobPoints:
             if event.kind == RESTORED:
                 old, _, new = event.text.partition(" as ")
                 self._successor[int(old)] = int(new)
-        self.held = {ward: held_back(events, ward) for ward in Ward}
+        self.held = {ward: held_back(events, ward) for ward in HoldReason}
         self._own: set[int] = set()
         self._sensitivities: dict[int, TipSensitivity] = {}
 
@@ -198,7 +198,7 @@ class JobPoints:
         self.counting.append(new)
         self._inherit(renamed)
 
-    def hold_back(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+    def hold_back(self, numbers: Iterable[int], reason: str, ward: HoldReason) -> list[int]:
         """Hold back points, and return those that were not yet.
 
         Raises
@@ -222,13 +222,13 @@ class JobPoints:
             if point.number in self._own and (since_s is None or point.time_s >= since_s)
         )
 
-    def release(self, reason: str, ward: Ward) -> list[int]:
+    def release(self, reason: str, ward: HoldReason) -> list[int]:
         """Let points count again, and return them; StorageError, they stay held back then."""
         held = self.held[ward]
-        numbers = [n for n in held if ward is not Ward.CAMERAS or n in self._own]
+        numbers = [n for n in held if ward is not HoldReason.CAMERAS or n in self._own]
         return self.release_points(numbers, reason, ward)
 
-    def release_points(self, numbers: Iterable[int], reason: str, ward: Ward) -> list[int]:
+    def release_points(self, numbers: Iterable[int], reason: str, ward: HoldReason) -> list[int]:
         """Let these points count again, and return those that were held; errors as `release`."""
         held = self.held[ward]
         free = [number for number in numbers if number in held]

@@ -14,7 +14,7 @@ from ocmm_core.inspection.evaluation import (
     nearness,
 )
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session._acceptance import Acceptance, Meant
+from ocmm_core.inspection.session._acceptance import Acceptance, TouchAssignment
 from ocmm_core.inspection.session._any_order import SEARCH_MM, Contact, touched_feature
 from ocmm_core.inspection.session._ledger import JobLedger
 from ocmm_core.inspection.session._side_choice import method_of
@@ -88,7 +88,7 @@ class Assignment:
             Feature that a script means; None where a person touches.
         """
         ledger, progress = self._ledger, self._ledger.progress
-        meant = meant_for(
+        meant = assign_touch(
             ledger.plan,
             progress,
             Contact(stable.tip_world, ways, self._radius, stable.time_s),
@@ -101,7 +101,7 @@ class Assignment:
         return self._acceptance.take(touch, stable, meant)
 
 
-def meant_for(
+def assign_touch(
     plan: Plan,
     progress: Progress,
     contact: Contact,
@@ -109,7 +109,7 @@ def meant_for(
     *,
     wanted: str | None,
     selected: str,
-) -> Meant | Refusal:
+) -> TouchAssignment | Refusal:
     """Return the feature that gets a touch and how its side is found, or why that is not clear.
 
     Parameters
@@ -147,12 +147,12 @@ def meant_for(
             )
         name = found
     if not name:
-        return Meant("", "approach")
+        return TouchAssignment("", "approach")
     method, normal = method_of(plan, progress, name), None
     if method == "nominal":
         place = place or nominals.find()
         normal = None if place is None else _normal(plan, name, place, contact)
-    return Meant(name, method, normal)
+    return TouchAssignment(name, method, normal)
 
 
 def _normal(

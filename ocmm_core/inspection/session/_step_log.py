@@ -14,7 +14,7 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import STANDING_EVENT, Progress, progress_of
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._deed_events import Way, deed_event, deeds_from
-from ocmm_core.inspection.session._deeds import Deed
+from ocmm_core.inspection.session._deeds import UndoStep
 from ocmm_core.inspection.session._job_points import FLIPPED, Change, JobPoints
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile
@@ -56,12 +56,12 @@ class StepLog:
         )
 
     @property
-    def last(self) -> Deed | None:
+    def last(self) -> UndoStep | None:
         """Return what `undo` takes back."""
         return self._deeds.last or self._last_point()
 
     @property
-    def last_undone(self) -> Deed | None:
+    def last_undone(self) -> UndoStep | None:
         """Return what `redo` does again."""
         return self._deeds.last_undone
 
@@ -80,14 +80,14 @@ class StepLog:
             Where the job stands when the point is taken back, and with it.
         """
         change = Change((point.number,), ())
-        deed = Deed(f"point {point.number} of {point.feature}", change, before, after)
+        deed = UndoStep(f"point {point.number} of {point.feature}", change, before, after)
         self.points.add(point, sensitivity, self._events_of(deed))
         self._remember(deed)
 
     def flip(self, old: MeasuredPoint, new: MeasuredPoint) -> None:
         """Put a point in the place of one whose side was wrong."""
         change = Change((new.number,), (old.number,))
-        deed = Deed(f"flip of point {old.number}", change, self.progress, self.progress)
+        deed = UndoStep(f"flip of point {old.number}", change, self.progress, self.progress)
         self.points.replace(old, new, FLIPPED, self._events_of(deed))
         self._remember(deed)
 
@@ -112,7 +112,7 @@ class StepLog:
         events
             What else is written with it.
         """
-        deed = Deed(words, self.points.planned(annul, restore), self.progress, after)
+        deed = UndoStep(words, self.points.planned(annul, restore), self.progress, after)
         self.points.change(annul, restore, [*events, *self._events_of(deed)])
         self._remember(deed)
 
@@ -147,11 +147,11 @@ class StepLog:
             raise MeasuringError("session.no_redo", "Nothing was undone.", "Undo something first.")
         self._deeds.redid(self._reverse(deed, "done again", "redid"))
 
-    def _remember(self, deed: Deed) -> None:
+    def _remember(self, deed: UndoStep) -> None:
         self._deeds.did(deed)
         self.progress = deed.after
 
-    def _events_of(self, deed: Deed, way: Way = "did") -> list[tuple[str, str]]:
+    def _events_of(self, deed: UndoStep, way: Way = "did") -> list[tuple[str, str]]:
         """Return what is written with a step: itself, and where the job stands then."""
         return [
             deed_event(way, deed, self.points.next_number()),
@@ -161,7 +161,7 @@ class StepLog:
     def _standing_events(self, after: Progress) -> list[tuple[str, str]]:
         return [(STANDING_EVENT, after.text)] if after != self.progress else []
 
-    def _reverse(self, deed: Deed, word: str, way: Way) -> Deed:
+    def _reverse(self, deed: UndoStep, word: str, way: Way) -> UndoStep:
         """Take a step back, and return the one that this was."""
         # A point in the place of another has the same observation: it is not to come back twice.
         reason = FLIPPED if deed.change.added and deed.change.removed else _UNDONE
@@ -173,12 +173,12 @@ class StepLog:
         self.progress = reverse.after
         return reverse
 
-    def _last_point(self) -> Deed | None:
+    def _last_point(self) -> UndoStep | None:
         """Return the taking of the last point as a step, of a job whose steps are not known."""
         if not self.points.counting:
             return None
         last = self.points.counting[-1]
-        return Deed(
+        return UndoStep(
             f"point {last.number} of {last.feature}",
             Change((last.number,), ()),
             self.progress.opened(last.feature),

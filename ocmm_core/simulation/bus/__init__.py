@@ -21,13 +21,13 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.bus import _named_rig as named_rig
     from ocmm_core.simulation.bus._camera_process import READY, SegmentConfig
     from ocmm_core.simulation.bus._chain import Chain, Unit
-    from ocmm_core.simulation.bus._deeds import FaultDeeds
+    from ocmm_core.simulation.bus._deeds import FaultCommands
     from ocmm_core.simulation.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
     from ocmm_core.simulation.bus._faults import (
         CORRUPT_WITH_SUM,
         CameraDeed,
         DeedAnswer,
-        FaultDeed,
+        FaultKind,
         Faults,
     )
     from ocmm_core.simulation.bus._frame_watch import FrameWatch, Watched
@@ -55,9 +55,9 @@ else:
         __name__,
         _camera_process="READY SegmentConfig",
         _chain="Chain Unit",
-        _deeds="FaultDeeds",
+        _deeds="FaultCommands",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
-        _faults="CORRUPT_WITH_SUM CameraDeed FaultDeed DeedAnswer Faults",
+        _faults="CORRUPT_WITH_SUM CameraDeed FaultKind DeedAnswer Faults",
         _frame_watch="FrameWatch Watched",
         _line_rules="FrameKind LineLog LineOrder LineRule Trick Way",
         _named_rig="RigStatus named_rig rig_down rig_status rig_up",
@@ -79,8 +79,8 @@ __all__ = [
     "CameraDeed",
     "Chain",
     "DeedAnswer",
-    "FaultDeed",
-    "FaultDeeds",
+    "FaultCommands",
+    "FaultKind",
     "FaultRig",
     "Faults",
     "FrameKind",

@@ -17,7 +17,7 @@ from ocmm_core.fieldbus.device import (
     data_crc,
 )
 from ocmm_core.simulation.bus._chain import Chain, Unit
-from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, DeedAnswer, FaultDeed
+from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, DeedAnswer, FaultKind
 from ocmm_core.simulation.slave import AL_STATUS, STATION_ADDRESS
 
 _CLOCK_STEP_NS = 1_234_567_891
@@ -28,7 +28,7 @@ _TIMES_BYTES = 16
 """Frame counter, exposure time and period: the begin of the header."""
 
 
-class FaultDeeds:
+class FaultCommands:
     """Does one deed after the other to the cameras of a chain.
 
     Parameters
@@ -42,47 +42,47 @@ class FaultDeeds:
     def __init__(self, chain: Chain, seed: int = 0) -> None:
         self._chain = chain
         self._random = np.random.default_rng(seed)
-        self._to_unit: dict[FaultDeed, Callable[[Unit, CameraDeed, int], object]] = {
-            FaultDeed.NOTHING: lambda _unit, _deed, _now: None,
-            FaultDeed.POWER_OFF: lambda unit, _deed, _now: setattr(unit, "powered", False),
-            FaultDeed.POWER_ON: lambda unit, _deed, _now: _restart(unit),
-            FaultDeed.RESTART: lambda unit, _deed, _now: _restart(unit),
-            FaultDeed.MUTE: lambda unit, deed, _now: setattr(unit, "muted", bool(deed.value)),
-            FaultDeed.FREEZE: lambda unit, deed, _now: setattr(
+        self._to_unit: dict[FaultKind, Callable[[Unit, CameraDeed, int], object]] = {
+            FaultKind.NOTHING: lambda _unit, _deed, _now: None,
+            FaultKind.POWER_OFF: lambda unit, _deed, _now: setattr(unit, "powered", False),
+            FaultKind.POWER_ON: lambda unit, _deed, _now: _restart(unit),
+            FaultKind.RESTART: lambda unit, _deed, _now: _restart(unit),
+            FaultKind.MUTE: lambda unit, deed, _now: setattr(unit, "muted", bool(deed.value)),
+            FaultKind.FREEZE: lambda unit, deed, _now: setattr(
                 unit.camera, "frozen", bool(deed.value)
             ),
-            FaultDeed.FALL_BACK: lambda unit, deed, _now: unit.camera.esc.fall_back(
+            FaultKind.FALL_BACK: lambda unit, deed, _now: unit.camera.esc.fall_back(
                 deed.value, deed.code
             ),
-            FaultDeed.STATION: lambda unit, deed, _now: unit.camera.esc.write(
+            FaultKind.STATION: lambda unit, deed, _now: unit.camera.esc.write(
                 STATION_ADDRESS, deed.value.to_bytes(2, "little")
             ),
-            FaultDeed.SERIAL: lambda unit, deed, _now: _exchange(
+            FaultKind.SERIAL: lambda unit, deed, _now: _exchange(
                 unit, replace(unit.identity, serial=deed.value)
             ),
-            FaultDeed.ALIAS: lambda unit, deed, _now: _exchange(
+            FaultKind.ALIAS: lambda unit, deed, _now: _exchange(
                 unit, replace(unit.identity, alias=deed.value)
             ),
-            FaultDeed.SWAP: self._swap,
-            FaultDeed.UNPLUG: lambda unit, _deed, _now: setattr(unit, "plugged", False),
-            FaultDeed.PLUG: _plug,
-            FaultDeed.CLOCK_JUMP: _jump,
-            FaultDeed.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
+            FaultKind.SWAP: self._swap,
+            FaultKind.UNPLUG: lambda unit, _deed, _now: setattr(unit, "plugged", False),
+            FaultKind.PLUG: _plug,
+            FaultKind.CLOCK_JUMP: _jump,
+            FaultKind.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
                 deed.value, now
             ),
-            FaultDeed.HANG_MAILBOX: lambda unit, deed, _now: setattr(
+            FaultKind.HANG_MAILBOX: lambda unit, deed, _now: setattr(
                 unit.camera, "mailbox_hangs", bool(deed.value)
             ),
-            FaultDeed.EMERGENCY: lambda unit, deed, _now: unit.camera.emergency(deed.value),
-            FaultDeed.FRAME_PERIOD: lambda unit, deed, _now: setattr(
+            FaultKind.EMERGENCY: lambda unit, deed, _now: unit.camera.emergency(deed.value),
+            FaultKind.FRAME_PERIOD: lambda unit, deed, _now: setattr(
                 unit.camera, "period_override", deed.value
             ),
-            FaultDeed.CORRUPT: self._corrupt,
-            FaultDeed.REMAP: lambda unit, deed, _now: unit.camera.remap(deed.value, deed.code),
-            FaultDeed.LINK_ERRORS: lambda unit, deed, _now: unit.camera.esc.count_link_errors(
+            FaultKind.CORRUPT: self._corrupt,
+            FaultKind.REMAP: lambda unit, deed, _now: unit.camera.remap(deed.value, deed.code),
+            FaultKind.LINK_ERRORS: lambda unit, deed, _now: unit.camera.esc.count_link_errors(
                 0, deed.value
             ),
-            FaultDeed.BREAK: lambda unit, deed, _now: setattr(
+            FaultKind.BREAK: lambda unit, deed, _now: setattr(
                 unit, "broken_behind", bool(deed.value)
             ),
         }

@@ -23,11 +23,11 @@ from typing import TypeVar
 import msgspec
 
 from ocmm_core.acquisition.bus_process import BusConfig, BusProcess
-from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, HeadWord, read_status
+from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, RingHeaderField, read_status
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.simulation.bus._camera_process import READY, SegmentConfig
-from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, FaultDeed
+from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, FaultKind
 from ocmm_core.simulation.bus._line_rules import LineLog, LineOrder, LineRule
 from ocmm_core.simulation.bus._network import make_link, remove_link, set_link, tool
 from ocmm_core.simulation.bus._proxy import ProxyConfig
@@ -134,7 +134,7 @@ class FaultRig:
         self._switched_on += 1
         self._start("cameras", "ocmm_core.simulation.bus._camera_process", segment.to_json())
         for number in self._unplugged:
-            self.deed(FaultDeed.UNPLUG, number)
+            self.deed(FaultKind.UNPLUG, number)
 
     def kill_cameras(self) -> None:
         """Kill the process of the cameras."""
@@ -158,8 +158,8 @@ class FaultRig:
         self.bus = BusProcess(config, ring)
         self.bus.start()
         deadline = time.monotonic() + _READY_S
-        while not ring.word(HeadWord.FRAMES):
-            state = AcquisitionState(ring.word(HeadWord.STATE))
+        while not ring.word(RingHeaderField.FRAMES):
+            state = AcquisitionState(ring.word(RingHeaderField.STATE))
             if state is AcquisitionState.STOPPED or time.monotonic() > deadline:
                 raise BusError("rig.bus", f"No frames: {read_status(ring)}.", "See its message.")
             time.sleep(_POLL_S)
@@ -176,7 +176,7 @@ class FaultRig:
             self.ring = None
         return in_time
 
-    def deed(self, do: FaultDeed, camera: int = 0, value: int = 0, code: int = 0) -> DeedAnswer:
+    def deed(self, do: FaultKind, camera: int = 0, value: int = 0, code: int = 0) -> DeedAnswer:
         """Do something to a camera and return what it says once it is done."""
         asked = CameraDeed(do=do, camera=camera, value=value, code=code)
         answer = self._control("cameras", asked, DeedAnswer)

@@ -25,10 +25,10 @@ class Faults:
 
 
 CORRUPT_WITH_SUM = 2
-"""Value of `FaultDeed.CORRUPT`."""
+"""Value of `FaultKind.CORRUPT`."""
 
 
-class FaultDeed(StrEnum):
+class FaultKind(StrEnum):
     """What is done to a camera or its cable; the comment says what ``value`` means."""
 
     NOTHING = "nothing"
@@ -79,7 +79,7 @@ class FaultDeed(StrEnum):
 
 
 class CameraDeed(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One deed; see `FaultDeed` for what ``value`` and ``code`` mean.
+    """One deed; see `FaultKind` for what ``value`` and ``code`` mean.
 
     Attributes
     ----------
@@ -91,7 +91,7 @@ class CameraDeed(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         With which numbers.
     """
 
-    do: FaultDeed
+    do: FaultKind
     camera: int = 0
     value: int = 0
     code: int = 0

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.acquisition.frames import FrameBlock, FrameRing, HeadWord
+from ocmm_core.acquisition.frames import FrameBlock, FrameRing, RingHeaderField
 from ocmm_core.fieldbus.report import BusEvent, BusPhase, BusReport, decode_report
 from ocmm_core.simulation.slave import CLOCK_MODULUS_US, read_clock
 
@@ -90,7 +90,7 @@ class FrameWatch:
         self._sequence = -1
         self._looked_us = time.monotonic_ns() // 1000
         self._cycles: dict[int, int] = {}
-        self._lost = ring.word(HeadWord.FRAMES_LOST)
+        self._lost = ring.word(RingHeaderField.FRAMES_LOST)
         self.last_sign_ns: dict[str, int] = {}
         self.report: BusReport | None = None
 
@@ -102,10 +102,10 @@ class FrameWatch:
             count += len(block)
             self._judge(block, seen)
         self._looked_us = looked_us
-        lost = self._ring.word(HeadWord.FRAMES_LOST)
+        lost = self._ring.word(RingHeaderField.FRAMES_LOST)
         seen.lost += lost - self._lost
         self._lost = lost
-        sequence = self._ring.word(HeadWord.REPORT_SEQUENCE)
+        sequence = self._ring.word(RingHeaderField.REPORT_SEQUENCE)
         if sequence != self._sequence:
             report = decode_report(self._ring.report())
             if report is not None:

@@ -14,7 +14,7 @@ import numpy as np
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire import LinkWatch
 from ocmm_core.simulation.bus._chain import Chain
-from ocmm_core.simulation.bus._deeds import FaultDeeds
+from ocmm_core.simulation.bus._deeds import FaultCommands
 from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, Faults
 from ocmm_core.simulation.slave import ETHERTYPE, OP
 
@@ -120,7 +120,7 @@ class Wire:
         self.chain = chain
         self._faults = faults or Faults()
         self._random = np.random.default_rng(self._faults.seed)
-        self._deeds = FaultDeeds(chain)
+        self._deeds = FaultCommands(chain)
         self._control: socket.socket | None = None
         self._control_path = Path(control)
         self._ports = [LinkPort(interface)]

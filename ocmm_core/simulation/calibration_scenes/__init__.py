@@ -17,8 +17,8 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.simulation.calibration_scenes._calibrating import (
         WAY_S,
-        CalibratingRig,
         CalibratingScript,
+        CalibrationScenesRig,
         FrameMove,
         Scene,
         ShowBar,
@@ -46,7 +46,7 @@ else:
     __getattr__ = door(
         __name__,
         _calibrating=(
-            "CalibratingRig CalibratingScript FrameMove Scene ShowBar ShowTarget TouchSeats "
+            "CalibrationScenesRig CalibratingScript FrameMove Scene ShowBar ShowTarget TouchSeats "
             "TouchSphere WAY_S Wave"
         ),
         _calibrating_source="CalibratingSource",
@@ -60,9 +60,9 @@ __all__ = [
     "FRAMES",
     "SEATS",
     "WAY_S",
-    "CalibratingRig",
     "CalibratingScript",
     "CalibratingSource",
+    "CalibrationScenesRig",
     "FrameMove",
     "Holds",
     "Scene",

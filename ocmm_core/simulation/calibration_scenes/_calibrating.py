@@ -126,7 +126,7 @@ class _Shown:
     hidden: int
 
 
-class CalibratingRig:
+class CalibrationScenesRig:
     """The virtual rig with its scenes.
 
     Parameters
@@ -268,7 +268,7 @@ class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
     rig, probe
         Paths of the documents.
     seed, options, moved
-        As in `CalibratingRig`.
+        As in `CalibrationScenesRig`.
     """
 
     calibrating: tuple[Scene, ...]
@@ -282,9 +282,9 @@ class CalibratingScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
         """Return the script as text."""
         return msgspec.json.encode(self).decode("utf-8")
 
-    def build(self) -> CalibratingRig:
+    def build(self) -> CalibrationScenesRig:
         """Load the documents and return the rig."""
-        return CalibratingRig(
+        return CalibrationScenesRig(
             load_rig(Path(self.rig)),
             load_probe(Path(self.probe)),
             self.calibrating,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from ocmm_core.acquisition.frames import Cycle, CycleVerdict, SourceDescription
-from ocmm_core.simulation.calibration_scenes._calibrating import CalibratingRig
+from ocmm_core.simulation.calibration_scenes._calibrating import CalibrationScenesRig
 
 BLOCK_NS = 10_000_000
 
@@ -23,7 +23,7 @@ class CalibratingSource:
         Time of the rig over time on the clock; zero is as fast as the reader takes the frames.
     """
 
-    def __init__(self, rig: CalibratingRig, speed: float = 0.0) -> None:
+    def __init__(self, rig: CalibrationScenesRig, speed: float = 0.0) -> None:
         self._rig = rig
         self._speed = speed
         self._block = max(1, BLOCK_NS // rig.frame_period_ns)

@@ -102,7 +102,7 @@ def _with_notes(
     value, uncertainty = result.measured, result.uncertainty
     if evaluation.noise is not None:
         floor = noise_floor(evaluation.noise, covariance)
-        said = f"A perfect part would show {floor:.4f} mm from the noise of the points."
+        said = f"Noise floor: {floor:.4f} mm on a perfect part."
         return replace(result, floor=floor, note=f"{result.note} {said}".strip())
     if value is None or uncertainty is None:
         return result

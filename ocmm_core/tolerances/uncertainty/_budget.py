@@ -16,7 +16,7 @@ from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty._first_order import NOT_DETERMINED, WHAT_TO_DO
 from ocmm_core.tolerances.uncertainty._interval import Length, expanded
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, widened
-from ocmm_core.tolerances.uncertainty._spread import gradients_of, spreads_of, that_count
+from ocmm_core.tolerances.uncertainty._spread import contributing_samples, gradients_of, spreads_of
 from ocmm_core.tolerances.zones import Characteristic, Evaluation
 
 _NOTHING = 1e-12
@@ -114,7 +114,7 @@ def budget_of(
     spread = spreads.of_value
     gradients = gradients_of(evaluation, bonus=False)
     way = spread.way if isinstance(spread, Length) else np.ones(1)
-    form = widened(gradients, covariance, that_count(characteristic, actual, samples))
+    form = widened(gradients, covariance, contributing_samples(characteristic, actual, samples))
 
     def row(name: str, of: Float, kind: str, distribution: str, origin: str) -> BudgetRow:
         # What is subtracted to tell parts from each other may come out below zero by rounding.

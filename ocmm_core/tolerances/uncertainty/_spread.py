@@ -57,7 +57,7 @@ def spreads_of(
     samples
         What the features show of their form (`sampling.form_samples`).
     """
-    samples = that_count(characteristic, actual, samples)
+    samples = contributing_samples(characteristic, actual, samples)
     gradients = gradients_of(evaluation, bonus=False)
     found = widened(gradients, covariance, samples)
     grown = 1.0
@@ -75,7 +75,7 @@ def spreads_of(
     return Spreads(of_value, judged, grown)
 
 
-def that_count(
+def contributing_samples(
     characteristic: Characteristic,
     actual: Mapping[str, ActualFeature],
     samples: Sequence[FormSample],

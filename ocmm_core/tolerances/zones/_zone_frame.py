@@ -13,9 +13,9 @@ from ocmm_core.alignment import (
     BoundAlignment,
     DatumReferenceFrame,
     datum_frame,
+    frame_jacobian,
     frame_name,
     frame_of,
-    frame_slopes,
     held_again,
     in_precedence,
     nominal_frame,
@@ -212,7 +212,7 @@ class Frames:
             words = rule.frame if isinstance(rule, BoundAlignment) else frame_name(rule)
             held = held_again(rule, self._actual)
             T_part_from_world = frame_of(rule, held.geometries)
-            slopes = frame_slopes(rule, held.features, T_part_from_world)
+            slopes = frame_jacobian(rule, held.features, T_part_from_world)
             self._aligned = ZoneFrame(T_part_from_world, slopes, np.zeros((6, 0)), words)
             self._aligned_note = held.note
         return self._aligned
@@ -229,7 +229,7 @@ class Frames:
         rule = BoundAlignment(
             DatumReferenceFrame(datums=datums), self._shapes, self._nominals, choice=frame.choice
         )
-        slopes = frame_slopes(rule, held.features, frame.T_frame_from_world)
+        slopes = frame_jacobian(rule, held.features, frame.T_frame_from_world)
         zone = ZoneFrame(frame.T_frame_from_world, slopes, frame.free.motions(), "|".join(datums))
         return _HeldFrame(zone, held.geometries, held.note)
 

@@ -19,7 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.tracking.kernels import _identify_kernel as identify_kernel
     from ocmm_core.tracking.kernels import _small_algebra as small_algebra
-    from ocmm_core.tracking.kernels._follow_kernel import grow_known, without_rivals
+    from ocmm_core.tracking.kernels._follow_kernel import extend_tracked, without_rivals
     from ocmm_core.tracking.kernels._identify_kernel import FOUND
     from ocmm_core.tracking.kernels._kernel import LOST, MAX_TIP_SIGMA, OK, allocate, solve_frames
     from ocmm_core.tracking.kernels._small_algebra import (
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _follow_kernel="grow_known without_rivals",
+        _follow_kernel="extend_tracked without_rivals",
         _identify_kernel="FOUND identify_kernel",
         _kernel="LOST MAX_TIP_SIGMA OK allocate solve_frames",
         _small_algebra="backward best_turn cholesky forward small_algebra turn",
@@ -47,8 +47,8 @@ __all__ = [
     "backward",
     "best_turn",
     "cholesky",
+    "extend_tracked",
     "forward",
-    "grow_known",
     "identify_kernel",
     "small_algebra",
     "solve_frames",

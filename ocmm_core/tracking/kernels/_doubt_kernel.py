@@ -25,7 +25,7 @@ GROWTH_WEIGHT = 0.5
 
 
 @compiled(kernel, small_algebra)
-def doubt(
+def ambiguity_score(
     led_ideal: Float, led_slopes: Float, seen: Bool, cams: Float, leds: Float,
     rotation: Float, origin: Float, sigma: float,
 ) -> float:  # fmt: skip

@@ -21,18 +21,20 @@ from ocmm_core.tracking.kernels import (
 from ocmm_core.tracking.kernels import (
     _small_algebra as small_algebra,
 )
-from ocmm_core.tracking.kernels._grow_kernel import grow
-from ocmm_core.tracking.kernels._meeting_kernel import straighten
+from ocmm_core.tracking.kernels._grow_kernel import extend_hypothesis
+from ocmm_core.tracking.kernels._meeting_kernel import undistort_rays
 
 _NEEDS = (doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
 
 
 @compiled(*_NEEDS)
-def grow_known(
+def extend_tracked(
     spots: Float, cams: Float, centres: Float, leds: Float, directions: Float, least_cosine: float,
     sigma: float, rival_px: float, limits: Float, labels: Int,
 ) -> float:  # fmt: skip
-    """Complete labels that are known, see `grow`; return the doubt, infinite where they fail.
+    """Complete labels that are known and return the doubt, infinite where they fail.
+
+    See `extend_hypothesis`.
 
     ``spots`` (C, S, 2), px, of one frame.
     """
@@ -40,7 +42,7 @@ def grow_known(
     ideal = np.empty((n_cameras, n_slots, 2))
     slopes = np.empty((n_cameras, n_slots, 4))
     there = np.empty((n_cameras, n_slots), np.bool_)
-    straighten(spots, cams, ideal, slopes, there)
+    undistort_rays(spots, cams, ideal, slopes, there)
     located = 0
     for led in range(len(leds)):
         views = 0
@@ -57,7 +59,7 @@ def grow_known(
     worth = np.empty(1)
     # -1: any slot may be any LED. The strobe code has done its work once labels are known.
     usable = np.full(n_cameras * n_slots, -1)
-    chi2 = grow(
+    chi2 = extend_hypothesis(
         ideal, slopes, there, usable, cams, centres, leds, directions, least_cosine, sigma,
         rival_px, limits, labels, np.empty((3, 3)), np.empty(3), worth,
     )  # fmt: skip

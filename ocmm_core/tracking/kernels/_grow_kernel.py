@@ -22,7 +22,7 @@ from ocmm_core.tracking.kernels import (
 from ocmm_core.tracking.kernels import (
     _small_algebra as small_algebra,
 )
-from ocmm_core.tracking.kernels._doubt_kernel import doubt
+from ocmm_core.tracking.kernels._doubt_kernel import ambiguity_score
 from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations, triangulate_leds
 from ocmm_core.tracking.kernels._meeting_kernel import view
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
@@ -36,7 +36,7 @@ _NEEDS = (doubt_kernel, kernel, meeting_kernel, small_algebra)
 
 
 @compiled(*_NEEDS)
-def grow(
+def extend_hypothesis(
     ideal: Float, slopes: Float, there: Bool, usable: Int, cams: Float, centres: Float,
     leds: Float, directions: Float, least_cosine: float, sigma: float, rival_px: float,
     limits: Float, labels: Int, rotation: Float, origin: Float, worth: Float,
@@ -160,7 +160,7 @@ def grow(
         if chi2 < 0.0:
             return -1.0
     # All spots together kept the limit above; those that are left are not compared with one again.
-    worth[0] = doubt(led_ideal, led_slopes, seen, cams, leds, rotation, origin, sigma)
+    worth[0] = ambiguity_score(led_ideal, led_slopes, seen, cams, leds, rotation, origin, sigma)
     return chi2
 
 

@@ -27,9 +27,9 @@ from ocmm_core.tracking.kernels import (
 from ocmm_core.tracking.kernels import (
     _small_algebra as small_algebra,
 )
-from ocmm_core.tracking.kernels._grow_kernel import grow
+from ocmm_core.tracking.kernels._grow_kernel import extend_hypothesis
 from ocmm_core.tracking.kernels._kernel import Bool
-from ocmm_core.tracking.kernels._meeting_kernel import measure, meet, straighten
+from ocmm_core.tracking.kernels._meeting_kernel import measure, triangulate_pairs, undistort_rays
 
 FOUND, FEW, NO_FIT, AMBIGUOUS, CONFUSED, THIN, NEAR_RULE = range(7)
 """Outcomes: named; fewer than three targets; nothing fits; more than one labelling fits; too many
@@ -89,7 +89,7 @@ def identify_frames(
     certain = np.empty(MAX_POSES, np.bool_)
     doubt = np.empty(MAX_POSES)
     for frame in range(n):
-        straighten(spots[frame], cams, ideal, slopes, there)
+        undistort_rays(spots[frame], cams, ideal, slopes, there)
         # A constant would be one more type to compile for.
         held = int(np.int64(0))
         for body in range(n_bodies):
@@ -137,7 +137,7 @@ def _search(
             # All pairs of spots of two cameras could meet; there must be room for as many.
             if total + n_slots * n_slots > MAX_MEETINGS:
                 return CONFUSED, held
-            count = meet(
+            count = triangulate_pairs(
                 ideal, slopes, there, cams, first, second, sigma, bounds,
                 positions[total:], covariances[total:], lights[total:],
             )  # fmt: skip
@@ -227,7 +227,7 @@ def _match(
                             attempts += 1
                             if attempts > MAX_ATTEMPTS or held == MAX_POSES:
                                 return CONFUSED, held
-                            chi2 = grow(
+                            chi2 = extend_hypothesis(
                                 ideal, slopes, there, usable, cams, centres, leds, directions,
                                 least_cosine, sigma, rival_px, limits, labels, rotation, origin,
                                 worth,

@@ -29,7 +29,7 @@ DISTANCE_SLACK_MM = 0.1
 
 
 @compiled(kernel)
-def straighten(spots: Float, cams: Float, ideal: Float, slopes: Float, there: Bool) -> None:
+def undistort_rays(spots: Float, cams: Float, ideal: Float, slopes: Float, there: Bool) -> None:
     """Take the distortion from spots (C, S, 2), px; see `kernel.solve_frames`."""
     for c in range(spots.shape[0]):
         sx, sy = cams[c, 13], cams[c, 14]
@@ -70,7 +70,7 @@ def view(cams: Float, c: int, point: Float, derivative: Float) -> tuple[float, f
 
 
 @compiled(kernel)
-def meet(
+def triangulate_pairs(
     ideal: Float, slopes: Float, there: Bool, cams: Float, first: int, second: int, sigma: float,
     bounds: Float, positions: Float, covariances: Float, lights: Int,
 ) -> int:  # fmt: skip
@@ -79,7 +79,7 @@ def meet(
     Parameters
     ----------
     ideal, slopes, there
-        As `straighten` makes them, by slot.
+        As `undistort_rays` makes them, by slot.
     first, second
         The cameras.
     sigma

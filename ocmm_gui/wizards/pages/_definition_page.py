@@ -11,7 +11,12 @@ from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeySequence, QShortcut
 from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
 
-from ocmm_core.calibration.probe_design import Examined, examine, read_definition, save_definition
+from ocmm_core.calibration.probe_design import (
+    DefinitionCheck,
+    examine,
+    read_definition,
+    save_definition,
+)
 from ocmm_core.calibration.records import ProbeRecord
 from ocmm_core.errors import OcmmError
 from ocmm_core.tracking import LedEntry, ProbeDocument
@@ -141,7 +146,7 @@ class DefinitionPage(QWidget):
         self._examination.start(partial(examine, document, path))
 
     def _show_examined(self, found: object) -> None:
-        if not isinstance(found, Examined):
+        if not isinstance(found, DefinitionCheck):
             return
         self._say("GOOD", Mark.GOOD, examined_words(found))
 
@@ -257,7 +262,7 @@ class DefinitionPage(QWidget):
         layout.addLayout(row)
 
 
-def examined_words(found: Examined) -> str:
+def examined_words(found: DefinitionCheck) -> str:
     """Return in words why the LEDs cannot be confused, and by how much."""
     if found.body.code is not None:
         return "The LEDs cannot be confused: each of them is dark in another frame."

@@ -17,7 +17,7 @@ from ocmm_core.acquisition.frames import (
     FrameBlock,
     FrameRing,
     FrameSource,
-    HeadWord,
+    RingHeaderField,
     SourceDescription,
     StopReason,
     read_status,
@@ -92,7 +92,7 @@ def test_every_cycle_is_accounted_for(
     assert (status.state, status.stop_reason) == (AcquisitionState.STOPPED, StopReason.FINISHED)
     assert status.message == "Camera 2 has left OP."
     assert (source.opened, source.closed) == (1, 1)
-    assert ring.word(HeadWord.FRAME_PERIOD_NS) == 125_000
+    assert ring.word(RingHeaderField.FRAME_PERIOD_NS) == 125_000
     block = ring.read(100)
     assert block is not None
     assert block.counter.tolist() == [*range(16), *range(20, 24)]
@@ -169,7 +169,7 @@ def test_it_stops_when_asked_from_either_side(
     while read_status(ring).frames < 80 and time.monotonic() < until:
         time.sleep(0.001)
     if by_word:
-        ring.set_word(HeadWord.STOP_REQUEST, 1)
+        ring.set_word(RingHeaderField.STOP_REQUEST, 1)
     else:
         worker.request_stop()
         worker.request_stop()

@@ -14,7 +14,7 @@ from ocmm_core.acquisition.frames import (
     SUBPIXEL,
     FrameBlock,
     FrameRing,
-    HeadWord,
+    RingHeaderField,
     frame_dtype,
     from_records,
     quantise,
@@ -75,7 +75,7 @@ def test_frames_pass_the_ring_in_order_across_its_end(
         assert same(ring.read(4), make_block(start, 4))
         assert same(ring.read(100), make_block(start + 4, 3))
         assert ring.read(1) is None
-    assert ring.word(HeadWord.OVERRUN) == 0
+    assert ring.word(RingHeaderField.OVERRUN) == 0
 
 
 def test_a_whole_ring_at_once(ring: FrameRing, make_block: MakeBlock) -> None:
@@ -92,7 +92,7 @@ def test_a_slow_reader_loses_the_oldest_frames_and_they_are_counted(
     for start in range(0, 28, 7):
         ring.write(make_block(start, 7))
     assert same(ring.read(100), make_block(18, 10))
-    assert ring.word(HeadWord.OVERRUN) == 18
+    assert ring.word(RingHeaderField.OVERRUN) == 18
     assert ring.read(1) is None
 
 
@@ -101,9 +101,9 @@ def test_frames_that_are_being_overwritten_are_not_given_out(
 ) -> None:
     ring.write(make_block(0, 10))
     # A writer in the middle of its next 4 frames: announced, not yet published.
-    ring.set_word(HeadWord.RESERVED, 14)
+    ring.set_word(RingHeaderField.RESERVED, 14)
     assert same(ring.read(100), make_block(4, 6))
-    assert ring.word(HeadWord.OVERRUN) == 4
+    assert ring.word(RingHeaderField.OVERRUN) == 4
 
 
 def test_a_block_that_cannot_fit_is_refused(ring: FrameRing, make_block: MakeBlock) -> None:
@@ -125,9 +125,9 @@ def test_both_sides_see_the_same_words_and_text(ring: FrameRing, make_block: Mak
         ring.write(make_block(5, 2))
         assert same(other.read(9), make_block(5, 2))
         assert ring.free() == 10
-        other.add({HeadWord.FRAMES: 3, HeadWord.FRAMES_LOST: 1})
-        other.add({HeadWord.FRAMES: 4})
-        assert (ring.word(HeadWord.FRAMES), ring.word(HeadWord.FRAMES_LOST)) == (7, 1)
+        other.add({RingHeaderField.FRAMES: 3, RingHeaderField.FRAMES_LOST: 1})
+        other.add({RingHeaderField.FRAMES: 4})
+        assert (ring.word(RingHeaderField.FRAMES), ring.word(RingHeaderField.FRAMES_LOST)) == (7, 1)
         assert ring.text() == ""
         other.set_text("Kamera 2 fällt aus.")
         assert ring.text() == "Kamera 2 fällt aus."
@@ -201,8 +201,8 @@ def test_a_reader_in_another_process_gets_only_whole_frames(make_block: MakeBloc
             got += len(block)
         writer.join(HANG_S)
         assert newest == last
-        assert got + ring.word(HeadWord.OVERRUN) == last + 1
-        assert ring.word(HeadWord.OVERRUN) > 0
+        assert got + ring.word(RingHeaderField.OVERRUN) == last + 1
+        assert ring.word(RingHeaderField.OVERRUN) > 0
     finally:
         writer.join(HANG_S)
         writer.close()

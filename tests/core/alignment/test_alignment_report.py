@@ -14,8 +14,8 @@ from ocmm_core.alignment import (
     DatumAlignment,
     DatumReferenceFrame,
     Relocation,
+    frame_jacobian,
     frame_of,
-    frame_slopes,
     preview_alignment,
     report_lines,
     settled,
@@ -82,7 +82,7 @@ def test_uncertainty_of_frame_and_residuals_is_that_of_a_monte_carlo(name: str) 
     start = frame_of(bound, geometries)
     sigmas = _sigmas()
     covariance = np.diag(np.append(sigmas.ravel() ** 2, 0.0))
-    slopes = frame_slopes(bound, actual, start)
+    slopes = frame_jacobian(bound, actual, start)
     linear = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
     motions, moved = [], []
     for _ in range(400):

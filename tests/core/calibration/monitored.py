@@ -9,10 +9,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.calibration.monitor import Look, LookCollector
+from ocmm_core.calibration.monitor import ResidualAccumulator, ResidualSample
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, Wave
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, Wave
 from ocmm_core.simulation.scene import Part, VirtualRig, WorldOptions, load_part
 from ocmm_core.tracking import ProbeBody, TrackBlock, TrackingPipeline, load_probe
 
@@ -62,9 +62,9 @@ class Monitored:
         # Single exposures are judged with the noise that they have.
         return TrackingPipeline(self.gate, self.body).process(frames)
 
-    def waved(self, ways: int, options: WorldOptions | None = None) -> list[Look]:
+    def waved(self, ways: int, options: WorldOptions | None = None) -> list[ResidualSample]:
         """Return the looks at a probe that is waved through the volume."""
         scene = (Wave(ways=ways, seed=self.seed),)
-        shown = CalibratingRig(self.rig, self.body, scene, self.seed, options)
+        shown = CalibrationScenesRig(self.rig, self.body, scene, self.seed, options)
         track = TrackingPipeline(self.gate, self.body).process(shown.frames(0, shown.n_frames))
-        return LookCollector(self.rig, self.body, WAVE_LOOK_NS).feed(track)
+        return ResidualAccumulator(self.rig, self.body, WAVE_LOOK_NS).feed(track)

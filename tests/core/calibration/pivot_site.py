@@ -11,7 +11,7 @@ from ocmm_core.calibration.records import ProbeStore
 from ocmm_core.calibration.sweeping import PivotProcedure, PivotView
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.geometry import Float, Pixels, rigid_fit
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, SweepProbe
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, SweepProbe
 from ocmm_core.tracking import ProbeBody, load_probe
 from tests.core.calibration.procedure_site import PROBE_DOCUMENT, RIG_DOCUMENT, SEED, Clock
 from tests.core.calibration.swept_probe import attitudes, spots
@@ -75,17 +75,17 @@ class PivotBench:
         procedure.take_visit(self.rested(again, body), SIGMA_PX, self.now())
         procedure.advance(self.now())
 
-    def virtual(self, *scenes: SweepProbe, body: ProbeBody | None = None) -> CalibratingRig:
-        return CalibratingRig(self.rig, body or self.body, scenes, SEED)
+    def virtual(self, *scenes: SweepProbe, body: ProbeBody | None = None) -> CalibrationScenesRig:
+        return CalibrationScenesRig(self.rig, body or self.body, scenes, SEED)
 
-    def true_tip(self, virtual: CalibratingRig) -> Float:
+    def true_tip(self, virtual: CalibrationScenesRig) -> Float:
         """Return the tip of the virtual probe, laid onto the document as calibrations are."""
         rotation, shift = rigid_fit(virtual.world.leds_probe, self.body.leds_probe)
         return rotation @ virtual.world.tip_probe + shift
 
 
 def show_sweeps(
-    procedure: PivotProcedure, virtual: CalibratingRig, now: Clock, *, first: int = 0,
+    procedure: PivotProcedure, virtual: CalibrationScenesRig, now: Clock, *, first: int = 0,
     at_most: int | None = None,
 ) -> tuple[int, list[PivotView]]:  # fmt: skip
     """Show moments of a rig, take what is ready, enter open steps.

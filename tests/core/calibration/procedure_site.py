@@ -18,7 +18,7 @@ from ocmm_core.camera import Rig, load_rig, on_sensor, project
 from ocmm_core.composition import VirtualSite, scenes_of_verification
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.simulation.calibration_scenes import SEATS, CalibratingRig, FrameMove, Scene
+from ocmm_core.simulation.calibration_scenes import SEATS, CalibrationScenesRig, FrameMove, Scene
 from ocmm_core.tracking import ProbeBody, load_probe
 
 SEED = 3
@@ -67,9 +67,9 @@ class Bench:
     def store(self) -> CalibrationStore:
         return CalibrationStore(self.folder / "store")
 
-    def virtual(self, *scenes: Scene, move: int | None = None) -> CalibratingRig:
+    def virtual(self, *scenes: Scene, move: int | None = None) -> CalibrationScenesRig:
         moved = None if move is None else FrameMove(seed=move)
-        return CalibratingRig(self.rig, self.body, scenes, SEED, moved=moved)
+        return CalibrationScenesRig(self.rig, self.body, scenes, SEED, moved=moved)
 
     def points(self, n: int = 100) -> KnownPoints:
         """Return a list of points in the whole volume."""
@@ -112,7 +112,7 @@ class Bench:
 
 
 def show(
-    procedure: Procedure, rig: CalibratingRig, now: Clock, *, at_most: int | None = None
+    procedure: Procedure, rig: CalibrationScenesRig, now: Clock, *, at_most: int | None = None
 ) -> int:
     """Show all frames of a rig to a procedure, take what is ready, and return how much it was."""
     taken = 0

@@ -16,7 +16,7 @@ from ocmm_core.composition import ClimateRequest, climate_in_use
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.measuring import PartWarmth, check_part
+from ocmm_core.measuring import PartTemperature, check_part
 from ocmm_core.tracking import load_probe
 from ocmm_gui.wizards import temperature
 
@@ -93,7 +93,7 @@ def test_every_entry_says_the_same(celsius: float) -> None:
         "surroundings  ": lambda: temperature(str(celsius)),
         "surroundings   ": lambda: load_bar(BAR).artefact.judge(400.0, 1.0, NOW, celsius),
         "part": lambda: climate_in_use(request["part"], plan, load_probe(probe), None),
-        "part ": lambda: check_part(PartWarmth(Temperature(celsius, 0.5, ""))),
+        "part ": lambda: check_part(PartTemperature(Temperature(celsius, 0.5, ""))),
         "probe": lambda: climate_in_use(request["probe"], plan, load_probe(probe), None),
     }
     for what, enter in entries.items():

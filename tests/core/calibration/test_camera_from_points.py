@@ -12,7 +12,7 @@ from ocmm_core.calibration.cameras import LensCamera, cloud_of, fit_camera
 from ocmm_core.calibration.cameras._dlt import camera_of_dlt, dlt, pose_of_dlt, pose_of_plane
 from ocmm_core.calibration.cameras._guards import ratio_of
 from ocmm_core.calibration.cameras._least_squares import covariance_of, minimise
-from ocmm_core.calibration.cameras._lens import ALL_PARAMETERS, by_point, see
+from ocmm_core.calibration.cameras._lens import ALL_PARAMETERS, by_point, project_with_jacobian
 from ocmm_core.calibration.cameras._lens_terms import judge_lens_terms
 from ocmm_core.calibration.cameras._problem import CameraProblem, free_parameters, whitening_of
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, CameraModel, project, projection_jacobians
@@ -51,7 +51,7 @@ def test_zhangs_views_give_his_published_lens(reference: Path) -> None:
 
 def test_lens_without_extra_terms_is_the_running_model() -> None:
     model, points = camera(), slab(80, 300.0, np.random.default_rng(1))
-    seen = see(LensCamera(model), points)
+    seen = project_with_jacobian(LensCamera(model), points)
     d_point, d_parameters = projection_jacobians(model, points)
     # The same sums in another order: some ulp of 2000 px, and of derivatives up to 1e6.
     assert np.abs(seen.misses.T - project(model, points)).max() < 1e-11
@@ -64,11 +64,13 @@ def test_lens_without_extra_terms_is_the_running_model() -> None:
 def test_derivatives_with_extra_terms_are_those_of_the_pixels() -> None:
     points = slab(60, 300.0, np.random.default_rng(2))
     lens = LensCamera(camera(), np.array([3e-10, 2e-5, -3e-5]))
-    seen = see(lens, points)
+    seen = project_with_jacobian(lens, points)
     for index, (name, step) in enumerate(zip(ALL_PARAMETERS, STEPS, strict=True)):
         change = np.zeros(len(ALL_PARAMETERS))
         change[index] = step
-        ahead, behind = (see(lens.moved(way * change), points).misses for way in (1.0, -1.0))
+        ahead, behind = (
+            project_with_jacobian(lens.moved(way * change), points).misses for way in (1.0, -1.0)
+        )
         numeric = (ahead - behind) / (2.0 * step)
         # Steps move pixels by some 1e-3 px, of which 1e-12 px is rounding: 1e-8 with room.
         miss = np.abs(seen.rows[index] - numeric).max()
@@ -177,14 +179,18 @@ def test_extra_terms_are_found_needed_only_where_they_are() -> None:
     plain = fit_camera(camera(), points, project(camera(), points) + noise, SIGMA_PX)
     assert not judge_lens_terms(plain).significant
     lens = LensCamera(camera(), np.array([3e-8, 0.0, 8e-4]))
-    fit = fit_camera(camera(), points, see(lens, points).misses.T + noise, SIGMA_PX)
+    fit = fit_camera(
+        camera(), points, project_with_jacobian(lens, points).misses.T + noise, SIGMA_PX
+    )
     terms = judge_lens_terms(fit)
     assert terms.significant
     assert np.all(np.abs(terms.values - lens.extra) < 5.0 * terms.sigmas)
     assert terms.effect_rms_px > SIGMA_PX
     # What the running model gets wrong shows in its residuals, where it takes no point for wrong.
     small = LensCamera(camera(), 0.1 * lens.extra)
-    fit = fit_camera(camera(), points, see(small, points).misses.T + noise, SIGMA_PX)
+    fit = fit_camera(
+        camera(), points, project_with_jacobian(small, points).misses.T + noise, SIGMA_PX
+    )
     assert fit.used.all()
     systematic = np.sqrt(fit.rms_px**2 - plain.rms_px**2)
     # Noise and effect correlate by chance, 1 / sqrt(600), on both sides of the difference.
@@ -208,7 +214,7 @@ def test_extra_terms_can_be_selected() -> None:
     rng = np.random.default_rng(11)
     points = slab(300, 200.0, rng)
     lens = LensCamera(camera(), np.array([3e-8, 0.0, 0.0]))
-    uv = see(lens, points).misses.T + SIGMA_PX * rng.standard_normal((300, 2))
+    uv = project_with_jacobian(lens, points).misses.T + SIGMA_PX * rng.standard_normal((300, 2))
     fit = fit_camera(camera(), points, uv, SIGMA_PX, extra_terms=("k3",))
     assert ratio_of(fit) == pytest.approx(1.0, abs=0.15)
     assert fit.covariance.shape == (15, 15)

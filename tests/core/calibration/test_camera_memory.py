@@ -6,8 +6,8 @@ import msgspec
 import pytest
 
 from ocmm_core.calibration.records import (
+    check_camera_temperature,
     compare_with_cameras,
-    judge_warmth,
     record_hash,
     write_to_cameras,
 )
@@ -64,19 +64,19 @@ def test_a_camera_refuses_the_intrinsics_of_another_one(cameras: dict[str, Direc
 
 def test_warmth_warns_from_2_and_stops_from_5_kelvin() -> None:
     record = make_record(sensor_temperatures_c=(36.0, 37.0))
-    assert judge_warmth(record, (38.0, 35.0)) == (None, ())
-    obstacle, warnings = judge_warmth(record, (36.0, 34.9))
+    assert check_camera_temperature(record, (38.0, 35.0)) == (None, ())
+    obstacle, warnings = check_camera_temperature(record, (36.0, 34.9))
     assert obstacle is None
     assert warnings == (
         "Camera 'right' is 2.1 K colder than when it was calibrated (34.9 against 37.0 °C).",
     )
-    obstacle, warnings = judge_warmth(record, (41.1, 42.1))
+    obstacle, warnings = check_camera_temperature(record, (41.1, 42.1))
     assert obstacle is not None
     assert obstacle.what.startswith("Camera 'left' is 5.1 K warmer")
     assert len(warnings) == 1
 
 
 def test_where_temperatures_are_not_known_nothing_is_said() -> None:
-    assert judge_warmth(make_record(), (90.0, 90.0)) == (None, ())
+    assert check_camera_temperature(make_record(), (90.0, 90.0)) == (None, ())
     record = make_record(sensor_temperatures_c=(36.0, 37.0))
-    assert judge_warmth(record, (None, None)) == (None, ())
+    assert check_camera_temperature(record, (None, None)) == (None, ())

@@ -12,9 +12,9 @@ from ocmm_core.calibration.monitor import (
     Baseline,
     CalibrationMonitor,
     ChangeCause,
-    ChangeExamination,
-    Look,
-    LookCollector,
+    DriftReport,
+    ResidualAccumulator,
+    ResidualSample,
     learn_baseline,
 )
 from ocmm_core.calibration.monitor._baseline import pattern_maps
@@ -40,13 +40,13 @@ def bench() -> Monitored:
 
 
 @pytest.fixture(scope="module")
-def waved(bench: Monitored) -> list[Look]:
+def waved(bench: Monitored) -> list[ResidualSample]:
     """Return the looks at a minute of waving."""
     return bench.waved(100)
 
 
 @pytest.fixture(scope="module")
-def baseline(bench: Monitored, waved: list[Look]) -> Baseline:
+def baseline(bench: Monitored, waved: list[ResidualSample]) -> Baseline:
     return learn_baseline(waved, bench.rig, bench.body)
 
 
@@ -63,9 +63,9 @@ def bump(turn: tuple[float, float, float] = (0.0, 0.0, 0.0), **more: object) -> 
 
 def watched(
     bench: Monitored, baseline: Baseline | None, track: TrackBlock, block: int = 4
-) -> list[ChangeExamination]:
+) -> list[DriftReport]:
     monitor = CalibrationMonitor(bench.rig, bench.body, baseline=baseline)
-    results: list[ChangeExamination] = []
+    results: list[DriftReport] = []
     for first in range(0, len(track), block):
         results += monitor.feed(cut(track, first, min(first + block, len(track))))
     return results
@@ -73,7 +73,7 @@ def watched(
 
 def looks_at(
     rig: Rig, truth: Rig, body: ProbeBody, true_body: ProbeBody, count: int = 30
-) -> list[Look]:
+) -> list[ResidualSample]:
     """Return looks without any noise at poses all over the volume, taken with ``truth``."""
     rng = np.random.default_rng(4)
     low, high = rig.volume_world
@@ -85,7 +85,7 @@ def looks_at(
 def looks_of(
     rig: Rig, truth: Rig, body: ProbeBody, true_body: ProbeBody, turns: list[Float],
     origins: list[Float],
-) -> list[Look]:  # fmt: skip
+) -> list[ResidualSample]:  # fmt: skip
     uv = [
         [project(camera, true_body.leds_probe @ turn.T + origin) for camera in truth.cameras]
         for turn, origin in zip(turns, origins, strict=True)
@@ -197,7 +197,7 @@ def test_a_resting_probe_adds_no_certainty(bench: Monitored) -> None:
     looks = looks_at(bench.rig, bench.rig, bench.body, bench.body, count=40)
     belief = Belief.of_documents(bench.rig, bench.body)
 
-    def sigmas(some: list[Look]) -> Float:
+    def sigmas(some: list[ResidualSample]) -> Float:
         scores = score_changes(some, bench.rig, bench.body, belief, 0.0)
         return np.sqrt([np.diag(item.covariance)[0] for item in scores.motions])
 
@@ -228,7 +228,7 @@ def test_a_learnt_baseline_holds_the_pattern_of_the_sensors(
         assert known.at(np.array([[10.0, 10.0]]))[1][0] == pytest.approx(0.010)
 
 
-def test_waving_too_short_is_refused(bench: Monitored, waved: list[Look]) -> None:
+def test_waving_too_short_is_refused(bench: Monitored, waved: list[ResidualSample]) -> None:
     with pytest.raises(CalibrationError) as caught:
         learn_baseline(waved[:900], bench.rig, bench.body)
     assert caught.value.code == "baseline.looks"
@@ -288,8 +288,8 @@ def test_a_camera_knocked_so_hard_that_nothing_fits_is_told(bench: Monitored) ->
 
 def test_looks_do_not_depend_on_how_the_stream_is_cut(bench: Monitored) -> None:
     track = bench.probing(2.0, 2.0)
-    whole = LookCollector(bench.rig, bench.body, LOOK_NS).feed(track)
-    collector = LookCollector(bench.rig, bench.body, LOOK_NS)
+    whole = ResidualAccumulator(bench.rig, bench.body, LOOK_NS).feed(track)
+    collector = ResidualAccumulator(bench.rig, bench.body, LOOK_NS)
     pieces = [
         look for first in range(0, len(track), 7)
         for look in collector.feed(cut(track, first, min(first + 7, len(track))))
@@ -313,7 +313,7 @@ def test_a_clock_set_anew_begins_anew(bench: Monitored, baseline: Baseline) -> N
 SEATS = ((-150.0, -60.0, -100.0), (150.0, -60.0, -100.0), (0.0, 80.0, -100.0), (0.0, 0.0, 20.0))
 
 
-def nest_looks(rig: Rig, truth: Rig, body: ProbeBody, shift: Float) -> list[Look]:
+def nest_looks(rig: Rig, truth: Rig, body: ProbeBody, shift: Float) -> list[ResidualSample]:
     """Return looks at the ball in nests that stand ``shift`` off the places they are known at."""
     rng = np.random.default_rng(8)
     seats = np.repeat(np.array(SEATS), 4, axis=0)

@@ -16,13 +16,13 @@ from benchmarks.evidence import KINDS, run, set_back
 from benchmarks.evidence_site import NOW, RIG_DOCUMENT, Store, cameras_in, probe_in
 from ocmm_core.calibration.records import NAME as SEAL
 from ocmm_core.calibration.records import (
+    CalibrationStatus,
     CalibrationStore,
     CameraRecord,
     Event,
     EventKind,
     ProbeStore,
     State,
-    Word,
     judge,
     open_calibration,
     record_hash,
@@ -109,7 +109,10 @@ def test_deleting_the_folder_and_an_old_backup_do_not_lead_to_valid(cameras: Sto
     store.suspect("technician", "The frame was hit.", MADE, NOW)
     running = open_calibration(RIG_DOCUMENT, cameras.folder.parent)
     shutil.rmtree(cameras.folder)
-    assert judge(open_calibration(RIG_DOCUMENT, cameras.folder.parent), NOW).word is Word.NONE
+    assert (
+        judge(open_calibration(RIG_DOCUMENT, cameras.folder.parent), NOW).word
+        is CalibrationStatus.NONE
+    )
     assert "event 8, which this computer has seen there, is missing" in str(
         judge(running, NOW).obstacle
     )
@@ -301,7 +304,7 @@ def test_the_store_of_another_rig_under_this_name_is_unusable(tmp_path: Path) ->
     store.accept(other, "technician", "new", MADE)
     store.verify(make_verification(other), MADE)
     view = judge(open_calibration(RIG_DOCUMENT, tmp_path), NOW)
-    assert view.word is Word.UNUSABLE
+    assert view.word is CalibrationStatus.UNUSABLE
     assert "is that of rig 'bridge', but recommended.toml describes rig 'recommended'" in str(
         view.obstacle
     )

@@ -12,9 +12,9 @@ import pytest
 
 from ocmm_core.calibration.records import (
     CalibrationInUse,
+    CalibrationStatus,
     CalibrationStore,
     CalibrationView,
-    Word,
     default_folder,
     judge,
     open_calibration,
@@ -47,7 +47,7 @@ def seen(in_use: CalibrationInUse, when: datetime = LATER) -> CalibrationView:
 
 def test_a_design_takes_points_and_proves(tmp_path: Path) -> None:
     view = seen(open_design(DOCUMENT))
-    assert (view.word, view.hindrance, view.unproven) == (Word.DESIGN, None, "")
+    assert (view.word, view.hindrance, view.unproven) == (CalibrationStatus.DESIGN, None, "")
     assert view.label == f"DESIGN {view.identity[:12]}"
     assert view.identity == load_rig(DOCUMENT).identity
 
@@ -55,7 +55,7 @@ def test_a_design_takes_points_and_proves(tmp_path: Path) -> None:
 def test_real_cameras_without_a_calibration_take_no_points(tmp_path: Path) -> None:
     in_use = open_calibration(DOCUMENT, tmp_path)
     view = seen(in_use)
-    assert view.word is Word.NONE
+    assert view.word is CalibrationStatus.NONE
     assert str(view.hindrance) == (
         "The cameras of rig 'recommended' were never calibrated. Calibrate them."
     )
@@ -80,7 +80,7 @@ def test_the_record_in_force_is_measured_with(tmp_path: Path) -> None:
     assert hashlib.sha256(in_use.rig_text.encode()).hexdigest() == store.active_hash
     assert np.array_equal(in_use.rig.parameter_covariance, load_rig(DOCUMENT).parameter_covariance)
     view = seen(in_use)
-    assert (view.word, view.hindrance, view.warnings) == (Word.VALID, None, ())
+    assert (view.word, view.hindrance, view.warnings) == (CalibrationStatus.VALID, None, ())
 
 
 def test_cameras_run_as_the_rig_document_says(tmp_path: Path) -> None:
@@ -94,7 +94,7 @@ def test_cameras_run_as_the_rig_document_says(tmp_path: Path) -> None:
 def test_what_was_not_verified_takes_no_points(tmp_path: Path) -> None:
     store_in(tmp_path, verified=False)
     view = seen(open_calibration(DOCUMENT, tmp_path))
-    assert view.word is Word.SUSPECT
+    assert view.word is CalibrationStatus.SUSPECT
     assert view.hindrance is not None
     assert "not verified" in view.hindrance.what
     assert view.since_utc == MADE.isoformat()
@@ -102,10 +102,14 @@ def test_what_was_not_verified_takes_no_points(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("days", "word", "warned", "stopped"),
-    [(350, Word.VALID, 0, False), (352, Word.DUE, 1, False), (365, Word.EXPIRED, 0, True)],
+    [
+        (350, CalibrationStatus.VALID, 0, False),
+        (352, CalibrationStatus.DUE, 1, False),
+        (365, CalibrationStatus.EXPIRED, 0, True),
+    ],
 )
 def test_the_calendar_stops_a_running_job(
-    tmp_path: Path, days: int, word: Word, warned: int, stopped: bool
+    tmp_path: Path, days: int, word: CalibrationStatus, warned: int, stopped: bool
 ) -> None:
     store_in(tmp_path)
     in_use = open_calibration(DOCUMENT, tmp_path)
@@ -116,11 +120,11 @@ def test_the_calendar_stops_a_running_job(
 def test_a_doubt_of_another_process_is_seen_and_not_written_over(tmp_path: Path) -> None:
     store_in(tmp_path)
     in_use = open_calibration(DOCUMENT, tmp_path)
-    assert seen(in_use).word is Word.VALID
+    assert seen(in_use).word is CalibrationStatus.VALID
     other = CalibrationStore(store_folder(tmp_path, "recommended"))
     other.suspect("monitor", "Camera 'left' has turned.", MADE, LATER)
     view = seen(in_use)
-    assert (view.word, view.since_utc) == (Word.SUSPECT, MADE.isoformat())
+    assert (view.word, view.since_utc) == (CalibrationStatus.SUSPECT, MADE.isoformat())
     # The first process has not looked yet: its own line comes after that of the other one.
     other.suspect("monitor", "Camera 'left' has turned again.", MADE, LATER)
     assert in_use.store is not None
@@ -136,7 +140,7 @@ def test_a_calibration_that_was_replaced_takes_no_more_points(tmp_path: Path) ->
     store.accept(record, "technician", "new", LATER)
     store.verify(make_verification(record), LATER)
     view = seen(in_use)
-    assert view.word is Word.UNUSABLE
+    assert view.word is CalibrationStatus.UNUSABLE
     assert "Another calibration was put in force" in str(view.hindrance)
     assert seen(open_calibration(DOCUMENT, tmp_path)).identity == record_hash(record)
 
@@ -150,7 +154,7 @@ def test_the_calibration_of_other_cameras_is_refused(tmp_path: Path, field: str)
     store.accept(make_record(cameras=(other, second)), "technician", "new", MADE)
     in_use = open_calibration(DOCUMENT, tmp_path)
     view = seen(in_use)
-    assert view.word is Word.UNUSABLE
+    assert view.word is CalibrationStatus.UNUSABLE
     assert view.hindrance is not None
     assert str(value) in view.hindrance.what
     assert "recommended.toml" in view.hindrance.what
@@ -166,10 +170,10 @@ def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:
         content = path.read_bytes()
         path.write_bytes(content.replace(b"technician", b"Technician", 1))
         view = seen(open_calibration(DOCUMENT, tmp_path))
-        assert view.word is Word.UNUSABLE
+        assert view.word is CalibrationStatus.UNUSABLE
         assert "not as it was written" in str(view.hindrance)
         path.write_bytes(content)
-    assert seen(open_calibration(DOCUMENT, tmp_path)).word is Word.VALID
+    assert seen(open_calibration(DOCUMENT, tmp_path)).word is CalibrationStatus.VALID
 
 
 def test_a_history_that_breaks_while_it_is_in_use_stops_points(tmp_path: Path) -> None:
@@ -177,7 +181,7 @@ def test_a_history_that_breaks_while_it_is_in_use_stops_points(tmp_path: Path) -
     in_use = open_calibration(DOCUMENT, tmp_path)
     events = store_folder(tmp_path, "recommended") / "events.jsonl"
     events.write_bytes(b"{}\n" + events.read_bytes())
-    assert seen(in_use).word is Word.UNUSABLE
+    assert seen(in_use).word is CalibrationStatus.UNUSABLE
 
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "a\\b", "-a", "a.", "x" * 61, "Gerät", "a\n"])

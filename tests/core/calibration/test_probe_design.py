@@ -12,7 +12,7 @@ import pytest
 from ocmm_core.calibration.probe_design import (
     ProbeDesign,
     Temperature,
-    Warmth,
+    TemperatureState,
     body_in_use,
     bow_shape,
     compression,
@@ -161,7 +161,9 @@ def test_compensation_puts_the_tip_where_it_is(name: str) -> None:
     )
     uv = spots_of(warm, rotation, tip)
     off = solve(uv, rig, body, 0.01).tip_world[0] - tip
-    used = body_in_use(body, design, Warmth(at(20.0 + change), at(20.0), compensated=True))
+    used = body_in_use(
+        body, design, TemperatureState(at(20.0 + change), at(20.0), compensated=True)
+    )
     on = solve(uv, rig, used, 0.01).tip_world[0] - tip
     assert np.linalg.norm(off) > 0.005
     # What is left is the one Gauss-Newton step of the pose.
@@ -172,33 +174,33 @@ def test_compensation_puts_the_tip_where_it_is(name: str) -> None:
 def test_what_is_not_compensated_is_uncertainty(design: ProbeDesign, probe: ProbeBody) -> None:
     growth = growth_shape(design, probe)
 
-    def along_growth(warmth: Warmth) -> float:
+    def along_growth(warmth: TemperatureState) -> float:
         """Return the sd that was added, K, as if all of it were growth."""
         added = body_in_use(probe, design, warmth).geometry_covariance - probe.geometry_covariance
         return float(np.sqrt(growth @ added @ growth)) / float(growth @ growth)
 
-    unknown = along_growth(Warmth())
-    known = along_growth(Warmth(at(24.0), at(20.0)))
-    compensated = along_growth(Warmth(at(24.0), at(20.0), compensated=True))
+    unknown = along_growth(TemperatureState())
+    known = along_growth(TemperatureState(at(24.0), at(20.0)))
+    compensated = along_growth(TemperatureState(at(24.0), at(20.0), compensated=True))
     assert unknown == pytest.approx(5.0 / np.sqrt(3.0), rel=1e-3)
     assert known == pytest.approx(np.sqrt(16.0 + 0.02), rel=1e-3)
     # Expansions that are known to 40 and 6 % leave a part of four kelvin, but less than half.
     assert 0.14 < compensated < 2.0
-    warmer = along_growth(Warmth(at(30.0), at(20.0), compensated=True))
+    warmer = along_growth(TemperatureState(at(30.0), at(20.0), compensated=True))
     assert warmer > 1.5 * compensated
 
 
 @pytest.mark.parametrize(
     ("warmth", "code"),
     [
-        (Warmth(None, at(20.0), compensated=True), "temperature.probe_unknown"),
-        (Warmth(at(22.0), None, compensated=True), "temperature.calibration_unknown"),
-        (Warmth(at(72.0), at(20.0)), "temperature.range"),
-        (Warmth(at(22.0, -1.0), at(20.0)), "temperature.sigma"),
+        (TemperatureState(None, at(20.0), compensated=True), "temperature.probe_unknown"),
+        (TemperatureState(at(22.0), None, compensated=True), "temperature.calibration_unknown"),
+        (TemperatureState(at(72.0), at(20.0)), "temperature.range"),
+        (TemperatureState(at(22.0, -1.0), at(20.0)), "temperature.sigma"),
     ],
 )
 def test_unknown_and_impossible_temperatures_are_refused(
-    warmth: Warmth, code: str, design: ProbeDesign, probe: ProbeBody
+    warmth: TemperatureState, code: str, design: ProbeDesign, probe: ProbeBody
 ) -> None:
     with pytest.raises(InputError) as caught:
         body_in_use(probe, design, warmth)
@@ -243,7 +245,7 @@ def test_the_tip_is_as_wrong_as_it_is_said_to_be(
     rig = load_rig(resource("rigs", "thesis.toml"))
     rotation, tip = rotation_xyz(0.3, -0.2, 0.1), np.array([50.0, 10.0, -40.0])
     made, now = at(20.0, 0.3), at(26.0, 0.4)
-    warmth = Warmth(now, made, True) if compensated else Warmth()
+    warmth = TemperatureState(now, made, True) if compensated else TemperatureState()
     used = body_in_use(probe, design, warmth)
     weight = sag_shape(design, probe)
     added = used.geometry_covariance - probe.geometry_covariance - np.outer(weight, weight) / 3.0

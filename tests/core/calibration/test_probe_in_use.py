@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.records import (
+    CalibrationStatus,
     ProbeInUse,
     ProbeStore,
     ProbeView,
-    Word,
     judge,
     open_probe,
     open_probe_design,
@@ -53,7 +53,7 @@ def seen(in_use: ProbeInUse, when: datetime = LATER) -> ProbeView:
 def test_a_design_takes_points(tmp_path: Path) -> None:
     in_use = open_probe_design(DOCUMENT)
     view = seen(in_use)
-    assert (view.word, view.hindrance, view.due_utc) == (Word.DESIGN, None, "")
+    assert (view.word, view.hindrance, view.due_utc) == (CalibrationStatus.DESIGN, None, "")
     assert view.label == f"DESIGN {PROBE.name} {PROBE.identity[:12]}"
     assert hashlib.sha256(in_use.probe_text.encode()).hexdigest() == in_use.body.identity
     with pytest.raises(CalibrationError, match="without records"):
@@ -62,7 +62,7 @@ def test_a_design_takes_points(tmp_path: Path) -> None:
 
 def test_a_probe_without_records_takes_no_points(tmp_path: Path) -> None:
     view = seen(open_probe(DOCUMENT, tmp_path))
-    assert view.word is Word.NONE
+    assert view.word is CalibrationStatus.NONE
     assert str(view.hindrance) == f"Probe '{PROBE.name}' was never calibrated. Calibrate the probe."
     named = open_probe(DOCUMENT, tmp_path, "long")
     assert "never calibrated with tip 'long'" in str(seen(named).hindrance)
@@ -83,7 +83,7 @@ def test_the_records_of_the_mounted_tip_are_measured_with(tmp_path: Path) -> Non
     assert hashlib.sha256(in_use.probe_text.encode()).hexdigest() == in_use.body.identity
     assert require_records(in_use).qualification == QUALIFIED
     view = seen(in_use)
-    assert (view.word, view.hindrance, view.warnings) == (Word.VALID, None, ())
+    assert (view.word, view.hindrance, view.warnings) == (CalibrationStatus.VALID, None, ())
     assert view.title == f"{PROBE.name}, tip 6 mm"
     assert view.label == f"VALID {PROBE.name}/6 mm {in_use.body.identity[:12]} due 2026-03-31"
 
@@ -92,38 +92,43 @@ def test_a_tip_that_was_not_qualified_takes_no_points(tmp_path: Path) -> None:
     store_in(tmp_path, qualified=False)
     in_use = open_probe(DOCUMENT, tmp_path)
     view = seen(in_use)
-    assert view.word is Word.SUSPECT
+    assert view.word is CalibrationStatus.SUSPECT
     assert "not qualified" in str(view.hindrance)
     # Its qualification changes the ball that is measured with: not within a job.
     assert in_use.store is not None
     in_use.store.qualify(QUALIFIED, LATER)
-    assert seen(in_use).word is Word.UNUSABLE
+    assert seen(in_use).word is CalibrationStatus.UNUSABLE
     assert "begin a new one" in str(seen(in_use).hindrance)
-    assert seen(open_probe(DOCUMENT, tmp_path)).word is Word.VALID
+    assert seen(open_probe(DOCUMENT, tmp_path)).word is CalibrationStatus.VALID
 
 
 @pytest.mark.parametrize(
-    ("days", "word", "warned"), [(20, Word.VALID, 0), (25, Word.DUE, 1), (31, Word.EXPIRED, 0)]
+    ("days", "word", "warned"),
+    [
+        (20, CalibrationStatus.VALID, 0),
+        (25, CalibrationStatus.DUE, 1),
+        (31, CalibrationStatus.EXPIRED, 0),
+    ],
 )
 def test_the_calendar_stops_a_running_job(
-    tmp_path: Path, days: float, word: Word, warned: int
+    tmp_path: Path, days: float, word: CalibrationStatus, warned: int
 ) -> None:
     store_in(tmp_path)
     view = seen(open_probe(DOCUMENT, tmp_path), MADE + timedelta(days=days))
     assert (view.word, len(view.warnings)) == (word, warned)
-    assert (view.hindrance is not None) == (word is Word.EXPIRED)
+    assert (view.hindrance is not None) == (word is CalibrationStatus.EXPIRED)
 
 
 def test_mounting_stops_points_until_the_tip_is_checked(tmp_path: Path) -> None:
     store = store_in(tmp_path)
     in_use = open_probe(DOCUMENT, tmp_path)
     store.mount("6 mm", "inspector", LATER)
-    assert seen(in_use).word is Word.SUSPECT
+    assert seen(in_use).word is CalibrationStatus.SUSPECT
     assert "quick tip check" in str(seen(in_use).hindrance)
     store.check(make_tip_check(RECORD, QUALIFIED, passed=False), LATER)
     assert "failed" in str(seen(in_use).hindrance)
     store.check(make_tip_check(RECORD, QUALIFIED), LATER)
-    assert seen(in_use).word is Word.VALID
+    assert seen(in_use).word is CalibrationStatus.VALID
 
 
 def test_another_tip_on_the_probe_stops_the_job(tmp_path: Path) -> None:
@@ -133,10 +138,10 @@ def test_another_tip_on_the_probe_stops_the_job(tmp_path: Path) -> None:
     store.calibrate(other, "technician", "new", LATER)
     store.qualify(make_tip_record(other), LATER)
     view = seen(in_use)
-    assert view.word is Word.UNUSABLE
+    assert view.word is CalibrationStatus.UNUSABLE
     assert "'long' is on the probe, but this job was begun with tip '6 mm'" in str(view.obstacle)
     assert seen(open_probe(DOCUMENT, tmp_path)).tip == "long"
-    assert seen(open_probe(DOCUMENT, tmp_path, "6 mm")).word is Word.UNUSABLE
+    assert seen(open_probe(DOCUMENT, tmp_path, "6 mm")).word is CalibrationStatus.UNUSABLE
 
 
 def test_new_records_are_for_a_new_job(tmp_path: Path) -> None:
@@ -153,7 +158,7 @@ def test_records_of_another_document_are_not_used(tmp_path: Path) -> None:
     changed = tmp_path / "changed.toml"
     changed.write_text(DOCUMENT.read_text("utf-8") + "\n# changed\n", "utf-8")
     view = seen(open_probe(changed, tmp_path))
-    assert view.word is Word.UNUSABLE
+    assert view.word is CalibrationStatus.UNUSABLE
     assert "another document" in str(view.obstacle)
 
 
@@ -163,11 +168,11 @@ def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:
     path = store.folder / f"{digest}.json"
     content = path.read_bytes()
     path.write_bytes(content.replace(b"technician", b"Technician"))
-    assert seen(open_probe(DOCUMENT, tmp_path)).word is Word.UNUSABLE
+    assert seen(open_probe(DOCUMENT, tmp_path)).word is CalibrationStatus.UNUSABLE
     path.write_bytes(content)
     events = store.folder / "events.jsonl"
     events.write_bytes(events.read_bytes().replace(b"technician", b"Technician"))
-    assert seen(open_probe(DOCUMENT, tmp_path)).word is Word.UNUSABLE
+    assert seen(open_probe(DOCUMENT, tmp_path)).word is CalibrationStatus.UNUSABLE
 
 
 def test_names_that_are_no_folders_are_refused(tmp_path: Path) -> None:

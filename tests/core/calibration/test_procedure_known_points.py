@@ -13,8 +13,8 @@ from ocmm_core.calibration.guided import (
     Decided,
     ProcedureDecision,
     ProcedureKind,
-    RestingSpots,
     SessionLine,
+    StaticSpotAverager,
     is_ended,
     sessions,
     utc_text,
@@ -22,7 +22,7 @@ from ocmm_core.calibration.guided import (
 from ocmm_core.calibration.records import State, record_hash
 from ocmm_core.camera import project
 from ocmm_core.errors import CalibrationError, StorageError
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, ShowTarget
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, ShowTarget
 from ocmm_core.simulation.scene import WorldOptions
 from tests.core.calibration.procedure_site import Bench, show
 
@@ -58,8 +58,8 @@ def test_the_end_of_a_motion_is_no_part_of_an_average(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     points = bench.points(12)
     perfect = WorldOptions.ideal()
-    rig = CalibratingRig(bench.rig, bench.body, (target(points),), 1, perfect)
-    collector = RestingSpots(bench.rig, 1)
+    rig = CalibrationScenesRig(bench.rig, bench.body, (target(points),), 1, perfect)
+    collector = StaticSpotAverager(bench.rig, 1)
     truth = np.stack([project(camera, points.positions_world) for camera in rig.world.cameras])
     taken = []
     # Few frames at a time: each is taken as early as it can be.

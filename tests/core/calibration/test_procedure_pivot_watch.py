@@ -15,7 +15,12 @@ from ocmm_core.calibration.sweeping._map import sphere_map, where_missing
 from ocmm_core.calibration.sweeping._watch import POSE_TURN, SweepWatch
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, ScriptedJump, SweepProbe, Wave
+from ocmm_core.simulation.calibration_scenes import (
+    CalibrationScenesRig,
+    ScriptedJump,
+    SweepProbe,
+    Wave,
+)
 from ocmm_core.tracking import IdentifyOptions, identify, load_probe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench, show_sweeps
 
@@ -36,7 +41,7 @@ def begun(bench: PivotBench, *, tip_unknown: bool = False) -> PivotProcedure:
 def test_a_waved_or_resting_probe_is_not_taken_for_one_in_a_cone(bench: PivotBench) -> None:
     still = SweepProbe(cone=CONE, seconds=2.5, seed=1, reach_deg=(0.0, 0.0, 0.0))
     for scene in (Wave(ways=8, seed=1), still):
-        virtual = CalibratingRig(bench.rig, bench.body, (scene,), 3)
+        virtual = CalibrationScenesRig(bench.rig, bench.body, (scene,), 3)
         for unknown in (False, True):
             procedure = begun(bench, tip_unknown=unknown)
             _, views = show_sweeps(procedure, virtual, bench.now)

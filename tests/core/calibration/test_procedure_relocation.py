@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.calibration.cameras import KnownPoints
-from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpots, coverage, to_spots
+from ocmm_core.calibration.guided import STILL_FRAMES, ProbeSpotAverager, coverage, to_spots
 from ocmm_core.calibration.guided._labelling import label_roughly
 from ocmm_core.calibration.records import State, load_bar
 from ocmm_core.calibration.relocation import RelocationProcedure
@@ -147,7 +147,9 @@ def test_the_second_end_of_a_bar_is_a_bar_away(tmp_path: Path) -> None:
 def test_a_hand_that_turns_back_is_not_taken_for_one_that_rests(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     waving = bench.virtual(Wave(ways=6, seed=2))
-    collector = ProbeSpots(bench.rig, bench.body, STILL_FRAMES, resting=True, distance_mm=5.0)
+    collector = ProbeSpotAverager(
+        bench.rig, bench.body, STILL_FRAMES, resting=True, distance_mm=5.0
+    )
     hints = set()
     for first in range(0, waving.n_frames - 80, 80):
         collector.feed(waving.frames(first, 80))

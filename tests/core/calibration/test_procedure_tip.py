@@ -22,7 +22,7 @@ from ocmm_core.calibration.tip import (
 )
 from ocmm_core.composition import scene_of_tip
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, TipFault, TouchSeats
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, TipFault, TouchSeats
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
 from tests.core.calibration.touched_tip import SIGMA_PX, TipWorld
@@ -71,11 +71,11 @@ class Tips:
         self,
         procedure: TipQualificationProcedure | TipCheckProcedure,
         fault: TipFault | None = None,
-    ) -> CalibratingRig:
+    ) -> CalibrationScenesRig:
         scene = scene_of_tip(
             procedure.view, self.bench.sphere, self.bench.rig, SEED, fault or TipFault()
         )
-        return CalibratingRig(self.bench.rig, self.bench.body, (scene,), SEED)
+        return CalibrationScenesRig(self.bench.rig, self.bench.body, (scene,), SEED)
 
 
 def take(
@@ -217,7 +217,7 @@ def test_what_is_not_wanted_is_not_taken_and_says_why(tmp_path: Path) -> None:
     now, bench = tips.bench.now, tips.bench
     procedure = tips.qualification()
     take(procedure, bench, 6, 0)
-    seat = CalibratingRig(
+    seat = CalibrationScenesRig(
         bench.rig, bench.body, (TouchSeats(tips=((60.0, 20.0, -120.0),), seed=1),), SEED
     )
     assert show(procedure, seat, now) == 0

@@ -14,7 +14,7 @@ from ocmm_core.calibration.cameras import (
 )
 from ocmm_core.calibration.cameras._evaluation import error_map, split
 from ocmm_core.calibration.cameras._guards import judge_fit
-from ocmm_core.calibration.cameras._lens import see
+from ocmm_core.calibration.cameras._lens import project_with_jacobian
 from ocmm_core.calibration.cameras._network import RigCalibration
 from ocmm_core.calibration.guided import length_sigma
 from ocmm_core.calibration.records import Finding, let_pass
@@ -317,11 +317,11 @@ def test_a_lens_that_needs_more_terms_is_refused() -> None:
     points, spots = observe(rig(), 300, 250.0, 1)
     lens = LensCamera(distorted(CAMERAS[0], -1.5), np.array([2e-8, 0.0, 5e-4]))
     noise = SIGMA_PX * np.random.default_rng(1).standard_normal((300, 2))
-    spots.uv[0] = see(lens, points.positions_world).misses.T + noise
+    spots.uv[0] = project_with_jacobian(lens, points.positions_world).misses.T + noise
     error = refusal(points, spots, force=True)
     assert error.code == "calibration.lens_model"
     lens = LensCamera(lens.model, 0.25 * lens.extra)
-    spots.uv[0] = see(lens, points.positions_world).misses.T + noise
+    spots.uv[0] = project_with_jacobian(lens, points.positions_world).misses.T + noise
     assert "calibration.lens_model" in codes(calibrate_rig(rig(), points, spots))
 
 

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
-from ocmm_core.calibration.guided import BlowSense
+from ocmm_core.calibration.guided import ShockDetector
 from ocmm_core.calibration.records import MONITOR, ProbeStore, TipEventKind
 from ocmm_core.calibration.tip import TipCheckProcedure
 from ocmm_core.composition import scene_of_tip
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import CalibratingRig, TipFault
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, TipFault
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.procedure_site import BEGIN, SEED, Bench, show
 
@@ -38,7 +38,7 @@ def test_a_check_that_felt_a_blow_is_made_anew(tmp_path: Path) -> None:
         who="inspector", temperature_c=20.5,
     )  # fmt: skip
     scene = scene_of_tip(procedure.view, bench.sphere, bench.rig, SEED, TipFault())
-    rig = CalibratingRig(bench.rig, bench.body, (scene,), SEED)
+    rig = CalibrationScenesRig(bench.rig, bench.body, (scene,), SEED)
     frames = rig.frames(0, 40)
     flags = np.where(np.arange(40) >= 10, FrameFlag.DROPPED, 0).astype(np.uint32)
     for _ in range(2):
@@ -60,7 +60,7 @@ def test_a_check_that_felt_a_blow_is_made_anew(tmp_path: Path) -> None:
 
 
 def test_where_a_blow_begins() -> None:
-    sense = BlowSense()
+    sense = ShockDetector()
     felt = int(FrameFlag.DROPPED)
     for flags, begun in (
         ([0, felt, felt, 0, felt | 1], [1, 4]), ([felt, 0], []), ([1, 0], []), ([felt], [0]),

@@ -13,7 +13,7 @@ from ocmm_core.cli import app
 from ocmm_core.export import write_report
 from ocmm_core.export.report import report_of_job
 from ocmm_core.inspection.archive import ReopenedJob, compare_jobs, reopen_job
-from ocmm_core.inspection.evaluation import Ward, event_text
+from ocmm_core.inspection.evaluation import HoldReason, event_text
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.conftest import Bench
@@ -96,8 +96,8 @@ def test_what_the_monitor_held_back_in_the_job_is_released_by_the_verification(
     path = cameras.measure(bench, "B")
     alarm, other = "Camera 'left' has turned.", "The part has moved."
     with JobFile.open(path) as job:
-        job.append_event(Ward.CAMERAS.held, event_text([1, 2, 3], alarm))
-        job.append_event(Ward.CAMERAS.held, event_text([8], other))
+        job.append_event(HoldReason.CAMERAS.held, event_text([1, 2, 3], alarm))
+        job.append_event(HoldReason.CAMERAS.held, event_text([8], other))
     assert opened(path, cameras).view.held == (1, 2, 3, 8)
     now = datetime.now(UTC)
     cameras.store.suspect("monitor", alarm, now, now)

@@ -10,7 +10,7 @@ import pytest
 from ocmm_core.calibration.probe_design import (
     Expansion,
     Temperature,
-    Warmth,
+    TemperatureState,
     body_in_use,
     growth_shape,
     load_design,
@@ -24,7 +24,7 @@ from ocmm_core.measuring import (
     CLIMATE_EVENT,
     Climate,
     MeasuredPoint,
-    PartWarmth,
+    PartTemperature,
     TouchCollector,
     climate_of_text,
 )
@@ -37,7 +37,7 @@ STEEL = Expansion("steel", 11.5e-6, 1.0e-6)
 
 
 def part_at(celsius: float) -> Climate:
-    return Climate(part=PartWarmth(Temperature(celsius, 0.5, "test"), STEEL, compensated=True))
+    return Climate(part=PartTemperature(Temperature(celsius, 0.5, "test"), STEEL, compensated=True))
 
 
 def session_of(bench: Bench, job: JobFile, climate: Climate) -> InspectionSession:
@@ -123,7 +123,9 @@ def tips_of(bench: Bench, true: ProbeBody, used: ProbeBody) -> Float:
 def test_a_warm_probe_that_is_compensated_finds_what_a_cold_one_finds(bench: Bench) -> None:
     body = bench.body
     design = load_design(resource("designs", "standard.toml"), body)
-    warmth = Warmth(Temperature(27.0, 0.5, ""), Temperature(20.0, 0.5, ""), compensated=True)
+    warmth = TemperatureState(
+        Temperature(27.0, 0.5, ""), Temperature(20.0, 0.5, ""), compensated=True
+    )
     grown = 7.0 * growth_shape(design, body)[:-3].reshape(-1, 3)
     warm = replace(body, leds_probe=body.leds_probe + grown)
     cold = tips_of(bench, body, body)

@@ -12,8 +12,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import (
     Plan,
     carry_pictures,
+    list_plans,
     load_plan,
-    plans_in,
     save_plan,
     with_alignment,
     with_head,
@@ -112,11 +112,11 @@ def test_pictures_go_with_a_plan_to_another_folder(plan: Plan, file: Path, tmp_p
 def test_plans_of_a_folder_are_listed_and_the_rest_is_left_out(file: Path) -> None:
     (file.parent / "rig.toml").write_text('schema = "ocmm.rig/1"\n')
     (file.parent / "a.toml").write_bytes(resource("plans", "demo.toml").read_bytes())
-    cards = plans_in(file.parent)
+    cards = list_plans(file.parent)
     assert [(card.name, card.path.name) for card in cards] == [
         ("DEMO", "a.toml"), ("GAUGE", "gauge.toml"),
     ]  # fmt: skip
-    assert plans_in(file.parent / "nowhere") == ()
+    assert list_plans(file.parent / "nowhere") == ()
 
 
 def test_head_and_alignment_are_changed_and_checked(plan: Plan) -> None:

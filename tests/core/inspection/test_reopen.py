@@ -17,7 +17,7 @@ from typer.testing import CliRunner
 from ocmm_core.calibration.probe_design import (
     Expansion,
     Temperature,
-    Warmth,
+    TemperatureState,
     body_in_use,
     contact_force,
     load_design,
@@ -39,7 +39,7 @@ from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobView, SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.measuring import Climate, MeasuredPoint, PartWarmth, Touch
+from ocmm_core.measuring import Climate, MeasuredPoint, PartTemperature, Touch
 from ocmm_core.storage import JobFile, make_head
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_core.tracking import load_probe
@@ -216,8 +216,8 @@ def test_temperatures_and_the_design_of_the_probe_come_from_the_file(bench: Benc
     design = load_design(resource("designs", "standard.toml"), bench.body)
     warm = Temperature(23.0, 0.5, "given by the operator")
     climate = Climate(
-        Warmth(warm, Temperature(20.0, 0.5, "design of the probe")),
-        PartWarmth(warm, Expansion("steel", 11.5e-6, 1e-6), compensated=True),
+        TemperatureState(warm, Temperature(20.0, 0.5, "design of the probe")),
+        PartTemperature(warm, Expansion("steel", 11.5e-6, 1e-6), compensated=True),
         design.text,
     )
     body = body_in_use(bench.body, design, climate.probe)

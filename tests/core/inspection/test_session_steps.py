@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.evaluation import FeatureState, JobView, Ward
+from ocmm_core.inspection.evaluation import FeatureState, HoldReason, JobView
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.measuring import MeasuredPoint, Refusal, RefusalCode
 from ocmm_core.storage import JobFile
@@ -303,7 +303,7 @@ def test_a_point_that_was_held_back_stays_so_when_it_is_put_back(
     session.held.hold_back(None, "The cameras moved.")
     session.points.restore_point(3)
     assert 15 in session.view.held
-    session.held.release("Verified.", Ward.CAMERAS)
+    session.held.release("Verified.", HoldReason.CAMERAS)
     assert session.view.held == ()
 
 

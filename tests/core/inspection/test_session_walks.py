@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.evaluation import FeatureState, JobView, Ward
+from ocmm_core.inspection.evaluation import FeatureState, HoldReason, JobView
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from tests.core.inspection.conftest import Bench
@@ -45,7 +45,7 @@ def test_verdicts_follow_from_what_is_measured(bench: Bench, seed: int) -> None:
                 lambda: session.points.delete_point(int(rng.integers(1, 15)), "a chip"),
                 lambda: session.points.restore_point(int(rng.integers(1, 15))),
                 lambda: session.held.hold_back_points(
-                    [int(rng.integers(1, 15))], "Why.", Ward.CAMERAS
+                    [int(rng.integers(1, 15))], "Why.", HoldReason.CAMERAS
                 ),
                 lambda: session.held.release("All is well."),
             ]

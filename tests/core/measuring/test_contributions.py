@@ -11,7 +11,7 @@ from ocmm_core.calibration.probe_design import (
     Expansion,
     ProbeDesign,
     Temperature,
-    Warmth,
+    TemperatureState,
     body_in_use,
     contact_force,
     load_design,
@@ -24,7 +24,7 @@ from ocmm_core.measuring import (
     TIP_RADIUS,
     Contribution,
     MeasuredPoint,
-    PartWarmth,
+    PartTemperature,
     ProbeState,
     contributions,
     joint_covariance,
@@ -35,7 +35,7 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity, tip_sensitivity
 from tests.core.measuring.test_temperature import point
 
 TIPS = np.array([[20.0, 0.0, 10.0], [40.0, 5.0, 10.0], [30.0, 60.0, -20.0]])
-WARM = PartWarmth(
+WARM = PartTemperature(
     Temperature(25.0, 0.5, "test"), Expansion("steel", 11.5e-6, 1e-6), compensated=True
 )
 
@@ -57,7 +57,7 @@ def touched(rig: Rig, body: ProbeBody) -> tuple[list[MeasuredPoint], list[TipSen
 
 
 def parts_of(rig: Rig, body: ProbeBody, design: ProbeDesign) -> tuple[Contribution, ...]:
-    warmth = Warmth()
+    warmth = TemperatureState()
     used = body_in_use(body, design, warmth)
     points, found = touched(rig, used)
     force = contact_force(design, body)
@@ -68,7 +68,7 @@ def test_the_parts_are_the_joint_covariance(
     recommended: Rig, standard_probe: ProbeBody, design: ProbeDesign
 ) -> None:
     parts = parts_of(recommended, standard_probe, design)
-    used = body_in_use(standard_probe, design, Warmth())
+    used = body_in_use(standard_probe, design, TemperatureState())
     points, found = touched(recommended, used)
     force = contact_force(design, standard_probe)
     joint = joint_covariance(points, found, recommended, used, force, WARM)

@@ -7,13 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.calibration.probe_design import Expansion, Temperature, Warmth
+from ocmm_core.calibration.probe_design import Expansion, Temperature, TemperatureState
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import (
     Climate,
     MeasuredPoint,
-    PartWarmth,
+    PartTemperature,
     check_part,
     climate_of_text,
     record_text,
@@ -22,7 +22,7 @@ from ocmm_core.measuring import (
 from ocmm_core.measuring._temperature import scale_movement
 
 ALUMINIUM = Expansion("aluminium", 23.1e-6, 1.0e-6)
-WARM = PartWarmth(Temperature(25.0, 0.5, "test"), ALUMINIUM, compensated=True)
+WARM = PartTemperature(Temperature(25.0, 0.5, "test"), ALUMINIUM, compensated=True)
 
 
 def point(tip: Float, direction: Float, radius: float = 3.0) -> MeasuredPoint:
@@ -66,7 +66,7 @@ def test_the_uncertainty_of_the_scale_is_that_of_lengths(place: float) -> None:
 
 def test_what_is_not_compensated_stays_as_it_was_measured() -> None:
     points = ends(400.0, 0.0)
-    for part in (PartWarmth(), replace(WARM, compensated=False)):
+    for part in (PartTemperature(), replace(WARM, compensated=False)):
         assert all(a is b for a, b in zip(reported_points(points, part), points, strict=True))
         assert part.scale_sigma == 0.0
 
@@ -81,7 +81,9 @@ def test_what_is_not_compensated_stays_as_it_was_measured() -> None:
         (replace(WARM, now=Temperature(25.0, 0.0, "")), "temperature.sigma"),
     ],
 )
-def test_compensation_of_a_part_that_is_not_known_is_refused(part: PartWarmth, code: str) -> None:
+def test_compensation_of_a_part_that_is_not_known_is_refused(
+    part: PartTemperature, code: str
+) -> None:
     with pytest.raises(InputError) as caught:
         check_part(part)
     assert caught.value.code == code
@@ -89,7 +91,9 @@ def test_compensation_of_a_part_that_is_not_known_is_refused(part: PartWarmth, c
 
 
 def test_the_record_says_everything_and_comes_back() -> None:
-    warmth = Warmth(Temperature(24.0, 0.3, "given"), Temperature(20.5, 0.2, "record"), True)
+    warmth = TemperatureState(
+        Temperature(24.0, 0.3, "given"), Temperature(20.5, 0.2, "record"), True
+    )
     climate = Climate(warmth, WARM, "a design ± document")
     assert climate_of_text(record_text(climate.record())) == climate
     assert climate_of_text(record_text(Climate().record())) == Climate()
@@ -98,7 +102,7 @@ def test_the_record_says_everything_and_comes_back() -> None:
 
 
 def test_words_and_label_name_both_switches() -> None:
-    warmth = Warmth(Temperature(24.0, 0.3, ""), Temperature(20.5, 0.2, ""), True)
+    warmth = TemperatureState(Temperature(24.0, 0.3, ""), Temperature(20.5, 0.2, ""), True)
     climate = Climate(warmth, WARM)
     assert "24.0 ± 0.3 °C, calibrated at 20.5 °C, compensated." in climate.words
     assert "reported at 20 °C with 23.1 ± 1.0 ppm/K (aluminium)" in climate.words

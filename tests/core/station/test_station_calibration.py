@@ -12,9 +12,9 @@ import msgspec
 import pytest
 
 from ocmm_core.calibration.records import (
+    CalibrationStatus,
     CalibrationStore,
     CameraRecord,
-    Word,
     compare_with_cameras,
     open_calibration,
     store_folder,
@@ -174,7 +174,7 @@ def test_a_doubt_stops_a_running_job_and_a_verification_lets_it_go_on(
     assert "has turned" in refusal.what
     store.verify(make_verification(record), datetime.now(UTC))
     wait_until(lambda: len(taken) > before)
-    assert station.instruments.calibration().word is Word.VALID
+    assert station.instruments.calibration().word is CalibrationStatus.VALID
 
 
 def test_a_verification_that_fails_meanwhile_holds_the_points_of_the_job_back(
@@ -191,7 +191,7 @@ def test_a_verification_that_fails_meanwhile_holds_the_points_of_the_job_back(
     store.verify(msgspec.structs.replace(failed, data_sha256="c" * 64), datetime.now(UTC))
     wait_until(lambda: set(station.job.view().held) == {point.number for point in taken})
     store.verify(make_verification(record), datetime.now(UTC))
-    wait_until(lambda: station.instruments.calibration().word is Word.VALID)
+    wait_until(lambda: station.instruments.calibration().word is CalibrationStatus.VALID)
     assert {taken[0].number} <= set(station.job.view().held)
 
 
@@ -231,10 +231,10 @@ def test_cameras_that_store_nothing_are_not_measured_with_until_they_do(
     station.start()
     wait_until(lambda: "stores no intrinsics" in station.looks.live().reason)
     assert station.looks.live().status is StatusWord.NOT_READY
-    assert station.instruments.calibration().word is Word.UNUSABLE
+    assert station.instruments.calibration().word is CalibrationStatus.UNUSABLE
     station.maintenance.write_to_cameras()
     wait_until(lambda: station.looks.live().status in (StatusWord.READY, StatusWord.MEASURING))
-    assert station.instruments.calibration().word is Word.VALID
+    assert station.instruments.calibration().word is CalibrationStatus.VALID
     # The cameras of the virtual wire have 36.5 and 37.5 degrees.
     wait_until(lambda: bool(station.instruments.calibration().warnings))
     (warning,) = station.instruments.calibration().warnings

@@ -23,7 +23,7 @@ from ocmm_core.inspection.plan import (
     material_expansion,
     save_plan,
 )
-from ocmm_core.measuring import Climate, PartWarmth
+from ocmm_core.measuring import Climate, PartTemperature
 from tests.host import HANG_S
 
 PATIENCE_S = HANG_S
@@ -147,7 +147,9 @@ def test_a_plan_that_cannot_be_begun_with_changes_nothing(
 def test_the_growth_of_the_part_is_that_of_its_plan(built: BuiltStation) -> None:
     plan = built.station.job.plan
     steel = msgspec.structs.replace(plan, material=Material(name="steel", expansion_ppm=11.5))
-    warm = PartWarmth(Temperature(25.0, 0.5, "test"), material_expansion(plan), compensated=False)
+    warm = PartTemperature(
+        Temperature(25.0, 0.5, "test"), material_expansion(plan), compensated=False
+    )
     changed = climate_for(Climate(part=warm), plan, steel)
     assert changed.part.expansion == material_expansion(steel)
     given = Climate(part=replace(warm, expansion=Expansion("given", 2e-5, 1e-6)))

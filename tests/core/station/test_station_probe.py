@@ -12,7 +12,12 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
-from ocmm_core.calibration.records import TipEventKind, Word, open_probe, open_probe_design
+from ocmm_core.calibration.records import (
+    CalibrationStatus,
+    TipEventKind,
+    open_probe,
+    open_probe_design,
+)
 from ocmm_core.camera import load_rig
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
@@ -138,7 +143,7 @@ def test_a_blow_stops_points_until_the_tip_is_checked(build: Build, tmp_path: Pa
     taken: list[MeasuredPoint] = []
     station.events.point_taken.connect(taken.append)
     station.start()
-    wait_until(lambda: station.instruments.probe().word is Word.SUSPECT)
+    wait_until(lambda: station.instruments.probe().word is CalibrationStatus.SUSPECT)
     wait_until(lambda: station.job.view().refusal is not None)
     live = station.looks.live()
     assert live.status is StatusWord.NOT_READY
@@ -150,11 +155,11 @@ def test_a_blow_stops_points_until_the_tip_is_checked(build: Build, tmp_path: Pa
     last = tips.store.events[-1]
     assert (last.kind, last.who, last.tip) == (TipEventKind.DOUBTED, "monitor", TIP)
     # The doubt is not forgotten by starting again.
-    assert build().station.instruments.probe().word is Word.SUSPECT
+    assert build().station.instruments.probe().word is CalibrationStatus.SUSPECT
     tips.check()
     station.maintenance.probe_records_changed()
     wait_until(lambda: len(taken) > 4)
-    assert station.instruments.probe().word is Word.VALID
+    assert station.instruments.probe().word is CalibrationStatus.VALID
 
 
 def test_a_probe_without_records_that_felt_a_blow_is_not_trusted_again(build: Build) -> None:
@@ -165,7 +170,7 @@ def test_a_probe_without_records_that_felt_a_blow_is_not_trusted_again(build: Bu
     wait_until(lambda: len(refused) >= 2)
     assert "felt a blow" in refused[-1].what
     assert "begin a new job" in refused[-1].remedy
-    assert station.instruments.probe().word is Word.SUSPECT
+    assert station.instruments.probe().word is CalibrationStatus.SUSPECT
     with pytest.raises(CalibrationError, match="one tip only"):
         station.maintenance.mount_tip(TIP)
 
@@ -188,7 +193,7 @@ def test_a_failed_check_holds_the_points_back_for_good(build: Build, tmp_path: P
     assert "Take them again." in view.characteristics[0].note
     tips.check()
     station.maintenance.probe_records_changed()
-    assert station.instruments.probe().word is Word.VALID
+    assert station.instruments.probe().word is CalibrationStatus.VALID
     assert station.job.view().held == view.held
     station.close()
     with JobFile.open(built.job_path) as job:
@@ -210,7 +215,7 @@ def test_another_tip_in_the_menu_ends_the_job(build: Build, tmp_path: Path) -> N
     assert station.wait_finished(HANG_S)
     points = sum(len(one.points) for one in station.job.view().features)
     station.maintenance.mount_tip(TIP)
-    assert station.instruments.probe().word is Word.SUSPECT
+    assert station.instruments.probe().word is CalibrationStatus.SUSPECT
     # Nobody knows when it was unscrewed: the points count again when it was checked.
     assert len(station.job.view().held) == points
     tips.check()
@@ -220,7 +225,7 @@ def test_another_tip_in_the_menu_ends_the_job(build: Build, tmp_path: Path) -> N
         station.maintenance.mount_tip("short")
     tips.store.calibrate(other, "technician", "new", datetime.now(UTC))
     station.maintenance.probe_records_changed()
-    assert station.instruments.probe().word is Word.UNUSABLE
+    assert station.instruments.probe().word is CalibrationStatus.UNUSABLE
     assert "Tip 'long' is on the probe" in str(station.instruments.probe().hindrance)
 
 
@@ -230,12 +235,12 @@ def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Pat
     tips.store.calibrate(other, "technician", "new", datetime.now(UTC))
     station = build(tip=TIP, operator="Ada").station
     station.start()
-    assert station.instruments.probe().word is Word.SUSPECT
+    assert station.instruments.probe().word is CalibrationStatus.SUSPECT
     tips.store.refresh()
     assert tips.store.mounted == TIP
     assert tips.store.events[-1].who == "Ada"
     tips.check()
-    wait_until(lambda: station.instruments.probe().word is Word.VALID)
+    wait_until(lambda: station.instruments.probe().word is CalibrationStatus.VALID)
     with pytest.raises(InputError, match="measured with its document"):
         build(probes=None, tip=TIP)
 
@@ -244,14 +249,14 @@ def test_a_tip_that_rested_over_night_is_checked(build: Build, tmp_path: Path) -
     tips = Tips(tmp_path, ago=timedelta(hours=9))
     station = build(check_after_h=10.0).station
     station.start()
-    assert station.instruments.probe().word is Word.VALID
+    assert station.instruments.probe().word is CalibrationStatus.VALID
     station.close()
     station = build().station
     station.start()
     assert "not used for more than 8 hours" in str(station.instruments.probe().hindrance)
     tips.check()
     station.maintenance.probe_records_changed()
-    assert station.instruments.probe().word is Word.VALID
+    assert station.instruments.probe().word is CalibrationStatus.VALID
 
 
 def no_frames(*flags: int) -> FrameBlock:

@@ -13,7 +13,7 @@ import pytest
 
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.storage import JobFile, JobHead, glance
+from ocmm_core.storage import JobFile, JobHead, read_summary
 
 NUMBERS = (1, 2, 3)
 _READ = """
@@ -45,7 +45,7 @@ def test_a_closed_job_is_seen_in_a_folder_that_nobody_can_write(
 ) -> None:
     closed.parent.chmod(0o500)
     try:
-        seen = glance(closed)
+        seen = read_summary(closed)
         assert seen is not None
         assert seen.head == head
         assert seen.n_points == 2
@@ -57,7 +57,7 @@ def test_a_closed_job_is_seen_in_a_folder_that_nobody_can_write(
 
 def test_a_job_that_is_held_or_was_written_just_now_is_not_read_in_place(closed: Path) -> None:
     with JobFile.open(closed) as job:
-        glance(closed)
+        read_summary(closed)
         # The lock of this very process is still there for another one.
         other = subprocess.run(
             [sys.executable, "-c", _READ, str(closed)], capture_output=True, text=True, check=False
@@ -65,10 +65,10 @@ def test_a_job_that_is_held_or_was_written_just_now_is_not_read_in_place(closed:
         assert "locked" in other.stderr
         job.append_event("note", "held")
         aged(closed)
-        assert glance(closed) is None
-    assert glance(closed) is None
+        assert read_summary(closed) is None
+    assert read_summary(closed) is None
     aged(closed)
-    seen = glance(closed)
+    seen = read_summary(closed)
     assert seen is not None
     assert seen.events[-1].text == "held"
 
@@ -84,7 +84,7 @@ def test_what_changes_while_it_is_read_is_not_believed(
         return found  # type: ignore[no-any-return] # as the line above
 
     monkeypatch.setattr(sqlite3, "connect", meanwhile)
-    assert glance(closed) is None
+    assert read_summary(closed) is None
 
 
 def test_what_is_no_job_or_is_newer_is_one_sentence(closed: Path) -> None:
@@ -92,10 +92,10 @@ def test_what_is_no_job_or_is_newer_is_one_sentence(closed: Path) -> None:
     other.write_text("no job at all\n" * 100)
     aged(other)
     with pytest.raises(StorageError, match="not a job file"):
-        glance(other)
+        read_summary(other)
     with sqlite3.connect(closed) as db:
         db.execute("PRAGMA user_version = 99")
     db.close()
     aged(closed)
     with pytest.raises(StorageError, match="99"):
-        glance(closed)
+        read_summary(closed)

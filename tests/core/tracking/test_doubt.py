@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.geometry import Float
-from ocmm_core.tracking.kernels._doubt_kernel import doubt
+from ocmm_core.tracking.kernels._doubt_kernel import ambiguity_score
 from ocmm_core.tracking.kernels._kernel import normal_equations
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward
 
@@ -60,12 +60,12 @@ def test_a_hidden_led_counts_as_if_the_body_had_none(hidden: int, seed: int) -> 
     # The turn of some 1e-5 rad is left as it is: both are asked at the same pose.
     origin += g[3:]
     there = np.arange(6) != hidden
-    expected = doubt(
+    expected = ambiguity_score(
         np.ascontiguousarray(ideal[:, there]),
         np.ascontiguousarray(slopes[:, there]),
         np.ascontiguousarray(seen[:, there]),
         CAMERAS, LEDS[there], rotation, origin, SIGMA_PX,
     )  # fmt: skip
-    found = doubt(ideal, slopes, seen, CAMERAS, LEDS, rotation, origin, SIGMA_PX)
+    found = ambiguity_score(ideal, slopes, seen, CAMERAS, LEDS, rotation, origin, SIGMA_PX)
     # The same sums with zeros among them: a thousandth leaves room for any order of rounding.
     assert found == pytest.approx(expected, rel=1e-3)
