@@ -59,7 +59,7 @@ ACTIONS = (
     ActionInfo("repeat", "Again", "Measure this feature anew; its points stay in the file", ("A",)),
     ActionInfo("reopen", "Reopen", "Add points to a feature that is done or skipped", ("F6",)),
     ActionInfo("order", "Order", "Change between the order of the plan and any order", ("O",)),
-    ActionInfo("side", "Probe side", "Change how the probe side is found", ("I",)),
+    ActionInfo("side", "Side", "Change how the probe side is found", ("I",)),
     ActionInfo("pause", "Pause", "Pause or resume", ("Z", "Pause")),
     ActionInfo("redo", "Redo", "Do again what was undone last", ("Ctrl+Y", "Shift+Backspace")),
     ActionInfo("point_after", "Next point", "Choose the next point of the feature", (".",)),

@@ -281,7 +281,7 @@ def test_nothing_long_is_called_in_the_thread_of_the_window(
         for owner, name in [
             (Reports, "data"), (JobChange, "go_on"),
             (JobChange, "next_part"), (JobSteps, "undo"), (JobSteps, "select"),
-            (job_sheet, "parts_of_batch"), (job_sheet, "plans_in"),
+            (job_sheet, "parts_of_batch"), (job_sheet, "list_plans"),
         ]
     }  # fmt: skip
     _go_on_with(bench, qtbot, long_job, tmp_path / "own")

@@ -223,7 +223,7 @@ def test_nominals_in_another_frame_than_the_part_frame_are_found() -> None:
     ("turns", "words", "warned"),
     [
         ((0.1, 0.9, 1.6, 2.5, 3.3, 4.1, 4.8, 5.6), "8 of 8 sectors", ""),
-        ((0.0, 0.3, 0.6, 0.9, 1.2, 1.5, 1.8, 2.1), "3 of 8 sectors", "240 degrees"),
+        ((0.0, 0.3, 0.6, 0.9, 1.2, 1.5, 1.8, 2.1), "3 of 8 sectors", "240°"),
     ],
 )
 def test_coverage_of_a_bore_counts_sectors(

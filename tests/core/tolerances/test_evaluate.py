@@ -225,7 +225,7 @@ def test_results_of_a_plan() -> None:
     assert size.verdict is Verdict.CONFORM
     assert height.deviation == pytest.approx(0.2)
     assert height.verdict is Verdict.NOT_CONFORM
-    assert "from the noise of the points" in flat.note
+    assert "Noise floor" in flat.note
 
     ball_known_badly = covariance.copy()
     ball_known_badly[-1, -1] = 0.1**2
