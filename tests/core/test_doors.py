@@ -142,7 +142,7 @@ def test_a_door_of_no_room_refuses_every_name() -> None:
         # The own room of a test, and faces, are open.
         ("tests/core/camera/test_a.py", "from ocmm_core.camera._rig import Rig", ""),
         ("tests/core/camera/test_a.py", "from ocmm_core.camera import Rig, _rig", ""),
-        ("tests/gui/test_a.py", "from ocmm_gui.kit._words import mm", ""),
+        ("tests/gui/test_a.py", "from ocmm_gui.kit._messages import mm", ""),
         ("tests/core/fieldbus/test_a.py", "from ocmm_core.fieldbus.wire._port import Port", ""),
         ("benchmarks/a.py", "from ocmm_core.camera import Rig", ""),
         ("benchmarks/a.py", "from ocmm_core import __version__", ""),
