@@ -7,9 +7,7 @@ import sys
 from pathlib import Path
 
 from ocmm_core.calibration.records import load, record_hash, seal
-from ocmm_core.errors import InternalError
 from ocmm_core.export import write_together
-from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.inspection.archive import (
     COLUMNS,
     Outcome,
@@ -24,6 +22,7 @@ from ocmm_core.inspection.archive import (
     totals,
     worst_first,
 )
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import (
     BODY,
     HEADING,
@@ -36,7 +35,7 @@ from ocmm_gui.reports._canvas import (
     PageField,
     Style,
 )
-from ocmm_gui.reports._drawing import drawing
+from ocmm_gui.reports._drawing import draw
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
@@ -90,7 +89,7 @@ def pdf_bytes(record: RecallRecord) -> bytes:
         What was read back from it is not what was put in.
     """
     canvas = lay_out(record)
-    foot = f"Recall SHA-256 {record_hash(record)}"
+    foot = "   ".join((*_origin(record), f"Recall SHA-256 {record_hash(record)}"))
     return written_pdf(
         canvas,
         lambda painter, index: paint_with_foot(painter, canvas, index, foot),
@@ -100,20 +99,27 @@ def pdf_bytes(record: RecallRecord) -> bytes:
     )
 
 
+def _origin(record: RecallRecord) -> tuple[str, ...]:
+    """Return what every page says of jobs of a virtual rig; nothing where there are none."""
+    simulated = sum(job.simulated for job in record.jobs)
+    if not simulated:
+        return ()
+    if simulated < len(record.jobs):
+        return (f"{SIMULATED}: {simulated} of {len(record.jobs)} jobs",)
+    return (f"{SIMULATED}: {NO_REAL_PART}",)
+
+
 def main(arguments: list[str] | None = None) -> int:
     """Write the pages; return 0, 2 where they could not be made, 3 where nobody foresaw why."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("recall", type=Path)
     parser.add_argument("pdf", type=Path)
     options = parser.parse_args(arguments)
-    try:
-        with drawing():
-            write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
-    except Exception as error:
-        told = contained(error, "The pages of the recall", "What was decided is stored.")
-        sys.stderr.write(f"{told.what} {told.remedy}\n")
-        return EXIT_INTERNAL if isinstance(told, InternalError) else 2
-    return 0
+
+    def write() -> None:
+        write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
+
+    return draw(write, "The pages of the recall", "What was decided is stored.")
 
 
 if __name__ == "__main__":

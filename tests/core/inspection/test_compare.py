@@ -162,7 +162,7 @@ def test_a_folder_is_compared_by_the_plan_of_its_latest_job(
     assert found.plan == batch[0].plan.name
     assert len(found.left_out) == 1
     assert "spoiled.ocmm" in found.left_out[0]
-    assert told == [0.0, 0.25, 0.5, 0.75]
+    assert told == [0.0, 0.25, 0.5, 0.75, 1.0]
 
 
 def test_the_command_prints_what_a_stranger_can_read(
