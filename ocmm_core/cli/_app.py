@@ -8,7 +8,7 @@ import sys
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,17 +27,10 @@ from ocmm_core.cli.calibrate import (
 from ocmm_core.cli.measure import (
     align_command,
     align_plan_command,
-    await_part,
     compare_command,
-    exit_code,
-    missing_sentences,
     plan_app,
-    print_explanations,
-    print_table,
-    print_verdict,
     recall_command,
     report_command,
-    run_job,
 )
 from ocmm_core.cli.study import (
     fit_command,
@@ -82,16 +75,12 @@ from ocmm_core.composition import (
     DEMO_PLAN,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
-    ClimateRequest,
-    Origin,
-    StationRequest,
-    build_station,
-    origin_of,
-    stream_options,
-    true_values,
 )
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.archive import next_serial
+
+if TYPE_CHECKING:
+    from ocmm_core.composition import StationRequest
+
 
 app = typer.Typer(
     name="ocmm",
@@ -188,6 +177,8 @@ def demo(
     Opens the window where there is a display. Without one, or with --headless, measures the whole
     part and prints the table with the true values beside the measured ones.
     """
+    from ocmm_core.composition import StationRequest
+
     if not headless and _has_display():
         command = [
             sys.executable, "-m", "ocmm_gui", "--source", source, "--plan", str(plan),
@@ -277,6 +268,8 @@ def measure(
     cloud and a macro. Their names say SIMULATED and INCOMPLETE where that is so. Without
     --incomplete no report is written of a job that lacks something.
     """
+    from ocmm_core.composition import ClimateRequest, StationRequest, stream_options
+
     if plan is None and go_on is None:
         raise InputError(
             "measure.plan",
@@ -331,6 +324,7 @@ def record(
     Stop a live source with --seconds or Ctrl-C.
     """
     from ocmm_core.cli.measure import record_source
+    from ocmm_core.composition import StationRequest
 
     request = StationRequest(
         plan=plan, out=out.parent, rig=rig, probe=probe, part=part, source=source, seed=seed,
@@ -368,6 +362,18 @@ def bench(
 def _measure(
     request: StationRequest, *, with_truth: bool, parts: int = 1, incomplete: bool = False
 ) -> None:
+    from ocmm_core.cli.measure import (
+        await_part,
+        exit_code,
+        missing_sentences,
+        print_explanations,
+        print_table,
+        print_verdict,
+        run_job,
+    )
+    from ocmm_core.composition import Origin, build_station, origin_of, true_values
+    from ocmm_core.inspection.archive import next_serial
+
     console = make_console()
     code = 0
     beside: list[OcmmError] = []
