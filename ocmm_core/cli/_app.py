@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from dataclasses import replace
 from enum import StrEnum
@@ -185,7 +184,10 @@ def demo(
             "--out", str(out), "--seed", str(seed), "--theme", theme.value,
             "--speed", str(1.0 if speed is None else speed),
         ]  # fmt: skip
-        raise typer.Exit(subprocess.run(command, check=False).returncode)  # noqa: S603 - our own interpreter and module
+        # In the place of this process: whoever ends or kills it ends or kills the window, and
+        # nobody waits in between.
+        sys.stdout.flush()
+        os.execv(command[0], command)  # noqa: S606 - our own interpreter and module
     request = StationRequest(plan=plan, out=out, source=source, seed=seed, speed=speed or 0.0)
     _measure(request, with_truth=True, incomplete=incomplete)
 
@@ -357,6 +359,22 @@ def bench(
     run_bench(seconds, console)
     if memory > 0.0:
         print_run(run_for(60.0 * memory, console), 60.0 * memory, console)
+
+
+@app.command(name="compile", hidden=True)
+def compile_command(
+    processes: Annotated[
+        int | None, typer.Option("--processes", min=1, help="Default: one a core.")
+    ] = None,
+) -> None:
+    """Compile what is computed most, so that nobody waits for it later; the set-up does it.
+
+    What is there already is not compiled again. Another processor needs it anew.
+    """
+    from ocmm_core.composition import compile_all
+
+    done = compile_all(processes)
+    typer.echo(f"{done.listed} compiled functions are ready, {done.compiled} were compiled now.")
 
 
 def _measure(

@@ -71,7 +71,7 @@ def test_who_reads_one_line_of_a_help_gets_no_complaint(command: str) -> None:
 
 
 def test_the_help_of_reports_names_the_formats_of_the_registry() -> None:
-    assert FORMAT_WORDS == f"{', '.join(FORMATS)} or {ALL}"
+    assert f"{', '.join(FORMATS)} or {ALL}" == FORMAT_WORDS
     assert ", ".join(name for name, one in FORMATS.items() if one.profile) == PROFILED_WORDS
 
 
