@@ -41,6 +41,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._feed_makers import identities, script_of, segment_of
     from ocmm_core.composition._feeds import Feed, StationRequest
+    from ocmm_core.composition._kernels import kernel_groups
     from ocmm_core.composition._sources import (
         SOURCES,
         NamedSource,
@@ -68,6 +69,7 @@ else:
         _defaults="DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
         _feed_makers="identities script_of segment_of",
         _feeds="Feed StationRequest",
+        _kernels="kernel_groups",
         _sources=(
             "NamedSource Origin SOURCES SourceSpec make_feed names_in_words origin_of source_help "
             "source_of"
@@ -101,6 +103,7 @@ __all__ = [
     "climate_in_use",
     "compile_all",
     "identities",
+    "kernel_groups",
     "make_feed",
     "names_in_words",
     "origin_of",

@@ -11,7 +11,7 @@ from typing import Any
 
 from numba.core import event
 
-from ocmm_core.composition._kernels import groups
+from ocmm_core.composition._kernels import kernel_groups
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,7 +38,7 @@ def compile_all(processes: int | None = None) -> Compilation:
     processes
         At the same time; as many as this process has cores where it is None.
     """
-    wanted = groups()
+    wanted = kernel_groups()
     count = min(processes or len(os.sched_getaffinity(0)), len(wanted))
     if count == 1:
         compiled = sum(map(compile_group, range(len(wanted))))
@@ -53,7 +53,7 @@ def compile_group(number: int) -> int:
     """Compile a group of the list, and return how many functions had to be compiled."""
     counter = _Counter()
     with event.install_listener("numba:compile", counter):
-        for module, name, types in groups()[number]:
+        for module, name, types in kernel_groups()[number]:
             getattr(import_module(module), name).compile(types)
     return counter.count
 

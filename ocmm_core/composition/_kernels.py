@@ -105,7 +105,7 @@ ocmm_core.simulation.scene._probe_study_kernel
 Signature = tuple[Any, ...]
 
 
-def groups() -> tuple[tuple[tuple[str, str, Signature], ...], ...]:
+def kernel_groups() -> tuple[tuple[tuple[str, str, Signature], ...], ...]:
     """Return module, name and types of every function, by groups that share what they call."""
     return tuple(tuple(_entries(group)) for group in _TABLE.strip().split("\n\n"))
 
