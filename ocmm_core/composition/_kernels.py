@@ -17,9 +17,9 @@ _TYPES = {
     "u": numba.uint8, "w": numba.uint16, "b": numba.boolean,
 }  # fmt: skip
 
-# A letter is a number of that type; with a digit it is an array of so many dimensions, row by row
-# (C), or column by column with a T behind it. Groups share what they call: one process compiles a
-# group. The longest come first.
+# A letter is a number of that type. With a digit it is an array of so many dimensions: row by row
+# (C), column by column with a T behind it, in any layout with an A behind it. Groups share what
+# they call: one process compiles a group. The longest come first.
 _TABLE = """
 ocmm_core.features.search._axis_kernel
     tubes f2 f2
@@ -126,4 +126,4 @@ def _type_of(word: str) -> Any:  # numba ships no annotations
     scalar = _TYPES[word[0]]
     if len(word) == 1:
         return scalar
-    return numba.types.Array(scalar, int(word[1]), "F" if word.endswith("T") else "C")
+    return numba.types.Array(scalar, int(word[1]), {"": "C", "T": "F", "A": "A"}[word[2:]])
