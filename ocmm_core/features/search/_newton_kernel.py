@@ -14,6 +14,9 @@ from ocmm_core.features.search import (
 from ocmm_core.features.search import (
     _flat_kernel as flat_kernel,
 )
+from ocmm_core.features.search import (
+    _lanes_kernel as lanes_kernel,
+)
 from ocmm_core.features.search._axis_kernel import CYLINDER, RING, axis_costs, axis_terms, move_axis
 from ocmm_core.features.search._ellipse_kernel import ellipse_terms
 from ocmm_core.features.search._flat_kernel import (
@@ -23,6 +26,12 @@ from ocmm_core.features.search._flat_kernel import (
     ball_terms,
     move_flat,
     slot_terms,
+)
+from ocmm_core.features.search._lanes_kernel import (
+    ENOUGH,
+    FIRST_DAMPING,
+    MOST_DAMPING,
+    descend_lanes,
 )
 from ocmm_core.geometry import Float
 
@@ -35,8 +44,6 @@ CONVERGED = 1e-13
 """Length of a step, against that of the parameters, below which the iteration has converged."""
 STAGNATED = 1e-8
 """The same where rounding keeps the steps from becoming shorter."""
-ENOUGH = 1e-4
-"""Relative gain of a step below which a start has descended."""
 ROUNDING = 1e-15
 """Of a residual, as the coordinates are scaled to one."""
 QUADRATIC = 1e-10
@@ -46,10 +53,12 @@ NOISE_OF_COST = 1e-12
 LEFT = 1e-9
 """Relative gain of the cost that a whole step of Newton's may still promise in a minimum."""
 # In parts of the diagonal of J'J, as Marquardt has it.
-FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
+NEWTON_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
 """The first, and the one below which there is none. Along a valley that is a million times as long
 as wide a damping of 1e-9 still takes a ten thousandth of the step."""
 
+NEARBY, SMALL_BEND = 0.1, 0.375
+"""Part of a damped step after which its bend is measured, and the longest bend against the step."""
 UNMOVED = 1e-60
 """What keeps a number where it is on which no residual depends, as the length of half a slot."""
 
@@ -94,6 +103,24 @@ def _normal(jacobian: Float, residuals: Float, normal: Float, gradient: Float) -
 
 
 @compiled()
+def _substitute(factor: Float, gradient: Float, step: Float) -> None:
+    """Put minus the solution of equations by their Cholesky factor (k, k) into ``step``."""
+    k = len(gradient)
+    for i in range(k):
+        # The step goes against the gradient; residuals are distance minus size, not the other way
+        # round.
+        total = -gradient[i]
+        for m in range(i):
+            total -= factor[i, m] * step[m]
+        step[i] = total / factor[i, i]
+    for i in range(k - 1, -1, -1):
+        total = step[i]
+        for m in range(i + 1, k):
+            total -= factor[m, i] * step[m]
+        step[i] = total / factor[i, i]
+
+
+@compiled()
 def solve_step(
     normal: Float, curvature: Float, gradient: Float, damping: float, share: float, factor: Float,
     step: Float,
@@ -123,18 +150,7 @@ def solve_step(
                 factor[i, i] = np.sqrt(total)
             else:
                 factor[i, j] = total / factor[j, j]
-    for i in range(k):
-        # The step goes against the gradient; residuals are distance minus size, not the other way
-        # round.
-        total = -gradient[i]
-        for m in range(i):
-            total -= factor[i, m] * step[m]
-        step[i] = total / factor[i, i]
-    for i in range(k - 1, -1, -1):
-        total = step[i]
-        for m in range(i + 1, k):
-            total -= factor[m, i] * step[m]
-        step[i] = total / factor[i, i]
+    _substitute(factor, gradient, step)
     return True
 
 
@@ -189,8 +205,46 @@ def at_rest(
 
 
 @compiled(axis_kernel, ellipse_kernel, flat_kernel)
-def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
-    """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
+def _bend(
+    kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, factor: Float,
+    step: Float, there: Float, slopes: Float, unused: Float, moved: Float,
+) -> None:  # fmt: skip
+    """Bend a step the way a valley bends: its second order (M. Transtrum, J. Sethna, 2012).
+
+    ``factor`` is that of the equations that gave the step; what follows it is for work.
+    """
+    k = len(step)
+    first, gradient, bent = np.empty(k), np.zeros(k), np.empty(k)
+    for i in range(k):
+        first[i] = NEARBY * step[i]
+    move(kind, p, first, moved)
+    terms(kind, points, moved, there, slopes, unused)
+    for row in range(len(residuals)):
+        straight = 0.0
+        for i in range(k):
+            straight += jacobian[row, i] * step[i]
+        # Second derivative of the residual along the step, from one place a little way along it.
+        second = 2.0 / NEARBY * ((there[row] - residuals[row]) / NEARBY - straight)
+        for i in range(k):
+            gradient[i] += 0.5 * jacobian[row, i] * second
+    _substitute(factor, gradient, bent)
+    of_step = of_bend = 0.0
+    for i in range(k):
+        of_step += step[i] * step[i]
+        of_bend += bent[i] * bent[i]
+    # Where the second order is not small the third is not either, and nothing is known of it.
+    if of_bend <= SMALL_BEND**2 * of_step:
+        for i in range(k):
+            step[i] += bent[i]
+
+
+@compiled(axis_kernel, ellipse_kernel, flat_kernel)
+def newton(kind: int, points: Float, p: Float, farthest: float) -> tuple[float, bool]:
+    """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one.
+
+    Below infinity, ``farthest`` bounds the parameters, and damped steps are bent: so a narrow
+    valley is followed, as far as there is an element.
+    """
     k = STEP_SIZE[kind]
     # A point off a ring has two residuals, beside it and along its axis.
     rows = len(points) * (2 if kind == RING else 1)
@@ -215,9 +269,17 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
         length = np.inf
         # The step is tried on a copy: p stays until the cost says yes.
         if solved:
+            if damping > 0.0 and farthest < np.inf:
+                _bend(
+                    kind, points, p, residuals, jacobian, factor, step, new_residuals, new_jacobian,
+                    new_curvature[:0, :0], moved,
+                )  # fmt: skip
             move(kind, p, step, moved)
             new_cost = terms(kind, points, moved, new_residuals, new_jacobian, new_curvature)
             of_step = of_p = 0.0
+            for i in range(8):
+                if abs(moved[i]) > farthest:
+                    new_cost = np.inf
             for i in range(k):
                 of_step += step[i] * step[i]
             for i in range(8):
@@ -234,7 +296,7 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
                 return cost, damping == 0.0 or at_rest(
                     normal, curvature, gradient, LEFT * cost + noise, factor, step
                 )
-            damping = 10.0 * damping if damping > 0.0 else FIRST_DAMPING
+            damping = 10.0 * damping if damping > 0.0 else NEWTON_DAMPING
             # The step is nothing in a float64 long before.
             if damping > 1e20:
                 break
@@ -262,7 +324,7 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     return cost, False
 
 
-@compiled(axis_kernel, ellipse_kernel, flat_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel, lanes_kernel)
 def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -> None:
     """Take some damped Gauss-Newton steps from every start, in place.
 
@@ -280,6 +342,9 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         (m,), out: sum of squared residuals.
     """
     n, k = len(points), STEP_SIZE[kind]
+    if kind < RING:
+        descend_lanes(kind, k, points, starts, steps, costs)
+        return
     residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((0, 0))
     normal, factor = np.zeros((k, k)), np.zeros((k, k))
     gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
@@ -288,7 +353,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         cost = terms(kind, points, p, residuals, jacobian, unused)
         # Starts are rough, and only their order and basin matter: plain Gauss-Newton, which needs
         # no second derivatives. An empty curvature tells `terms` so.
-        damping = 1e-3
+        damping = FIRST_DAMPING
         fresh = True
         for _ in range(steps):
             if fresh:
@@ -309,7 +374,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
             else:
                 damping *= 10.0
                 # It does not descend any more; others will.
-                if damping > 1e8:
+                if damping > MOST_DAMPING:
                     break
         costs[m] = cost
 

@@ -39,10 +39,13 @@ class Solution:
     converged: bool
 
 
-def minimise(kind: int, points: Float, start: Float) -> Solution:
-    """Return the local minimum that is reached from ``start`` (8,) with points (n, d)."""
+def minimise(kind: int, points: Float, start: Float, farthest: float = np.inf) -> Solution:
+    """Return the local minimum that is reached from ``start`` (8,) with points (n, d).
+
+    With ``farthest`` a narrow valley is followed, no parameter beyond it; see `newton_kernel`.
+    """
     parameters = start.copy()
-    cost, converged = newton(kind, points, parameters)
+    cost, converged = newton(kind, points, parameters, farthest)
     return Solution(parameters, float(cost), bool(converged))
 
 
