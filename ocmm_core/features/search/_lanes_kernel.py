@@ -43,7 +43,8 @@ def _distances(kind: int, x: float, y: float, z: float, lanes: int, b: Float) ->
         v = q[0] * f[0] + q[1] * f[1] + q[2] * f[2]
         t = q[0] * a[0] + q[1] * a[1] + q[2] * a[2]
         rho = np.sqrt(u * u + v * v)
-        rho = rho if rho > _NEAREST else _NEAREST
+        # What is not a number stays none.
+        rho = _NEAREST if rho < _NEAREST else rho
         nu, nv = u / rho, v / rho
         first, second = b[(_Q + 6) * LANES + w], b[(_Q + 7) * LANES + w]
         if kind == CYLINDER:
@@ -61,7 +62,7 @@ def _distances(kind: int, x: float, y: float, z: float, lanes: int, b: Float) ->
         else:
             beyond = rho - first
             tube = np.sqrt(beyond * beyond + t * t)
-            tube = tube if tube > _NEAREST else _NEAREST
+            tube = _NEAREST if tube < _NEAREST else tube
             d = tube - second
             radial, lift = beyond / tube, t / tube
             b[_J * LANES + w], b[(_J + 1) * LANES + w] = -nu * radial, -nv * radial
@@ -80,7 +81,11 @@ def _evaluate(kind: int, k: int, points: Float, lanes: int, b: Float) -> None:
     b[_NEW_G : _NEW_N + _MATRIX, :lanes] = 0.0
     for w in range(min(lanes, LANES)):
         flat[_NEW * LANES + w] = 0.0
-        ax, ay, az = flat[(_Q + 3) * LANES + w], flat[(_Q + 4) * LANES + w], flat[(_Q + 5) * LANES + w]
+        ax, ay, az = (
+            flat[(_Q + 3) * LANES + w],
+            flat[(_Q + 4) * LANES + w],
+            flat[(_Q + 5) * LANES + w],
+        )
         # As `axis_kernel.across`.
         sign = 1.0 if az >= 0.0 else -1.0
         a = -1.0 / (sign + az)
@@ -264,7 +269,7 @@ def descend_lanes(
             better, first = new < cost, cost == np.inf
             # Only order and basin matter: a step that gains little ends the way, and a place from
             # which no damping gains anything, too.
-            if tries[w] == 0 or (first and not better) or new > cost * (1.0 - ENOUGH) and better:
+            if tries[w] == 0 or (first and not better) or (new > cost * (1.0 - ENOUGH) and better):
                 tries[w] = 0
             if not first:
                 b[_DAMPING, w] *= 0.1 if better else 10.0
@@ -277,7 +282,8 @@ def descend_lanes(
                 tries[w] -= 1
                 continue
             costs[which[w]] = b[_COST, w]
-            for i in range(8):
+            # A start that is not a number stays where it was.
+            for i in range(8 if np.isfinite(b[_COST, w]) else 0):
                 starts[which[w], i] = b[_P + i, w]
             if following < len(starts):
                 which[w], tries[w] = following, steps

@@ -57,8 +57,6 @@ NEWTON_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
 """The first, and the one below which there is none. Along a valley that is a million times as long
 as wide a damping of 1e-9 still takes a ten thousandth of the step."""
 
-NEARBY, SMALL_BEND = 0.1, 0.375
-"""Part of a damped step after which its bend is measured, and the longest bend against the step."""
 UNMOVED = 1e-60
 """What keeps a number where it is on which no residual depends, as the length of half a slot."""
 
@@ -103,24 +101,6 @@ def _normal(jacobian: Float, residuals: Float, normal: Float, gradient: Float) -
 
 
 @compiled()
-def _substitute(factor: Float, gradient: Float, step: Float) -> None:
-    """Put minus the solution of equations by their Cholesky factor (k, k) into ``step``."""
-    k = len(gradient)
-    for i in range(k):
-        # The step goes against the gradient; residuals are distance minus size, not the other way
-        # round.
-        total = -gradient[i]
-        for m in range(i):
-            total -= factor[i, m] * step[m]
-        step[i] = total / factor[i, i]
-    for i in range(k - 1, -1, -1):
-        total = step[i]
-        for m in range(i + 1, k):
-            total -= factor[m, i] * step[m]
-        step[i] = total / factor[i, i]
-
-
-@compiled()
 def solve_step(
     normal: Float, curvature: Float, gradient: Float, damping: float, share: float, factor: Float,
     step: Float,
@@ -150,7 +130,18 @@ def solve_step(
                 factor[i, i] = np.sqrt(total)
             else:
                 factor[i, j] = total / factor[j, j]
-    _substitute(factor, gradient, step)
+    for i in range(k):
+        # The step goes against the gradient; residuals are distance minus size, not the other way
+        # round.
+        total = -gradient[i]
+        for m in range(i):
+            total -= factor[i, m] * step[m]
+        step[i] = total / factor[i, i]
+    for i in range(k - 1, -1, -1):
+        total = step[i]
+        for m in range(i + 1, k):
+            total -= factor[m, i] * step[m]
+        step[i] = total / factor[i, i]
     return True
 
 
@@ -188,7 +179,7 @@ def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
 def at_rest(
     normal: Float, curvature: Float, gradient: Float, least: float, factor: Float, step: Float
 ) -> bool:
-    """Return whether a whole step promises to gain no more than ``least``.
+    """Return whether a whole step promises to lower the cost by no more than ``least``.
 
     A damped step is short because it is damped, and so is one where no damping helps: neither
     proves a minimum. For ``factor`` and ``step`` see `solve_step`; both are for work.
@@ -199,52 +190,15 @@ def at_rest(
         return False
     promised = 0.0
     for i in range(len(gradient)):
-        # g's + s'Hs / 2 with H s = -g is g's / 2: what half of the sum of squares falls by.
-        promised -= 0.5 * gradient[i] * step[i]
+        # Half of the cost, the sum of squares, changes by g's + s'Hs / 2, with H s = -g by g's / 2:
+        # the cost falls by -g's.
+        promised -= gradient[i] * step[i]
     return promised <= least
 
 
 @compiled(axis_kernel, ellipse_kernel, flat_kernel)
-def _bend(
-    kind: int, points: Float, p: Float, residuals: Float, jacobian: Float, factor: Float,
-    step: Float, there: Float, slopes: Float, unused: Float, moved: Float,
-) -> None:  # fmt: skip
-    """Bend a step the way a valley bends: its second order (M. Transtrum, J. Sethna, 2012).
-
-    ``factor`` is that of the equations that gave the step; what follows it is for work.
-    """
-    k = len(step)
-    first, gradient, bent = np.empty(k), np.zeros(k), np.empty(k)
-    for i in range(k):
-        first[i] = NEARBY * step[i]
-    move(kind, p, first, moved)
-    terms(kind, points, moved, there, slopes, unused)
-    for row in range(len(residuals)):
-        straight = 0.0
-        for i in range(k):
-            straight += jacobian[row, i] * step[i]
-        # Second derivative of the residual along the step, from one place a little way along it.
-        second = 2.0 / NEARBY * ((there[row] - residuals[row]) / NEARBY - straight)
-        for i in range(k):
-            gradient[i] += 0.5 * jacobian[row, i] * second
-    _substitute(factor, gradient, bent)
-    of_step = of_bend = 0.0
-    for i in range(k):
-        of_step += step[i] * step[i]
-        of_bend += bent[i] * bent[i]
-    # Where the second order is not small the third is not either, and nothing is known of it.
-    if of_bend <= SMALL_BEND**2 * of_step:
-        for i in range(k):
-            step[i] += bent[i]
-
-
-@compiled(axis_kernel, ellipse_kernel, flat_kernel)
-def newton(kind: int, points: Float, p: Float, farthest: float) -> tuple[float, bool]:
-    """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one.
-
-    Below infinity, ``farthest`` bounds the parameters, and damped steps are bent: so a narrow
-    valley is followed, as far as there is an element.
-    """
+def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
+    """Go from ``p`` (8,) to the next minimum, in place; return its cost and whether it is one."""
     k = STEP_SIZE[kind]
     # A point off a ring has two residuals, beside it and along its axis.
     rows = len(points) * (2 if kind == RING else 1)
@@ -269,23 +223,16 @@ def newton(kind: int, points: Float, p: Float, farthest: float) -> tuple[float, 
         length = np.inf
         # The step is tried on a copy: p stays until the cost says yes.
         if solved:
-            if damping > 0.0 and farthest < np.inf:
-                _bend(
-                    kind, points, p, residuals, jacobian, factor, step, new_residuals, new_jacobian,
-                    new_curvature[:0, :0], moved,
-                )  # fmt: skip
             move(kind, p, step, moved)
             new_cost = terms(kind, points, moved, new_residuals, new_jacobian, new_curvature)
             of_step = of_p = 0.0
-            for i in range(8):
-                if abs(moved[i]) > farthest:
-                    new_cost = np.inf
             for i in range(k):
                 of_step += step[i] * step[i]
             for i in range(8):
                 of_p += p[i] * p[i]
             length = np.sqrt(of_step) / (1.0 + np.sqrt(of_p))
-        # Residuals carry the rounding of coordinates near one, however small they are themselves.
+        # Residuals carry the rounding of coordinates near one, however small they are themselves. A
+        # difference of two costs carries it twice.
         noise = NOISE_OF_COST * cost + ROUNDING * np.sqrt(rows * cost) + rows * ROUNDING**2
         # Rejected; written so that NaN and infinity are, too. A cost that rises by its rounding is
         # taken, or the last steps in a minimum would be refused at random.
@@ -294,7 +241,7 @@ def newton(kind: int, points: Float, p: Float, farthest: float) -> tuple[float, 
             # short.
             if length < CONVERGED:
                 return cost, damping == 0.0 or at_rest(
-                    normal, curvature, gradient, LEFT * cost + noise, factor, step
+                    normal, curvature, gradient, LEFT * cost + 2.0 * noise, factor, step
                 )
             damping = 10.0 * damping if damping > 0.0 else NEWTON_DAMPING
             # The step is nothing in a float64 long before.
@@ -315,7 +262,7 @@ def newton(kind: int, points: Float, p: Float, farthest: float) -> tuple[float, 
             or (length < QUADRATIC and convex and damping == 0.0)
         ) and (
             damping == 0.0
-            or at_rest(normal, curvature, gradient, LEFT * cost + noise, factor, step)
+            or at_rest(normal, curvature, gradient, LEFT * cost + 2.0 * noise, factor, step)
         ):
             return cost, True
         # A step was taken: ten times less damping, and none below the least.

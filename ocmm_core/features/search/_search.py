@@ -31,11 +31,11 @@ FIRST, MOST = 60, 300
 """Starts that take these steps, the most promising first: in a quick search and in a thorough
 one."""
 QUICK = ((8, 100),)
-THOROUGH = ((50, 60), (20, 300))
+THOROUGH, THOROUGH_AXIS = ((50, 60), (20, 300)), ((80, 60), (32, 300))
 """How many go on after that, and how many steps each then takes. Valleys are long and narrow where
-arcs are short."""
-REFINED, REFINED_MOST = 8, 20
-"""Ends that are refined."""
+arcs are short. About an axis more go, as they go side by side (`_lanes_kernel`)."""
+REFINED, REFINED_MOST = 8, 32
+"""Ends that are refined, at the most."""
 LEAST_REFINED, HOPELESS = 3, 100.0
 """After so many, ends that are still so many times worse on the sample than the best are left."""
 EQUAL = 1e-9
@@ -50,11 +50,8 @@ lie so close to an element and determine it well lie close to no other. Fewer po
 closer."""
 VALLEYS, VALLEY = 2, 40
 """Narrow valleys that are followed, and how often the iteration goes on in one."""
-STUCK, PATIENCE = 1e-9, 3
+STUCK, PATIENCE = 1e-9, 10
 """Relative gain of such a round that is rounding, and how many of these end the way."""
-FARTHEST = 9.9e3
-"""How far the valley of an axis is followed, against the size of the points: a little less than
-`elements.LARGEST_RADIUS`, so that one without an end is told from none."""
 OPEN = 1e9
 """Condition number beyond which the points leave a number open."""
 WELL, NOISY = 50.0, 0.03
@@ -156,7 +153,8 @@ def minima(
     for first, costs, starts in asked:
         more, further = _descended(kind, sample, starts, STEPS)
         more, further = np.concatenate([first, more]), np.concatenate([costs, further])
-        ends = _ends(kind, sample, more, further, THOROUGH)
+        schedule = THOROUGH_AXIS if kind < RING else THOROUGH
+        ends = _ends(kind, sample, more, further, schedule)
         own = _refined(kind, points, ends, REFINED_MOST, possible)
         found = _joined(kind, found, own)
     return found
@@ -268,9 +266,11 @@ def _followed(kind: int, points: Float, solution: Solution) -> Solution:
     for _ in range(VALLEY):
         if solution.converged or stuck == PATIENCE:
             break
-        before = solution.cost
-        solution = minimise(kind, sample, solution.parameters, FARTHEST if kind < RING else np.inf)
-        stuck = stuck + 1 if solution.cost > before * (1.0 - STUCK) else 0
+        before = solution
+        solution = minimise(kind, sample, before.parameters)
+        stuck = stuck + 1 if solution.cost > before.cost * (1.0 - STUCK) else 0
+        if np.array_equal(solution.parameters, before.parameters):
+            break
     return solution if len(sample) == len(points) else minimise(kind, points, solution.parameters)
 
 

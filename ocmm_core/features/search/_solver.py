@@ -39,13 +39,10 @@ class Solution:
     converged: bool
 
 
-def minimise(kind: int, points: Float, start: Float, farthest: float = np.inf) -> Solution:
-    """Return the local minimum that is reached from ``start`` (8,) with points (n, d).
-
-    With ``farthest`` a narrow valley is followed, no parameter beyond it; see `newton_kernel`.
-    """
+def minimise(kind: int, points: Float, start: Float) -> Solution:
+    """Return the local minimum that is reached from ``start`` (8,) with points (n, d)."""
     parameters = start.copy()
-    cost, converged = newton(kind, points, parameters, farthest)
+    cost, converged = newton(kind, points, parameters)
     return Solution(parameters, float(cost), bool(converged))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ocmm_core.camera import compiled
 from ocmm_core.features.search import ellipse_foot, ellipse_kernel
-from ocmm_core.features.zones._outlines import FIRST_SIZE, SECOND_SIZE, TURN, Values
+from ocmm_core.features.zones._steps import FIRST_SIZE, SECOND_SIZE, TURN, Values
 from ocmm_core.geometry import Float
 
 HEIGHT, AXIS, CENTRE, SLOPE, RING, ELLIPSE, ROUND_ENDS, SQUARE_ENDS = range(8)
