@@ -1,7 +1,7 @@
 """Compiled distances from the elements that zones are built on; see `_surfaces`.
 
 Every formula holds for complex numbers, so that one code gives distances and, by an imaginary step,
-the derivatives of their slopes. Outlines are those of `flat_kernel`, positive outside.
+the derivatives of their jacobian. Outlines are those of `flat_kernel`, positive outside.
 """
 
 from __future__ import annotations
@@ -21,12 +21,18 @@ _NEAREST, _NO_LENGTH = 1e-12, 1e-200
 
 @compiled(ellipse_kernel)
 def zone_distances(
-    kind: int, sign: float, local: Values, sizes: Float, step: Values, found: Values, slopes: Values
+    kind: int,
+    sign: float,
+    local: Values,
+    sizes: Float,
+    step: Values,
+    found: Values,
+    jacobian: Values,
 ) -> None:
-    """Put distances (n,) and their slopes (n, 8) at a step (8,) into ``found`` and ``slopes``."""
-    slopes[:] = 0.0
+    """Put distances (n,) and their jacobian (n, 8) at a step (8,) into ``found`` and ``jacobian``."""
+    jacobian[:] = 0.0
     if kind >= ELLIPSE:
-        _from_outline(kind, local, sizes, step, found, slopes)
+        _from_outline(kind, local, sizes, step, found, jacobian)
         return
     a, b = step[3], step[4]
     square = a * a + b * b + 1.0
@@ -35,7 +41,7 @@ def zone_distances(
     cosine, sine = np.cos(size), np.sin(size)
     for i in range(len(local)):
         qx, qy, qz = local[i, 0] - step[0], local[i, 1] - step[1], local[i, 2] - step[2]
-        row = slopes[i]
+        row = jacobian[i]
         if kind == CENTRE:
             rho = np.sqrt(qx * qx + qy * qy + qz * qz)
             found[i] = sign * rho
@@ -83,7 +89,7 @@ def zone_distances(
 
 @compiled(ellipse_kernel)
 def _from_outline(
-    kind: int, local: Values, sizes: Float, step: Values, found: Values, slopes: Values
+    kind: int, local: Values, sizes: Float, step: Values, found: Values, jacobian: Values
 ) -> None:
     """Do what `zone_distances` does for an ellipse, a slot and a rectangle."""
     c, s = np.cos(step[TURN]), np.sin(step[TURN])
@@ -92,7 +98,7 @@ def _from_outline(
         arm_x, arm_y = local[i, 0] - step[0], local[i, 1] - step[1]
         x, y = c * arm_x + s * arm_y, c * arm_y - s * arm_x
         side_x, side_y = np.copysign(1.0, x.real), np.copysign(1.0, y.real)
-        row = slopes[i]
+        row = jacobian[i]
         if kind == ELLIPSE:
             cosine, sine = ellipse_foot(x.real, y.real, a.real, b.real)
             # One step of Newton's takes the foot along with what is imaginary; without that it is

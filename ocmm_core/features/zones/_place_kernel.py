@@ -95,11 +95,11 @@ def bounds_of(found: Float, lower: bool, even: bool) -> tuple[float, float]:
 @compiled(distance_kernel)
 def zone_about(
     kind: int, sign: float, lower: bool, even: bool, points: Float, frame: Float, origin: Float,
-    sizes: Float, local: Float, found: Float, slopes: Float,
+    sizes: Float, local: Float, found: Float, jacobian: Float,
 ) -> tuple[float, float]:  # fmt: skip
     """Return the bounds of the zone about an element; infinite where there is none."""
     if not possible_sizes(kind, sizes):
         return np.inf, 0.0
     to_local(points, frame, origin, local)
-    zone_distances(kind, sign, local, sizes, np.zeros(STEP_SIZE), found, slopes)
+    zone_distances(kind, sign, local, sizes, np.zeros(STEP_SIZE), found, jacobian)
     return bounds_of(found, lower, even)

@@ -68,16 +68,16 @@ def _curvature(
     """Put the second derivatives by ``steps`` of the sum of weighted distances into (k, k)."""
     k, c = len(free), len(weights)
     places, found = local.astype(np.complex128), np.empty(c, np.complex128)
-    slopes, step = np.empty((c, STEP_SIZE), np.complex128), np.zeros(STEP_SIZE, np.complex128)
+    jacobian, step = np.empty((c, STEP_SIZE), np.complex128), np.zeros(STEP_SIZE, np.complex128)
     plain = np.empty((k, k))
     for j in range(k):
         step[:] = 0.0
         step[free[j]] = _TINY * 1j
-        zone_distances(kind, sign, places, sizes, step, found, slopes)
+        zone_distances(kind, sign, places, sizes, step, found, jacobian)
         for i in range(k):
             total = 0.0
             for row in range(c):
-                total += weights[row] * slopes[row, free[i]].imag / _TINY
+                total += weights[row] * jacobian[row, free[i]].imag / _TINY
             plain[j, i] = total
     hessian[:] = steps.T @ plain @ steps
 
@@ -120,7 +120,7 @@ def newton_step(
     right[k] = -1.0
     if lower:
         right[k + 1] = 1.0
-    full, there, slopes = np.zeros(STEP_SIZE), np.empty(c), np.empty((c, STEP_SIZE))
+    full, there, jacobian = np.zeros(STEP_SIZE), np.empty(c), np.empty((c, STEP_SIZE))
     for _ in range(2):
         # The second round counts with the distances after the first: contacts that curve away
         # would else undo what a step along them gains (N. Maratos).
@@ -132,7 +132,7 @@ def newton_step(
             if not abs(step[j]) < limit:
                 return False
         _full_step(free, steps, step, full)
-        zone_distances(kind, sign, at, sizes, full, there, slopes)
+        zone_distances(kind, sign, at, sizes, full, there, jacobian)
         for i in range(c):
             linear = 0.0
             for j in range(k):
@@ -164,7 +164,7 @@ def settle_zone(
     """
     n, k = len(points), len(free)
     m = k + 2 if lower else k + 1
-    local, found, slopes = np.empty((n, 3)), np.empty(n), np.empty((n, STEP_SIZE))
+    local, found, jacobian = np.empty((n, 3)), np.empty(n), np.empty((n, STEP_SIZE))
     rows = 2 * n if even else n
     gaps, by_step = np.empty(rows), np.empty((rows, k))
     none, full, box = np.zeros(STEP_SIZE), np.empty(STEP_SIZE), np.empty(k)
@@ -174,12 +174,12 @@ def settle_zone(
     if not possible_sizes(kind, sizes):
         return np.inf, 0.0, False
     to_local(points, frame, origin, local)
-    zone_distances(kind, sign, local, sizes, none, found, slopes)
+    zone_distances(kind, sign, local, sizes, none, found, jacobian)
     upper, least = bounds_of(found, lower, even)
     polishes = 0
     for _ in range(most):
         to_local(points, frame, origin, local)
-        zone_distances(kind, sign, local, sizes, none, found, slopes)
+        zone_distances(kind, sign, local, sizes, none, found, jacobian)
         scale = max(1.0, np.abs(found).max())
         middle = 0.0
         if not even:
@@ -190,7 +190,7 @@ def settle_zone(
             for j in range(k):
                 total = 0.0
                 for place in range(k):
-                    total += slopes[i, free[place]] * steps[place, j]
+                    total += jacobian[i, free[place]] * steps[place, j]
                 by_step[i, j] = total
                 if even:
                     by_step[n + i, j] = -total
@@ -218,7 +218,17 @@ def settle_zone(
             _full_step(free, steps, newton, full)
             move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
             top, bottom = zone_about(
-                kind, sign, lower, even, points, to_frame, to_origin, to_sizes, local, found, slopes
+                kind,
+                sign,
+                lower,
+                even,
+                points,
+                to_frame,
+                to_origin,
+                to_sizes,
+                local,
+                found,
+                jacobian,
             )
             if top - bottom > width + 4.0 * SETTLED * scale:
                 return upper, least, True
@@ -230,7 +240,17 @@ def settle_zone(
             _full_step(free, steps, newton, full)
             move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
             top, bottom = zone_about(
-                kind, sign, lower, even, points, to_frame, to_origin, to_sizes, local, found, slopes
+                kind,
+                sign,
+                lower,
+                even,
+                points,
+                to_frame,
+                to_origin,
+                to_sizes,
+                local,
+                found,
+                jacobian,
             )
             if width - (top - bottom) > 0.25 * gain:
                 upper, least = top, bottom
@@ -240,7 +260,7 @@ def settle_zone(
         _full_step(free, steps, solution[:k], full)
         move_zone(frame, origin, sizes, full, to_frame, to_origin, to_sizes)
         top, bottom = zone_about(
-            kind, sign, lower, even, points, to_frame, to_origin, to_sizes, local, found, slopes
+            kind, sign, lower, even, points, to_frame, to_origin, to_sizes, local, found, jacobian
         )
         won = width - (top - bottom)
         if won < 0.25 * gain:

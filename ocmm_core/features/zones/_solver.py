@@ -99,18 +99,18 @@ def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Floa
     if surface.kind is DistanceKind.AXIS and not surface.lower:
         along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
         return np.diag([1.0 if place < 3 else 1.0 / along for place in surface.free])
-    _, slopes = distances(surface, local, placed.sizes)
-    slopes = slopes[:, surface.free]
+    _, jacobian = distances(surface, local, placed.sizes)
+    jacobian = jacobian[:, surface.free]
     if surface.lower:
-        slopes = slopes - slopes.mean(axis=0)
+        jacobian = jacobian - jacobian.mean(axis=0)
     if surface.kind is DistanceKind.RING and not surface.lower:
         _, radial = distances(replace(surface, kind=DistanceKind.AXIS), local, placed.sizes)
         _, level = distances(replace(surface, kind=DistanceKind.HEIGHT), local, placed.sizes)
         radial[:, FIRST_SIZE] = -1.0
-        slopes = np.concatenate([radial[:, surface.free], level[:, surface.free]])
-    _, strength, directions = np.linalg.svd(slopes / np.sqrt(len(points)), full_matrices=False)
-    if len(strength) < slopes.shape[1]:
-        return np.eye(slopes.shape[1])
+        jacobian = np.concatenate([radial[:, surface.free], level[:, surface.free]])
+    _, strength, directions = np.linalg.svd(jacobian / np.sqrt(len(points)), full_matrices=False)
+    if len(strength) < jacobian.shape[1]:
+        return np.eye(jacobian.shape[1])
     steps: Float = directions.T / np.maximum(strength, NEARLY_FLAT * strength[0])
     return steps
 
@@ -293,13 +293,13 @@ def polished(
     placed = zone.placed
     steps = natural_steps(surface, points, placed)
     local = placed.local(points)
-    found, slopes = distances(surface, local, placed.sizes)
+    found, jacobian = distances(surface, local, placed.sizes)
     middle = middle_of(surface, zone)
     step = np.empty(len(steps))
     touched = newton_step(
         surface.code, surface.sign, surface.lower, surface.even, surface.rows,
         np.ascontiguousarray(local), placed.sizes, middle, found - middle,
-        slopes[:, surface.free] @ steps, np.ascontiguousarray(steps), contacts, multipliers,
+        jacobian[:, surface.free] @ steps, np.ascontiguousarray(steps), contacts, multipliers,
         longest, step,
     )  # fmt: skip
     if not touched:

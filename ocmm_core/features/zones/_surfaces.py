@@ -167,7 +167,7 @@ def full_step(surface: ElementFamily, free_step: Float) -> Float:
 def distances(
     surface: ElementFamily, local: Values, sizes: Float, step: Values | None = None
 ) -> tuple[Values, Values]:
-    """Return distances (n,) and their slopes (n, 8) at ``step`` (8,) from the element.
+    """Return distances (n,) and their jacobian (n, 8) at ``step`` (8,) from the element.
 
     Parameters
     ----------
@@ -178,16 +178,19 @@ def distances(
     sizes
         (3,): see `Placed`.
     step
-        (8,): where distances and slopes are taken, zero unless given.
+        (8,): where distances and jacobian are taken, zero unless given.
     """
     step = np.zeros(STEP_SIZE) if step is None else step
     kind = np.result_type(local, step)
-    found, slopes = np.empty(len(local), dtype=kind), np.empty((len(local), STEP_SIZE), dtype=kind)
+    found, jacobian = (
+        np.empty(len(local), dtype=kind),
+        np.empty((len(local), STEP_SIZE), dtype=kind),
+    )
     zone_distances(
         surface.code, surface.sign, np.ascontiguousarray(local, dtype=kind), sizes,
-        step.astype(kind), found, slopes,
+        step.astype(kind), found, jacobian,
     )  # fmt: skip
-    return found, slopes
+    return found, jacobian
 
 
 def second_derivatives(
@@ -204,7 +207,7 @@ def second_derivatives(
     by_points
         (n, 3): d(distance) / d(point), in the frame of the element; not weighted.
     mixed
-        (n, 8, 3): d(weighted slopes) / d(point), in the frame of the element.
+        (n, 8, 3): d(weighted jacobian) / d(point), in the frame of the element.
     """
     by_step = np.zeros((STEP_SIZE, STEP_SIZE))
     by_points = np.zeros((len(local), 3))
@@ -216,7 +219,7 @@ def second_derivatives(
     for j in range(3):
         moved = local.astype(np.complex128)
         moved[:, j] += 1j * TINY
-        value, slopes = distances(surface, moved, sizes)
+        value, jacobian = distances(surface, moved, sizes)
         by_points[:, j] = value.imag / TINY
-        mixed[:, :, j] = weights[:, None] * slopes.imag / TINY
+        mixed[:, :, j] = weights[:, None] * jacobian.imag / TINY
     return by_step, by_points, mixed
