@@ -29,7 +29,7 @@ def zone_distances(
     found: Values,
     jacobian: Values,
 ) -> None:
-    """Put distances (n,) and their jacobian (n, 8) at a step (8,) into ``found`` and ``jacobian``."""
+    """Put distances (n,) at a step (8,) into ``found``, and their ``jacobian`` (n, 8)."""
     jacobian[:] = 0.0
     if kind >= ELLIPSE:
         _from_outline(kind, local, sizes, step, found, jacobian)
