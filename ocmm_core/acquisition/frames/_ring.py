@@ -13,9 +13,12 @@ overwritten.
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import mmap
 import os
 import tempfile
+import time
 from collections.abc import Mapping
 from enum import IntEnum
 from pathlib import Path
@@ -37,6 +40,9 @@ _REPORT_OFFSET = 4096
 _DATA_OFFSET = _REPORT_OFFSET + REPORT_BYTES
 DEFAULT_CAPACITY = 65536
 """Frames; eight seconds at 8 kHz."""
+_PREFIX = "ocmm-ring-"
+_NEW_S = 60.0
+"""A ring is locked long before it is so old."""
 
 
 class RingHeaderField(IntEnum):
@@ -89,6 +95,9 @@ class FrameRing:
             with path.open("r+b") as stream:
                 if os.fstat(stream.fileno()).st_size < _DATA_OFFSET:
                     raise _no_ring(path)
+                if owner:
+                    # As long as it is mapped here; the end of the process gives it back.
+                    fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
                 self._map = mmap.mmap(stream.fileno(), 0)
         except OSError as error:
             raise AcquisitionError(
@@ -111,7 +120,8 @@ class FrameRing:
     def create(cls, n_cameras: int, capacity: int = DEFAULT_CAPACITY) -> FrameRing:
         """Make a new ring in shared memory and return it as its owner."""
         folder = "/dev/shm" if Path("/dev/shm").is_dir() else None  # noqa: S108 - shared memory, made with a private name
-        descriptor, name = tempfile.mkstemp(prefix="ocmm-ring-", dir=folder)
+        _remove_orphans(Path(folder or tempfile.gettempdir()))
+        descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)
         size = _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
         head = np.zeros(_HEAD_WORDS, dtype="<i8")
         head[RingHeaderField.MAGIC], head[RingHeaderField.LAYOUT] = _MAGIC, _LAYOUT
@@ -270,3 +280,16 @@ def _no_ring(path: Path) -> AcquisitionError:
         f"{path}: this is not a frame ring of this version.",
         "Start the acquisition again.",
     )
+
+
+def _remove_orphans(folder: Path) -> None:
+    """Remove rings whose owner was killed: it holds a lock on its ring while it lives.
+
+    One that was made just now may not be locked yet.
+    """
+    for path in folder.glob(f"{_PREFIX}*"):
+        with contextlib.suppress(OSError), path.open("r+b") as stream:
+            state = os.fstat(stream.fileno())
+            if state.st_uid == os.getuid() and time.time() - state.st_mtime > _NEW_S:
+                fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+                path.unlink()
