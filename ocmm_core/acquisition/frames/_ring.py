@@ -28,7 +28,7 @@ from ocmm_core.camera import MAX_CAMERAS
 from ocmm_core.errors import AcquisitionError
 
 _MAGIC = 0x4F434D4D52494E47
-_LAYOUT = 2
+_LAYOUT = 3
 _HEAD_WORDS = 64
 _TEXT_BYTES = 1024
 REPORT_BYTES = 131072
@@ -69,6 +69,20 @@ class RingHeaderField(IntEnum):
     """When frames last came, `time.monotonic_ns` (one clock for all processes); 0 before."""
     INTERNAL = 24
     """1 where the writer ended by an error that nobody foresaw."""
+    READS = 25
+    """How often the reader asked for frames; 0 where nobody reads."""
+    BUS_NOW_NS = 26
+    """Time of a virtual bus while it goes on from cycle to cycle, which `BUS_STEPS` says."""
+    BUS_OFFSET_NS = 27
+    """What the time of a virtual bus is ahead of `time.monotonic_ns` while it flows."""
+    BUS_STEPS = 28
+    FRAMES_TAKEN = 29
+    """Frames that software cameras took from a virtual wire; they write this word and the next."""
+    FRAMES_ANSWERED = 30
+    PACE_PPM = 31
+    """Bus time over real time during the last second, 1e-6; 0: a bus that is not stretched."""
+    MEAN_PACE_PPM = 32
+    """The same since the start."""
 
 
 class FrameRing:
@@ -210,6 +224,7 @@ class FrameRing:
         Frames that the writer overwrote while or before they were read are counted in
         ``OVERRUN`` and not returned.
         """
+        self._words[RingHeaderField.READS] += 1
         # Taken before WRITTEN, so that a write in between can only make it too small: then the
         # second look below finds out.
         reserved = self.word(RingHeaderField.RESERVED)

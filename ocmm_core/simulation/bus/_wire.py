@@ -13,6 +13,7 @@ import numpy as np
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire import LinkWatch
+from ocmm_core.simulation.bus._camera_time import CameraTime
 from ocmm_core.simulation.bus._chain import Chain
 from ocmm_core.simulation.bus._deeds import FaultCommands
 from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, Faults
@@ -67,13 +68,15 @@ class LinkPort:
             if origin[2] != socket.PACKET_OUTGOING:
                 return bytearray(content)
 
-    def send(self, frame: bytearray | bytes) -> None:
-        """Send a frame; what cannot be sent is lost, as on a cable."""
+    def send(self, frame: bytearray | bytes) -> bool:
+        """Send a frame and say whether it left; what cannot be sent is lost, as on a cable."""
         try:
             self._socket.send(frame)
+            return True
         except OSError:
             # A link that is down refuses at once; without a pause this would spin.
             time.sleep(1e-4)
+            return False
 
     def renew(self) -> None:
         """Open the interface again where another one has its name now."""
@@ -107,6 +110,8 @@ class Wire:
     control
         Path of a Unix datagram socket that takes `CameraDeed` as JSON and sends a `DeedAnswer`
         back; empty: none.
+    camera_time
+        In which the cameras live; by default that of this computer.
     """
 
     def __init__(
@@ -116,7 +121,9 @@ class Wire:
         faults: Faults | None = None,
         second_interface: str = "",
         control: str = "",
+        camera_time: CameraTime | None = None,
     ) -> None:
+        self._time = camera_time or CameraTime()
         self.chain = chain
         self._faults = faults or Faults()
         self._random = np.random.default_rng(self._faults.seed)
@@ -150,7 +157,7 @@ class Wire:
             if now - housekeeping > _HOUSEKEEPING_NS:
                 housekeeping = now
                 for unit in self.chain.units:
-                    unit.camera.esc.poll(now)
+                    unit.camera.esc.poll(self._time.now_ns())
                 for port in self._ports:
                     port.renew()
                 self._look_at_links()
@@ -159,8 +166,9 @@ class Wire:
             self._obey()
             if answered:
                 continue
+            at_ns = self._time.now_ns()
             # One camera at a time, so that an answer never waits for more than one chunk.
-            busy = any(unit.powered and unit.camera.generate(now) for unit in self.chain.units)
+            busy = any(unit.powered and unit.camera.generate(at_ns) for unit in self.chain.units)
             if not busy:
                 ready, _, _ = select.select(wanted, [], [], _IDLE_S)
                 if ready and self._answers_nothing(ready):
@@ -169,6 +177,7 @@ class Wire:
 
     def close(self) -> None:
         """Give the interfaces back."""
+        self._time.close()
         for port in self._ports:
             port.close()
         if self._control is not None:
@@ -190,12 +199,20 @@ class Wire:
         for number, port in enumerate(self._ports):
             while (frame := port.receive()) is not None:
                 answered = True
-                way = self.chain.ways[number]
-                if not way.segment.process(frame, time.monotonic_ns()) or self._lose():
-                    continue
-                if way.leaves is not None:
-                    self._ports[way.leaves].send(frame)
+                now_ns = self._time.now_ns()
+                if self._time.stretched:
+                    # The master waits; a frame that was exposed must not be missing.
+                    for unit in self.chain.units:
+                        unit.camera.keep_up(now_ns)
+                self._time.taken(answered=self._answer(number, frame, now_ns))
         return answered
+
+    def _answer(self, number: int, frame: bytearray, now_ns: int) -> bool:
+        """Work on a frame and send it on; say whether it left."""
+        way = self.chain.ways[number]
+        if not way.segment.process(frame, now_ns) or self._lose() or way.leaves is None:
+            return False
+        return self._ports[way.leaves].send(frame)
 
     def _lose(self) -> bool:
         if not self._faults.drop:
@@ -213,7 +230,7 @@ class Wire:
                 return
             try:
                 answer = self._deeds.do(
-                    msgspec.json.decode(content, type=CameraDeed), time.monotonic_ns()
+                    msgspec.json.decode(content, type=CameraDeed), self._time.now_ns()
                 )
             except msgspec.DecodeError as error:
                 answer = DeedAnswer(

@@ -215,6 +215,12 @@ class SoftwareCamera:
         self.buffer.blind = self.electronics.sensor_fails
         return self.buffer.generate(self.esc.system_time_ns) or self.electronics.work(now_ns)
 
+    def keep_up(self, now_ns: int) -> None:
+        """Make all frames that are exposed by now."""
+        self.esc.now_ns = now_ns
+        while self.buffer.is_behind(self.esc.system_time_ns):
+            self.generate(now_ns)
+
     def remap(self, position: int, mapping_index: int) -> None:
         """Fault: let another PDO stand at a position of the input assignment."""
         value = struct.pack("<H", mapping_index)
