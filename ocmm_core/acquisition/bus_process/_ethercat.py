@@ -7,12 +7,14 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import (
     Cycle,
     CycleVerdict,
     ExposureCount,
     FrameJoiner,
+    Given,
     SourceDescription,
 )
 from ocmm_core.errors import BusError
@@ -207,9 +209,8 @@ class EthercatSource:
         fault = judge(answer, self._records, self._bus.schedule)
         if fault is not None:
             return self._refuse(fault, elapsed)
-        self._take(answer, joiner)
+        given = self._take(answer, joiner)
         end_ns = self._time.now_ns()
-        given = self._exposures.pull()
         if self._supervisor.good(end_ns):
             self._note(OPERATION, "The cameras are in operation.", end_ns)
         if late or elapsed > 1:
@@ -288,9 +289,10 @@ class EthercatSource:
         self._accounts.lost(gap)
         self._supervisor.brought_up(self._time.now_ns())
 
-    def _take(self, answer: CycleAnswer, joiner: FrameJoiner) -> None:
-        """Hand the frames that are new to the joiner, by their counters."""
+    def _take(self, answer: CycleAnswer, joiner: FrameJoiner) -> Given:
+        """Take the frames that are new, by their counters; return what is complete with them."""
         schedule = self._bus.schedule
+        fresh: list[tuple[int, NDArray[np.void]]] = []
         for camera, (header, content) in enumerate(zip(answer.headers, answer.inputs, strict=True)):
             record = self._records[camera]
             if self._accounts.taken(record, header, schedule):
@@ -301,16 +303,24 @@ class EthercatSource:
             frames = np.frombuffer(
                 content, FRAME_DTYPE, count=FRAMES_PER_CYCLE, offset=HEADER_STRUCT.size
             )[known : header.frames_valid]
-            if len(frames):
-                counter = first + known + np.arange(len(frames))
-                joiner.push(
-                    camera,
-                    schedule.start_ns + counter * schedule.period_ns,
-                    frames["flags"],
-                    frames["valid"],
-                    decode_spots(frames),
-                )
+            fresh.append((first + known, frames))
             self._records[camera] = advance(record, header, schedule)
+        if len({(first, len(frames)) for first, frames in fresh}) == 1 and len(fresh[0][1]):
+            together = np.stack([frames for _, frames in fresh])
+            given = self._exposures.pass_on(
+                fresh[0][0], together["flags"], together["valid"], decode_spots(together)
+            )
+            if given is not None:
+                return given
+        for camera, (first, frames) in enumerate(fresh):
+            joiner.push(
+                camera,
+                schedule.start_ns + (first + np.arange(len(frames))) * schedule.period_ns,
+                frames["flags"],
+                frames["valid"],
+                decode_spots(frames),
+            )
+        return self._exposures.pull()
 
     def _listen(self) -> None:
         """Write down what the cameras told and what became of requests."""

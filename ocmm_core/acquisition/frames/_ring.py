@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records, to_records
+from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records
 from ocmm_core.camera import MAX_CAMERAS
 from ocmm_core.errors import AcquisitionError
 
@@ -120,6 +120,9 @@ class FrameRing:
         self._frames: NDArray[np.void] = np.frombuffer(
             self._map, dtype=frame_dtype(self.n_cameras), count=self.capacity, offset=_DATA_OFFSET
         )
+        # Looked up once; frames are written a thousand times a second.
+        names = self._frames.dtype.names or ()
+        self._columns = tuple((name, self._frames[name]) for name in names)
 
     @classmethod
     def create(cls, n_cameras: int, capacity: int = DEFAULT_CAPACITY) -> FrameRing:
@@ -209,14 +212,16 @@ class FrameRing:
                 f"into a ring of {self.capacity} frames of {self.n_cameras} cameras.",
                 "Start the acquisition again with the rig that the source was made for.",
             )
-        records = to_records(block)
         written = self.word(RingHeaderField.WRITTEN)
-        self._words[RingHeaderField.RESERVED] = written + len(records)
+        self._words[RingHeaderField.RESERVED] = written + len(block)
         start = written % self.capacity
-        first = min(len(records), self.capacity - start)
-        self._frames[start : start + first] = records[:first]
-        self._frames[: len(records) - first] = records[first:]
-        self._words[RingHeaderField.WRITTEN] = written + len(records)
+        first = min(len(block), self.capacity - start)
+        for name, places in self._columns:
+            values = getattr(block, name)
+            places[start : start + first] = values[:first]
+            if first < len(block):
+                places[: len(block) - first] = values[first:]
+        self._words[RingHeaderField.WRITTEN] = written + len(block)
 
     def read(self, limit: int) -> FrameBlock | None:
         """Return up to ``limit`` of the oldest unread frames, or None.
@@ -256,6 +261,7 @@ class FrameRing:
         # The views must go before the map can be closed.
         self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
         self._frames = np.zeros(0, dtype=np.void(1).dtype)
+        self._columns = ()
         self._map.close()
         if self._owner:
             self.path.unlink(missing_ok=True)

@@ -39,6 +39,7 @@ _SILENT_CYCLES = 3
 _SPOT_LIMIT = 8192 * SUBPIXELS
 """No sensor is larger; in pixels on the wire."""
 _KNOWN_FRAME_FLAGS = 0x000F
+_FRAME_WORDS = FRAME_DTYPE.itemsize // 4
 _CYCLE_COUNTERS = 256
 _OLD_CYCLE = 200
 """A cycle counter that seems to have advanced so far went back instead."""
@@ -311,12 +312,16 @@ def _frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
     """Return what is wrong with the frames themselves: the check sum was made over nonsense."""
     if not count:
         return None
-    frames = np.frombuffer(content, FRAME_DTYPE, count=count, offset=HEADER_STRUCT.size)
-    if int(frames["valid"].max()) >> N_SLOTS:
+    words = np.frombuffer(content, "<i4", count=count * _FRAME_WORDS, offset=HEADER_STRUCT.size)
+    frames = words.reshape(count, _FRAME_WORDS)
+    # Two numbers of 16 bits each stand before the spots.
+    marks = int(np.bitwise_or.reduce(frames[:, 0]))
+    if (marks & 0xFFFF) >> N_SLOTS:
         return Alarm.PAYLOAD, f"claims spots in more than {N_SLOTS} slots"
-    if int(np.bitwise_or.reduce(frames["flags"])) & ~_KNOWN_FRAME_FLAGS:
+    if (marks >> 16 & 0xFFFF) & ~_KNOWN_FRAME_FLAGS:
         return Alarm.PAYLOAD, "sent frame flags that do not exist"
-    if max(int(frames["xy"].max()), -int(frames["xy"].min())) > _SPOT_LIMIT:
+    spots = frames[:, 1:]
+    if max(int(spots.max()), -int(spots.min())) > _SPOT_LIMIT:
         return Alarm.PAYLOAD, "sent spots far outside of its sensor"
     return None
 

@@ -374,10 +374,12 @@ class Master:
         port.begin(service, token)
         for own in self._own:
             drain(own)
+        # Both leave one right behind the other, so that whoever answers wakes up once.
+        beside = service.compose(jobs)
         sent_ns = time.monotonic_ns()
         if self._master.send_processdata() <= 0:
             return Passage(0, False, False, sent_ns, sent_ns)
-        port.send_service(service.compose(jobs))
+        port.send_service(beside)
         deadline_ns = sent_ns + timeout_ns
         if port.ring is None:
             whole, any_came, answered_ns = port.await_answers(service, deadline_ns)

@@ -23,6 +23,8 @@ _FRAME_BYTES = 2048
 _DEED_BYTES = 4096
 _IDLE_S = 0.002
 _HOUSEKEEPING_NS = 5_000_000
+_LOOK_ROUNDS = 4
+"""Watchdogs need a look that often, links and names of interfaces only every so many times."""
 
 
 class LinkPort:
@@ -147,7 +149,7 @@ class Wire:
 
     def run(self, stopping: Callable[[], bool]) -> None:
         """Answer until ``stopping``, asked every few milliseconds, says so."""
-        housekeeping = 0
+        housekeeping = rounds = 0
         wanted: list[LinkPort | socket.socket] = [*self._ports]
         if self._control is not None:
             wanted.append(self._control)
@@ -158,9 +160,11 @@ class Wire:
                 housekeeping = now
                 for unit in self.chain.units:
                     unit.camera.esc.poll(self._time.now_ns())
-                for port in self._ports:
-                    port.renew()
-                self._look_at_links()
+                rounds += 1
+                if rounds % _LOOK_ROUNDS == 0:
+                    for port in self._ports:
+                        port.renew()
+                    self._look_at_links()
                 if stopping():
                     return
             self._obey()
@@ -195,24 +199,39 @@ class Wire:
         return self._control not in ready and not self._answer_all()
 
     def _answer_all(self) -> bool:
+        if self._time.stretched:
+            return self._answer_together()
         answered = False
         for number, port in enumerate(self._ports):
             while (frame := port.receive()) is not None:
                 answered = True
-                now_ns = self._time.now_ns()
-                if self._time.stretched:
-                    # The master waits; a frame that was exposed must not be missing.
-                    for unit in self.chain.units:
-                        unit.camera.keep_up(now_ns)
-                self._time.taken(answered=self._answer(number, frame, now_ns))
+                leaves = self._work_on(frame, number, time.monotonic_ns())
+                if leaves is not None:
+                    self._ports[leaves].send(frame)
         return answered
 
-    def _answer(self, number: int, frame: bytearray, now_ns: int) -> bool:
-        """Work on a frame and send it on; say whether it left."""
+    def _answer_together(self) -> bool:
+        """Answer all frames that are there at once: the master waits, and wakes up once."""
+        done: list[tuple[bytearray, int | None]] = []
+        for number, port in enumerate(self._ports):
+            while (frame := port.receive()) is not None:
+                now_ns = self._time.now_ns()
+                if not done:
+                    # No frame that was exposed may be missing, however slow this computer is.
+                    for unit in self.chain.units:
+                        unit.camera.keep_up(now_ns)
+                done.append((frame, self._work_on(frame, number, now_ns)))
+        for frame, leaves in done:
+            sent = leaves is not None and self._ports[leaves].send(frame)
+            self._time.taken(answered=sent)
+        return bool(done)
+
+    def _work_on(self, frame: bytearray, number: int, now_ns: int) -> int | None:
+        """Let the cameras work on a frame; return the port where it leaves, None: nowhere."""
         way = self.chain.ways[number]
-        if not way.segment.process(frame, now_ns) or self._lose() or way.leaves is None:
-            return False
-        return self._ports[way.leaves].send(frame)
+        if not way.segment.process(frame, now_ns) or self._lose():
+            return None
+        return way.leaves
 
     def _lose(self) -> bool:
         if not self._faults.drop:
