@@ -306,7 +306,9 @@ class EthercatSource:
             fresh.append((first + known, frames))
             self._records[camera] = advance(record, header, schedule)
         if len({(first, len(frames)) for first, frames in fresh}) == 1 and len(fresh[0][1]):
-            together = np.stack([frames for _, frames in fresh])
+            together = np.empty((len(fresh), len(fresh[0][1])), FRAME_DTYPE)
+            for camera, (_, frames) in enumerate(fresh):
+                together[camera] = frames
             given = self._exposures.pass_on(
                 fresh[0][0], together["flags"], together["valid"], decode_spots(together)
             )

@@ -20,7 +20,7 @@ _EARLY_NS = 6_000_000
 """So much is done in one go; to wake up for every cycle costs more than the cycle."""
 _DEBT_NS = 100_000_000
 """A computer that was busy for so long catches up."""
-_PATIENCE = 10
+_PATIENCE = 50
 """Cameras that share a busy computer with their master answer late while they are configured."""
 _WINDOW_NS = 1_000_000_000
 """The pace is that of the last second or so."""
@@ -46,7 +46,6 @@ class SteppedTime(HostTime):
         self._taken = self._answered = 0
         self._window = (0, 0)
         self._spent_ns = self._passed_ns = 0
-        self._tell(1.0)
 
     def now_ns(self) -> int:
         """Return the bus's time now."""
@@ -123,7 +122,7 @@ class SteppedTime(HostTime):
 
     def _tell(self, pace: float) -> None:
         self.pace = pace = min(1.0, pace)
-        mean = self._passed_ns / self._spent_ns if self._spent_ns else 1.0
+        mean = self._passed_ns / self._spent_ns
         for word, value in (
             (RingHeaderField.PACE_PPM, pace),
             (RingHeaderField.MEAN_PACE_PPM, mean),

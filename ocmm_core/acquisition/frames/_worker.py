@@ -61,7 +61,7 @@ class AcquisitionStatus:
         It stopped on an error that nobody foresaw; ``message`` names it.
     pace, mean_pace
         Bus time over real time on a virtual bus, which waits for a busy computer: during the last
-        second, and since the start. None for everything else.
+        second, and since the start. None for everything else, and before it is known.
     """
 
     state: AcquisitionState

@@ -39,6 +39,8 @@ _SILENT_CYCLES = 3
 _SPOT_LIMIT = 8192 * SUBPIXELS
 """No sensor is larger; in pixels on the wire."""
 _KNOWN_FRAME_FLAGS = 0x000F
+# Plain numbers: a flag of an enumeration costs more than the question.
+_OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
 _FRAME_WORDS = FRAME_DTYPE.itemsize // 4
 _CYCLE_COUNTERS = 256
 _OLD_CYCLE = 200
@@ -277,9 +279,9 @@ def _complaint(
     """Return what is wrong with the data of one camera, or None."""
     if not check_data_crc(content):
         return Alarm.PAYLOAD, "sent data that were damaged on the way"
-    if not header.status & CameraStatus.OPERATIONAL:
+    if not header.status & _OPERATIONAL:
         return Alarm.LEFT_OPERATION, "is not in operation"
-    if not header.status & CameraStatus.SYNCHRONISED:
+    if not header.status & _SYNCHRONISED:
         return Alarm.SYNC, "is not synchronised to the bus clock"
     if record.boot_counter is not None and header.boot_counter != record.boot_counter:
         return Alarm.RESTARTED, "was restarted"

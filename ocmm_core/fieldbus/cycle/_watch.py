@@ -155,7 +155,10 @@ class StateWatch:
             # The highest bit is the sign.
             size = raw & 0x7FFFFFFF
             offset = -size if raw >> 31 else size
-            self._cameras[camera] = replace(self._cameras[camera], clock_offset_ns=offset)
+            known = self._cameras[camera]
+            self._cameras[camera] = CameraView(
+                known.answers, known.state, known.error, known.code, offset, known.link_errors
+            )
 
     def _errors(self, camera: int, answer: Datagram | None) -> None:
         if answer is not None and answer.working_counter == 1:

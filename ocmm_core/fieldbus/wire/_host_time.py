@@ -17,7 +17,8 @@ class HostTime:
     patience
         How many times longer than real cameras others are waited for.
     pace
-        This time over real time during the last second or so; None where it is the same.
+        This time over real time during the last second or so; None where it is the same, and
+        before it is known.
     """
 
     stretched = False
