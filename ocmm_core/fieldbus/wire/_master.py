@@ -50,7 +50,7 @@ _SETTLE_US = 300
 _SETTLE_RING_US = 400
 _SETTLE_LINE_US = 60
 _SETTLE_STRETCHED_US = 50_000
-_FUSE_STRETCHED_S = 5.0
+_FUSE_STRETCHED_S = 30.0
 _FUSE_S = 0.1
 _FUSE_RET_US, _FUSE_RET_RING_US = 50, 1000
 _STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
@@ -95,7 +95,7 @@ class Master:
         self._own: list[socket.socket] = []
         self._port: Port | None = None
         interfaces = [interface, redundant] if redundant else [interface]
-        _be_impatient(self._time.patience)
+        _shorten_pysoem_timeouts(self._time.patience)
         before = packet_sockets()
         self._master = pysoem.Master()
         self._master.always_release_gil = True
@@ -439,7 +439,7 @@ def _fork_quietly() -> int:
         return os.fork()
 
 
-def _be_impatient(patience: int) -> None:
+def _shorten_pysoem_timeouts(patience: int) -> None:
     """Let no single call of pysoem wait for seconds; these settings exist only once a process."""
     pysoem.settings.timeouts.ret = patience * _RET_US
     pysoem.settings.timeouts.rx_mailbox = patience * _SDO_TIMEOUT_US
