@@ -163,7 +163,7 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
     session.serials = before
     yield BusPhase.SCAN
     session.ring_is_line = len(live) < len(settings.interfaces)
-    master = session.master = Master(live[0], *live[1:], host_time=host_time)
+    master = session.master = Master(live[0], live[1] if len(live) > 1 else "", host_time)
     master.find()
     yield BusPhase.SCAN
     for _ in master.steps_to(PREOP):
