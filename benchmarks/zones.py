@@ -61,13 +61,13 @@ def peer(start: Fit, points: Points3) -> float:
     ones = np.ones((n, 1))
     width = np.inf
     for _ in range(30):
-        found, slopes = distances(task.surface, placed.local(task.points), placed.sizes)
+        found, jacobian = distances(task.surface, placed.local(task.points), placed.sizes)
         if width - np.ptp(found) < 1e-13:
             break
         width = float(np.ptp(found))
-        step = np.zeros(slopes.shape[1])
-        slopes = slopes[:, free]
-        rows = np.block([[slopes, -ones, 0.0 * ones], [-slopes, 0.0 * ones, ones]])
+        step = np.zeros(jacobian.shape[1])
+        jacobian = jacobian[:, free]
+        rows = np.block([[jacobian, -ones, 0.0 * ones], [-jacobian, 0.0 * ones, ones]])
         answer = linprog(
             np.array([0.0] * len(free) + [1.0, -1.0]), rows, np.concatenate([-found, found]),
             bounds=[(-0.1, 0.1)] * len(free) + [(None, None)] * 2, method="highs",

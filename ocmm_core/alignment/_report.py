@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
-from ocmm_core.alignment._frame_slopes import frame_jacobian
-from ocmm_core.alignment._precedence import geometries_of, held_again
+from ocmm_core.alignment._frame_jacobian import frame_jacobian
+from ocmm_core.alignment._precedence import geometries_of, refit_under_precedence
 from ocmm_core.alignment._residuals import Residual, brought_together, residuals_of
 from ocmm_core.alignment._rules import (
     BestFit,
@@ -90,19 +90,19 @@ def preview_alignment(
             if isinstance(reason, FitError):
                 raise reason
         bound = settled(bound, geometries)
-        held = held_again(bound, measured)
+        held = refit_under_precedence(bound, measured)
         T_part_from_world = frame_of(bound, held.geometries)
         T_nominal_from_part = _to_nominals(bound)
-        slopes = frame_jacobian(bound, held.features, T_part_from_world)
+        jacobian = frame_jacobian(bound, held.features, T_part_from_world)
     except OcmmError as error:
         said = (f"{error.what} {error.remedy}",)
         return AlignmentReport(bound.frame, None, None, (), (), None, None, said)
     T_nominal_from_world = T_nominal_from_part.compose(T_part_from_world)
     residuals = residuals_of(
-        bound, measured, T_nominal_from_world, _turned(slopes, T_nominal_from_part), factors
+        bound, measured, T_nominal_from_world, _turned(jacobian, T_nominal_from_part), factors
     )
     free = _free(bound, geometries)
-    spread = None if factors is None or not len(bound.features) else _spread(slopes, factors)
+    spread = None if factors is None or not len(bound.features) else _spread(jacobian, factors)
     return AlignmentReport(
         frame=bound.frame,
         T_part_from_world=T_part_from_world,
@@ -147,16 +147,16 @@ def _to_nominals(bound: BoundAlignment) -> RigidTransform:
         ) from error
 
 
-def _turned(slopes: Float, T_nominal_from_part: RigidTransform) -> Float:
+def _turned(jacobian: Float, T_nominal_from_part: RigidTransform) -> Float:
     """Return the small motions of the part frame as those of the frame of the nominals."""
     rotation, translation = T_nominal_from_part.rotation, T_nominal_from_part.translation
-    turns = rotation @ slopes[:3]
-    moved: Float = np.vstack([turns, rotation @ slopes[3:] + skew(translation) @ turns])
+    turns = rotation @ jacobian[:3]
+    moved: Float = np.vstack([turns, rotation @ jacobian[3:] + skew(translation) @ turns])
     return moved
 
 
-def _spread(slopes: Float, factors: PointFactors) -> Float:
-    variances = np.diagonal(factors.of(slopes))
+def _spread(jacobian: Float, factors: PointFactors) -> Float:
+    variances = np.diagonal(factors.of(jacobian))
     spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
     return spread
 

@@ -53,7 +53,7 @@ def residuals_of(
     bound: BoundAlignment,
     measured: Mapping[str, ActualFeature],
     T_nominal_from_world: RigidTransform,
-    slopes: Float,
+    frame_jacobian: Float,
     factors: PointFactors | None,
 ) -> tuple[Residual, ...]:
     """Return how far all measured features lie from their nominals, those of the frame first.
@@ -64,8 +64,8 @@ def residuals_of(
         The alignment.
     measured
         Features that are known; those without a nominal have no residual.
-    slopes
-        (6, 3 N + 1): how the frame of the nominals moves (`alignment.frame_slopes`).
+    frame_jacobian
+        (6, 3 N + 1): how the frame of the nominals moves (`alignment.frame_jacobian`).
     factors
         Of the points, or None.
     """
@@ -78,7 +78,7 @@ def residuals_of(
             measured[name],
             nominals[name],
             T_nominal_from_world,
-            slopes,
+            frame_jacobian,
             factors,
             aligned=name in first,
             whole=name in points,
@@ -112,7 +112,7 @@ def _residual(
     feature: ActualFeature,
     nominal: Float,
     T_nominal_from_world: RigidTransform,
-    slopes: Float,
+    frame_jacobian: Float,
     factors: PointFactors | None,
     *,
     aligned: bool,
@@ -126,7 +126,7 @@ def _residual(
         place, gain = gauge_point(geometry, float(nominal[RADIUS])), _gauge_gain(feature, nominal)
     rotation = T_nominal_from_world.rotation
     at = T_nominal_from_world.apply(place)
-    moved = slopes[3:] - skew(at) @ slopes[:3] + rotation @ gain
+    moved = frame_jacobian[3:] - skew(at) @ frame_jacobian[:3] + rotation @ gain
     # Where places were brought together as points, the depth of a circle counted as well.
     keep = np.eye(3) if whole else _directions(shape, nominal)
     offset = keep @ (at - nominal[POINT])
@@ -135,7 +135,7 @@ def _residual(
         here, there = rotation @ unit(direction), unit(nominal[DIRECTION])
         sense = 1.0 if shape.spec.has_sense or here @ there >= 0.0 else -1.0
         angle = float(np.arctan2(np.linalg.norm(np.cross(here, there)), sense * (here @ there)))
-        tilted = -skew(here) @ slopes[:3] + rotation @ turning
+        tilted = -skew(here) @ frame_jacobian[:3] + rotation @ turning
     return Residual(
         feature=feature.nominal.name,
         aligned=aligned,
@@ -169,7 +169,7 @@ def _directions(shape: Shape, nominal: Float) -> Float:
 
 
 def _worst(rows: Float, factors: PointFactors | None) -> float | None:
-    """Return U (k = 2) of a vector with slopes (3, 3 N + 1) in its least certain direction."""
+    """Return U (k = 2) of a vector with Jacobian (3, 3 N + 1) in its least certain direction."""
     if factors is None:
         return None
     values = np.linalg.eigvalsh(factors.of(rows))

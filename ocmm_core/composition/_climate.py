@@ -117,10 +117,10 @@ def climate_in_use(
         made = Temperature(calibration.temperature_c, request.sigma_k, "record of the calibration")
     elif calibration is None and design.reference_temperature_c is not None:
         made = Temperature(design.reference_temperature_c, request.sigma_k, "design of the probe")
-    warmth = TemperatureState(now, made, request.compensate_probe)
+    temperature_state = TemperatureState(now, made, request.compensate_probe)
     return ClimateInUse(
-        Climate(warmth, part, design.text),
-        body_in_use(body, design, warmth),
+        Climate(temperature_state, part, design.text),
+        body_in_use(body, design, temperature_state),
         contact_force(design, body),
     )
 

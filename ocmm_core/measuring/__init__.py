@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
     from ocmm_core.measuring._probe_budget import BudgetTerm
     from ocmm_core.measuring._probe_maps import colour_at, map_range
+    from ocmm_core.measuring._probe_messages import label_verdict, label_words, mechanics_words
     from ocmm_core.measuring._probe_report import Examination, Mechanics, ProbeReport, examine
-    from ocmm_core.measuring._probe_words import label_verdict, label_words, mechanics_words
     from ocmm_core.measuring._stable_point import PointOptions, StablePoint, average
     from ocmm_core.measuring._temperature import (
         CLIMATE_EVENT,
@@ -69,7 +69,7 @@ else:
         _probe_budget="BudgetTerm",
         _probe_maps="colour_at map_range",
         _probe_report="Examination Mechanics ProbeReport examine",
-        _probe_words="label_verdict label_words mechanics_words",
+        _probe_messages="label_verdict label_words mechanics_words",
         _stable_point="PointOptions StablePoint average",
         _temperature=(
             "CLIMATE_EVENT Climate PartTemperature check_part climate_of_text record_text "

@@ -113,7 +113,7 @@ class ProbeState:
     """What the probe document in use has been widened by, so that a budget can tell it apart."""
 
     design: ProbeDesign
-    warmth: TemperatureState
+    temperature_state: TemperatureState
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,10 +227,12 @@ def _of_probe(body: ProbeBody, probe: ProbeState | None) -> list[tuple[Source, F
     bare = replace(body, geometry_covariance=np.zeros_like(body.geometry_covariance))
     hanging = sag_shape(probe.design, body)
     weight = np.outer(hanging, hanging) / 3.0
-    warmth = body_in_use(bare, probe.design, probe.warmth).geometry_covariance - weight
+    temperature_state = (
+        body_in_use(bare, probe.design, probe.temperature_state).geometry_covariance - weight
+    )
     return [
-        (PROBE, body.geometry_covariance - warmth - weight),
-        (WARMTH, warmth),
+        (PROBE, body.geometry_covariance - temperature_state - weight),
+        (WARMTH, temperature_state),
         (WEIGHT, weight),
     ]
 

@@ -137,15 +137,17 @@ class CalibrationWatch:
         record = self.in_use.record
         if record is not None and report is not None:
             temperatures = [camera.temperature_c for camera in report.cameras]
-            warmth, warnings = check_camera_temperature(record, temperatures)
+            temperature_state, warnings = check_camera_temperature(record, temperatures)
             view = replace(
-                view, obstacle=view.obstacle or warmth, warnings=(*view.warnings, *warnings)
+                view,
+                blocker=view.blocker or temperature_state,
+                warnings=(*view.warnings, *warnings),
             )
-        if view.obstacle is None and self._record_in_cameras() is not None:
+        if view.blocker is None and self._record_in_cameras() is not None:
             if report is None or self._asked != _powered(report):
-                return replace(view, obstacle=_NOT_ASKED)
+                return replace(view, blocker=_NOT_ASKED)
             if self._stored is not None:
-                return replace(view, word=CalibrationStatus.UNUSABLE, obstacle=self._stored)
+                return replace(view, word=CalibrationStatus.UNUSABLE, blocker=self._stored)
         return view
 
     def _record_in_cameras(self) -> CameraRecord | None:

@@ -117,7 +117,7 @@ class JobChange:
             if after.session.reference_home is not None:
                 # Its points are relative to where the reference body stood when it was begun.
                 pipeline = self._frames.pipeline_from(after.session.reference_home)
-            with self._frames.between():
+            with self._frames.exclusive():
                 self._instruments.note_start(after)
                 if after.use is not before.use:
                     words = _pause_unfinished(before.session, before.file)

@@ -107,7 +107,7 @@ class LiveState:
         self._fed_at = now
 
     def view(
-        self, acquisition: AcquisitionStatus, obstacle: str, faults: tuple[str, ...] = ()
+        self, acquisition: AcquisitionStatus, blocker: str, faults: tuple[str, ...] = ()
     ) -> LiveView:
         """Return the snapshot (any thread).
 
@@ -115,13 +115,13 @@ class LiveState:
         ----------
         acquisition
             Its state now.
-        obstacle
+        blocker
             Why the calibration allows no points, or empty.
         faults
             What has failed beside the measuring.
         """
         raw, track, rate = self._raw, self._track, list(self._rate)
-        word, reason = self._judge(acquisition, track, obstacle)
+        word, reason = self._judge(acquisition, track, blocker)
         trusted = word in (StatusWord.READY, StatusWord.MEASURING) and track is not None
         shown = None
         if trusted and track is not None:
@@ -169,7 +169,7 @@ class LiveState:
         )
 
     def _judge(
-        self, acquisition: AcquisitionStatus, track: TrackBlock | None, obstacle: str
+        self, acquisition: AcquisitionStatus, track: TrackBlock | None, blocker: str
     ) -> tuple[StatusWord, str]:
         if acquisition.internal:
             return StatusWord.FAILED, acquisition.message
@@ -181,8 +181,8 @@ class LiveState:
             trouble = self._trouble_of(self._bus, acquisition)
             if trouble:
                 return StatusWord.NOT_READY, trouble
-        if obstacle:
-            return StatusWord.NOT_READY, obstacle
+        if blocker:
+            return StatusWord.NOT_READY, blocker
         if track is None:
             return StatusWord.NOT_READY, "Waiting for the cameras."
         status = FrameStatus(int(track.status[-1]))

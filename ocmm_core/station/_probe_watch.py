@@ -71,7 +71,7 @@ class ProbeWatch:
         self._looked_at = -float("inf")
         self._settled = 0
         self._used = max(map(datetime.fromisoformat, job.taken_utc().values()), default=None)
-        self._blows = ShockDetector()
+        self._shocks = ShockDetector()
         self._dropped: Blocker | None = None
 
     def start(self) -> None:
@@ -134,7 +134,7 @@ class ProbeWatch:
         OcmmError
             A doubt could not be made durable; a blow stops the points all the same.
         """
-        dropped = self._notice_blow(block)
+        dropped = self._notice_shock(block)
         paused = self._notice_pause()
         settled = self.settle()
         return dropped or paused or settled
@@ -166,12 +166,12 @@ class ProbeWatch:
 
     def _judge(self) -> ProbeView:
         view = judge(self.in_use, self._clock())
-        if view.obstacle is None and self._dropped is not None:
-            return replace(view, word=CalibrationStatus.SUSPECT, obstacle=self._dropped)
+        if view.blocker is None and self._dropped is not None:
+            return replace(view, word=CalibrationStatus.SUSPECT, blocker=self._dropped)
         return view
 
-    def _notice_blow(self, block: FrameBlock) -> bool:
-        begun = self._blows.feed(block)
+    def _notice_shock(self, block: FrameBlock) -> bool:
+        begun = self._shocks.feed(block)
         if not len(begun):
             return False
         now = self._clock()

@@ -16,7 +16,7 @@ from ocmm_core.camera import Rig
 from ocmm_gui.charts import HistoryChart
 from ocmm_gui.kit import session_of, stacked
 from ocmm_gui.maintain._calibration_table import HistoryTable, local_time
-from ocmm_gui.maintain._standing import StandingPage, in_a_row
+from ocmm_gui.maintain._status_page import StatusPage, in_a_row
 
 DESIGN = "The cameras are virtual: they are taken to be as the rig document says."
 _IN_ORDER = "Calibrated, verified, and in date. Points may be taken."
@@ -40,7 +40,7 @@ _FACTS = (
 _IN_DOUBT = " Recall jobs (F12) shows which of their verdicts hold."
 
 
-class CalibrationPage(StandingPage[CalibrationView, CalibrationOverview]):
+class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
     """Standing, facts, trends and history of the calibration.
 
     Parameters

@@ -239,7 +239,7 @@ class ProbeDesignPage(QWidget):
             self._sentence.setText(
                 f"Standard uncertainty of the tip in space by the spots alone, probe "
                 f"'{report.probe}' with rig '{report.rig}': X {x:.1f}, Y {y:.1f}, Z {z:.1f} µm; "
-                f"below {number.nineteen_of_twenty_um:.1f} µm in 95 of 100 poses. "
+                f"below {number.p95_um:.1f} µm in 95 of 100 poses. "
                 f"{100.0 * number.share:.0f} % of the poses give a number."
             )
         else:

@@ -11,7 +11,7 @@ from ocmm_gui.charts import HistoryChart
 from ocmm_gui.kit import stacked
 from ocmm_gui.maintain._calibration_table import local_time
 from ocmm_gui.maintain._probe_tables import TipHistoryTable, TipTable
-from ocmm_gui.maintain._standing import StandingPage, in_a_row
+from ocmm_gui.maintain._status_page import StatusPage, in_a_row
 
 DESIGN = "The probe is virtual: it is taken to be as its document says."
 _IN_ORDER = "Calibrated, qualified, and in date. Points may be taken."
@@ -30,7 +30,7 @@ _FACTS = (
 )
 
 
-class ProbePage(StandingPage[ProbeView, ProbeOverview]):
+class ProbePage(StatusPage[ProbeView, ProbeOverview]):
     """Standing, tips, trends and history of the probe.
 
     Parameters
@@ -104,13 +104,13 @@ def _facts(view: ProbeView) -> dict[str, str]:
         return words
     calibration, qualification = view.records.calibration, view.records.qualification
     made = [calibration] if qualification is None else [calibration, qualification]
-    warmth = " / ".join(
+    temperature_state = " / ".join(
         "?" if one.temperature_c is None else f"{one.temperature_c:.1f}" for one in made
     )
     words |= {
         "Calibrated": f"{local_time(calibration.made_utc)[:10]}, {calibration.made_by}",
         "Valid until": local_time(view.due_utc)[:10],
-        "Warmth": f"{warmth} °C",
+        "Warmth": f"{temperature_state} °C",
         "Turned": "{:.0f}°, {:.0f}°, {:.0f}°".format(*calibration.ranges_deg),
     }
     if qualification is not None:

@@ -82,7 +82,7 @@ class TipTable(DataTable):
             for column, text in enumerate(_tip_words(one)):
                 colour = theme.text
                 if column == _STANDING:
-                    colour = colours.get(one.standing.state, theme.bad)
+                    colour = colours.get(one.status.state, theme.bad)
                 self._write(row, column, text, colour)
 
 
@@ -102,19 +102,19 @@ def _tip_words(one: TipState) -> tuple[str, ...]:
     name = f"▶ {one.tip}" if one.mounted else f"   {one.tip}"
     until = local_time(one.due_utc)[:10]
     if found is None:
-        return (name, one.standing.state.value, "–", "–", "–", "never", "–", until)
-    warmth = "" if found.temperature_c is None else f", {found.temperature_c:.1f} °C"
+        return (name, one.status.state.value, "–", "–", "–", "never", "–", until)
+    temperature_state = "" if found.temperature_c is None else f", {found.temperature_c:.1f} °C"
     checked = "–"
     if check is not None:
         verdict = "passed" if check.passed else "FAILED"
         checked = f"{local_time(check.made_utc)[:10]} {verdict}"
     return (
         name,
-        one.standing.state.value,
+        one.status.state.value,
         f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}",
         f"{1e3 * found.form_mm:.1f}",
         f"{1e3 * found.articulation_2s_mm:.1f}",
-        f"{local_time(found.made_utc)[:10]}{warmth}",
+        f"{local_time(found.made_utc)[:10]}{temperature_state}",
         checked,
         until,
     )

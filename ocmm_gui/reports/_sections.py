@@ -26,8 +26,8 @@ from ocmm_gui.reports._canvas import (
     Style,
     paint_text,
 )
+from ocmm_gui.reports._messages import count_words, element_words, measurand
 from ocmm_gui.reports._symbols import paint_symbol
-from ocmm_gui.reports._words import count_words, element_words, measurand
 
 _MARKS = {
     Verdict.CONFORM: "✓",

@@ -102,13 +102,13 @@ class ResultDetail(QFrame):
         self,
         source: JobSource,
         result: CharacteristicResult,
-        standing: str,
+        status: str,
     ) -> None:
-        """Show a result of a job; ``standing`` is how cameras and probe stand."""
+        """Show a result of a job; ``status`` is how cameras and probe stand."""
         self._source, self._result = source, result
         self.bar.show_result(result)
         self._rule.setText(decision_words(result))
-        self._standing.setText(standing)
+        self._standing.setText(status)
         self._note.setText(" ".join(part for part in (result.note, result.caution) if part))
         self._note.setVisible(bool(self._note.text()))
         self._paint_verdict()

@@ -196,8 +196,8 @@ class ResultsSheet(Sheet):
         result = self._result(name)
         if result is None or self._job is None:
             return
-        standing = self._source.calibration or self._calibration()
-        self.detail.show_result(self._source, result, standing)
+        status = self._source.calibration or self._calibration()
+        self.detail.show_result(self._source, result, status)
 
     def _show_points(self, found: object) -> None:
         up = self.detail.up()

@@ -90,7 +90,7 @@ class StartPage(QWidget):
         self._offers = tuple(offers)
         self.list.clear()
         for offer in offers:
-            item = QListWidgetItem(f"{'▲ ' if offer.obstacle else ''}{offer.title}", self.list)
+            item = QListWidgetItem(f"{'▲ ' if offer.blocker else ''}{offer.title}", self.list)
             item.setSizeHint(QSize(100, _ROW_PX))
         self._offered.setVisible(bool(offers))
         if offers:
@@ -174,9 +174,9 @@ class StartPage(QWidget):
 
     def _show_choice(self, _row: int = 0) -> None:
         offer = self._offer()
-        self.resume_button.setEnabled(offer is not None and not offer.obstacle)
-        self._note.setText("" if offer is None else offer.obstacle or "Nothing of it was lost.")
-        new = offer is None or bool(offer.obstacle)
+        self.resume_button.setEnabled(offer is not None and not offer.blocker)
+        self._note.setText("" if offer is None else offer.blocker or "Nothing of it was lost.")
+        new = offer is None or bool(offer.blocker)
         for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
             button.setProperty("role", "primary" if primary else "plain")
             button.style().unpolish(button)
@@ -197,12 +197,12 @@ class StartPage(QWidget):
 
     def _resume(self) -> None:
         offer = self._offer()
-        if offer is not None and not offer.obstacle:
+        if offer is not None and not offer.blocker:
             self.resumed.emit(offer.path)
 
     def _paint(self) -> None:
         offer = self._offer()
-        warned = offer is not None and bool(offer.obstacle)
+        warned = offer is not None and bool(offer.blocker)
         self._note.setStyleSheet(f"color: {self._theme.warn if warned else self._theme.muted};")
         self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
 

@@ -33,7 +33,7 @@ def test_words_and_marks_of_every_standing() -> None:
     assert tip_words(VIEW, TrustPlace.DESK) == "Probe standard, tip 6 mm: VALID, ball 5.9981 mm."
     assert tip_words(VIEW, TrustPlace.FAR) == "Tip 6 mm: VALID"
     assert tip_mark(VIEW) is Mark.GOOD
-    suspect = replace(VIEW, word=CalibrationStatus.SUSPECT, obstacle=MOUNTED)
+    suspect = replace(VIEW, word=CalibrationStatus.SUSPECT, blocker=MOUNTED)
     assert tip_mark(suspect) is Mark.DOUBT
     # The status strip of the desk view tells why; the other screens have none.
     assert "mounted" not in tip_words(suspect, TrustPlace.DESK)
@@ -41,7 +41,7 @@ def test_words_and_marks_of_every_standing() -> None:
     due = replace(VIEW, word=CalibrationStatus.DUE, warnings=("It ends soon. Qualify the tip.",))
     assert tip_words(due, TrustPlace.DESK).endswith("It ends soon. Qualify the tip.")
     assert tip_mark(due) is Mark.DOUBT
-    assert tip_mark(replace(VIEW, word=CalibrationStatus.EXPIRED, obstacle=MOUNTED)) is Mark.BAD
+    assert tip_mark(replace(VIEW, word=CalibrationStatus.EXPIRED, blocker=MOUNTED)) is Mark.BAD
     design = replace(VIEW, word=CalibrationStatus.DESIGN, tip="")
     assert tip_words(design, TrustPlace.FAR) == "Probe standard: DESIGN"
     assert "as its document says" in tip_words(design, TrustPlace.DESK)

@@ -24,7 +24,7 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.calibration.records import State
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import ShowTarget
+from ocmm_core.simulation.calibration_scenes import TargetScene
 from ocmm_gui.wizards.pages import ResultPage
 from ocmm_gui.wizards.parts import KnownPointsPage
 from tests.gui.wizard_bench import WizardBench
@@ -48,8 +48,8 @@ def _list(folder: Path, points: KnownPoints) -> str:
     return str(path)
 
 
-def _scene(points: KnownPoints, first: int, last: int) -> ShowTarget:
-    return ShowTarget(positions=tuple(map(tuple, points.positions_world[first:last].tolist())))
+def _scene(points: KnownPoints, first: int, last: int) -> TargetScene:
+    return TargetScene(positions=tuple(map(tuple, points.positions_world[first:last].tolist())))
 
 
 def _collected(
@@ -194,7 +194,7 @@ def test_result_compared_accepted_and_compared_again(bench: WizardBench) -> None
     QTest.keyClick(reason, Qt.Key.Key_Return)
     bench.until(lambda: bench.seen.view.base.stored)
     store = bench.use_store_of_bench()
-    assert store.standing(bench.bench.now()).state is State.SUSPECT
+    assert store.status(bench.bench.now()).state is State.SUSPECT
     assert store.events[-1].reason == "a new lens k"
     bench.until(lambda: "Verify it" in bench.runner.gate.text())
     assert not bench.runner.buttons["keep"].isEnabled()

@@ -218,7 +218,7 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
     wizard.key(Qt.Key.Key_A)
     wizard.key(Qt.Key.Key_Return, wizard.wizard.focusWidget())
     wizard.until(lambda: wizard.seen.view.base.stored)
-    assert sweeps.store().standing("T1", wizard.bench.now()).state is State.SUSPECT
+    assert sweeps.store().status("T1", wizard.bench.now()).state is State.SUSPECT
     wizard.until(lambda: "Qualify the tip" in wizard.runner.gate.text())
     wizard.key(Qt.Key.Key_Escape)
 

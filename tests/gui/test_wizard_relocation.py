@@ -16,7 +16,7 @@ from ocmm_core.calibration.guided import CalibrationOutcome, ProcedureKind, Relo
 from ocmm_core.calibration.records import State
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.composition import VirtualSite, scenes_of_relocation
-from ocmm_core.simulation.calibration_scenes import SEATS, ShowBar, TouchSeats, Wave
+from ocmm_core.simulation.calibration_scenes import SEATS, FreeMotionScene, ShowBar, TouchSeats
 from ocmm_gui.wizards.pages import BarPage, ResultPage, WavePage, WorldPage
 from ocmm_gui.wizards.pages._relocation_pages import example_places
 from ocmm_gui.wizards.parts import SeatsPage
@@ -58,7 +58,7 @@ def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(
     assert page.score.number() == "0 %"
     # Both hands are full: what is ready is taken by itself from the beginning.
     bench.until(lambda: bench.seen.automatic)
-    taken = bench.show(None, Wave(ways=3, seed=1))
+    taken = bench.show(None, FreeMotionScene(ways=3, seed=1))
     assert taken >= 10
     view = bench.seen.view
     assert isinstance(view, RelocationView)
@@ -148,7 +148,7 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     bench.until(lambda: bench.seen.view.base.stored)
     store = bench.use_store_of_bench()
     assert len(store.records()) == 2
-    assert store.standing(site.now()).state is State.SUSPECT
+    assert store.status(site.now()).state is State.SUSPECT
 
 
 def test_a_world_of_known_points_needs_their_list(bench: WizardBench) -> None:

@@ -95,7 +95,7 @@ def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -
 def test_a_passed_verification_makes_the_calibration_valid(bench: WizardBench) -> None:
     _measured(bench)
     store = bench.use_store_of_bench()
-    assert store.standing(bench.bench.now()).state is State.SUSPECT
+    assert store.status(bench.bench.now()).state is State.SUSPECT
     page = _verdict(bench)
     assert page.word() == "PASSED"
     outcome = bench.seen.view.outcome
@@ -113,7 +113,7 @@ def test_a_passed_verification_makes_the_calibration_valid(bench: WizardBench) -
     assert bench.runner.decision.question() == "Store this verdict?"
     bench.key(Qt.Key.Key_Return)
     bench.until(lambda: bench.seen.view.base.stored)
-    assert bench.use_store_of_bench().standing(bench.bench.now()).state is State.VALID
+    assert bench.use_store_of_bench().status(bench.bench.now()).state is State.VALID
 
 
 @pytest.mark.slow

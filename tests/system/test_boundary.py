@@ -94,7 +94,7 @@ PLACES = (
     Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),
     Place("ocmm_core.inspection.session._intake.average", ArithmeticError),
     Place("ocmm_core.inspection.session._acceptance.judge_touch", KeyError),
-    Place("ocmm_core.inspection.session._meaning.assign_touch", AttributeError),
+    Place("ocmm_core.inspection.session._assignment.assign_touch", AttributeError),
     Place("ocmm_core.inspection.session._intake.TouchIntake.take", RecursionError),
     # Storage.
     Place("ocmm_core.storage._job_file.insert_point", MemoryError),
@@ -109,7 +109,7 @@ PLACES = (
     Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
     # Monitor and watches.
     Place("ocmm_core.calibration.monitor._monitor.CalibrationMonitor.feed", ValueError),
-    Place("ocmm_core.calibration.guided._blows.ShockDetector.feed", OSError),
+    Place("ocmm_core.calibration.guided._shocks.ShockDetector.feed", OSError),
     Place("ocmm_core.station._probe_watch.judge", LookupError),
     Place("ocmm_core.station._calibration_watch.judge", AssertionError),
     Place("ocmm_core.station.stream._probe_button.ButtonWatch.feed", NotImplementedError),

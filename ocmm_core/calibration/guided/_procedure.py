@@ -235,7 +235,7 @@ class Procedure(Protocol):
         """Return to the step before; observations are kept."""
         ...
 
-    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
+    def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
         """Keep how warm the sensors are, degrees Celsius, camera by camera; None: not known."""
         ...
 

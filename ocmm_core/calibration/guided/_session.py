@@ -221,7 +221,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         with self._lock:
             self._append(Forced(utc=utc_text(now), reason=reason))
 
-    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
+    def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
         """Keep how warm the cameras' sensors are while observations are taken.
 
         A change of less than `WARMTH_STEP_K` is no news; once there is a result, it stays as it

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 
-from ocmm_core.calibration.monitor._change_rows import Belief, spot_rows
-from ocmm_core.calibration.monitor._looks import PatternMap, ResidualSample
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief, spot_rows
 from ocmm_core.calibration.monitor._pattern_fit import BellGrid, PatternFit
+from ocmm_core.calibration.monitor._residual_samples import PatternMap, ResidualSample
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.camera import CameraModel, Rig, SpotNoise
 from ocmm_core.errors import CalibrationError

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.calibration.monitor._baseline import Baseline
-from ocmm_core.calibration.monitor._change_rows import Belief
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import CalibrationError

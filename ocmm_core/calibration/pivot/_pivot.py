@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, misses
+from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, residuals
 from ocmm_core.calibration.pivot._centre import thesis_pivot
 from ocmm_core.calibration.pivot._covariance import geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot._coverage import coverage_of
@@ -133,8 +133,8 @@ def calibrate_probe(
     named = [accused] if accused is not None and (noticed or not options.pattern) else []
     findings = [*named, *judgements]
     warnings = let_pass(findings, force)
-    residuals = np.full(sweep.uv.shape, np.nan)
-    residuals[used] = -misses(rig, kept, state)
+    residuals_px = np.full(sweep.uv.shape, np.nan)
+    residuals_px[used] = -residuals(rig, kept, state)
     thesis = thesis_pivot(start.targets[used])
     return PivotCalibration(
         leds_probe=geometry.leds_probe,
@@ -147,8 +147,8 @@ def calibrate_probe(
         rotations=rotations,
         used=used,
         left_out=robust.left_out,
-        residuals_px=residuals,
-        rms_px=float(np.sqrt(np.nanmean(residuals**2))),
+        residuals_px=residuals_px,
+        rms_px=float(np.sqrt(np.nanmean(residuals_px**2))),
         chi2=chi2,
         dof=dof,
         tips_world=robust.free.tips,

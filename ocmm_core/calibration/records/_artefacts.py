@@ -144,11 +144,15 @@ class Artefact:
         cold_or_warm = self._outside(temperature_c)
         if cold_or_warm is not None:
             raise InputError(cold_or_warm.code, cold_or_warm.what, cold_or_warm.remedy)
-        warmth = 0.0 if temperature_c is None else temperature_c - REFERENCE_C
+        temperature_state = 0.0 if temperature_c is None else temperature_c - REFERENCE_C
         sigma_k = 2.0 if temperature_c is None else 0.3
         certified = 0.5 * (self.expanded + self.expanded_per_length * abs(length))
-        thermal = abs(length) * np.hypot(warmth * self.expansion_sigma, sigma_k * self.expansion)
-        return length * (1.0 + self.expansion * warmth), 2.0 * float(np.hypot(certified, thermal))
+        thermal = abs(length) * np.hypot(
+            temperature_state * self.expansion_sigma, sigma_k * self.expansion
+        )
+        return length * (1.0 + self.expansion * temperature_state), 2.0 * float(
+            np.hypot(certified, thermal)
+        )
 
     def judge(
         self, length: float, limit: float, now: datetime, temperature_c: float | None

@@ -94,7 +94,7 @@ def check_camera_temperature(
         Why no points may be taken, or None, and the warnings. Where the record has no
         temperatures of the sensors nothing is said.
     """
-    obstacle: Blocker | None = None
+    blocker: Blocker | None = None
     warnings = []
     pairs = zip(record.cameras, record.sensor_temperatures_c, temperatures_c, strict=False)
     for entry, then_c, now_c in pairs:
@@ -105,13 +105,13 @@ def check_camera_temperature(
             f"Camera '{entry.name}' is {abs(now_c - then_c):.1f} K {side} than when it was "
             f"calibrated ({now_c:.1f} against {then_c:.1f} °C)."
         )
-        if abs(now_c - then_c) > BLOCKS_K and obstacle is None:
-            obstacle = Blocker(
+        if abs(now_c - then_c) > BLOCKS_K and blocker is None:
+            blocker = Blocker(
                 words, "Wait until the cameras have their temperature, or calibrate at this one."
             )
         else:
             warnings.append(words)
-    return obstacle, tuple(warnings)
+    return blocker, tuple(warnings)
 
 
 def _intrinsics(record: CameraRecord, entry: CameraEntry) -> Intrinsics:

@@ -120,7 +120,7 @@ class TipRecords:
         return min(ends, key=datetime.fromisoformat)
 
 
-def standing(record: CameraRecord, events: Sequence[Event], now: datetime) -> RecordStatus:
+def status(record: CameraRecord, events: Sequence[Event], now: datetime) -> RecordStatus:
     """Return the state of a calibration at a moment by its events alone."""
     fault = clock_fault(events[-1].utc, now) if events else None
     if fault is not None:
@@ -170,7 +170,7 @@ def judgements(events: Sequence[Event]) -> list[Event]:
     ]
 
 
-def standing_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime) -> RecordStatus:
+def status_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime) -> RecordStatus:
     """Return the state of a tip at a moment by its events alone."""
     calibration, qualification = active.calibration, active.qualification
     tip = calibration.tip

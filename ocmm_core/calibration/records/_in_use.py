@@ -21,8 +21,8 @@ from ocmm_core.calibration.records._usable import (
     CalibrationStatus,
     InUse,
     ViewInUse,
+    blocker_of,
     named_folder,
-    obstacle_of,
     replaced_in,
 )
 from ocmm_core.camera import Rig, load_rig
@@ -92,9 +92,9 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
             return None
         return replaced_in(store, _REPLACED)
 
-    def standing(self, store: CalibrationStore, now: datetime) -> RecordStatus:
+    def status(self, store: CalibrationStore, now: datetime) -> RecordStatus:
         """Return whether its record may be trusted."""
-        return store.standing_of(self._used, now, thorough=False)
+        return store.status_of(self._used, now, thorough=False)
 
     @property
     def _used(self) -> CameraRecord:
@@ -159,7 +159,7 @@ def open_calibration(
     try:
         store = CalibrationStore(place)
     except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     design = replace(design, store=store)
     try:
         record = store.active()
@@ -167,7 +167,7 @@ def open_calibration(
             return replace(design, fault=(CalibrationStatus.NONE, _never(design.rig)))
         rig = rig_from_record(record)
     except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     if record.rig != design.rig.name:
         other = _other_rig(document, design.rig.name, record.rig, place)
         return replace(design, fault=(CalibrationStatus.UNUSABLE, other))

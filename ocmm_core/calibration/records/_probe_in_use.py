@@ -24,8 +24,8 @@ from ocmm_core.calibration.records._usable import (
     CalibrationStatus,
     InUse,
     ViewInUse,
+    blocker_of,
     named_folder,
-    obstacle_of,
     replaced_in,
 )
 from ocmm_core.documents import read_bytes
@@ -154,9 +154,9 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
             return _other_mounted(self.tip, store.mounted or "")
         return None
 
-    def standing(self, store: ProbeStore, now: datetime) -> RecordStatus:
+    def status(self, store: ProbeStore, now: datetime) -> RecordStatus:
         """Return whether its records may be trusted."""
-        return store.standing_of(self._used, now, thorough=False)
+        return store.status_of(self._used, now, thorough=False)
 
     @property
     def _used(self) -> TipRecords:
@@ -225,7 +225,7 @@ def open_probe(
     try:
         store = ProbeStore(place)
     except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     wanted = tip if tip is not None else store.mounted
     design = replace(design, tip=wanted or "", store=store)
     try:
@@ -234,7 +234,7 @@ def open_probe(
             return replace(design, fault=(CalibrationStatus.NONE, _never(design)))
         body = probe_from_records(design.body, records.calibration, records.qualification)
     except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     text = canonical(
         ProbeText(
             schema=TEXT_SCHEMA,

@@ -282,11 +282,11 @@ def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> 
     ``covariance`` is that of the common unknowns, (k, k).
     """
     variances = np.diag(anchors.follow @ covariance @ anchors.follow.T).reshape(-1, 3).sum(axis=1)
-    misses = np.linalg.norm(anchors.points - anchors.targets, axis=1)
+    residuals = np.linalg.norm(anchors.points - anchors.targets, axis=1)
     limits = ANCHOR_SIGMAS * np.sqrt(variances + 3.0 * anchors.sigma**2)
     wrong = [
         f"'{name}' ({1e3 * miss:.0f} um)"
-        for name, miss, limit in zip(names, misses, limits, strict=True)
+        for name, miss, limit in zip(names, residuals, limits, strict=True)
         if miss > limit
     ]
     if not wrong:

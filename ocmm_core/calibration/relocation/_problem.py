@@ -12,7 +12,7 @@ from ocmm_core.calibration.bundle import (
     BundleState,
     Columns,
     Prior,
-    misses,
+    residuals,
     solvable,
     start_bars,
     start_poses,
@@ -124,7 +124,7 @@ def build(
 
 def _in_front(data: BundleData, state: BundleState) -> BundleData:
     """Return the data without frames whose start lies behind a camera: they are confused."""
-    of_frames, of_bars = misses(data, state)
+    of_frames, of_bars = residuals(data, state)
     behind, bars_behind = (
         np.count_nonzero(np.isinf(off), axis=(1, 2, 3)) for off in (of_frames, of_bars)
     )

@@ -118,7 +118,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         require_probe(chain.path, begun.probe_identity, body)
         self._state = TouchState(rig, calibrated, begun, self._wanted)
         self._sight = Sight(self._state, hold_s)
-        self._blows = ShockDetector()
+        self._shocks = ShockDetector()
         self._fold()
 
     @classmethod
@@ -207,7 +207,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         """Look at frames."""
         with self._lock:
             self._sight.feed(block, self._step, self._version)
-            if len(block) and len(self._blows.feed(block)):
+            if len(block) and len(self._shocks.feed(block)):
                 record_shock(self._store, datetime.now(UTC))
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:

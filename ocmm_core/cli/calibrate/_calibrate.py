@@ -43,7 +43,7 @@ from ocmm_core.cli.calibrate._options import (
 from ocmm_core.cli.calibrate._report import (
     print_calibration,
     print_history,
-    print_standing,
+    print_status,
     print_verification,
 )
 from ocmm_core.cli.calibrate._run import (
@@ -91,7 +91,7 @@ from ocmm_core.composition import (
     scenes_of_verification,
 )
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import WAY_S, Wave
+from ocmm_core.simulation.calibration_scenes import WAY_S, FreeMotionScene
 
 calibrate_app = typer.Typer(
     no_args_is_help=True,
@@ -402,7 +402,7 @@ def verify(
     if outcome is not None:
         print_verification(console, outcome)
     code = decided_code(procedure, decision, "verified", console)
-    print_standing(console, site.document, site.calibrations, now())
+    print_status(console, site.document, site.calibrations, now())
     failed = outcome is None or not outcome.record.passed
     raise typer.Exit(1 if failed else code)
 
@@ -433,7 +433,7 @@ def sensors(
     body = body_in_use_of(source, probe, probes, tip)
     calibration = require_usable(site, now())
     if origin_of(source) is Origin.VIRTUAL:
-        scenes = (Wave(ways=round(seconds / WAY_S), seed=seed),)
+        scenes = (FreeMotionScene(ways=round(seconds / WAY_S), seed=seed),)
         feed = virtual_feed(VirtualSite(rig, probe, seed, move).script(scenes), source, speed)
     else:
         feed = real_feed(rig, site.design, source, force=force)
@@ -446,7 +446,7 @@ def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = Non
 
     All files that it rests on are read again. Exit code 1 where points may not be taken.
     """
-    usable = print_standing(make_console(), rig, calibrations or default_folder(), now())
+    usable = print_status(make_console(), rig, calibrations or default_folder(), now())
     raise typer.Exit(0 if usable else 1)
 
 

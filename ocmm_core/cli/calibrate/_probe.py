@@ -32,7 +32,7 @@ from ocmm_core.cli.calibrate._options import (
     TemperatureOption,
     WhoOption,
 )
-from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_standing
+from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_status
 from ocmm_core.cli.calibrate._probe_site import (
     AnyCamerasOption,
     ProbeRecordsOption,
@@ -209,7 +209,7 @@ def probe_command(
     made = decide(procedure, decision, because, console)
     if made is ProcedureDecision.ACCEPTED:
         console.print(f"Record   {store.folder}: {store.active_hash(tip)}", highlight=False)
-    print_tip_standing(console, store, tip, now())
+    print_tip_status(console, store, tip, now())
     if made is not ProcedureDecision.ACCEPTED:
         raise typer.Exit(1)
 

@@ -27,13 +27,13 @@ def print_probe(console: Console, outcome: PivotOutcome) -> None:
     _print_change(console, outcome)
 
 
-def print_tip_standing(console: Console, store: ProbeStore, tip: str, now: datetime) -> None:
+def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetime) -> None:
     """Print the state of a tip, where it was ever calibrated."""
     if tip not in store.tips:
         return
-    standing = store.standing(tip, now)
+    status = store.status(tip, now)
     console.print(
-        f"Tip      {tip}: {standing.state.value}. {standing.reason} {standing.remedy}".rstrip(),
+        f"Tip      {tip}: {status.state.value}. {status.reason} {status.remedy}".rstrip(),
         highlight=False,
     )
 

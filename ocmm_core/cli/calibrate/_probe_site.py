@@ -122,14 +122,14 @@ def require_cameras(cameras: CalibrationInUse, console: Console) -> None:
     """Refuse cameras without a calibration, and say where one is not quite in order."""
     view = judge(cameras, datetime.now(UTC))
     unusable = cameras.fault is not None or view.word is CalibrationStatus.UNUSABLE
-    if unusable and view.hindrance is not None:
+    if unusable and view.blocking_reason is not None:
         raise CalibrationError(
             "calibrate.cameras",
-            f"The cameras cannot be used: {view.hindrance.what}",
-            view.hindrance.remedy,
+            f"The cameras cannot be used: {view.blocking_reason.what}",
+            view.blocking_reason.remedy,
         )
-    if view.obstacle is not None:
-        console.print(f"Cameras  {view.word.value}: {view.obstacle}", style="yellow")
+    if view.blocker is not None:
+        console.print(f"Cameras  {view.word.value}: {view.blocker}", style="yellow")
 
 
 def collect_from(

@@ -47,10 +47,10 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
         raise typer.Exit(1)
     for state in found.tips:
         _print_tip(console, state)
-        if state.standing.state is not State.UNUSABLE:
+        if state.status.state is not State.UNUSABLE:
             _say(console, f"Evidence {evidence_words(store, state.tip)}")
     mounted = found.tips[0]
-    raise typer.Exit(0 if mounted.mounted and mounted.standing.state.usable else 1)
+    raise typer.Exit(0 if mounted.mounted and mounted.status.state.usable else 1)
 
 
 def probe_history(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = None) -> None:
@@ -81,8 +81,8 @@ def mount_tip(
     """
     store = _store(probe, probes)
     store.mount(tip, who, datetime.now(UTC))
-    standing = store.standing(tip, datetime.now(UTC))
-    _say(make_console(), f"Tip '{tip}' is on the probe. {standing.reason} {standing.remedy}")
+    status = store.status(tip, datetime.now(UTC))
+    _say(make_console(), f"Tip '{tip}' is on the probe. {status.reason} {status.remedy}")
 
 
 def _store(probe: Path, folder: Path | None) -> ProbeStore:
@@ -91,14 +91,14 @@ def _store(probe: Path, folder: Path | None) -> ProbeStore:
 
 
 def _print_tip(console: Console, state: TipState) -> None:
-    record, qualified, standing = state.calibration, state.qualification, state.standing
+    record, qualified, status = state.calibration, state.qualification, state.status
     on = "on the probe" if state.mounted else "not mounted"
     _say(console, f"Tip      {state.tip} ({on})")
-    _say(console, f"State    {standing.state.value}")
-    if standing.reason:
-        _say(console, f"         {standing.reason} {standing.remedy}")
-    if standing.since_utc:
-        _say(console, f"         Points since {standing.since_utc[:19]} UTC are in doubt.")
+    _say(console, f"State    {status.state.value}")
+    if status.reason:
+        _say(console, f"         {status.reason} {status.remedy}")
+    if status.since_utc:
+        _say(console, f"         Points since {status.since_utc[:19]} UTC are in doubt.")
     _say(
         console,
         f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "

@@ -123,7 +123,7 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
         console.print(f"{one.what} {one.remedy}", style="bold red", highlight=False)
 
 
-def print_standing(console: Console, document: Path, folder: Path, now: datetime) -> bool:
+def print_status(console: Console, document: Path, folder: Path, now: datetime) -> bool:
     """Print of which rig the calibration in force is, and whether it may be used; return that.
 
     Parameters
@@ -141,7 +141,7 @@ def print_standing(console: Console, document: Path, folder: Path, now: datetime
     _say(console, f"Folder   {store_folder(folder, design.name)}")
     view = judge(in_use, now)
     _say(console, f"State    {view.word.value}")
-    for sentence in (*([str(view.obstacle)] if view.obstacle else []), *view.warnings):
+    for sentence in (*([str(view.blocker)] if view.blocker else []), *view.warnings):
         _say(console, f"         {sentence}")
     if view.since_utc:
         _say(console, f"         Points since {view.since_utc[:19]} UTC are in doubt.")
@@ -154,7 +154,7 @@ def print_standing(console: Console, document: Path, folder: Path, now: datetime
         )
         if view.word is not CalibrationStatus.UNUSABLE:
             _say(console, f"Evidence {evidence_words(store)}")
-    return view.obstacle is None
+    return view.blocker is None
 
 
 def evidence_words(store: RecordStore[Any], about: str | None = None) -> str:

@@ -200,7 +200,7 @@ def collect(
                 block = feed.ring.read(_BATCH)
                 if time.monotonic() >= warmth_at:
                     warmth_at = time.monotonic() + _WARMTH_S
-                    _note_warmth(procedure, feed)
+                    _record_temperature(procedure, feed)
                 if block is not None:
                     if recorder is not None:
                         recorder.append(block)
@@ -250,10 +250,10 @@ def retake_misplaced(procedure: Procedure, console: Console) -> None:
             procedure.repeat_line(number, _now())
 
 
-def _note_warmth(procedure: Procedure, feed: Feed) -> None:
+def _record_temperature(procedure: Procedure, feed: Feed) -> None:
     report = decode_report(feed.ring.report())
     if report is not None:
-        procedure.note_warmth(_now(), [camera.temperature_c for camera in report.cameras])
+        procedure.record_temperature(_now(), [camera.temperature_c for camera in report.cameras])
 
 
 def pass_open_gates(procedure: Procedure) -> int:

@@ -38,13 +38,13 @@ def require_usable(site: Site, now: datetime) -> str:
     CalibrationError
         There is none, or it may not be used: a camera that has moved must not be learnt.
     """
-    standing = site.store.standing(now)
+    status = site.store.status(now)
     calibration = site.store.active_hash
-    if calibration is None or not standing.state.usable:
+    if calibration is None or not status.state.usable:
         raise CalibrationError(
             "baseline.standing",
-            f"The calibration is {standing.state.value}: {standing.reason}",
-            standing.remedy,
+            f"The calibration is {status.state.value}: {status.reason}",
+            status.remedy,
         )
     return calibration
 

@@ -29,7 +29,7 @@ from ocmm_core.cli.calibrate._options import (
     TemperatureOption,
     WhoOption,
 )
-from ocmm_core.cli.calibrate._probe_report import print_tip_standing
+from ocmm_core.cli.calibrate._probe_report import print_tip_status
 from ocmm_core.cli.calibrate._probe_site import (
     AnyCamerasOption,
     ProbeRecordsOption,
@@ -318,7 +318,7 @@ def _finish(
 ) -> None:
     """Store the result or not, say how the tip stands, and exit with 1 unless all is well."""
     made = decide(procedure, decision, "", console)
-    print_tip_standing(console, place.store, procedure.tip, now())
+    print_tip_status(console, place.store, procedure.tip, now())
     if made is not ProcedureDecision.ACCEPTED or not passed:
         raise typer.Exit(1)
 

@@ -42,9 +42,9 @@ def write_cameras(
     with open_bus(source, rig, force=force) as bus:
         if not check:
             write_to_cameras(record, bus.objects)
-        obstacle = compare_with_cameras(record, bus.objects)
-    if obstacle is not None:
-        console.print(str(obstacle), highlight=False)
+        blocker = compare_with_cameras(record, bus.objects)
+    if blocker is not None:
+        console.print(str(blocker), highlight=False)
         raise typer.Exit(1)
     _print_stored(record, console)
 

@@ -232,7 +232,7 @@ def _print_probe(console: Console, probe: ProbeView) -> None:
 def _require_calibration(built: BuiltStation) -> None:
     """Raise CalibrationError where no point can come any more."""
     for view in (built.station.instruments.calibration(), built.station.instruments.probe()):
-        if view.hindrance is None or view.word in (
+        if view.blocking_reason is None or view.word in (
             CalibrationStatus.VALID,
             CalibrationStatus.DUE,
             CalibrationStatus.DESIGN,
@@ -246,8 +246,8 @@ def _require_calibration(built: BuiltStation) -> None:
         if built.station.looks.acquisition().state is AcquisitionState.RUNNING:
             raise CalibrationError(
                 "calibration.not_usable",
-                f"{view.word.value}: {view.hindrance.what}",
-                f"{view.hindrance.remedy} With --uncalibrated points are taken all the same, "
+                f"{view.word.value}: {view.blocking_reason.what}",
+                f"{view.blocking_reason.remedy} With --uncalibrated points are taken all the same, "
                 "and prove nothing.",
             )
 

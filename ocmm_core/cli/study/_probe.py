@@ -120,7 +120,7 @@ def print_report(console: Console, report: ProbeReport) -> None:
             highlight=False,
         )
         console.print(
-            f"Below {number.nineteen_of_twenty_um:.1f} µm in 95 of 100 poses. "
+            f"Below {number.p95_um:.1f} µm in 95 of 100 poses. "
             f"{100.0 * number.share:.1f} % of all poses give a number.",
             highlight=False,
         )

@@ -163,9 +163,9 @@ def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
     """
     surface = task.surface
     local = placed.local(task.points)
-    found, slopes = distances(surface, local, placed.sizes)
+    found, jacobian = distances(surface, local, placed.sizes)
     steps = natural_steps(surface, task.points, placed)
-    by_step = slopes[:, surface.free] @ steps
+    by_step = jacobian[:, surface.free] @ steps
     gap = max(min(ACTIVE * float(np.ptp(found)), LARGEST_GAP), noise)
     greatest, least = found.max(), found.min()
     if surface.even:

@@ -113,8 +113,8 @@ def _loose(
     places = list(task.surface.free)
     for level in levels:
         at = local[level.rows]
-        _, slopes = distances(task.surface, at, placed.sizes)
-        touch = slopes[:, places] @ steps @ free
+        _, jacobian = distances(task.surface, at, placed.sizes)
+        touch = jacobian[:, places] @ steps @ free
         free = free @ null_space(touch, rcond=RANK)
         curvature, _, _ = second_derivatives(task.surface, at, placed.sizes, level.weights)
         hessian = steps.T @ curvature[np.ix_(places, places)] @ steps
@@ -137,8 +137,8 @@ def _next_level(
     half = 0.0
     for _ in range(MAX_STEPS):
         free, _, _ = _loose(task, placed, steps, levels)
-        found, slopes = distances(surface, placed.local(task.points), placed.sizes)
-        by_step = slopes[:, places] @ steps @ free
+        found, jacobian = distances(surface, placed.local(task.points), placed.sizes)
+        by_step = jacobian[:, places] @ steps @ free
         strong = np.linalg.norm(by_step, axis=1) > RANK
         strong[held] = False
         rest = np.flatnonzero(strong).astype(np.int64)
@@ -188,8 +188,8 @@ def _restored(
     for _ in range(3):
         if not possible(task.surface, placed):
             return None
-        found, slopes = distances(task.surface, placed.local(task.points[rows]), placed.sizes)
-        step = np.linalg.lstsq(slopes[:, places] @ steps, bounds - found, rcond=RANK)[0]
+        found, jacobian = distances(task.surface, placed.local(task.points[rows]), placed.sizes)
+        step = np.linalg.lstsq(jacobian[:, places] @ steps, bounds - found, rcond=RANK)[0]
         placed = after(task.surface, placed, steps @ step)
         if np.abs(step).max() < 1e-14:
             break
@@ -204,16 +204,16 @@ def _system(
     k = len(places)
     _, pins, hessians = _loose(task, placed, steps, levels)
     rows, gaps = [], []
-    slopes_of = []
+    jacobian_of = []
     for number, level in enumerate(levels):
-        found, slopes = distances(surface, placed.local(task.points[level.rows]), placed.sizes)
-        by_step = slopes[:, places] @ steps
+        found, jacobian = distances(surface, placed.local(task.points[level.rows]), placed.sizes)
+        by_step = jacobian[:, places] @ steps
         by_half = np.zeros((len(level.rows), len(levels)))
         by_half[:, number] = -level.signs
         rows.append(np.hstack([by_step, by_half]))
         gaps.append(found - level.signs * level.half)
-        slopes_of.append(by_step)
-    for level, pin, hessian, by_step in zip(levels, pins, hessians, slopes_of, strict=True):
+        jacobian_of.append(by_step)
+    for level, pin, hessian, by_step in zip(levels, pins, hessians, jacobian_of, strict=True):
         rows.append(np.hstack([pin.T @ hessian, np.zeros((pin.shape[1], len(levels)))]))
         gaps.append(pin.T @ (level.weights @ by_step))
     matrix = np.concatenate(rows)

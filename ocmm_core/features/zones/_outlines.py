@@ -93,9 +93,9 @@ def _slopes(
 ) -> Values:
     """Return the slopes (n, 8) by a step, from places and normals in the frame after it."""
     (x, y), (normal_x, normal_y), (c, s) = place, normal, turned
-    slopes = np.zeros((len(x), STEP_SIZE), dtype=np.result_type(x, normal_x, *by_sizes))
-    slopes[:, 0] = s * normal_y - c * normal_x
-    slopes[:, 1] = -s * normal_x - c * normal_y
-    slopes[:, FIRST_SIZE], slopes[:, SECOND_SIZE] = by_sizes
-    slopes[:, TURN] = normal_x * y - normal_y * x
-    return slopes
+    jacobian = np.zeros((len(x), STEP_SIZE), dtype=np.result_type(x, normal_x, *by_sizes))
+    jacobian[:, 0] = s * normal_y - c * normal_x
+    jacobian[:, 1] = -s * normal_x - c * normal_y
+    jacobian[:, FIRST_SIZE], jacobian[:, SECOND_SIZE] = by_sizes
+    jacobian[:, TURN] = normal_x * y - normal_y * x
+    return jacobian

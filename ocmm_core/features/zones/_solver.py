@@ -104,18 +104,18 @@ def natural_steps(surface: ElementFamily, points: Float, placed: Placed) -> Floa
     if surface.kind is DistanceKind.AXIS and not surface.lower:
         along = max(float(np.sqrt(np.mean(local[:, 2] ** 2))), NEARLY_FLAT)
         return np.diag([1.0 if place < 3 else 1.0 / along for place in surface.free])
-    _, slopes = distances(surface, local, placed.sizes)
-    slopes = slopes[:, surface.free]
+    _, jacobian = distances(surface, local, placed.sizes)
+    jacobian = jacobian[:, surface.free]
     if surface.lower:
-        slopes = slopes - slopes.mean(axis=0)
+        jacobian = jacobian - jacobian.mean(axis=0)
     if surface.kind is DistanceKind.RING and not surface.lower:
         _, radial = distances(replace(surface, kind=DistanceKind.AXIS), local, placed.sizes)
         _, level = distances(replace(surface, kind=DistanceKind.HEIGHT), local, placed.sizes)
         radial[:, FIRST_SIZE] = -1.0
-        slopes = np.concatenate([radial[:, surface.free], level[:, surface.free]])
-    _, strength, directions = np.linalg.svd(slopes / np.sqrt(len(points)), full_matrices=False)
-    if len(strength) < slopes.shape[1]:
-        return np.eye(slopes.shape[1])
+        jacobian = np.concatenate([radial[:, surface.free], level[:, surface.free]])
+    _, strength, directions = np.linalg.svd(jacobian / np.sqrt(len(points)), full_matrices=False)
+    if len(strength) < jacobian.shape[1]:
+        return np.eye(jacobian.shape[1])
     steps: Float = directions.T / np.maximum(strength, NEARLY_FLAT * strength[0])
     return steps
 
@@ -149,11 +149,11 @@ def settle(
     for _ in range(most):
         placed = zone.placed
         local = placed.local(points)
-        found, slopes = distances(surface, local, placed.sizes)
+        found, jacobian = distances(surface, local, placed.sizes)
         scale = max(1.0, float(np.abs(found).max()))
         middle = middle_of(surface, zone)
         found = found - middle
-        by_step = slopes[:, surface.free] @ steps
+        by_step = jacobian[:, surface.free] @ steps
         step, basis, multipliers, gain = _linear_step(surface, found, by_step, radius)
         held = basis < 2 * len(points)
         newton = _newton_step(
@@ -346,10 +346,10 @@ def polished(
     placed = zone.placed
     steps = natural_steps(surface, points, placed)
     local = placed.local(points)
-    found, slopes = distances(surface, local, placed.sizes)
+    found, jacobian = distances(surface, local, placed.sizes)
     middle = middle_of(surface, zone)
     step = _newton_step(
-        surface, local, placed.sizes, middle, found - middle, slopes[:, surface.free] @ steps,
+        surface, local, placed.sizes, middle, found - middle, jacobian[:, surface.free] @ steps,
         steps, contacts, multipliers, longest,
     )  # fmt: skip
     if step is None:

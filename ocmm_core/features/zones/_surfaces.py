@@ -195,23 +195,23 @@ def distances(
     arms = local - step[:3]
     axis = np.array([step[3], step[4], 1.0])
     square = step[3] * step[3] + step[4] * step[4] + 1.0
-    slopes = np.zeros((len(local), STEP_SIZE), dtype=np.result_type(local, step))
+    jacobian = np.zeros((len(local), STEP_SIZE), dtype=np.result_type(local, step))
     if surface.kind is DistanceKind.CENTRE:
         found = np.sqrt(np.sum(arms * arms, axis=1))
-        slopes[:, :3] = -arms / _above_zero(found)[:, None]
-        return surface.sign * found, surface.sign * slopes
+        jacobian[:, :3] = -arms / _above_zero(found)[:, None]
+        return surface.sign * found, surface.sign * jacobian
     along = arms @ axis / square
     length = np.sqrt(square)
     height = along * length
     across = arms - along[:, None] * axis
     if surface.kind is not DistanceKind.AXIS:
-        slopes[:, :3] = -axis / length
-        slopes[:, 3:5] = across[:, :2] / length
+        jacobian[:, :3] = -axis / length
+        jacobian[:, 3:5] = across[:, :2] / length
         if surface.kind is DistanceKind.HEIGHT:
-            return surface.sign * height, surface.sign * slopes
+            return surface.sign * height, surface.sign * jacobian
     radius = np.sqrt(np.sum(across * across, axis=1))
     outward = across / _above_zero(radius)[:, None]
-    radial = np.zeros_like(slopes)
+    radial = np.zeros_like(jacobian)
     radial[:, :3] = -outward
     radial[:, 3:5] = -along[:, None] * outward[:, :2]
     if surface.kind is DistanceKind.AXIS:
@@ -219,14 +219,14 @@ def distances(
     size = sizes[0] + step[FIRST_SIZE]
     if surface.kind is DistanceKind.SLOPE:
         cosine, sine = np.cos(size), np.sin(size)
-        slopes = cosine * radial - sine * slopes
-        slopes[:, FIRST_SIZE] = -radius * sine - height * cosine
-        return radius * cosine - height * sine, slopes
+        jacobian = cosine * radial - sine * jacobian
+        jacobian[:, FIRST_SIZE] = -radius * sine - height * cosine
+        return radius * cosine - height * sine, jacobian
     radial[:, FIRST_SIZE] = -1.0
     beyond = radius - size
     found = np.sqrt(beyond * beyond + height * height)
-    slopes = beyond[:, None] * radial + height[:, None] * slopes
-    return found, slopes / _above_zero(found)[:, None]
+    jacobian = beyond[:, None] * radial + height[:, None] * jacobian
+    return found, jacobian / _above_zero(found)[:, None]
 
 
 def _above_zero(lengths: Values) -> Values:
@@ -260,7 +260,7 @@ def second_derivatives(
     for j in range(3):
         moved = local.astype(np.complex128)
         moved[:, j] += 1j * TINY
-        value, slopes = distances(surface, moved, sizes)
+        value, jacobian = distances(surface, moved, sizes)
         by_points[:, j] = value.imag / TINY
-        mixed[:, :, j] = weights[:, None] * slopes.imag / TINY
+        mixed[:, :, j] = weights[:, None] * jacobian.imag / TINY
     return by_step, by_points, mixed

@@ -86,7 +86,7 @@ class Master:
         self._own: list[socket.socket] = []
         self._port: Port | None = None
         interfaces = [interface, redundant] if redundant else [interface]
-        _be_impatient()
+        _shorten_pysoem_timeouts()
         before = packet_sockets()
         self._master = pysoem.Master()
         self._master.always_release_gil = True
@@ -418,7 +418,7 @@ def _fork_quietly() -> int:
         return os.fork()
 
 
-def _be_impatient() -> None:
+def _shorten_pysoem_timeouts() -> None:
     """Let no single call of pysoem wait for seconds; these settings exist only once a process."""
     pysoem.settings.timeouts.rx_mailbox = _SDO_TIMEOUT_US
     pysoem.settings.timeouts.state = _STATE_US

@@ -207,13 +207,13 @@ def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> 
         later = store.active()
         if later is None or store.active_hash == record_hash(record):
             return Later(None, why_not="There is no later calibration: calibrate and verify first.")
-        standing = store.standing(now)
+        status = store.status(now)
     except OcmmError as error:
         return Later(None, why_not=error.what)
-    if not standing.state.usable:
+    if not status.state.usable:
         return Later(
             None,
-            why_not=f"The calibration in force cannot be used: {standing.reason} {standing.remedy}",
+            why_not=f"The calibration in force cannot be used: {status.reason} {status.remedy}",
         )
     if _cameras(later) != _cameras(record):
         return Later(None, why_not="The calibration in force is of other cameras.")

@@ -23,7 +23,7 @@ from ocmm_core.inspection.archive._stored_documents import named
 from ocmm_core.inspection.evaluation import (
     FeatureState,
     HoldReason,
-    JobStanding,
+    JobStatus,
     evaluate_job,
     notes_of,
 )
@@ -158,14 +158,17 @@ def findings_of(
             job = reopen_job(copy, probes, calibrations=calibrations)
         except OcmmError as error:
             raise named(error, str(copy), str(path)) from error
-    held = {ward: {} if ward in _OF_CAMERAS else job.held[ward] for ward in HoldReason}
-    standing = JobStanding(notes_of(held), "")
-    own = _results(job, job.points, job.sensitivities, job.rig, standing)
+    held = {
+        hold_reason: {} if hold_reason in _OF_CAMERAS else job.held[hold_reason]
+        for hold_reason in HoldReason
+    }
+    status = JobStatus(notes_of(held), "")
+    own = _results(job, job.points, job.sensitivities, job.rig, status)
     why_not = _hindrance(job) or later.why_not
     anew: Anew | None = None
     if not why_not and later.record is not None:
         try:
-            anew = _anew(job, rig_from_record(later.record), standing, later.scale)
+            anew = _anew(job, rig_from_record(later.record), status, later.scale)
         except OcmmError as error:
             why_not = f"It cannot be computed with the later calibration: {error.what}"
     places: dict[str, list[int]] = {point.feature: [] for point in job.points}
@@ -198,12 +201,12 @@ def findings_of(
     )
 
 
-def _anew(job: ReopenedJob, rig: Rig, standing: JobStanding, scale: float) -> Anew:
+def _anew(job: ReopenedJob, rig: Rig, status: JobStatus, scale: float) -> Anew:
     """Return a job by a later calibration; raise OcmmError where it cannot be computed."""
     own = misfit_of(job.points, job.rig, job.body, scale)
     later = misfit_of(job.points, rig, job.body, scale)
     points, sensitivities = _moved(job, own, later, rig)
-    return Anew(own, later, _results(job, points, sensitivities, rig, standing))
+    return Anew(own, later, _results(job, points, sensitivities, rig, status))
 
 
 def _hindrance(job: ReopenedJob) -> str:
@@ -228,7 +231,7 @@ def _results(
     points: Sequence[MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
     rig: Rig,
-    standing: JobStanding,
+    status: JobStatus,
 ) -> tuple[CharacteristicResult, ...]:
     done = {one.name for one in job.view.features if one.state is FeatureState.DONE}
     skipped = {one.name for one in job.view.features if one.state is FeatureState.SKIPPED}
@@ -236,7 +239,7 @@ def _results(
         job.plan, points, sensitivities, rig, job.body, job.options,
         frozenset(done), frozenset(skipped),
     )  # fmt: skip
-    return found.judged(job.plan, standing)
+    return found.judged(job.plan, status)
 
 
 def _moved(

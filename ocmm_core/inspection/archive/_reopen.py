@@ -218,7 +218,7 @@ def _reopened(
         differences=differences,
         history=history,
         cameras=cameras,
-        held={ward: session.held.held_for(ward) for ward in HoldReason},
+        held={hold_reason: session.held.held_for(hold_reason) for hold_reason in HoldReason},
     )
 
 

@@ -53,10 +53,10 @@ def few_points(
         coverage = view.coverage
         if view.name not in inquiry.rests_on(item) or not coverage or not coverage.warning:
             continue
-        slopes = inquiry.slopes(rows, view.name)
+        jacobian = inquiry.jacobian(rows, view.name)
         if (
-            not len(slopes)
-            or float(np.linalg.norm(slopes)) * np.sqrt(len(slopes)) < _AMPLIFIED * 2.0
+            not len(jacobian)
+            or float(np.linalg.norm(jacobian)) * np.sqrt(len(jacobian)) < _AMPLIFIED * 2.0
         ):
             continue
         return CauseFinding(
@@ -120,7 +120,7 @@ def _by_chance(inquiry: Inquiry, item: Characteristic, result: CharacteristicRes
     rows = gradients_of(evaluation, bonus=False)
     variance = 0.0
     for sample in inquiry.job.samples:
-        variance += sample.scatter * float(np.sum(sample.slopes(rows) ** 2))
+        variance += sample.scatter * float(np.sum(sample.jacobian(rows) ** 2))
     return beyond < _CHANCE * float(np.sqrt(variance))
 
 

@@ -35,7 +35,7 @@ from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
 @dataclass(frozen=True, slots=True)
-class JobStanding:
+class JobStatus:
     """What of a job is in doubt.
 
     Attributes
@@ -68,12 +68,12 @@ class JobResults:
     actual: Mapping[str, ActualFeature | FitError]
     results: tuple[CharacteristicResult, ...]
 
-    def judged(self, plan: Plan, standing: JobStanding) -> tuple[CharacteristicResult, ...]:
+    def judged(self, plan: Plan, status: JobStatus) -> tuple[CharacteristicResult, ...]:
         """Return the results, those in doubt as not proven."""
-        held = standing.held
+        held = status.held
         results = tuple(with_doubt(result, plan, self.points, held) for result in self.results)
-        if standing.unproven:
-            results = tuple(not_proven(result, standing.unproven) for result in results)
+        if status.unproven:
+            results = tuple(not_proven(result, status.unproven) for result in results)
         return results
 
 

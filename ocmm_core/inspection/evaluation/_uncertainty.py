@@ -125,13 +125,13 @@ def frame_covariance(
         return None
     factors = joint_factors(reported, sensitivities, rig, body, options.contact, climate.part)
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
-    slopes = Frames(actual, alignment).of_part(plan.name).by_coordinates
+    jacobian = Frames(actual, alignment).of_part(plan.name).by_coordinates
     tips = np.array([point.tip_world for point in reported])
     # A turn counts by what it moves at the size of the part, mm, and is held beside a shift.
     arm = max(float(np.linalg.norm(np.ptp(tips, axis=0))), 1.0)
     scale = np.array([arm] * 3 + [1.0] * 3)
     samples = form_samples(found, factors)
-    moved = widened(scale[:, None] * slopes, factors, samples).covariance
+    moved = widened(scale[:, None] * jacobian, factors, samples).covariance
     of_frame: Float = moved / np.outer(scale, scale)
     return 0.5 * (of_frame + of_frame.T)
 

@@ -21,13 +21,13 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._acceptance import Acceptance
+from ocmm_core.inspection.session._assignment import TouchAssigner
 from ocmm_core.inspection.session._conditions import Conditions
 from ocmm_core.inspection.session._header import header_of
 from ocmm_core.inspection.session._held_points import HeldPoints
 from ocmm_core.inspection.session._intake import TouchIntake
 from ocmm_core.inspection.session._job_view import JobState, view_of
 from ocmm_core.inspection.session._ledger import JobLedger, UnderWay
-from ocmm_core.inspection.session._meaning import Assignment
 from ocmm_core.inspection.session._measured_frame import MeasuredFrame
 from ocmm_core.inspection.session._point_steps import PointSteps
 from ocmm_core.inspection.session._reference_use import ReferenceUse
@@ -90,7 +90,7 @@ class InspectionSession:
             )
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
         acceptance = Acceptance(ledger, rig, body, options, self._reference)
-        assignment = Assignment(ledger, body.tip_radius, options, acceptance)
+        assignment = TouchAssigner(ledger, body.tip_radius, options, acceptance)
         self.touches = TouchIntake(ledger, rig, options.point, assignment)
         """Where touches become points."""
         self.frame = MeasuredFrame(ledger, options)
@@ -206,7 +206,7 @@ class InspectionSession:
     def _state(self) -> JobState:
         """Return what the job is, beside its points."""
         ledger = self._ledger
-        deed, undone = ledger.log.last, ledger.log.last_undone
+        step, undone = ledger.log.last, ledger.log.last_undone
         return JobState(
             job=ledger.job.path.stem,
             header=self._header,
@@ -216,7 +216,7 @@ class InspectionSession:
             refusal=ledger.refusal,
             paused=ledger.paused,
             unproven=self.conditions.unproven or self._frame_doubt(),
-            undo=deed.words if deed is not None else "",
+            undo=step.words if step is not None else "",
             redo=undone.words if undone is not None else "",
             simulated=self.conditions.simulated,
         )

@@ -14,7 +14,7 @@ import numpy as np
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire import LinkWatch
 from ocmm_core.simulation.bus._chain import Chain
-from ocmm_core.simulation.bus._deeds import FaultCommands
+from ocmm_core.simulation.bus._fault_commands import FaultCommands
 from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, Faults
 from ocmm_core.simulation.slave import ETHERTYPE, OP
 

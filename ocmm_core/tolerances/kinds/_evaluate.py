@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.alignment import AnyAlignment, may_be_taken_again, taken_again_by
+from ocmm_core.alignment import AnyAlignment, datums_refit_by, may_be_refit
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
@@ -101,9 +101,9 @@ def taken_again(
     """Return the datums that the value takes under the orientation of those before them."""
     if characteristic.datums:
         if spec_of(characteristic.kind).datums_make_frame:
-            return may_be_taken_again(characteristic.datums, actual)
+            return may_be_refit(characteristic.datums, actual)
         return ()
-    return taken_again_by(alignment, actual) if needs_part_frame(characteristic) else ()
+    return datums_refit_by(alignment, actual) if needs_part_frame(characteristic) else ()
 
 
 def needs_part_frame(characteristic: Characteristic) -> bool:

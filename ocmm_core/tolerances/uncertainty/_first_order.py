@@ -86,7 +86,7 @@ def growth(
         for sample in samples:
             scale = found.scales.get(sample.feature, 0.0)
             if scale > 0.0:
-                slopes = sample.slopes(along[None]).reshape(len(sample.places), -1)
+                slopes = sample.jacobian(along[None]).reshape(len(sample.places), -1)
                 places[sample.places] += scale * np.einsum("nij,nj->ni", sample.normals, slopes)
         moves.append(2.0 / math.sqrt(float(variances[i])) * places)
     changes = follow(np.array([sign * move for move in moves for sign in (1.0, -1.0)]))

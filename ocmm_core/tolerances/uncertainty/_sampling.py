@@ -65,7 +65,7 @@ class FormSample:
     variance: float
     degrees: int
 
-    def slopes(self, gradients: Float) -> Float:
+    def jacobian(self, gradients: Float) -> Float:
         """Return how k values answer to a deviation at each place, (k, n m)."""
         of_points = gradients[:, :-1].reshape(len(gradients), -1, 3)[:, self.places]
         answers: Float = np.einsum("kni,nij->knj", of_points, self.normals)
@@ -203,10 +203,10 @@ def widened(
     variances: dict[str, float] = {}
     doubt = balance = 0.0
     for sample in samples:
-        slopes = sample.slopes(gradients)
-        if not np.any(slopes):
+        jacobian = sample.jacobian(gradients)
+        if not np.any(jacobian):
             continue
-        squares = slopes @ slopes.T
+        squares = jacobian @ jacobian.T
         balance += sample.variance * float(np.trace(squares))
         doubt += (sample.scatter * float(np.trace(squares))) ** 2 / sample.degrees
         if sample.variance > 0.0:

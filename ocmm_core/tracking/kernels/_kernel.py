@@ -156,7 +156,7 @@ def fit_leds(
 
 @njit(cache=True, nogil=True, error_model="numpy")
 def normal_equations(
-    ideal: Float, slopes: Float, seen: Bool, cams: Float, leds: Float,
+    ideal: Float, jacobian: Float, seen: Bool, cams: Float, leds: Float,
     rotation: Float, origin: Float, h: Float, g: Float,
 ) -> float:  # fmt: skip
     """Accumulate J'J (6, 6) and J'r (6,) of the residuals in px; return r'r.
@@ -195,8 +195,8 @@ def normal_equations(
             # d(px)/d(mm on the ideal image) at the observed spot: pixel scale times distortion. To
             # first order it turns a difference of ideal points into one of pixels, where `sigma` is
             # the same everywhere and along both axes.
-            s00, s01 = slopes[c, led, 0], slopes[c, led, 1]
-            s10, s11 = slopes[c, led, 2], slopes[c, led, 3]
+            s00, s01 = jacobian[c, led, 0], jacobian[c, led, 1]
+            s10, s11 = jacobian[c, led, 2], jacobian[c, led, 3]
             r0 = s00 * ex + s01 * ey
             r1 = s10 * ex + s11 * ey
             total += r0 * r0 + r1 * r1
@@ -244,7 +244,7 @@ def solve_frames(
     n, n_cameras, n_leds = uv.shape[0], uv.shape[1], uv.shape[2]
     # Room for one frame, used by all of a batch in turn.
     ideal = np.empty((n_cameras, n_leds, 2))
-    slopes = np.empty((n_cameras, n_leds, 4))
+    jacobian = np.empty((n_cameras, n_leds, 4))
     seen = np.empty((n_cameras, n_leds), np.bool_)
     points = np.empty((n_leds, 3))
     located = np.empty(n_leds, np.bool_)
@@ -276,14 +276,14 @@ def solve_frames(
                 )  # fmt: skip
                 ideal[c, led, 0], ideal[c, led, 1] = x, y
                 # diag(Sx, Sy) J, by rows: px per mm.
-                slopes[c, led, 0], slopes[c, led, 1] = sx * j00, sx * j01
-                slopes[c, led, 2], slopes[c, led, 3] = sy * j01, sy * j11
+                jacobian[c, led, 0], jacobian[c, led, 1] = sx * j00, sx * j01
+                jacobian[c, led, 2], jacobian[c, led, 3] = sy * j01, sy * j11
         count = triangulate_leds(ideal, seen, cams, points, located)
         # Two points leave the turn about their line free.
         solved = count >= 3
         if solved:
             fit_leds(leds, points, located, count, rotation, origin, work4, vectors4)
-            squares = normal_equations(ideal, slopes, seen, cams, leds, rotation, origin, h, g)
+            squares = normal_equations(ideal, jacobian, seen, cams, leds, rotation, origin, h, g)
             solved = cholesky(h)
         if solved:
             for step in range(gauss_newton_steps):
@@ -299,7 +299,7 @@ def solve_frames(
                     origin[i] += g[3 + i]
                 if step + 1 < gauss_newton_steps:
                     squares = normal_equations(
-                        ideal, slopes, seen, cams, leds, rotation, origin, h, g
+                        ideal, jacobian, seen, cams, leds, rotation, origin, h, g
                     )
                     solved = solved and cholesky(h)
                 else:

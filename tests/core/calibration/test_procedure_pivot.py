@@ -77,7 +77,7 @@ def test_two_sweeps_begin_and_end_by_themselves(bench: PivotBench) -> None:
     active = store.active("A")
     assert active is not None
     assert active.calibration == record
-    assert store.standing("A", bench.now()).state is State.SUSPECT, "it was not qualified yet"
+    assert store.status("A", bench.now()).state is State.SUSPECT, "it was not qualified yet"
 
 
 def test_a_kill_at_any_moment_gives_the_same_result(bench: PivotBench, tmp_path: Path) -> None:

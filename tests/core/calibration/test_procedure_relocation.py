@@ -22,7 +22,7 @@ from ocmm_core.composition import VirtualSite, scenes_of_relocation
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.simulation.calibration_scenes import Wave
+from ocmm_core.simulation.calibration_scenes import FreeMotionScene
 from tests.core.calibration.procedure_site import (
     PROBE_DOCUMENT,
     RIG_DOCUMENT,
@@ -85,7 +85,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
         # Cameras stand a metre away and see 0.01 px as 5 um; held by nests known to 2 um each.
         assert np.abs(found.centre_world - camera.centre_world).max() < 0.15
     procedure.accept(bench.now(), "moved")
-    assert bench.store().standing(bench.now()).state is State.SUSPECT
+    assert bench.store().status(bench.now()).state is State.SUSPECT
     # Another length than the one that gave the calibration its scale.
     bench.bar = load_bar(resource("artefacts", "verification_bar.toml"))
     check = VerificationProcedure.begin(
@@ -100,7 +100,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     assert verdict.record.passed
     assert not verdict.warnings
     check.accept(bench.now(), "verified")
-    assert bench.store().standing(bench.now()).state is State.VALID
+    assert bench.store().status(bench.now()).state is State.VALID
 
 
 @pytest.mark.slow
@@ -146,7 +146,7 @@ def test_the_second_end_of_a_bar_is_a_bar_away(tmp_path: Path) -> None:
 
 def test_a_hand_that_turns_back_is_not_taken_for_one_that_rests(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
-    waving = bench.virtual(Wave(ways=6, seed=2))
+    waving = bench.virtual(FreeMotionScene(ways=6, seed=2))
     collector = ProbeSpotAverager(
         bench.rig, bench.body, STILL_FRAMES, resting=True, distance_mm=5.0
     )

@@ -57,7 +57,7 @@ def smaller(record: CameraRecord, rig: Rig) -> CameraRecord:
 def test_a_good_calibration_becomes_valid_only_by_passing(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     rig = bench.calibrated()
-    assert bench.store().standing(bench.now()).state is State.SUSPECT
+    assert bench.store().status(bench.now()).state is State.SUSPECT
     procedure = taken(bench, rig)
     assert procedure.base.step.name == "result"
     assert [line.hint for line in procedure.view.lines] == [""] * 7
@@ -75,7 +75,7 @@ def test_a_good_calibration_becomes_valid_only_by_passing(tmp_path: Path) -> Non
     assert max(errors) < 0.025
     assert record.passed
     procedure.accept(bench.now(), "verified")
-    assert bench.store().standing(bench.now()).state is State.VALID
+    assert bench.store().status(bench.now()).state is State.VALID
 
 
 def test_a_wrong_scale_fails_and_stays_suspect(tmp_path: Path) -> None:
@@ -98,8 +98,8 @@ def test_a_wrong_scale_fails_and_stays_suspect(tmp_path: Path) -> None:
     with pytest.raises(CalibrationError, match="one line of all may be repeated"):
         procedure.repeat_line(0, bench.now())
     procedure.accept(bench.now(), "failed")
-    standing = bench.store().standing(bench.now())
-    assert (standing.state, standing.reason) == (State.SUSPECT, "The last verification failed.")
+    status = bench.store().status(bench.now())
+    assert (status.state, status.reason) == (State.SUSPECT, "The last verification failed.")
 
 
 def test_cameras_that_stand_elsewhere_are_named_as_a_reason(tmp_path: Path) -> None:

@@ -122,7 +122,7 @@ def test_an_honest_verification_passes_and_says_what_it_saw(tmp_path: Path) -> N
     ]  # fmt: skip
     assert len(record.checks) == 37
     session.procedure.accept(session.end, "verified")
-    assert session.bench.store().standing(session.end).state is State.VALID
+    assert session.bench.store().status(session.end).state is State.VALID
     # What was stored is read as it was written.
     assert session.bench.store().verifications() == (record,)
 

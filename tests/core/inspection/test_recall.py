@@ -251,11 +251,11 @@ def test_an_artefact_that_was_wrong_lets_fall_what_rests_on_it(
     fallen = artefact_wrong(cameras.folder, "b 17", day, "Ada", datetime.now(UTC))
     assert [one.kind for one in fallen] == ["verification"]
     cameras.store.refresh()
-    assert cameras.store.standing(datetime.now(UTC)).state is State.SUSPECT
+    assert cameras.store.status(datetime.now(UTC)).state is State.SUSPECT
     (doubt,) = reopen_job(path, calibrations=cameras.folder).doubts
     assert doubt.startswith("Artefact b 17 was found to be wrong since")
     # It falls once; a good bar answers it.
     assert artefact_wrong(cameras.folder, "B-17", day, "Ada", datetime.now(UTC)) == ()
     cameras.verify()
     assert reopen_job(path, calibrations=cameras.folder).doubts == ()
-    assert cameras.store.standing(datetime.now(UTC)).state is not State.SUSPECT
+    assert cameras.store.status(datetime.now(UTC)).state is not State.SUSPECT

@@ -57,11 +57,13 @@ def touched(rig: Rig, body: ProbeBody) -> tuple[list[MeasuredPoint], list[TipSen
 
 
 def parts_of(rig: Rig, body: ProbeBody, design: ProbeDesign) -> tuple[Contribution, ...]:
-    warmth = TemperatureState()
-    used = body_in_use(body, design, warmth)
+    temperature_state = TemperatureState()
+    used = body_in_use(body, design, temperature_state)
     points, found = touched(rig, used)
     force = contact_force(design, body)
-    return contributions(points, found, rig, used, force, WARM, ProbeState(design, warmth))
+    return contributions(
+        points, found, rig, used, force, WARM, ProbeState(design, temperature_state)
+    )
 
 
 def test_the_parts_are_the_joint_covariance(

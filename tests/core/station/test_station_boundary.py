@@ -67,7 +67,7 @@ STEPS = (
     "ocmm_core.inspection.session._conditions.Conditions.note_calibration",
     "ocmm_core.inspection.session._conditions.Conditions.note_limits",
     "ocmm_core.station._job_change.drop_if_empty",
-    "ocmm_core.station._frame_loop.FrameLoop.between",
+    "ocmm_core.station._frame_loop.FrameLoop.exclusive",
     "ocmm_core.station._jobs.header_text",
 )
 

@@ -227,7 +227,7 @@ def test_cameras_that_store_nothing_are_not_measured_with_until_they_do(
     private_network()
     calibrate(tmp_path, fresh_record(sensor_temperatures_c=(36.5, 34.0)))
     station = build(source="ethercat:virtual").station
-    assert "not asked yet" in str(station.instruments.calibration().hindrance)
+    assert "not asked yet" in str(station.instruments.calibration().blocking_reason)
     station.start()
     wait_until(lambda: "stores no intrinsics" in station.looks.live().reason)
     assert station.looks.live().status is StatusWord.NOT_READY

@@ -226,7 +226,7 @@ def test_another_tip_in_the_menu_ends_the_job(build: Build, tmp_path: Path) -> N
     tips.store.calibrate(other, "technician", "new", datetime.now(UTC))
     station.maintenance.probe_records_changed()
     assert station.instruments.probe().word is CalibrationStatus.UNUSABLE
-    assert "Tip 'long' is on the probe" in str(station.instruments.probe().hindrance)
+    assert "Tip 'long' is on the probe" in str(station.instruments.probe().blocking_reason)
 
 
 def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Path) -> None:
@@ -253,7 +253,7 @@ def test_a_tip_that_rested_over_night_is_checked(build: Build, tmp_path: Path) -
     station.close()
     station = build().station
     station.start()
-    assert "not used for more than 8 hours" in str(station.instruments.probe().hindrance)
+    assert "not used for more than 8 hours" in str(station.instruments.probe().blocking_reason)
     tips.check()
     station.maintenance.probe_records_changed()
     assert station.instruments.probe().word is CalibrationStatus.VALID
@@ -296,11 +296,11 @@ def test_a_pause_within_a_job_and_blows_one_after_the_other(tmp_path: Path) -> N
         since = datetime.fromisoformat(watch.view().since_utc)
         assert now[0] - since == timedelta(hours=9)
         # One blow is reported for a second; two of them are two.
-        blow = int(FrameFlag.DROPPED)
+        shock = int(FrameFlag.DROPPED)
         before = len(tips.store.events)
-        assert watch.feed(no_frames(0, blow, blow))
-        assert not watch.feed(no_frames(blow, blow, 0))
-        assert watch.feed(no_frames(0, blow | int(FrameFlag.BUTTON)))
+        assert watch.feed(no_frames(0, shock, shock))
+        assert not watch.feed(no_frames(shock, shock, 0))
+        assert watch.feed(no_frames(0, shock | int(FrameFlag.BUTTON)))
         tips.store.refresh()
         kinds = [one.kind for one in tips.store.events[before:]]
         assert kinds == [TipEventKind.DOUBTED] * 3

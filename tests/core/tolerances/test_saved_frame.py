@@ -55,10 +55,10 @@ def _handed_on(rng: np.random.Generator) -> SavedFrame:
     """Return the frame as a job with errors hands it on."""
     actual = _measured(rng, ("top", "a", "b"))
     geometries = {name: item.fit.geometry for name, item in actual.items()}
-    slopes = Frames(actual, GROUP.alignment).of_part("frame").by_coordinates
+    jacobian = Frames(actual, GROUP.alignment).of_part("frame").by_coordinates
     T_part_from_world = frame_of(GROUP.alignment, geometries)
     document = frame_document(
-        "bed", "2026-01-02", "job 1", T_part_from_world, {}, slopes @ OWN @ slopes.T
+        "bed", "2026-01-02", "job 1", T_part_from_world, {}, jacobian @ OWN @ jacobian.T
     )
     return saved_frame(document)
 

@@ -43,59 +43,61 @@ class FaultCommands:
         self._chain = chain
         self._random = np.random.default_rng(seed)
         self._to_unit: dict[FaultKind, Callable[[Unit, CameraDeed, int], object]] = {
-            FaultKind.NOTHING: lambda _unit, _deed, _now: None,
-            FaultKind.POWER_OFF: lambda unit, _deed, _now: setattr(unit, "powered", False),
-            FaultKind.POWER_ON: lambda unit, _deed, _now: _restart(unit),
-            FaultKind.RESTART: lambda unit, _deed, _now: _restart(unit),
-            FaultKind.MUTE: lambda unit, deed, _now: setattr(unit, "muted", bool(deed.value)),
-            FaultKind.FREEZE: lambda unit, deed, _now: setattr(
-                unit.camera, "frozen", bool(deed.value)
+            FaultKind.NOTHING: lambda _unit, _command, _now: None,
+            FaultKind.POWER_OFF: lambda unit, _command, _now: setattr(unit, "powered", False),
+            FaultKind.POWER_ON: lambda unit, _command, _now: _restart(unit),
+            FaultKind.RESTART: lambda unit, _command, _now: _restart(unit),
+            FaultKind.MUTE: lambda unit, command, _now: setattr(unit, "muted", bool(command.value)),
+            FaultKind.FREEZE: lambda unit, command, _now: setattr(
+                unit.camera, "frozen", bool(command.value)
             ),
-            FaultKind.FALL_BACK: lambda unit, deed, _now: unit.camera.esc.fall_back(
-                deed.value, deed.code
+            FaultKind.FALL_BACK: lambda unit, command, _now: unit.camera.esc.fall_back(
+                command.value, command.code
             ),
-            FaultKind.STATION: lambda unit, deed, _now: unit.camera.esc.write(
-                STATION_ADDRESS, deed.value.to_bytes(2, "little")
+            FaultKind.STATION: lambda unit, command, _now: unit.camera.esc.write(
+                STATION_ADDRESS, command.value.to_bytes(2, "little")
             ),
-            FaultKind.SERIAL: lambda unit, deed, _now: _exchange(
-                unit, replace(unit.identity, serial=deed.value)
+            FaultKind.SERIAL: lambda unit, command, _now: _exchange(
+                unit, replace(unit.identity, serial=command.value)
             ),
-            FaultKind.ALIAS: lambda unit, deed, _now: _exchange(
-                unit, replace(unit.identity, alias=deed.value)
+            FaultKind.ALIAS: lambda unit, command, _now: _exchange(
+                unit, replace(unit.identity, alias=command.value)
             ),
             FaultKind.SWAP: self._swap,
-            FaultKind.UNPLUG: lambda unit, _deed, _now: setattr(unit, "plugged", False),
+            FaultKind.UNPLUG: lambda unit, _command, _now: setattr(unit, "plugged", False),
             FaultKind.PLUG: _plug,
             FaultKind.CLOCK_JUMP: _jump,
-            FaultKind.CLOCK_RATE: lambda unit, deed, now: unit.camera.esc.clock.set_rate(
-                deed.value, now
+            FaultKind.CLOCK_RATE: lambda unit, command, now: unit.camera.esc.clock.set_rate(
+                command.value, now
             ),
-            FaultKind.HANG_MAILBOX: lambda unit, deed, _now: setattr(
-                unit.camera, "mailbox_hangs", bool(deed.value)
+            FaultKind.HANG_MAILBOX: lambda unit, command, _now: setattr(
+                unit.camera, "mailbox_hangs", bool(command.value)
             ),
-            FaultKind.EMERGENCY: lambda unit, deed, _now: unit.camera.emergency(deed.value),
-            FaultKind.FRAME_PERIOD: lambda unit, deed, _now: setattr(
-                unit.camera, "period_override", deed.value
+            FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(command.value),
+            FaultKind.FRAME_PERIOD: lambda unit, command, _now: setattr(
+                unit.camera, "period_override", command.value
             ),
             FaultKind.CORRUPT: self._corrupt,
-            FaultKind.REMAP: lambda unit, deed, _now: unit.camera.remap(deed.value, deed.code),
-            FaultKind.LINK_ERRORS: lambda unit, deed, _now: unit.camera.esc.count_link_errors(
-                0, deed.value
+            FaultKind.REMAP: lambda unit, command, _now: unit.camera.remap(
+                command.value, command.code
             ),
-            FaultKind.BREAK: lambda unit, deed, _now: setattr(
-                unit, "broken_behind", bool(deed.value)
+            FaultKind.LINK_ERRORS: lambda unit, command, _now: unit.camera.esc.count_link_errors(
+                0, command.value
+            ),
+            FaultKind.BREAK: lambda unit, command, _now: setattr(
+                unit, "broken_behind", bool(command.value)
             ),
         }
 
-    def do(self, deed: CameraDeed, now_ns: int) -> DeedAnswer:
+    def do(self, command: CameraDeed, now_ns: int) -> DeedAnswer:
         """Do it and return how things stand then."""
         units = self._chain.units
         error = ""
         utc_ns = time.time_ns()
-        if not 0 <= deed.camera < len(units):
-            error = f"there is no camera {deed.camera}"
+        if not 0 <= command.camera < len(units):
+            error = f"there is no camera {command.camera}"
         else:
-            self._to_unit[deed.do](units[deed.camera], deed, now_ns)
+            self._to_unit[command.do](units[command.camera], command, now_ns)
             self._chain.lay()
         return DeedAnswer(
             monotonic_ns=now_ns,
@@ -108,32 +110,32 @@ class FaultCommands:
             error=error,
         )
 
-    def _swap(self, unit: Unit, deed: CameraDeed, _now_ns: int) -> None:
-        order, other = self._chain.order, self._chain.units[deed.value]
-        one, two = order.index(deed.camera), order.index(deed.value)
+    def _swap(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
+        order, other = self._chain.order, self._chain.units[command.value]
+        one, two = order.index(command.camera), order.index(command.value)
         order[one], order[two] = order[two], order[one]
         _restart(unit)
         _restart(other)
 
-    def _corrupt(self, unit: Unit, deed: CameraDeed, _now_ns: int) -> None:
+    def _corrupt(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
         def spoil(memory: bytearray) -> None:
-            with_sum = deed.value == CORRUPT_WITH_SUM
+            with_sum = command.value == CORRUPT_WITH_SUM
             bit = int(self._random.integers(8 * (_TIMES_BYTES if with_sum else _SPOILED_BYTES)))
             memory[INPUT_START + bit // 8] ^= 1 << bit % 8
             if with_sum:
                 inputs = memory[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
                 DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, data_crc(inputs))
 
-        unit.camera.esc.spoil = spoil if deed.value else None
+        unit.camera.esc.spoil = spoil if command.value else None
 
 
 def _restart(unit: Unit) -> None:
     unit.switch_on(_CLOCK_STEP_NS * unit.boots)
 
 
-def _jump(unit: Unit, deed: CameraDeed, now_ns: int) -> None:
+def _jump(unit: Unit, command: CameraDeed, now_ns: int) -> None:
     esc = unit.camera.esc
-    esc.clock.jump(deed.value)
+    esc.clock.jump(command.value)
     esc.now_ns = now_ns
     unit.camera.buffer.look_again(esc.system_time_ns)
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ocmm_core.calibration.monitor._change_rows import CAMERA_CHANGES, N_MOTIONS
-from ocmm_core.calibration.monitor._change_score import PossibleChange, Scores
+from ocmm_core.calibration.monitor._drift_design_matrix import CAMERA_CHANGES, N_MOTIONS
+from ocmm_core.calibration.monitor._drift_statistic import PossibleChange, Scores
 
 _SHARE, _BY_CHANCE = 0.9, 15.0
 """One axis is named alone where it explains this share of what all of them explain, or all but what

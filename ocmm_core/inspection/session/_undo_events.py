@@ -11,8 +11,8 @@ from typing import Literal
 import msgspec
 
 from ocmm_core.inspection.evaluation import WrittenProgress, progress_from
-from ocmm_core.inspection.session._deeds import UndoHistory, UndoStep
 from ocmm_core.inspection.session._job_points import Change
+from ocmm_core.inspection.session._undo import UndoHistory, UndoStep
 from ocmm_core.storage import JobEvent
 
 EVENT = "step"
@@ -42,24 +42,24 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     next_number: int
 
 
-def deed_event(way: Way, deed: UndoStep, next_number: int) -> tuple[str, str]:
+def deed_event(way: Way, step: UndoStep, next_number: int) -> tuple[str, str]:
     """Return the event, kind and text, of a step.
 
     Parameters
     ----------
-    deed
+    step
         What changes with it; of an undo the step that takes the other one back.
     next_number
         Number of the next point before this step.
     """
     written = _Written(
         way,
-        deed.words,
-        deed.change.added,
-        deed.change.removed,
-        deed.before.written,
-        None if deed.after == deed.before else deed.after.written,
-        max((next_number, *(number + 1 for number in deed.change.added))),
+        step.words,
+        step.change.added,
+        step.change.removed,
+        step.before.written,
+        None if step.after == step.before else step.after.written,
+        max((next_number, *(number + 1 for number in step.change.added))),
     )
     return EVENT, msgspec.json.encode(written).decode()
 
@@ -99,8 +99,8 @@ def deeds_from(
         written = msgspec.json.decode(event.text, type=_Written)
         before = progress_from(written.before, names)
         after = before if written.after is None else progress_from(written.after, names)
-        deed = UndoStep(written.words, Change(written.added, written.removed), before, after)
-        {"did": deeds.did, "undid": deeds.undid, "redid": deeds.redid}[written.way](deed)
+        step = UndoStep(written.words, Change(written.added, written.removed), before, after)
+        {"did": deeds.did, "undid": deeds.undid, "redid": deeds.redid}[written.way](step)
         counts |= dict.fromkeys(written.removed, False) | dict.fromkeys(written.added, True)
         expected = written.next_number
     same = all((number in counting) == still for number, still in counts.items())

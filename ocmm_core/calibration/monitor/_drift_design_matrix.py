@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ocmm_core.calibration.monitor._looks import ResidualSample, leds_world_of
+from ocmm_core.calibration.monitor._residual_samples import ResidualSample, leds_world_of
 from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, project, projection_jacobians
 from ocmm_core.geometry import Float, Int, Pixels, skew
 from ocmm_core.tracking import ProbeBody

@@ -12,7 +12,7 @@ from ocmm_gui.kit import Approach, NoticeCentre, Sound, SoundPlayer, verdict_sou
 from ocmm_gui.operator._readout import Readout
 
 
-class Echo:
+class Feedback:
     """Sounds for hands and eyes that are busy, and the same as a flash of the readout.
 
     Parameters

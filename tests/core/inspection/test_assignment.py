@@ -9,7 +9,7 @@ from ocmm_core.inspection.evaluation import Progress, SessionOptions
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.inspection.session._acceptance import TouchAssignment
 from ocmm_core.inspection.session._any_order import Contact
-from ocmm_core.inspection.session._meaning import NominalPlace, assign_touch
+from ocmm_core.inspection.session._assignment import NominalPlace, assign_touch
 from ocmm_core.measuring import Refusal, RefusalCode
 
 

@@ -21,7 +21,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, solve_triangular
 from scipy.sparse import csr_array
 
-from ocmm_core.calibration.monitor._change_rows import (
+from ocmm_core.calibration.monitor._drift_design_matrix import (
     CAMERA_CHANGES,
     N_MOTIONS,
     Belief,
@@ -30,7 +30,7 @@ from ocmm_core.calibration.monitor._change_rows import (
     spot_rows,
     tips_world,
 )
-from ocmm_core.calibration.monitor._looks import ResidualSample
+from ocmm_core.calibration.monitor._residual_samples import ResidualSample
 from ocmm_core.camera import N_PARAMETERS, Rig
 from ocmm_core.geometry import Float, skew
 from ocmm_core.tracking import ProbeBody

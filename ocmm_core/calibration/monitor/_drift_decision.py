@@ -14,16 +14,16 @@ from enum import Enum
 import numpy as np
 from scipy.special import chdtrc
 
-from ocmm_core.calibration.monitor._change_rows import Belief
-from ocmm_core.calibration.monitor._change_score import PossibleChange, Scores, score_changes
-from ocmm_core.calibration.monitor._change_words import (
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief
+from ocmm_core.calibration.monitor._drift_messages import (
     describe_common,
     describe_led,
     describe_lens,
     describe_motion,
     join_words,
 )
-from ocmm_core.calibration.monitor._looks import ResidualSample
+from ocmm_core.calibration.monitor._drift_statistic import PossibleChange, Scores, score_changes
+from ocmm_core.calibration.monitor._residual_samples import ResidualSample
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody

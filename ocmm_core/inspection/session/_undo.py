@@ -49,9 +49,9 @@ class UndoHistory:
         """Return the undo that a redo would take back."""
         return self._undone[-1] if self._undone else None
 
-    def did(self, deed: UndoStep) -> None:
+    def did(self, step: UndoStep) -> None:
         """Remember a new step; what was undone before it cannot be done again."""
-        self._done.append(deed)
+        self._done.append(step)
         self._undone.clear()
 
     def undid(self, reverse: UndoStep) -> None:

@@ -52,7 +52,7 @@ class NominalPlace:
         return aligned_nominals(self.plan, checked_features(self.plan, points, self.options))
 
 
-class Assignment:
+class TouchAssigner:
     """Say what a touch is meant for, and hand it on; the second of three steps.
 
     Parameters

@@ -7,8 +7,7 @@ from collections.abc import Iterable
 from datetime import UTC, datetime
 
 from ocmm_core import __version__
-from ocmm_core.fieldbus.report._report import BusEvent, BusReport, CameraReport, Histogram
-from ocmm_core.fieldbus.report._words import (
+from ocmm_core.fieldbus.report._messages import (
     Link,
     microseconds,
     shares,
@@ -16,6 +15,7 @@ from ocmm_core.fieldbus.report._words import (
     unaccounted,
     wire_picture,
 )
+from ocmm_core.fieldbus.report._report import BusEvent, BusReport, CameraReport, Histogram
 
 _LINKS = {Link.WHOLE: "---", Link.BROKEN: "-X-", Link.UNKNOWN: "-?-"}
 _BAR = 40

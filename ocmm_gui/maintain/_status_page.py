@@ -39,7 +39,7 @@ H = TypeVar("H")
 """What the store holds: history and trends."""
 
 
-class StandingPage(QWidget, Generic[V, H]):
+class StatusPage(QWidget, Generic[V, H]):
     """A large word, what it means, and facts; refreshed while it is seen.
 
     Parameters
@@ -100,7 +100,7 @@ class StandingPage(QWidget, Generic[V, H]):
         if view != self._view:
             self._view = view
             self._show_overview(view, self._pull_overview())
-            self._show_standing(view)
+            self._show_status(view)
 
     def forget(self) -> None:
         """Read everything anew at the next `refresh`."""
@@ -143,14 +143,14 @@ class StandingPage(QWidget, Generic[V, H]):
         self._timer.stop()
         super().hideEvent(event)
 
-    def _show_standing(self, view: V) -> None:
+    def _show_status(self, view: V) -> None:
         bad = view.uncalibrated or (
-            view.word is CalibrationStatus.DESIGN and view.obstacle is not None
+            view.word is CalibrationStatus.DESIGN and view.blocker is not None
         )
         self._mark = Mark.BAD if bad else _MARKS.get(view.word, Mark.BAD)
         self._paint_word("UNCALIBRATED" if view.uncalibrated else view.word.value)
         in_order = self._design if view.word is CalibrationStatus.DESIGN else self._in_order
-        self._sentence.setText(_sentence(view.obstacle, in_order, uncalibrated=view.uncalibrated))
+        self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
         notes = list(view.warnings)
         if view.since_utc:
             notes.append(
@@ -212,9 +212,9 @@ def in_a_row(*panels: QVBoxLayout) -> QWidget:
     return whole
 
 
-def _sentence(obstacle: Blocker | None, in_order: str, *, uncalibrated: bool) -> str:
+def _sentence(blocker: Blocker | None, in_order: str, *, uncalibrated: bool) -> str:
     """Return what a standing means for who measures."""
     if uncalibrated:
-        why = f" {obstacle}" if obstacle is not None else ""
+        why = f" {blocker}" if blocker is not None else ""
         return f"Points are taken, and prove nothing: every verdict is NOT PROVEN.{why}"
-    return in_order if obstacle is None else f"No points are taken. {obstacle}"
+    return in_order if blocker is None else f"No points are taken. {blocker}"

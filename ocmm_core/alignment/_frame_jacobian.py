@@ -48,7 +48,7 @@ def frame_jacobian(
     """
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
     columns = next(iter(actual.values())).jacobian.shape[1] if actual else 0
-    slopes = np.zeros((6, columns))
+    rows = np.zeros((6, columns))
     back = T_part_from_world.inverse()
     for name in rule.features:
         by_geometry = np.zeros((6, GEOMETRY_SIZE))
@@ -62,8 +62,8 @@ def frame_jacobian(
                 frame = frame_of(rule, {**geometries, name: moved})
                 ends.append(_small_motion(frame.compose(back)))
             by_geometry[:, place] = (ends[0] - ends[1]) / (2.0 * _STEPS[place])
-        slopes += by_geometry @ actual[name].jacobian
-    return slopes
+        rows += by_geometry @ actual[name].jacobian
+    return rows
 
 
 def _only_points(rule: AnyAlignment, name: str) -> bool:
