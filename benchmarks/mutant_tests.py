@@ -19,8 +19,9 @@ import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property
-from math import isfinite
+from math import ceil, isfinite
 from pathlib import Path
+from resource import RLIMIT_CPU, prlimit
 
 from benchmarks.mutant_sites import Change, places
 
@@ -28,9 +29,11 @@ NEEDED = ("ocmm_core", "ocmm_gui", "tests", "benchmarks", "resources", "docs")
 LEFT_OUT = "timing"
 """Tests with this mark judge the machine, which is busy here."""
 SLOWER = 10.0
-"""A mutant takes so many times as long as its tests did before it counts as hanging, ..."""
-BEGINNING_S = 120.0
-"""... and this for the beginning of the process and for what is compiled anew."""
+"""A mutant takes so many times the processor time of its tests before it counts as hanging, ..."""
+BEGINNING_S, COMPILING_S = 30.0, 180.0
+"""... and this for the beginning of the process, and for what is compiled anew."""
+WAITING = 30.0
+"""Where it takes no processor time it may wait so many times as long: the machine may be busy."""
 _NO_SUCH_TEST = 4
 """Pytest ends with this."""
 
@@ -112,13 +115,13 @@ class Copy:
         }
 
     def _trace(self, room: Room, files: list[str]) -> dict[str, dict[str, object]]:
-        # Compiled first: the compiler's own Python would be traced as well, which takes minutes.
-        ended = self.run(files, None)
-        if ended != "survived":
-            raise SystemExit(f"The tests of {room.name} fail without any change: {ended}.")
         into = self.root / "trace.json"
         below = [f"--trace-below={part}" for part in room.sources]
-        self.run(files, None, "-p", "benchmarks.mutant_trace", f"--trace-into={into}", *below)
+        plugin = ("-p", "benchmarks.mutant_trace", f"--trace-into={into}", *below)
+        ended = self.run(files, None, *plugin)
+        if ended != "survived":
+            fault = self.first_failure()
+            raise SystemExit(f"The tests of {room.name} fail without any change: {fault}")
         found: dict[str, dict[str, object]] = {name: {} for name in files}
         for test, one in json.loads(into.read_text("utf-8")).items():
             found[test.split("::")[0]][test] = one
@@ -175,7 +178,8 @@ class Copy:
         asked = self.root / "tests.txt"
         asked.write_text("\n".join(tests), encoding="utf-8")
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider"]
-        command += ["-m", f"not {LEFT_OUT}", *more, f"@{asked}"]
+        command += ["-m", f"not {LEFT_OUT}", "-o", f"timeout={WAITING * COMPILING_S}"]
+        command += [*more, f"@{asked}"]
         environment = dict(os.environ, PYTHONPATH=str(self.root), PYTHONDONTWRITEBYTECODE="1")
         with (self.root / "said.txt").open("wb") as said:
             process = subprocess.Popen(  # noqa: S603
@@ -186,8 +190,10 @@ class Copy:
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
             )
+            if limit_s is not None:
+                prlimit(process.pid, RLIMIT_CPU, (ceil(limit_s), ceil(limit_s)))
             try:
-                code = process.wait(limit_s)
+                code = process.wait(None if limit_s is None else WAITING * limit_s)
             except subprocess.TimeoutExpired:
                 return "timeout"
             finally:
@@ -195,6 +201,8 @@ class Copy:
                 if process.poll() is None:
                     os.killpg(process.pid, signal.SIGKILL)
                     process.wait()
+        if code in (-signal.SIGXCPU, -signal.SIGKILL):
+            return "timeout"
         if code == _NO_SUCH_TEST:
             # The change is in the name of a test: its files are run as a whole.
             return self.run(list(dict.fromkeys(test.split("::")[0] for test in tests)), limit_s)
@@ -241,9 +249,10 @@ def chosen(
     return tests, bool(near or change.names)
 
 
-def limit(tests: list[str], seen: dict[str, Seen]) -> float:
-    """Return after how many seconds the tests count as hanging."""
-    return BEGINNING_S + SLOWER * sum(seen[test].seconds for test in tests)
+def limit(tests: list[str], seen: dict[str, Seen], compiled: bool) -> float:
+    """Return after how many seconds of processor time the tests count as hanging."""
+    beginning = COMPILING_S if compiled else BEGINNING_S
+    return beginning + SLOWER * sum(seen[test].seconds for test in tests)
 
 
 def _users(texts: dict[str, str], change: Change) -> frozenset[str]:

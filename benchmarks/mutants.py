@@ -5,7 +5,8 @@ the room's own tests run on a copy of the tree until one fails (`mutant_tests`).
 if one does, or if they hang. What survives is printed with its line before and after.
 
 Mutants and outcomes are kept in a file of JSON lines: a run that was cut off goes on where it
-stood, and ``--again`` puts the survivors before all tests of their room, as these are now.
+stood, and several may share the file once it names the mutants. ``--again`` puts the survivors
+before all tests of their room that can see them, as these are now.
 """
 
 from __future__ import annotations
@@ -212,7 +213,7 @@ def judge(copy: Copy, mutant: Mutant, seen: dict[str, Seen], budget_s: float) ->
     tests, covered = chosen(copy, mutant.file, change, seen, budget_s)
     if not covered:
         return Judgement(mutant.number, "not covered", 0, "", 0.0)
-    outcome = copy.judge(mutant.file, change, tests, limit(tests, seen))
+    outcome = copy.judge(mutant.file, change, tests, limit(tests, seen, change.compiled))
     by = copy.first_failure() if outcome == "killed" else ""
     seconds = round(time.monotonic() - begin, 1)
     return Judgement(mutant.number, outcome, len(tests), by, seconds)
@@ -234,8 +235,13 @@ def run(rooms: list[Room], book: Book, n: int, again: bool, budget_s: float, not
                 wanted = [one for one in wanted if one.number not in book.judged]
             if not wanted:
                 continue
+            print(f"{room.name}: {len(wanted)} mutants", flush=True)
             seen = copy.seen(room, notes.with_suffix(f".{room.name}.json"))
-            for mutant in wanted:
+            # In another order each time: several runs may share a file.
+            for at in np.random.default_rng().permutation(len(wanted)):
+                mutant = wanted[at]
+                if not again and mutant.number in Book(notes).judged:
+                    continue
                 judgement = judge(copy, mutant, seen, budget_s)
                 book.note(judgement)
                 where = f"{mutant.file}:{mutant.line}"
