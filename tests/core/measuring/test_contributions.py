@@ -80,6 +80,38 @@ def test_the_parts_are_the_joint_covariance(
     assert sum(part.of(whole) for part in parts) == pytest.approx(joint, rel=1e-9, abs=1e-15)
 
 
+def test_points_that_show_other_leds_share_the_pattern_of_what_both_show(
+    recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    points, found = [], []
+    for number, (tip, hidden) in enumerate(zip(TIPS, (None, 1, 3), strict=True), start=1):
+        leds = standard_probe.leds_probe - standard_probe.tip_probe + tip
+        spots = np.stack([project(camera, leds) for camera in recommended.cameras])
+        if hidden is not None:
+            # Not in the first camera alone, and two LEDs in the last point.
+            spots[0, hidden - 1 : hidden + number - 2] = np.nan
+        touch = replace(point(tip, np.array([0.0, 0.0, 1.0])), number=number, spots=spots)
+        points.append(touch)
+        found.append(tip_sensitivity(spots, recommended, standard_probe))
+    assert len({np.count_nonzero(item.camera == 0) for item in found}) == 3
+    parts = contributions(points, found, recommended, standard_probe)
+    stated = next(part for part in parts if part.source is PATTERN).matrix(3)[:9, :9]
+    noise = recommended.noise
+    expected = np.zeros((9, 9))
+    for i, one in enumerate(found):
+        for j, other in enumerate(found):
+            # A field of its own on each sensor and for each axis, smooth over its length.
+            together = one.camera[:, None] == other.camera
+            apart = np.sum((one.uv[:, None] - other.uv) ** 2, axis=2)
+            field = noise.pattern_px**2 * np.exp(-0.5 * apart / noise.pattern_length_px**2)
+            for axis in range(2):
+                left, right = one.by_spots[:, :, axis], other.by_spots[:, :, axis]
+                expected[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += (
+                    left @ (together * field) @ right.T
+                )
+    assert stated == pytest.approx(expected, rel=1e-9, abs=1e-18)
+
+
 def test_every_source_has_its_name_once(
     recommended: Rig, standard_probe: ProbeBody, design: ProbeDesign
 ) -> None:
