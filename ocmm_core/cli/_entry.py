@@ -12,7 +12,7 @@ from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained
 
 COULD_NOT_MEASURE = 2
 
-_SAFE = "Every point that was taken is in its job file."
+_SAFE = "All points taken are saved in the job file."
 
 
 def main() -> None:
@@ -30,7 +30,7 @@ def main() -> None:
                 _give_up(cause.__cause__ or cause)
             raise
         except KeyboardInterrupt:
-            sys.stderr.write("ocmm: stopped; every point that was taken is in the job file.\n")
+            sys.stderr.write("ocmm: stopped; all points taken are saved in the job file.\n")
             sys.exit(130)
         except Exception as error:
             _give_up(error)

@@ -32,8 +32,8 @@ ProbeRecordsOption = Annotated[
     Path | None,
     typer.Option(
         "--probes",
-        help="Folder of records of probes. Without it that of this user for real cameras, and one "
-        "apart from it for virtual ones.",
+        help="Probe record folder. Default: that of this user for real cameras, a separate one "
+        "for virtual ones.",
     ),
 ]
 AnyCamerasOption = Annotated[
@@ -106,8 +106,8 @@ def about_tip(procedure: P, tip: str) -> P:
     if procedure.tip != tip:
         raise CalibrationError(
             "calibrate.tip",
-            f"The session is about tip '{procedure.tip}'.",
-            "Give that tip, or begin a new session with --new.",
+            f"The session is for tip '{procedure.tip}'.",
+            "Give that tip, or start a new session with --new.",
         )
     return procedure
 
