@@ -143,7 +143,7 @@ def _to_nominals(bound: BoundAlignment) -> RigidTransform:
         return nominal_frame(bound).inverse()
     except FitError as error:
         raise FitError(
-            error.code, f"The nominals cannot be compared: {error.what}", error.remedy
+            error.code, f"Nominals cannot be compared: {error.what}", error.remedy
         ) from error
 
 
@@ -186,25 +186,25 @@ def _advice(
     rule, said = bound.rule, []
     if free:
         said.append(
-            f"The datums leave open: {', '.join(free)}. What depends on it means nothing: add a "
-            "datum, or tolerance only what does not."
+            f"Not constrained by the datums: {', '.join(free)}. Results that depend on it are "
+            "meaningless: add a datum, or tolerance only what does not depend on it."
         )
     aligned = [item for item in residuals if item.aligned]
     deep = [name for name in brought_together(rule) if _lies_as_touched(measured[name])]
     if deep:
         said.append(
-            f"{', '.join(deep)}: a circle or slot lies as deep as it was touched. Unless that is "
-            "meant, construct its projection onto a face and align to that."
+            f"{', '.join(deep)}: the depth of a circle or slot is where it was probed. Unless "
+            "intended, construct its projection onto a face and align to that."
         )
     count = {BestFit: 3, Relocation: 3}.get(type(rule))
     if count is not None and len(rule.features) <= count:
-        said.append("Three points check each other hardly: take a fourth.")
+        said.append("Three points hardly check each other: take a fourth.")
     if isinstance(rule, ReferencePoints) and len(residuals) == len(aligned):
-        said.append("Nothing checks the six conditions: measure one more feature and look at it.")
+        said.append("Nothing checks the six conditions: measure one more feature and review it.")
     if isinstance(rule, SavedFrame):
         said.append(
-            "The frame is taken as it was saved: whether the part still lies there, only features "
-            "with known places show."
+            "The frame is used as saved: only features with known positions show whether the "
+            "part is still there."
         )
     worst = max(residuals, key=lambda item: item.distance, default=None)
     if worst is not None:
@@ -212,7 +212,7 @@ def _advice(
         doubt = "" if sure is None else f", U {sure:.3f} mm"
         beyond = worst.distance > (_SEEN_MM if sure is None else sure)
         said.append(
-            f"{worst.feature} lies farthest from its nominal: {worst.distance:.3f} mm{doubt}."
-            + (" Touch it again if that is more than the part can be off." if beyond else "")
+            f"Largest residual: {worst.feature} {worst.distance:.3f} mm{doubt}."
+            + (" Re-probe it if the part should be better." if beyond else "")
         )
     return tuple(said)

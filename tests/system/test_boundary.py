@@ -324,7 +324,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
 
     if place.becomes == COMMAND:
         assert len(reader.acknowledged) == ALL_POINTS
-        assert "Every point that was taken is in its job file." in ended.err
+        assert "All points taken are saved in the job file." in ended.err
         return
     fault = station.faults.measuring
     if place.becomes == BESIDE:

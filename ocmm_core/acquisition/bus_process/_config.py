@@ -51,14 +51,14 @@ def read_config(content: bytes) -> BusConfig:
         raise InputError(
             "bus.config",
             f"The configuration of the bus process is not valid: {error}.",
-            "Start the bus process through the program, or correct that field.",
+            "Start the bus process from OCMM, or correct that field.",
         ) from error
     cycle, frame = config.cycle_period_ns, config.frame_period_ns
     if frame < 50_000 or cycle < 250_000 or cycle % frame or cycle // frame > 8:
         raise InputError(
             "bus.periods",
             f"A bus cycle of {cycle} ns with frames every {frame} ns cannot be kept.",
-            "Let a bus cycle of at least 250 us hold 1 to 8 whole frame periods.",
+            "Use a bus cycle of at least 250 us with 1 to 8 whole frame periods.",
         )
     if not config.cameras:
         raise InputError(

@@ -219,10 +219,10 @@ class EthercatSource:
         if slow := pace_words(self._time.pace):
             self._note(Alarm.STRETCHED, slow, end_ns)
         if self._bus.redundancy_broken:
-            words = "The ring is open: the next fault of a cable stops the measuring."
+            words = "The ring is open: the next cable fault stops measuring."
             self._note(Alarm.REDUNDANCY, words, end_ns)
         if abs(clock.drift_ppm) > _DRIFT_LIMIT_PPM:
-            words = f"The bus clock runs {clock.drift_ppm:+.0f} ppm against this computer."
+            words = f"The bus clock drifts {clock.drift_ppm:+.0f} ppm against this computer."
             self._note(Alarm.CLOCK_DRIFT, words, end_ns)
         return Cycle(
             CycleVerdict.LATE if late else CycleVerdict.GOOD,
@@ -262,7 +262,7 @@ class EthercatSource:
         if not elapsed:
             time.sleep(max(0, pacer.deadline_ns - now_ns) * 1e-9)
             elapsed = pacer.passed(max(self._time.now_ns(), pacer.deadline_ns))
-        reason = supervisor.message or "The cameras are being brought to operation."
+        reason = supervisor.message or "The cameras are starting up."
         return Cycle(CycleVerdict.LOST, reason, elapsed=max(1, elapsed), skipped=CycleVerdict.LOST)
 
     def _step(self, wanted: Next) -> None:
@@ -296,7 +296,7 @@ class EthercatSource:
         for camera, (header, content) in enumerate(zip(answer.headers, answer.inputs, strict=True)):
             record = self._records[camera]
             if self._accounts.taken(record, header, schedule):
-                words = f"Camera '{record.name}' was switched off and on."
+                words = f"Camera '{record.name}' was power-cycled."
                 self._note(Alarm.RESTARTED, words, self._time.now_ns(), camera=record.name)
             first = first_frame(header, schedule)
             known = max(0, record.next_frame - first)

@@ -105,8 +105,8 @@ class FrameJoiner:
         if np.any(np.abs(since - counter * self._period_ns) > self._period_ns // 4):
             raise AcquisitionError(
                 "join.schedule",
-                f"Camera {camera + 1} exposed away from the common schedule.",
-                "Start the acquisition again; if it happens again, check the clocks of the bus.",
+                f"Camera {camera + 1} exposed off the common schedule.",
+                "Restart the acquisition; if it happens again, check the bus clocks.",
             )
         fresh = counter >= max(int(self._upto[camera]), self._next)
         counter = counter[fresh]

@@ -117,7 +117,7 @@ class FrameRing:
             raise AcquisitionError(
                 "ring.missing",
                 f"{path}: the frame ring cannot be opened ({error.strerror}).",
-                "Start the acquisition again.",
+                "Restart the acquisition.",
             ) from error
         self._words = np.frombuffer(self._map, dtype="<i8", count=_HEAD_WORDS)
         if not self._has_this_layout():
@@ -220,7 +220,7 @@ class FrameRing:
                 "ring.block",
                 f"A block of {len(block)} frames of {block.valid.shape[1]} cameras does not fit "
                 f"into a ring of {self.capacity} frames of {self.n_cameras} cameras.",
-                "Start the acquisition again with the rig that the source was made for.",
+                "Restart the acquisition with the rig the source was made for.",
             )
         written = self.word(RingHeaderField.WRITTEN)
         self._words[RingHeaderField.RESERVED] = written + len(block)
@@ -298,8 +298,8 @@ class FrameRing:
 def _no_ring(path: Path) -> AcquisitionError:
     return AcquisitionError(
         "ring.layout",
-        f"{path}: this is not a frame ring of this version.",
-        "Start the acquisition again.",
+        f"{path}: not a frame ring of this version.",
+        "Restart the acquisition.",
     )
 
 

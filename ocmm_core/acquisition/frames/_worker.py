@@ -153,7 +153,7 @@ class AcquisitionWorker:
         """Run in a thread of its own."""
         if self._thread is not None:
             raise AcquisitionError(
-                "acquisition.started", "The acquisition was started already.", "Make a new worker."
+                "acquisition.started", "The acquisition is already started.", "Make a new worker."
             )
         self._thread = threading.Thread(target=self.run, name="ocmm-acquisition")
         self._thread.start()

@@ -128,7 +128,7 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
         held, known = _held(view, truth)
         console.print(
             f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
-            "expected. (Form is left out: noise can only make it larger.)",
+            "expected. (Form excluded: noise can only enlarge it.)",
             highlight=False,
         )
 
@@ -192,7 +192,7 @@ def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
     said = f"{INCOMPLETE}: {missing} not measured."
     if written:
         return said
-    return f"{said} No report was written; ocmm report {job_path} --incomplete writes one."
+    return f"{said} No report written; ocmm report {job_path} --incomplete writes one."
 
 
 def _header(header: JobHeader) -> str:
@@ -254,8 +254,8 @@ def _require_calibration(built: BuiltStation) -> None:
             raise CalibrationError(
                 "calibration.not_usable",
                 f"{view.word.value}: {view.blocking_reason.what}",
-                f"{view.blocking_reason.remedy} With --uncalibrated points are taken all the same, "
-                "and prove nothing.",
+                f"{view.blocking_reason.remedy} With --uncalibrated, points are taken but prove "
+                "nothing.",
             )
 
 
@@ -275,9 +275,9 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
         return status.error("measure.source", f"Missing: {lacking}.")
     return MeasuringError(
         "measure.incomplete",
-        f"The source ended before the job was complete; missing: {lacking}.",
-        f"Measure what is missing; the points so far are in {job_path}, and "
-        f"ocmm report {job_path} --incomplete reports them.",
+        f"The source ended before the job was complete. Missing: {lacking}.",
+        f"Measure what is missing. Points so far are in {job_path}; ocmm report {job_path} "
+        "--incomplete reports them.",
     )
 
 

@@ -231,8 +231,8 @@ def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: Host
             # The time of the first part would reach the second one late by an unknown delay.
             raise BusError(
                 "bus.redundancy",
-                f"The ring is open behind camera {port.ring.reached} of the wire, so the clocks "
-                "of the cameras on both sides cannot be kept together.",
+                f"The ring is open behind camera {port.ring.reached}, so the camera clocks on "
+                "both sides cannot be synchronised.",
                 f"Replace the cable behind camera {port.ring.reached}.",
             )
     finally:
@@ -265,9 +265,9 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
             if master.read_object(place, label, index, sub) != value:
                 raise BusError(
                     "bus.configuration",
-                    f"Camera {label} did not keep its configuration "
-                    f"(object {index:#06x}:{sub:02x}).",
-                    "Switch the camera off and on and start again.",
+                    f"Camera {label} did not retain its configuration (object "
+                    f"{index:#06x}:{sub:02x}).",
+                    "Power-cycle the camera and start again.",
                 )
             yield BusPhase.CONFIGURE
         version = master.read_object(place, label, _FIRMWARE, 0)
@@ -298,7 +298,7 @@ def _settle_clocks(
             raise BusError(
                 "bus.clock",
                 f"The clock of camera '{worst}' does not follow the bus ({worst_ns} ns off).",
-                "Check cables and devices between the cameras; use no ordinary switch.",
+                "Check cables and devices between the cameras; do not use an ordinary switch.",
             )
         time.sleep(_CLOCK_PAUSE_S)
 
@@ -324,7 +324,7 @@ def _program_exposures(
         if master.read_register(place, label, _SYNC0_START, 8) != struct.pack("<Q", start):
             raise BusError(
                 "bus.clock",
-                f"Camera {label} did not take the time of the first exposure.",
-                "Switch the camera off and on and start again.",
+                f"Camera {label} did not accept the time of the first exposure.",
+                "Power-cycle the camera and start again.",
             )
     return start

@@ -172,7 +172,7 @@ def judge(
     if answer.working_counter != answer.expected_working_counter:
         return _bad(
             Alarm.WORKING_COUNTER,
-            f"Only part of the cameras took part in the cycle (working counter "
+            "Only some cameras took part in the cycle (working counter "
             f"{answer.working_counter} of {answer.expected_working_counter}).",
         )
     if answer.view.age:
@@ -184,7 +184,7 @@ def judge(
             else f"Camera state unknown for {answer.view.age} cycles.",
         )
     if not answer.clock_plausible:
-        return _bad(Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be.")
+        return _bad(Alarm.CLOCK_JUMP, "The bus clock shows an impossible time.")
     for header, content, record in zip(answer.headers, answer.inputs, records, strict=True):
         complaint = _complaint(header, content, record, schedule, answer.clock_ns)
         if complaint is not None:
@@ -239,7 +239,7 @@ def _bus_fault(view: WatchView, names: Sequence[str]) -> CycleFault | None:
     if view.devices > len(names):
         return _bad(
             Alarm.CAMERAS,
-            f"There are {view.devices} devices on the bus where the rig has {len(names)} cameras.",
+            f"{view.devices} devices on the bus, but the rig has {len(names)} cameras.",
         )
     for camera, name in zip(view.cameras, names, strict=True):
         fault = _state_fault(camera, name)
@@ -278,7 +278,7 @@ def _complaint(
 ) -> tuple[Alarm, str] | None:
     """Return what is wrong with the data of one camera, or None."""
     if not check_data_crc(content):
-        return Alarm.PAYLOAD, "sent data that were damaged on the way"
+        return Alarm.PAYLOAD, "sent data that were corrupted in transit"
     if not header.status & _OPERATIONAL:
         return Alarm.LEFT_OPERATION, "is not in operation"
     if not header.status & _SYNCHRONISED:
@@ -294,14 +294,14 @@ def _complaint(
             f"makes a frame every {header.period_ns} ns instead of every {schedule.period_ns} ns"
         )
     if header.config_crc != schedule.config_crc:
-        return Alarm.CONFIGURATION, "has another configuration than was set"
+        return Alarm.CONFIGURATION, "has a configuration other than the one set"
     if header.frames_valid > FRAMES_PER_CYCLE:
         return Alarm.PAYLOAD, f"claims {header.frames_valid} frames in one cycle"
     first, rest = divmod(header.start_ns - schedule.start_ns, schedule.period_ns)
     if rest or first < 0 or first % COUNTER_MODULUS != header.counter:
         return Alarm.PAYLOAD, "sent a frame counter and an exposure time that do not fit together"
     if first > record.next_frame and not header.status & CameraStatus.OVERRUN:
-        return Alarm.GAP, "left out frames without saying so"
+        return Alarm.GAP, "skipped frames without reporting it"
     end_ns = header.start_ns + header.frames_valid * schedule.period_ns
     if header.frames_valid and end_ns > clock_ns + MAX_AHEAD_NS:
         return Alarm.SYNC, "sent frames from the future"
@@ -324,7 +324,7 @@ def _frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
         return Alarm.PAYLOAD, "sent frame flags that do not exist"
     spots = frames[:, 1:]
     if max(int(spots.max()), -int(spots.min())) > _SPOT_LIMIT:
-        return Alarm.PAYLOAD, "sent spots far outside of its sensor"
+        return Alarm.PAYLOAD, "sent spots far outside its sensor"
     return None
 
 

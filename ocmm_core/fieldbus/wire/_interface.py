@@ -27,7 +27,7 @@ _UP = 0x1
 _LOOPBACK = 0x8
 _CAP_NET_ADMIN = 12
 _ETHERTYPE = 0x88A4
-_RIGHTS = "Give the bus process its rights once: sudo installer/linux/grant-rights.sh"
+_RIGHTS = "Grant the bus process its rights once: sudo installer/linux/grant-rights.sh"
 
 
 def is_virtual_interface(name: str) -> bool:
@@ -89,21 +89,24 @@ def check_interface(name: str, *, force: bool = False) -> None:
             "bus.interface_name",
             f"'{name}' is not the name of a network interface "
             "(1 to 15 letters, digits, '_', '.' or '-').",
-            "Give a name that 'ip link' lists.",
+            "Use a name listed by 'ip link'.",
         )
     if name not in (known := [entry for _, entry in socket.if_nameindex()]):
         raise BusError(
             "bus.no_interface",
-            f"There is no network interface '{name}'; there are: {', '.join(known)}.",
-            "Give one of these, or plug in the adapter of the cameras.",
+            f"No network interface '{name}'; available: {', '.join(known)}.",
+            "Give one of these, or plug in the camera adapter.",
         )
     _check_rights(name)
     flags = _flags(name)
     if flags & _LOOPBACK:
         raise BusError(
             "bus.loopback",
-            f"Interface '{name}' is the loopback of this computer; no camera can be on it.",
-            "Give the interface that the cameras are plugged into.",
+            (
+                f"Interface '{name}' is the loopback of this computer; no camera can be "
+                "connected to it."
+            ),
+            "Give the interface the cameras are connected to.",
         )
     if not flags & _UP:
         raise BusError(
@@ -116,7 +119,7 @@ def check_interface(name: str, *, force: bool = False) -> None:
         raise BusError(
             "bus.in_use",
             f"Interface '{name}' {use}; the camera bus would cut this computer off.",
-            "Give the cameras a network adapter of their own (or force it if you are sure).",
+            "Give the cameras their own network adapter (or force it if you are sure).",
         )
 
 

@@ -115,7 +115,7 @@ class Master:
                 raise BusError(
                     "bus.socket",
                     "The socket of the EtherCAT master was not found.",
-                    "Install the version of pysoem that this program names.",
+                    "Install the pysoem version required by this program.",
                 )
             self._own = [socket.socket(fileno=os.dup(number)) for number in opened]
             self._port = Port(interfaces, self._time)
@@ -169,8 +169,8 @@ class Master:
                 raise BusError(
                     "bus.duplicate_address",
                     f"The device at position {position + 1} of the bus has the station address "
-                    f"{address:#06x} where it was given {self.station(position):#06x}.",
-                    "Switch the cameras off and on.",
+                    f"{address:#06x} instead of {self.station(position):#06x}.",
+                    "Power-cycle the cameras.",
                 )
 
     def station(self, position: int) -> int:
@@ -220,8 +220,8 @@ class Master:
                 return answers[0].data
         raise BusError(
             "bus.no_answer",
-            f"Camera {name} does not answer as it should (register {question.register:#06x}).",
-            "Check its cable; switch the camera off and on.",
+            f"Camera {name} gives an unexpected answer (register {question.register:#06x}).",
+            "Check its cable; power-cycle the camera.",
         )
 
     def map(self) -> None:
@@ -234,7 +234,7 @@ class Master:
             raise BusError(
                 "bus.map",
                 "The process data of the cameras could not be mapped.",
-                "Switch the cameras off and on and start again.",
+                "Power-cycle the cameras and start again.",
             ) from error
         sizes = {(len(device.input), len(device.output)) for device in self._devices}
         if sizes != {(INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size)}:
@@ -312,7 +312,7 @@ class Master:
                 raise BusError(
                     "bus.state",
                     self._stuck(state),
-                    "Switch the cameras off and on; if that does not help, call the service.",
+                    "Power-cycle the cameras; if that does not help, call service.",
                 )
             time.sleep(_STATE_POLL_S)
 
@@ -345,7 +345,7 @@ class Master:
             raise BusError(
                 "bus.output",
                 f"Outputs of {len(content)} bytes do not fit.",
-                "Report this as a fault of the program.",
+                "Report this as a program error.",
             )
         self._devices[position].output = content
 
@@ -465,13 +465,13 @@ def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:
                 "bus.refused",
                 f"Camera {name} refuses {what} (abort code {error.abort_code:#010x}: "
                 f"{error.desc}).",
-                "Install the firmware of the camera that belongs to this program.",
+                "Install the camera firmware that matches this program.",
             ) from error
         except _CALL_ERRORS as error:
             if attempt == _TRIES - 1:
                 raise BusError(
                     "bus.no_answer",
-                    f"Camera {name} does not answer as it should ({what}).",
-                    "Check its cable; switch the camera off and on.",
+                    f"Camera {name} gives an unexpected answer ({what}).",
+                    "Check its cable; power-cycle the camera.",
                 ) from error
     raise AssertionError("the last try returns or raises")

@@ -38,8 +38,8 @@ def alignment_of_points(
     if bound is None:
         raise InputError(
             "alignment.none",
-            f"The plan {plan.name} has no alignment: all its results hold in any frame.",
-            "Add an alignment to the plan if coordinates or positions are wanted.",
+            f"Plan {plan.name} has no alignment: its results are independent of the frame.",
+            "Add an alignment to the plan to get coordinates or positions.",
         )
     reported = reported_points(points, options.climate.part)
     factors = joint_factors(

@@ -151,8 +151,8 @@ def _run(arguments: list[str]) -> None:
     except msgspec.DecodeError as error:
         raise InputError(
             "simulation.segment",
-            f"The configuration of the software cameras is not valid: {error}.",
-            "Start them through the program.",
+            f"Invalid configuration of the software cameras: {error}.",
+            "Start them from OCMM.",
         ) from error
     ended = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):

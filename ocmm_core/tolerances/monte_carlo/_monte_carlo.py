@@ -220,8 +220,8 @@ class _Run:
                 if given_up():
                     raise MeasuringError(
                         "monte_carlo.given_up",
-                        "The simulation was given up.",
-                        "Start it again when you are ready.",
+                        "Simulation cancelled.",
+                        "Restart it when you are ready.",
                     )
                 for index in range(self._done, self._done + ahead):
                     place = slice(index * self._batch, (index + 1) * self._batch)
@@ -253,7 +253,7 @@ class _Run:
         if len(draws) < 2:
             raise MeasuringError(
                 "monte_carlo.nothing",
-                f"{name} came out in no trial.",
+                f"{name} could not be evaluated in any trial.",
                 "Take more points, spread over more of the features.",
             )
         sigma = float(draws.std(ddof=1))

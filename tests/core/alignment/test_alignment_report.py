@@ -130,8 +130,8 @@ def test_what_is_open_is_said_with_what_to_do() -> None:
     geometries = measured(RigidTransform.identity(), np.random.default_rng(5))
     rule = DatumReferenceFrame(datums=("A",))
     report = preview_alignment(BoundAlignment(rule, SHAPES, NOMINALS), actual_of(geometries))
-    assert report.free == ("turning about z", "shifting square to z")
-    assert "leave open: turning about z, shifting square to z" in report.advice[0]
+    assert report.free == ("turning about z", "translation square to z")
+    assert "leave open: turning about z, translation square to z" in report.advice[0]
     three = BestFit(points=("S", "G", "H"))
     actual = actual_of(geometries)
     # G was touched itself, H is as if it were constructed.

@@ -178,7 +178,7 @@ def test_the_text_says_everything_in_a_hundred_columns() -> None:
         "drift of the bus clock   -3.50 ppm",
         "  <=    5 µs         3000  ########################################",
         "   7  2025-11-21 08:00:00.250  bus.frozen left  cycle 77, seen in 3",
-        "  2 older ones are not kept",
+        "  2 older ones were dropped",
         "No priority.",
     ):
         assert part in text, part

@@ -151,7 +151,7 @@ def test_without_a_frame_only_what_is_alike_on_both_sides_is_said() -> None:
         evaluate(asked("angle", "up,along", nominal=88.0, lower=-2.0, upper=2.0), actual, None)
     leaning = evaluate(asked("angle", "beside,top", nominal=90.0), actual, bound(DATUMS, actual))
     assert leaning.value == pytest.approx(89.95, abs=1e-9)
-    assert leaning.note.startswith("Noise moves an angle so near to its end one way only")
+    assert leaning.note.startswith("So near its end, noise shifts the angle in one direction only")
     with pytest.raises(FitError, match="has no sense at 90"):
         evaluate(asked("angle", "up,top", nominal=90.0), actual, bound(DATUMS, actual))
 

@@ -128,7 +128,7 @@ def test_a_document_keeps_how_well_the_frame_is_known(tmp_path: Path) -> None:
     text = (tmp_path / "bed.toml").read_text()
     first = repr(rule.covariance[0][0])
     (tmp_path / "less.toml").write_text(text.replace(first, "1e-30", 1))
-    with pytest.raises(InputError, match="does not fit its hash"):
+    with pytest.raises(InputError, match="does not match its hash"):
         load_frame(tmp_path / "less.toml")
     # A document from before has none, and its hash is the one it had.
     without = frame_document("bed", "2026-01-02", "job", T_frame_from_world, {})
