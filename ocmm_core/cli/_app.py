@@ -85,14 +85,13 @@ app = typer.Typer(
     name="ocmm",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="Measure parts with an optical coordinate measuring machine.\n\n"
-    "Cameras watch the LEDs of a hand-held probe; OCMM computes where its ball is, fits features "
-    "to the points that are touched and decides over their tolerances.\n\n"
-    "Exit codes: 0 every characteristic conforms, 1 one does not or is not proven to, "
-    "2 could not measure, or not all, 3 the program failed: the message names the cause and a log "
-    "file.",
-    epilog="A first look: ocmm demo. The documents of rigs, probes, parts and plans in the "
-    "resources folder are examples for your own.",
+    help="Measure parts with an optical coordinate measuring machine.\n\nCameras track the LEDs "
+    "of a hand-held probe; OCMM computes the position of its ball, fits features to the "
+    "probed points and evaluates their tolerances.\n\nExit codes: 0 every characteristic "
+    "conforms, 1 one does not or is not proven to, 2 not or not completely measured, 3 "
+    "program failure: the message names the cause and a log file.",
+    epilog="To try it: ocmm demo. The rig, probe, part and plan documents in the resources "
+    "folder are templates for your own.",
 )
 app.command(name="align")(align_command)
 app.command(name="align-plan")(align_plan_command)
@@ -202,7 +201,7 @@ def measure(
         Path | None,
         typer.Option(
             "--out",
-            help="Folder for the job file and the report; that of the job for --continue.",
+            help="Folder for job file and report; with --continue: that of the job.",
         ),
     ] = None,
     source: SourceOption = DEFAULT_SOURCE,
@@ -212,10 +211,10 @@ def measure(
     part: PartOption = DEMO_PART,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
-    operator: Annotated[str, typer.Option("--operator", help="Who measures.")] = "unnamed",
+    operator: Annotated[str, typer.Option("--operator", help="Operator name.")] = "unnamed",
     serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
     order_number: Annotated[
-        str, typer.Option("--order-number", help="Number of the order, for the report.")
+        str, typer.Option("--order-number", help="Order number, for the report.")
     ] = "",
     batch: Annotated[str, typer.Option("--batch", help="Batch that the part belongs to.")] = "",
     parts: Annotated[
@@ -223,27 +222,29 @@ def measure(
         typer.Option(
             "--parts",
             min=1,
-            help="Measure so many parts one after the other, a job file each; the serial number is "
-            "counted on. Before each further one it is waited for Enter, so that the part can be "
-            "changed; virtual rigs change it themselves.",
+            help="Measure this many parts in sequence, one job file each; the serial number is "
+            "incremented. Waits for Enter between parts so that the part can be changed; "
+            "virtual rigs change it themselves.",
         ),
     ] = 1,
     go_on: Annotated[
         Path | None,
         typer.Option(
             "--continue",
-            help="Go on with this job file, by the plan it was begun with, instead of a new job.",
+            help="Resume this job file, with its own plan, instead of starting a new job.",
         ),
     ] = None,
     order: Annotated[
-        Order, typer.Option("--order", help="Probe in the order of the plan, or in any.")
+        Order, typer.Option("--order", help="Probe in plan order or in any order.")
     ] = Order.PLAN,
     record: Annotated[
         Path | None, typer.Option("--record", help="Keep all raw frames in this file as well.")
     ] = None,
     thesis: Annotated[
         bool,
-        typer.Option("--thesis", help="Compute poses by the method of the thesis, to compare."),
+        typer.Option(
+            "--thesis", help="Compute poses with the method of the thesis, for comparison."
+        ),
     ] = False,
     calibrations: CalibrationsOption = None,
     uncalibrated: UncalibratedOption = False,
@@ -275,14 +276,14 @@ def measure(
     if plan is None and go_on is None:
         raise InputError(
             "measure.plan",
-            "Neither a plan nor a job to go on with is given.",
+            "No plan and no job to resume given.",
             "Give --plan FILE, or --continue JOB.",
         )
     if parts > 1 and go_on is not None:
         raise InputError(
             "measure.parts",
-            "One job is gone on with, but --parts wants several.",
-            "Go on with the job first, then measure the other parts.",
+            "--continue resumes one job, but --parts asks for several.",
+            "Resume the job first, then measure the other parts.",
         )
     request = StationRequest(
         plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
@@ -316,7 +317,9 @@ def record(
     speed: SpeedOption = 0.0,
     seconds: Annotated[
         float | None,
-        typer.Option("--seconds", min=0.1, help="Stop after this much bus time; else at the end."),
+        typer.Option(
+            "--seconds", min=0.1, help="Stop after this much bus time; default: at the end."
+        ),
     ] = None,
     force: ForceOption = False,
 ) -> None:
@@ -339,12 +342,12 @@ def record(
 def bench(
     *,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=0.2, help="How long each figure is measured.")
+        float, typer.Option("--seconds", min=0.2, help="Duration of each measurement.")
     ] = 2.0,
     memory: Annotated[
         float,
         typer.Option(
-            "--memory", min=0.0, help="Also run the whole chain for so many minutes of bus time."
+            "--memory", min=0.0, help="Also run the whole chain for this many minutes of bus time."
         ),
     ] = 0.0,
 ) -> None:

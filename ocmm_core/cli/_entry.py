@@ -17,7 +17,7 @@ COULD_NOT_MEASURE = 2
 NOBODY_READS = 141
 """128 and SIGPIPE, as of any program whose reader has left: ``ocmm --help | head -1``."""
 
-_SAFE = "Every point that was taken is in its job file."
+_SAFE = "All points taken are saved in the job file."
 
 
 def main() -> None:
@@ -36,7 +36,7 @@ def main() -> None:
                 _give_up(cause.__cause__ or cause, piped=piped)
             raise
         except KeyboardInterrupt:
-            sys.stderr.write("ocmm: stopped; every point that was taken is in the job file.\n")
+            sys.stderr.write("ocmm: stopped; all points taken are saved in the job file.\n")
             sys.exit(130)
         except Exception as error:
             _give_up(error, piped=piped)

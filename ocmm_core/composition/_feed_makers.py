@@ -136,7 +136,7 @@ def _on_wire(rig: Rig, seed: int, frame_period_ns: int, segment: SegmentConfig) 
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", frame_period_ns, force=False)
     name = f"{VIRTUAL_WIRE} ({rig.name}, seed {seed})"
-    description = _bus_description(name, rig, bus, simulated=True)
+    description = replace(_bus_description(name, rig, bus, simulated=True), stretched=True)
     return Feed(VirtualBus(bus, segment, ring), ring, description, live=True)
 
 

@@ -132,8 +132,8 @@ SOURCES: tuple[SourceSpec, ...] = (
         forms=(
             (
                 "ethercat:pixels",
-                "the same, and the cameras compute their pictures pixel by pixel and find the "
-                "spots in them; 1 kHz",
+                "the same, with cameras that render images pixel by pixel and find the spots in "
+                "them; 1 kHz",
             ),
         ),
         takes_value=False,
@@ -169,8 +169,8 @@ SOURCES: tuple[SourceSpec, ...] = (
         forms=(
             (
                 "ethercat:service",
-                "real cameras by a service of this computer, so that nobody who measures needs "
-                "rights",
+                "real cameras through a service of this computer, so that operators need no "
+                "special rights",
             ),
         ),
         takes_value=False,
@@ -219,7 +219,7 @@ def source_of(name: str) -> NamedSource:
             return NamedSource(spec, name.removeprefix(spec.prefix))
     raise InputError(
         "source.unknown",
-        f"--source is {name!r}, which is no source of frames.",
+        f"--source is {name!r}, which is not a frame source.",
         f"Give {names_in_words(SOURCES)}.",
     )
 

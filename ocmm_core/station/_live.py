@@ -178,9 +178,9 @@ class LiveState:
         if acquisition.internal:
             return StatusWord.FAILED, acquisition.message
         if acquisition.stop_reason is StopReason.FAILED:
-            return StatusWord.NOT_READY, acquisition.message or "The acquisition has failed."
+            return StatusWord.NOT_READY, acquisition.message or "Acquisition failed."
         if acquisition.state is AcquisitionState.STOPPED:
-            return StatusWord.NOT_READY, "The acquisition has stopped."
+            return StatusWord.NOT_READY, "Acquisition stopped."
         if self._bus is not None:
             trouble = self._trouble_of(self._bus, acquisition)
             if trouble:
@@ -195,7 +195,7 @@ class LiveState:
         if status is FrameStatus.LOST:
             return StatusWord.LOST, explain(track, self._rig, 0.0).what
         if status is FrameStatus.UNIDENTIFIED:
-            return StatusWord.LOST, f"Which LED is which is in doubt: {self._reason}."
+            return StatusWord.LOST, f"LED identification is ambiguous: {self._reason}."
         if status is FrameStatus.DOUBTFUL:
             return StatusWord.INACCURATE, "The spots do not fit the probe."
         return self._judge_tip(in_rig(track).tip_world[-1])
@@ -225,8 +225,8 @@ class LiveState:
         if self._uncertainty is None or self._uncertainty > limit:
             return (
                 StatusWord.INACCURATE,
-                f"The position is uncertain by more than {limit:.3f} mm here: turn the probe so "
-                "that more LEDs face both cameras.",
+                f"The position uncertainty exceeds {limit:.3f} mm here: turn the probe so that "
+                "both cameras see more LEDs.",
             )
         return (StatusWord.MEASURING if self._collecting else StatusWord.READY), ""
 

@@ -184,7 +184,7 @@ def test_result_compared_accepted_and_compared_again(bench: WizardBench) -> None
     assert f"{outcome.record.rms_px:.4f} px RMS" == page.facts.value("Residuals")
     bench.key(Qt.Key.Key_A)
     assert bench.runner.decision.isVisible()
-    assert bench.runner.decision.question() == "Put this calibration in force?"
+    assert bench.runner.decision.question() == "Activate this calibration?"
     reason = bench.wizard.focusWidget()
     assert isinstance(reason, QLineEdit)
     # Letters and blanks that are keys of the wizard belong to the reason.
@@ -229,7 +229,7 @@ def test_a_calculation_is_given_up_and_done_again(bench: WizardBench) -> None:
     bench.key(Qt.Key.Key_C)
     bench.until(lambda: page.word() == "NO RESULT")
     assert "given up" in page.sentence.text()
-    bench.until(lambda: "no result to accept" in bench.runner.gate.text())
+    bench.until(lambda: "No result to accept" in bench.runner.gate.text())
     # It does not begin again by itself; leaving while it runs ends it.
     QTest.qWait(200)
     assert bench.seen.calculating_s is None
@@ -255,7 +255,7 @@ def test_a_list_in_the_wrong_order_is_refused_in_words(bench: WizardBench) -> No
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"points": ""}, "There is no file for the list of reference points."),
+        ({"points": ""}, "No file given for the list of reference points."),
         ({"points": "/nowhere.csv"}, "nowhere.csv"),
         ({"who": " "}, "Nobody is named"),
         ({"temperature": "warm"}, "no number"),

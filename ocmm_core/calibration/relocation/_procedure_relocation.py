@@ -178,8 +178,8 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         if world == "points" and (control is None or len(control.names) < 3):
             raise CalibrationError(
                 "relocation.control",
-                "A world that hangs on control points needs at least three that are known.",
-                "Give a list of control points, or let the world hang on the cameras.",
+                "A world frame from control points needs at least three known ones.",
+                "Give a list of control points, or fix the world frame to the cameras.",
             )
         known = control if world == "points" and control is not None else None
         diagonal = float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
@@ -320,8 +320,8 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             if seat is None:
                 raise CalibrationError(
                     "relocation.visits",
-                    "Both seats were visited first and again.",
-                    "Leave this visit out, or take what belongs between the visits before it.",
+                    "Both seats were visited at the start and at the end.",
+                    "Skip this visit, or first take what belongs between the visits.",
                 )
             self._append(
                 SeatVisited(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)

@@ -163,8 +163,8 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
     def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
         return Gate(
             False,
-            f"The diameter is known to {1e3 * sigma_mm:.1f} um only, and {1e3 * limit_mm:.1f} um "
-            f"are wanted.",
+            f"The diameter is known only to {1e3 * sigma_mm:.1f} um; {1e3 * limit_mm:.1f} um "
+            "are required.",
             f"Go closer to the equator: touch the sphere {self._state.next_words()}.",
         )
 

@@ -57,22 +57,23 @@ def judge_placement(
         cosine = abs(float(direction @ between))
         cosine /= float(np.linalg.norm(direction) * np.linalg.norm(between))
         if np.arccos(min(cosine, 1.0)) < MIN_ANGLE:
-            return "The bar lies nearly as on another line: place it in another direction."
+            return "The bar is nearly parallel to another line: place it in another direction."
     swapped = ends_world[::-1]
     off = min(
         float(np.linalg.norm(one - plan.ends_world, axis=1).max()) for one in (ends_world, swapped)
     )
     if off > _OFF_PLAN_MM:
-        return f"The bar lies {off:.0f} mm from its planned place ({plan.name}): place it there."
+        return f"The bar is {off:.0f} mm from its planned place ({plan.name}): place it there."
     low, high = volume_world
     if np.any(ends_world < low) or np.any(ends_world > high):
-        return "The bar reaches out of the calibrated volume: place it inside."
+        return "The bar extends beyond the calibrated volume: place it inside."
     shares = corner_distances(ends_world, volume_world).min(axis=0)
     for corner in plan.corners:
         if shares[corner] > CORNER_SHARE:
             return (
                 f"The bar ends {100.0 * shares[corner]:.0f} % of an edge from corner "
-                f"{CORNER_NAMES[corner]}; {100.0 * CORNER_SHARE:.0f} % are allowed: lay it nearer."
+                f"{CORNER_NAMES[corner]}; {100.0 * CORNER_SHARE:.0f} % are allowed: place it "
+                "nearer."
             )
     return ""
 
@@ -97,18 +98,15 @@ def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: L
         off = float(np.linalg.norm(tip_world - plan.ends_world, axis=1).min())
         if off > _OFF_PLAN_MM:
             return (
-                f"The ball is {off:.0f} mm from both ends of the planned line ({plan.name}): begin "
-                "with the first nest there."
+                f"The ball is {off:.0f} mm from both ends of the planned line ({plan.name}): "
+                "start with the first nest there."
             )
         return ""
     wanted = bar.nests[nest] - bar.nests[0]
     seen = float(np.linalg.norm(tip_world - taken_world[0]))
     reverse = bar.nests[-1] - bar.nests[-1 - nest]
     if abs(seen - wanted) > _NEST_MM and abs(seen - reverse) <= _NEST_MM:
-        return (
-            "The bar lies the other way round: turn it, take this line again, and begin with its "
-            "first nest."
-        )
+        return "The bar is reversed: turn it round and repeat this line from its first nest."
     others = [nest_ - bar.nests[0] for nest_ in bar.nests]
     elsewhere = min(abs(seen - one) for one in others) <= _NEST_MM < abs(seen - wanted)
     if elsewhere or abs(seen - wanted) > _OFF_NEST_MM:

@@ -17,9 +17,9 @@ from ocmm_core.errors import BusError, InputError
 
 bus_app = typer.Typer(
     no_args_is_help=True,
-    help="Look at the cameras on the bus, and at what they hold.\n\n"
-    "All commands but 'decode' take the bus into operation and give it back at their end; nothing "
-    "else may use it meanwhile. --source ethercat:virtual tries them on software cameras.",
+    help="Inspect the cameras on the bus and their objects.\n\nAll commands except 'decode' "
+    "take the bus into operation and release it at the end; nothing else may use it "
+    "meanwhile. --source ethercat:virtual runs them on software cameras.",
 )
 object_app = typer.Typer(no_args_is_help=True, help="Read and write the objects of a camera.")
 bus_app.add_typer(object_app, name="object")
@@ -104,7 +104,7 @@ def read(
 def write(
     camera: CameraArgument,
     address: _AddressArgument,
-    value: Annotated[str, typer.Argument(help="Bytes in hexadecimal as they travel: e.g. e803.")],
+    value: Annotated[str, typer.Argument(help="Hexadecimal bytes in wire order, e.g. e803.")],
     *,
     source: BusOption,
     rig: RigOption = RECOMMENDED_RIG,
@@ -119,7 +119,7 @@ def write(
     except ValueError:
         raise InputError(
             "bus.value",
-            f"VALUE is '{value}', which is no sequence of bytes in hexadecimal.",
+            f"VALUE is '{value}', not a sequence of hexadecimal bytes.",
             "Give two digits for each byte, the lowest byte first.",
         ) from None
     with open_bus(source, rig, camera=camera, force=force) as bus:
@@ -131,7 +131,7 @@ def write(
             "bus.value",
             f"Camera '{camera}' holds {found.hex(' ')} in {index:04x}:{sub:02x} after "
             f"{content.hex(' ')} was written.",
-            "This is right for commands; for a setting, check the value.",
+            "This is normal for commands; for a setting, check the value.",
         )
     make_console().print(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}")
 
@@ -141,11 +141,11 @@ def watch(
     *,
     source: BusOption,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=0.2, help="How long the bus is run.")
+        float, typer.Option("--seconds", min=0.2, help="Duration of the run.")
     ] = 5.0,
     every: Annotated[
         float | None,
-        typer.Option("--every", min=0.2, help="Also print the report every so many seconds."),
+        typer.Option("--every", min=0.2, help="Also print the report at this interval in seconds."),
     ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Write the report at the end to this file.")
@@ -179,7 +179,7 @@ def decode(
             "--cameras",
             min=0,
             max=4,
-            help="How many there are, where the start of the cameras is not in the file.",
+            help="Number of cameras, if their start-up is not in the file.",
         ),
     ] = 0,
     record: Annotated[

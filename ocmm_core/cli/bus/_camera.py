@@ -29,9 +29,9 @@ if TYPE_CHECKING:
 
 black_app = typer.Typer(
     no_args_is_help=True,
-    help="The black image of a camera: what its sensor shows without light.\n\n"
-    "The camera subtracts it from every exposure. 'measure' makes a new one, which counts at once "
-    "and until the power goes; 'store' keeps it.",
+    help="The black image of a camera: what its sensor shows without light.\n\nThe camera "
+    "subtracts it from every exposure. 'measure' makes a new one, used at once and until "
+    "power-off; 'store' keeps it permanently.",
 )
 intrinsics_app = typer.Typer(
     no_args_is_help=True, help="The intrinsics that a camera stores: its lens and sensor."
@@ -47,7 +47,9 @@ def snapshot(
     source: BusOption,
     region: Annotated[
         str | None,
-        typer.Option("--region", help="LEFT,TOP,WIDTH,HEIGHT in pixels; else the whole sensor."),
+        typer.Option(
+            "--region", help="LEFT,TOP,WIDTH,HEIGHT in pixels; default: the whole sensor."
+        ),
     ] = None,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
@@ -66,7 +68,7 @@ def snapshot(
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus, _interruptible(console):
         access = bus.objects(camera)
-        console.print(f"Camera '{camera}' takes a picture; Ctrl-C gives it up.")
+        console.print(f"Camera '{camera}' takes a picture; Ctrl-C cancels.")
         with _bar(console, "Fetching it") as told:
             picture = take_snapshot(access, window, told)
     console.print(
@@ -85,7 +87,7 @@ def measure(
     frames: Annotated[
         int, typer.Option("--frames", min=1, max=4096, help="Exposures to average.")
     ] = 256,
-    store: Annotated[bool, typer.Option("--store", help="Keep it across a loss of power.")] = False,
+    store: Annotated[bool, typer.Option("--store", help="Store it permanently.")] = False,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
@@ -133,10 +135,10 @@ def _black_command(name: str, help_: str) -> None:
         _print_black(make_console(), state)
 
 
-_black_command("store", "Keep the black image in use across a loss of power.")
+_black_command("store", "Store the active black image permanently.")
 _black_command("load", "Use the stored black image.")
-_black_command("clear", "Use no black image and forget the stored one.")
-_black_command("show", "Say which black images there are.")
+_black_command("clear", "Use no black image and delete the stored one.")
+_black_command("show", "List the black images.")
 
 
 @intrinsics_app.command("read")
@@ -181,7 +183,7 @@ def write_command(
     camera: CameraArgument,
     *,
     source: BusOption,
-    note: Annotated[str, typer.Option("--note", help="Text to keep beside them.")] = "",
+    note: Annotated[str, typer.Option("--note", help="Text to store with them.")] = "",
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
@@ -202,9 +204,7 @@ def history(
     camera: CameraArgument,
     *,
     source: BusOption,
-    clear: Annotated[
-        bool, typer.Option("--clear", help="Then let the camera forget them.")
-    ] = False,
+    clear: Annotated[bool, typer.Option("--clear", help="Then clear them in the camera.")] = False,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
@@ -219,7 +219,7 @@ def history(
         if clear:
             clear_error_history(access)
     if not messages:
-        console.print(f"Camera '{camera}' remembers no errors.")
+        console.print(f"Camera '{camera}' has no errors in its history.")
         return
     table = Table("Bus time s", "Code", "Meaning", "Register", "Data", box=box.SIMPLE_HEAD)
     for message in messages:
@@ -254,7 +254,7 @@ def _interruptible(console: Console) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        console.print("Stopped; the camera was told so.")
+        console.print("Stopped; the camera was notified.")
         raise typer.Exit(_INTERRUPTED) from None
 
 
@@ -268,7 +268,7 @@ def _window(text: str | None) -> Window | None:
     if min(left, top) < 0 or min(width, height) < 1 or max(left, top, width, height) > 0xFFFF:
         raise InputError(
             "bus.region",
-            f"--region is '{text}', which is no region.",
+            f"--region is '{text}', which is not a region.",
             "Give LEFT,TOP,WIDTH,HEIGHT in whole pixels, e.g. 100,80,64,48.",
         )
     return left, top, width, height

@@ -23,11 +23,10 @@ if TYPE_CHECKING:
 
 rig_app = typer.Typer(
     no_args_is_help=True,
-    help="Software cameras on named interfaces, for a second program to look at.\n\n"
-    "'up' makes a pair of virtual network interfaces (ocmm0 and ocmm1) and lets the cameras of the "
-    "virtual rig answer on one of them as EtherCAT slaves; a master, ocmm measure --source "
-    "ethercat:ocmm0 or any other, uses the other one. Needs root, and touches only interfaces that "
-    "it made.",
+    help="Software cameras on named interfaces, for a second program.\n\n'up' creates a pair of "
+    "virtual network interfaces (ocmm0 and ocmm1); the cameras of the virtual rig answer "
+    "on one as EtherCAT slaves, and a master (ocmm measure --source ethercat:ocmm0 or any "
+    "other) uses the other. Needs root; touches only interfaces it created.",
 )
 
 
@@ -57,7 +56,7 @@ def down() -> None:
 
     removed = rig_down()
     if removed is None:
-        Console().print("There is no virtual rig on named interfaces.")
+        Console().print("No virtual rig on named interfaces.")
     else:
         Console().print(f"Removed {removed.host}, {removed.cameras} and their cameras.")
 
@@ -74,7 +73,7 @@ def _print(state: RigStatus) -> None:
     console = Console()
     record = state.record
     if record is None:
-        console.print("There is no virtual rig on named interfaces. Make one: ocmm rig up")
+        console.print("No virtual rig on named interfaces. Create one: ocmm rig up")
         return
     console.print(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}")
     running = f"running, process {record.pid}" if state.cameras_running else "not running"

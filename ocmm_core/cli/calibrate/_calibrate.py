@@ -48,11 +48,11 @@ if TYPE_CHECKING:
 
 calibrate_app = typer.Typer(
     no_args_is_help=True,
-    help="Calibrate the cameras, calibrate them anew where they stand, and verify it.\n\n"
-    "A new calibration is in force as soon as it is accepted, and SUSPECT until 'verify' has "
-    "passed. Every observation is stored at once: a command that was stopped, however hard, goes "
-    "on where it was when it is started again.\n\n"
-    "Exit codes: 0 accepted (and passed), 1 kept the old one, waiting, or failed, 2 could not.",
+    help="Calibrate the cameras, recalibrate them in place, and verify the calibration.\n\nA "
+    "new calibration is active as soon as it is accepted, and SUSPECT until 'verify' has "
+    "passed. Every observation is stored at once: an interrupted command resumes where it "
+    "stopped when started again.\n\nExit codes: 0 accepted (and passed), 1 old one kept, "
+    "waiting, or failed, 2 could not run.",
 )
 
 
@@ -96,7 +96,7 @@ def cameras(
     ] = None,
     evaluation: Annotated[
         int | None,
-        typer.Option("--evaluation", min=0, help="Points kept for evaluation; a quarter without."),
+        typer.Option("--evaluation", min=0, help="Points kept for evaluation; default: a quarter."),
     ] = None,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -176,30 +176,33 @@ def relocate(
     world: Annotated[
         WorldChoice,
         typer.Option(
-            "--world", help="Kept by the cameras, kept by known control points, or set by three."
+            "--world",
+            help=(
+                "World frame: kept by the cameras, by known control points, or defined by three."
+            ),
         ),
     ] = WorldChoice.CAMERAS,
     control: Annotated[
         Path | None, typer.Option("--control", help="List of known control points (CSV).")
     ] = None,
     lens: Annotated[
-        LensChoice, typer.Option("--lens", help="Lenses kept, known from before, or free.")
+        LensChoice, typer.Option("--lens", help="Lenses: kept, refined from known values, or free.")
     ] = LensChoice.PRIOR,
     geometry: Annotated[
-        GeometryChoice, typer.Option("--geometry", help="How the LEDs of the probe are known.")
+        GeometryChoice, typer.Option("--geometry", help="Source of the LED positions.")
     ] = GeometryChoice.UNCERTAIN,
     poses: Annotated[int, typer.Option("--poses", min=20, help="At least.")] = POSES_WANTED,
     placements: Annotated[
-        int, typer.Option("--placements", min=1, help="Of the bar, at least.")
+        int, typer.Option("--placements", min=1, help="Least number of bar placements.")
     ] = BARS_WANTED,
     limit: Annotated[
         float,
-        typer.Option("--limit", help="Good enough: standard uncertainty of a length, mm."),
+        typer.Option("--limit", help="Target: standard uncertainty of a length, mm."),
     ] = LENGTH_LIMIT_MM,
     seats: Annotated[
         bool,
         typer.Option(
-            "--seats/--no-seats", help="Without: a recording lacks them (--source replay:)."
+            "--seats/--no-seats", help="Skip seats: for recordings without them (--source replay:)."
         ),
     ] = True,
     source: SourceOption = DEFAULT_SOURCE,
@@ -288,8 +291,8 @@ def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
     if not seats and origin_of(source) is not Origin.RECORDING:
         raise CalibrationError(
             "calibrate.seats",
-            "--no-seats is for recordings that lack them, and the source is none.",
-            "Leave it out, and visit two cones that are fixed to the table first and last.",
+            "--no-seats is only for recordings without seats, and the source is not a recording.",
+            "Omit it, and visit two cones fixed to the table first and last.",
         )
     return seats
 
@@ -300,7 +303,7 @@ def verify(
     bar: CheckBarOption = VERIFICATION_BAR,
     sphere: Annotated[
         list[Path] | None,
-        typer.Option("--sphere", help="Document of a sphere; may be given more than once."),
+        typer.Option("--sphere", help="Sphere document; can be repeated."),
     ] = None,
     two_places: Annotated[
         bool,
@@ -312,8 +315,8 @@ def verify(
         list[str] | None,
         typer.Option(
             "--excuse",
-            help="Why a corner of the volume cannot be reached: 'X- Y+ Z-: a post stands there'; "
-            "goes into the record.",
+            help="Why a corner of the volume cannot be reached, e.g. 'X- Y+ Z-: a post stands "
+            "there'; recorded.",
         ),
     ] = None,
     shots: ShotsOption = None,
@@ -321,10 +324,13 @@ def verify(
         float, typer.Option("--limit", help="Permissible error of a length: constant part, mm.")
     ] = Limits().constant,
     per_length: Annotated[
-        float, typer.Option("--limit-per-length", help="And part of the length.")
+        float,
+        typer.Option(
+            "--limit-per-length", help="Permissible error of a length: proportional part."
+        ),
     ] = Limits().per_length,
     largest: Annotated[
-        float, typer.Option("--limit-largest", help="Never more than this, mm.")
+        float, typer.Option("--limit-largest", help="Permissible error of a length: maximum, mm.")
     ] = Limits().largest,
     diameter: Annotated[
         float, typer.Option("--limit-diameter", help="Permissible error of a diameter, mm.")
@@ -334,7 +340,9 @@ def verify(
     ] = Limits().form,
     rule: Annotated[
         RuleChoice,
-        typer.Option("--rule", help="Uncertainty of the artefact off the limit, or only stated."),
+        typer.Option(
+            "--rule", help="Artefact uncertainty: subtracted from the limit, or only stated."
+        ),
     ] = RuleChoice.GUARDED,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -423,7 +431,7 @@ def verify(
 def sensors(
     *,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=10.0, help="How long the probe is waved.")
+        float, typer.Option("--seconds", min=10.0, help="Duration of waving the probe.")
     ] = WAVE_S,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -492,6 +500,6 @@ def _require_same_list(procedure: KnownPointsProcedure, listed: KnownPoints) -> 
     if not same:
         raise CalibrationError(
             "calibrate.points",
-            f"The session {procedure.base.session} was begun with another list of points.",
-            "Give that list, or begin a new session with --new.",
+            f"Session {procedure.base.session} was started with another list of points.",
+            "Give that list, or start a new session with --new.",
         )

@@ -80,11 +80,11 @@ class _Run:
 
 def probe_command(
     *,
-    tip: Annotated[str, typer.Option("--tip", help="Name of the tip that is mounted.")],
+    tip: Annotated[str, typer.Option("--tip", help="Name of the mounted tip.")],
     tip_unknown: Annotated[
         bool,
         typer.Option(
-            "--tip-unknown", help="The document does not say where this tip is: another stylus."
+            "--tip-unknown", help="The document does not define this tip: another stylus."
         ),
     ] = False,
     sweeps: Annotated[
@@ -92,30 +92,30 @@ def probe_command(
         typer.Option("--sweeps", help="Recorded spots of both sweeps (CSV) instead of a source."),
     ] = None,
     poses: Annotated[
-        int, typer.Option("--poses", min=100, help="Of each sweep, at least.")
+        int, typer.Option("--poses", min=100, help="Least number of poses per sweep.")
     ] = POSES_WANTED,
     slack: Annotated[
         float, typer.Option("--slack", min=0.0, help="Play of the ball in the cone (sigma), mm.")
     ] = 0.0,
     limit: Annotated[
         float,
-        typer.Option("--limit", min=0.0, help="A larger change of the tip wants a reason, mm."),
+        typer.Option("--limit", min=0.0, help="Tip change above which a reason is required, mm."),
     ] = CHANGE_LIMIT_MM,
     because: Annotated[
         str, typer.Option("--because", help="Why the tip changed by more than the limit.")
     ] = "",
     valid_days: Annotated[
-        int, typer.Option("--valid-days", min=1, help="For how long it may be used.")
+        int, typer.Option("--valid-days", min=1, help="Validity period.")
     ] = VALID_DAYS,
     again: Annotated[
         bool,
         typer.Option(
             "--again/--no-again",
-            help="Without: a recording lacks the first cone at the end (--source replay:).",
+            help="Skip the return to the first cone: for recordings without it (--source replay:).",
         ),
     ] = True,
     scene: Annotated[
-        SceneChoice, typer.Option("--scene", help="What happens on the virtual rig.")
+        SceneChoice, typer.Option("--scene", help="Scene on the virtual rig.")
     ] = SceneChoice.GOOD,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -129,7 +129,7 @@ def probe_command(
     new: NewOption = False,
     anew: Annotated[
         bool,
-        typer.Option("--anew", help="Throw away what was taken of the sweep that is under way."),
+        typer.Option("--anew", help="Discard the current sweep."),
     ] = False,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
@@ -231,8 +231,11 @@ def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
     if not again and origin_of(source) is not Origin.RECORDING:
         raise CalibrationError(
             "calibrate.again",
-            "--no-again is for recordings that lack it, and the source is none.",
-            "Leave it out, and put the ball back into the first cone at the end.",
+            (
+                "--no-again is only for recordings without the return visit, and the source "
+                "is not a recording."
+            ),
+            "Omit it, and put the ball back into the first cone at the end.",
         )
     return again
 

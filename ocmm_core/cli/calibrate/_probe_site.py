@@ -93,8 +93,8 @@ def about_tip(procedure: P, tip: str) -> P:
     if procedure.tip != tip:
         raise CalibrationError(
             "calibrate.tip",
-            f"The session is about tip '{procedure.tip}'.",
-            "Give that tip, or begin a new session with --new.",
+            f"The session is for tip '{procedure.tip}'.",
+            "Give that tip, or start a new session with --new.",
         )
     return procedure
 

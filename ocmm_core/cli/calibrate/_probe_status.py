@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 FolderOption = Annotated[
     Path | None,
-    typer.Option("--probes", help="Folder of records of probes; that of this user without."),
+    typer.Option("--probes", help="Probe record folder; default: that of this user."),
 ]
 
 
@@ -40,7 +40,7 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
         _say(console, f"Records  cannot be used. {found.fault}")
         raise typer.Exit(1)
     if not found.tips:
-        _say(console, f"Tips     none: the probe was never calibrated ({store.folder}).")
+        _say(console, f"Tips     none: probe never calibrated ({store.folder}).")
         raise typer.Exit(1)
     for state in found.tips:
         _print_tip(console, state)
@@ -66,11 +66,11 @@ def probe_history(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption =
 
 
 def mount_tip(
-    tip: Annotated[str, typer.Argument(help="Name of the tip that was screwed on.")],
+    tip: Annotated[str, typer.Argument(help="Name of the newly mounted tip.")],
     *,
     probe: ProbeOption = STANDARD_PROBE,
     probes: FolderOption = None,
-    who: Annotated[str, typer.Option("--who", help="Who says so.")] = "unnamed",
+    who: Annotated[str, typer.Option("--who", help="Name of the person confirming.")] = "unnamed",
 ) -> None:
     """Say that a tip, maybe the same one again, was screwed on; it must be checked.
 
@@ -79,7 +79,7 @@ def mount_tip(
     store = _store(probe, probes)
     store.mount(tip, who, datetime.now(UTC))
     status = store.status(tip, datetime.now(UTC))
-    _say(make_console(), f"Tip '{tip}' is on the probe. {status.reason} {status.remedy}")
+    _say(make_console(), f"Tip '{tip}' is mounted. {status.reason} {status.remedy}")
 
 
 def _store(probe: Path, folder: Path | None) -> ProbeStore:
@@ -94,13 +94,13 @@ def _print_tip(console: Console, state: TipState) -> None:
     from ocmm_core.calibration.records import record_hash
 
     record, qualified, status = state.calibration, state.qualification, state.status
-    on = "on the probe" if state.mounted else "not mounted"
+    on = "mounted" if state.mounted else "not mounted"
     _say(console, f"Tip      {state.tip} ({on})")
     _say(console, f"State    {status.state.value}")
     if status.reason:
         _say(console, f"         {status.reason} {status.remedy}")
     if status.since_utc:
-        _say(console, f"         Points since {status.since_utc[:19]} UTC are in doubt.")
+        _say(console, f"         Points since {status.since_utc[:19]} UTC are suspect.")
     _say(
         console,
         f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "

@@ -84,8 +84,8 @@ def learn(
     path = save_baseline(site.store.folder, baseline, calibration, body.identity)
     whole = site.rig.noise.pattern_px
     console.print(
-        f"Sensors  {baseline.looks} looks; of {whole:.4f} px of their pattern "
-        f"{baseline.left_px:.4f} px are left",
+        f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
+        f"{baseline.left_px:.4f} px",
         highlight=False,
     )
     console.print(f"Baseline {path}", highlight=False)

@@ -65,15 +65,11 @@ _FAULTS: dict[TipChoice, dict[str, float]] = {
 
 TipNameOption = Annotated[
     str | None,
-    typer.Option(
-        "--tip", help="Tip that is on the probe now; without it, the one that was mounted last."
-    ),
+    typer.Option("--tip", help="Mounted tip; default: the last one mounted."),
 ]
 SphereOption = Annotated[Path, typer.Option("--sphere", help="Document of the sphere.")]
-ConeOption = Annotated[str, typer.Option("--cone", help="What is written on the cone.")]
-SceneOption = Annotated[
-    TipChoice, typer.Option("--scene", help="Which tip is on the virtual probe.")
-]
+ConeOption = Annotated[str, typer.Option("--cone", help="Marking on the cone.")]
+SceneOption = Annotated[TipChoice, typer.Option("--scene", help="Tip on the virtual probe.")]
 
 
 def tip_command(
@@ -83,10 +79,10 @@ def tip_command(
     cone: ConeOption = "",
     diameter: Annotated[
         float | None,
-        typer.Option("--diameter", min=0.1, help="That the ball should have, mm; else as listed."),
+        typer.Option("--diameter", min=0.1, help="Nominal ball diameter, mm; default: as listed."),
     ] = None,
     valid_days: Annotated[
-        int, typer.Option("--valid-days", min=1, help="For how long it may be used.")
+        int, typer.Option("--valid-days", min=1, help="Validity period.")
     ] = VALID_DAYS,
     shots: ShotsOption = None,
     scene: SceneOption = TipChoice.GOOD,
@@ -302,8 +298,8 @@ def take_tip_shots(
         if shot.kind != procedure.base.step.name:
             raise CalibrationError(
                 "calibrate.shots",
-                f"The recorded shots hold one of kind '{shot.kind}', which does not belong into "
-                f"step '{procedure.base.step.title}'.",
+                f"The recorded shots contain one of kind '{shot.kind}', which does not belong "
+                f"in step '{procedure.base.step.title}'.",
                 "Give the shots of the sphere, then those in the cone.",
             )
         procedure.take_shot(shot.uv, shot.sigma_px, now())

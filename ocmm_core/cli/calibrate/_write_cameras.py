@@ -21,7 +21,7 @@ def write_cameras(
     *,
     source: BusOption,
     check: Annotated[
-        bool, typer.Option("--check", help="Write nothing, only compare; exit code 0: the same.")
+        bool, typer.Option("--check", help="Compare only, write nothing; exit code 0: identical.")
     ] = False,
     rig: RigOption = RECOMMENDED_RIG,
     calibrations: CalibrationsOption = None,
@@ -81,4 +81,4 @@ def _print_stored(record: CameraRecord, console: Console) -> None:
     from ocmm_core.calibration.records import record_hash
 
     names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
-    console.print(f"{names} store calibration {record_hash(record)}.", highlight=False)
+    console.print(f"{names} now store calibration {record_hash(record)}.", highlight=False)

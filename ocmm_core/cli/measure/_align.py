@@ -20,20 +20,20 @@ if TYPE_CHECKING:
 
 def align_command(
     *,
-    job: Annotated[Path, typer.Argument(help="Job file (.ocmm), finished or being measured.")],
+    job: Annotated[Path, typer.Argument(help="Job file (.ocmm), finished or in progress.")],
     save: Annotated[
         Path | None,
-        typer.Option("--save", help="Save the frame as a document, e.g. that of the machine."),
+        typer.Option("--save", help="Save the frame as a document, e.g. the machine frame."),
     ] = None,
     name: Annotated[
-        str, typer.Option("--name", help="Name of the saved frame. Default: that of its file.")
+        str, typer.Option("--name", help="Name of the saved frame. Default: its file name.")
     ] = "",
     control: Annotated[
         list[str] | None,
         typer.Option(
             "--control",
-            help="Feature to save as a control point, to find the frame again after the part was "
-            "moved; may be given several times.",
+            help="Feature to save as a control point, for relocating the frame after the part "
+            "was moved; can be repeated.",
         ),
     ] = None,
 ) -> None:
@@ -77,8 +77,8 @@ def align_plan_command(
         float | None,
         typer.Option(
             "--relocate",
-            help="Find the frame again at its control points, which may lie so far off, mm. "
-            "Default: take it as it was saved.",
+            help="Relocate the frame at its control points, within this limit, mm. Default: use "
+            "it as saved.",
         ),
     ] = None,
 ) -> None:
@@ -94,7 +94,7 @@ def align_plan_command(
     document = load_frame(frame)
     console = Console(soft_wrap=True)
     if document.simulated:
-        said = f"{SIMULATED}: the frame {document.name} comes from a virtual rig. {NO_REAL_PART}"
+        said = f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}"
         console.print(said, style="bold yellow", highlight=False, markup=False)
     rule = saved_frame(document) if relocate is None else relocation(document, relocate)
     save_plan(msgspec.structs.replace(load_plan(plan), alignment=rule), out)
@@ -110,16 +110,19 @@ def _save(
     if report.T_nominal_from_world is None or report.free:
         raise InputError(
             "frame.open",
-            f"{job.path}: its alignment does not hold the part, so there is no frame to save.",
-            "Measure what is missing, or align to features that hold it.",
+            (
+                f"{job.path}: the alignment does not fully constrain the part, so there is "
+                "no frame to save."
+            ),
+            "Measure what is missing, or align to features that constrain it.",
         )
     centres = _centres(job)
     for feature in control:
         if feature not in centres:
             raise InputError(
                 "frame.no_centre",
-                f"{job.path}: {feature} is no measured feature with a centre.",
-                f"Choose among {', '.join(centres) or 'none'}.",
+                f"{job.path}: {feature} is not a measured feature with a centre.",
+                f"Choose from {', '.join(centres) or 'none'}.",
             )
     document = frame_document(
         name=name,

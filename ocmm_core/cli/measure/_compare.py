@@ -22,11 +22,11 @@ def compare_command(
     ],
     probes: Annotated[
         Path | None,
-        typer.Option("--probes", help="Folder of records of probes. Default: that of this user."),
+        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
     ] = None,
     calibrations: Annotated[
         Path | None,
-        typer.Option("--calibrations", help="Folder of calibrations. Default: that of this user."),
+        typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
     ] = None,
 ) -> None:
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
@@ -53,8 +53,7 @@ def compare_command(
         for line in _lines(trend):
             console.print(f"{trend.name}: {line}", highlight=False)
     console.print(
-        "Lengths in mm. Limits of the charts stand at 2.66 mean moving ranges; Cp and Cpk are of "
-        "the same scatter.",
+        "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter.",
         style="dim",
     )
 
@@ -80,7 +79,7 @@ def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> Non
 
 
 def _lines(trend: Trend) -> list[str]:
-    lines = [f"not counted: {why}" for why in trend.left_out]
+    lines = [f"excluded: {why}" for why in trend.left_out]
     if trend.why_not:
         lines.append(trend.why_not)
     if trend.capability is not None:

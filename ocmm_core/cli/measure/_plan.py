@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan import Plan
 
 
-plan_app = typer.Typer(no_args_is_help=True, help="Check, make and import plans.")
+plan_app = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
 
 STEP_ENDINGS = (".step", ".stp")
 
@@ -24,7 +24,7 @@ NameOption = Annotated[str | None, typer.Option("--name", help="Name of the plan
 PartNameOption = Annotated[str | None, typer.Option("--part", help="Name of the part.")]
 OutputOption = Annotated[Path, typer.Option("--output", "-o", help="Plan document to write.")]
 OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="Replace the document if there is one.")
+    bool, typer.Option("--overwrite", help="Overwrite an existing document.")
 ]
 
 
@@ -66,7 +66,7 @@ def new(
 @plan_app.command(name="import")
 def import_(
     file: Annotated[
-        Path, typer.Argument(help="Table of features (CSV), or model (STEP, needs an extra).")
+        Path, typer.Argument(help="Feature table (CSV) or model (STEP, needs an extra).")
     ],
     output: OutputOption,
     name: NameOption = None,
@@ -90,7 +90,7 @@ def warnings_of(plan: Plan, folder: Path) -> list[str]:
     from ocmm_core.inspection.evaluation import places_of
 
     found = [
-        f"{feature.name}: the picture {feature.picture} is not there."
+        f"{feature.name}: picture {feature.picture} not found."
         for feature in plan.features
         if feature.picture and not (folder / feature.picture).is_file()
     ]
@@ -115,7 +115,7 @@ def _write(
     if output.exists() and not overwrite:
         raise InputError(
             "plan.exists",
-            f"{output}: there is such a file already.",
+            f"{output}: this file already exists.",
             "Choose another name, or give --overwrite.",
         )
     plan = msgspec.structs.replace(

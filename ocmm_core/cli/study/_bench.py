@@ -55,8 +55,7 @@ def run_bench(seconds: float, console: Console) -> None:
     console.print(table)
     if not _has_opencv():
         console.print(
-            "The comparison with OpenCV needs the package opencv-python-headless, which is "
-            "installed for development only."
+            "The OpenCV comparison needs opencv-python-headless, a development dependency."
         )
 
 
@@ -74,7 +73,7 @@ def measure(seconds: float) -> list[BenchRow]:
         rows.append(
             BenchRow(
                 "8 LEDs x 2 cameras: tip, covariance, chi-square",
-                f"{ours * 1e6:.2f} us a frame",
+                f"{ours * 1e6:.2f} us per frame",
                 f"OpenCV and numpy, all frames at once, no covariance: {peer * 1e6:.1f} us",
                 peer / ours,
                 PEER_LIMIT,
@@ -94,7 +93,7 @@ def measure(seconds: float) -> list[BenchRow]:
     rows.append(
         BenchRow(
             "Tracking in blocks of 10 ms at 8 kHz",
-            f"{track * 1e3:.3f} ms a block",
+            f"{track * 1e3:.3f} ms per block",
             "10 ms of real time",
             _BLOCK / _FRAME_RATE_HZ / track,
             REAL_TIME_LIMIT,

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 study_app = typer.Typer(
-    no_args_is_help=True, help="Simulate how far a procedure is wrong by noise alone."
+    no_args_is_help=True, help="Simulate the error of a procedure caused by noise alone."
 )
 
 THESIS_RIG = resource("rigs", "thesis.toml")
@@ -45,7 +45,7 @@ def _study() -> None:
 def probe_calibration(
     *,
     runs: Annotated[int, typer.Option("--runs", min=1, help="Simulated calibrations.")] = 3000,
-    poses: Annotated[int, typer.Option("--poses", min=20, help="Poses of each of them.")] = 10_000,
+    poses: Annotated[int, typer.Option("--poses", min=20, help="Poses per calibration.")] = 10_000,
     estimator: Annotated[
         EstimatorName,
         typer.Option(
@@ -74,7 +74,7 @@ def probe_calibration(
     ] = True,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of angles and noise.")] = 1,
     processes: Annotated[
-        int | None, typer.Option("--processes", min=1, help="Default: one for each processor.")
+        int | None, typer.Option("--processes", min=1, help="Default: one per processor.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for figures and numbers.")] = Path(
         "ocmm-out"
@@ -96,8 +96,8 @@ def probe_calibration(
     if not max(ranges) > 0.0 or max(map(abs, ranges)) > 180.0 or min(*ranges, *sigma) < 0.0:
         raise InputError(
             "study.range",
-            f"The ranges {ranges} or the noise {sigma} are none.",
-            "Give angles from 0 to 180 degrees, one of them above 0, and noise from 0 on.",
+            f"The ranges {ranges} or the noise {sigma} are not valid.",
+            "Give angles from 0 to 180 degrees, one of them above 0, and noise of 0 or more.",
         )
     study = ProbeStudy(
         leds=body.leds_probe - body.tip_probe,
@@ -132,8 +132,8 @@ def probe_calibration(
             f"LEDs RMS {tip:.3f} um."
         )
     console.print(
-        f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses a second and "
-        f"processor."
+        f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second per "
+        "processor."
     )
     console.print(f"Written: {', '.join(str(path) for path in written)}")
 
@@ -188,6 +188,6 @@ def _write(study: ProbeStudy, result: StudyResult, seed: int, out: Path) -> list
         raise InputError(
             "study.unwritable",
             f"{out}: the results cannot be written ({error.strerror}).",
-            "Give a folder that you may write with --out.",
+            "Give a writable folder with --out.",
         ) from error
     return [out / name for name in files]

@@ -27,16 +27,16 @@ _BAR = 20
 def uncertainty_command(
     job: Annotated[Path, typer.Argument(help="Job file.", metavar="JOB")],
     only: Annotated[
-        str, typer.Option("--only", help="Name of one characteristic; else all of them.")
+        str, typer.Option("--only", help="Name of one characteristic; default: all.")
     ] = "",
     monte_carlo: Annotated[
-        bool, typer.Option("--monte-carlo", help="Simulate too, and compare.")
+        bool, typer.Option("--monte-carlo", help="Also run Monte Carlo and compare.")
     ] = False,
     trials: Annotated[
-        int, typer.Option("--trials", min=10_000, max=10_000_000, help="At most so many trials.")
+        int, typer.Option("--trials", min=10_000, max=10_000_000, help="Maximum number of trials.")
     ] = 1_000_000,
     digits: Annotated[
-        int, typer.Option("--digits", min=1, max=2, help="Significant digits of u wanted.")
+        int, typer.Option("--digits", min=1, max=2, help="Significant digits required for u.")
     ] = 2,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the simulation.")] = 1,
 ) -> None:
@@ -59,7 +59,7 @@ def uncertainty_command(
     if only and only not in names:
         raise InputError(
             "uncertainty.name",
-            f"{job} has no characteristic called {only!r}.",
+            f"{job} has no characteristic named {only!r}.",
             f"Give one of: {', '.join(names)}.",
         )
     asked = [only] if only else names
@@ -86,7 +86,7 @@ def _print_budget(
     console.print(_table(budget))
     degrees = "" if budget.degrees > 1e6 else f", {budget.degrees:.0f} degrees of freedom"
     wider = (
-        " (more than 2 u: noise makes such a value greater than it is)"
+        " (more than 2 u: noise biases such a value upward)"
         if budget.expanded > 2.0001 * budget.standard
         else ""
     )

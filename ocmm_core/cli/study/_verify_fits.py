@@ -33,13 +33,14 @@ def verify_fits_command(
         ConventionWord,
         typer.Option(
             "--convention",
-            help="What the certified numbers mean: nist has diameters and circles in the plane of "
-            "their points; ptb has radii, circles as one problem, and cones' axes towards the "
-            "smaller radius; any takes whichever agrees and says so.",
+            help="Convention of the certified values: nist has diameters and circles in the "
+            "plane of their points; ptb has radii, circles as one problem, and cones' axes "
+            "towards the smaller radius; any uses whichever agrees and reports it.",
         ),
     ] = ConventionWord.ANY,
     criterion: Annotated[
-        CriterionWord, typer.Option("--criterion", help="How the certified ones are associated.")
+        CriterionWord,
+        typer.Option("--criterion", help="Association criterion of the certified values."),
     ] = CriterionWord.LEAST_SQUARES,
 ) -> None:
     """Fit reference points and print the worst difference from the certified results.
@@ -106,7 +107,7 @@ def _lines(report: SetReport) -> list[str]:
                 f"points; only residuals are compared, rms {result.residual:.1e} mm."
             )
         elif result.reading:
-            lines.append(f"{report.name}/{result.name}: agrees where read as {result.reading}.")
+            lines.append(f"{report.name}/{result.name}: agrees when read as {result.reading}.")
     return lines
 
 

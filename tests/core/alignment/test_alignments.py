@@ -162,6 +162,14 @@ def test_best_fit_is_that_of_scipy(seed: int) -> None:
     assert np.abs(mine.apply(a) - b).max() < 1e-9
 
 
+def test_where_nothing_is_locked_the_start_does_not_matter() -> None:
+    points, wanted, weights, start = _noisy(np.random.default_rng(4), 15, 0.05)
+    mine = fit_points_locked(points, wanted, weights, start, ())
+    best = fit_points(points, wanted, weights)
+    assert np.abs(mine.rotation - best.rotation).max() == 0.0
+    assert np.abs(mine.translation - best.translation).max() == 0.0
+
+
 LOCKS = [locked for count in (1, 2, 3, 5) for locked in combinations(MOTIONS, count)][::4]
 
 
@@ -237,7 +245,7 @@ def test_six_conditions_that_leave_the_part_open_are_refused() -> None:
     geometries = measured(RigidTransform.identity(), np.random.default_rng(0))
     flat = [Condition(feature=name, direction=(0.0, 0.0, 1.0)) for name in "HGSP"]
     flat += [Condition(feature=name, direction=(0.0, 1.0, 0.0)) for name in "HG"]
-    with pytest.raises(FitError, match="leave a motion of the part open: it shifts along x"):
+    with pytest.raises(FitError, match="leave a motion of the part open: translation along x"):
         frame_of(bound(ReferencePoints(conditions=tuple(flat))), geometries)
 
 
@@ -271,13 +279,33 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
     document = frame_document("m", "2026-01-02", "bed", RigidTransform.identity(), {})
     path = tmp_path / "m.toml"
     save_frame(path, document)
-    with pytest.raises(StorageError, match="there is such a file already"):
+    with pytest.raises(StorageError, match="this file already exists"):
         save_frame(path, document)
     path.write_text(path.read_text().replace("translation = [0.0,", "translation = [0.1,"))
-    with pytest.raises(InputError, match="does not fit its hash"):
+    with pytest.raises(InputError, match="does not match its hash"):
         load_frame(path)
     with pytest.raises(InputError, match=r"has 0 control point\(s\)"):
         relocation(document, 0.1)
+
+
+def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
+    turned = Rotation.from_rotvec([0.3, -0.2, 1.1]).as_matrix()
+
+    def fault_of(rotation: Float) -> object:
+        (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+        rule = SavedFrame(
+            name="m",
+            digest="",
+            rotation=((a, b, c), (d, e, f), (g, h, i)),
+            translation=(1.0, 2.0, 3.0),
+            covariance=tuple(tuple(row) for row in (1e-6 * np.eye(6)).tolist()),
+        )
+        return alignment_fault(rule, SHAPES)
+
+    assert fault_of(turned) is None
+    # A scale of 1e-6 is a micrometre on a metre: no rounding.
+    expected = ("alignment.rotation", "is no rotation")
+    assert fault_of((1.0 + 1e-6) * turned) == fault_of(-turned) == expected
 
 
 @pytest.mark.parametrize(
@@ -291,8 +319,12 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
         (BestFit(points=("H", "G", "A")), "points", "needs one of: point"),
         (BestFit(points=("H", "G", "S"), weights=(1.0,)), "weights", "has 1 numbers"),
         (BestFit(points=("H", "G", "S"), weights=(1.0, 0.0, 1.0)), "weights", "not greater"),
-        (BestFit(points=("H", "G", "S"), locked=("z",)), "start", "where the locked motions"),
-        (ReferencePoints(conditions=SIX.conditions[:5]), "conditions", "six hold a part"),
+        (BestFit(points=("H", "G", "S"), locked=("z",)), "start", "fixes the locked motions"),
+        (
+            ReferencePoints(conditions=SIX.conditions[:5]),
+            "conditions",
+            "exactly six constrain a part",
+        ),
         (
             ReferencePoints(
                 conditions=(*SIX.conditions[:5], Condition(feature="A", direction=(1.0, 0.0, 0.0)))
@@ -314,7 +346,7 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
                 translation=(0.0, 0.0, 0.0),
             ),
             "rotation",
-            "is no rotation",
+            "is not a rotation",
         ),
         (Relocation(name="m", digest="", control=(), limit=0.0), "limit", "greater than zero"),
     ],

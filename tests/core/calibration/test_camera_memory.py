@@ -68,7 +68,7 @@ def test_warmth_warns_from_2_and_stops_from_5_kelvin() -> None:
     blocker, warnings = check_camera_temperature(record, (36.0, 34.9))
     assert blocker is None
     assert warnings == (
-        "Camera 'right' is 2.1 K colder than when it was calibrated (34.9 against 37.0 °C).",
+        "Camera 'right' is 2.1 K colder than at its calibration (34.9 against 37.0 °C).",
     )
     blocker, warnings = check_camera_temperature(record, (41.1, 42.1))
     assert blocker is not None

@@ -101,7 +101,7 @@ def test_a_tip_that_was_not_qualified_takes_no_points(tmp_path: Path) -> None:
     assert in_use.store is not None
     in_use.store.qualify(QUALIFIED, LATER)
     assert seen(in_use).word is CalibrationStatus.UNUSABLE
-    assert "begin a new one" in str(seen(in_use).blocking_reason)
+    assert "start a new one" in str(seen(in_use).blocking_reason)
     assert seen(open_probe(DOCUMENT, tmp_path)).word is CalibrationStatus.VALID
 
 
@@ -151,9 +151,9 @@ def test_new_records_are_for_a_new_job(tmp_path: Path) -> None:
     store = store_in(tmp_path)
     in_use = open_probe(DOCUMENT, tmp_path)
     store.qualify(make_tip_record(RECORD, diameter_mm=5.95), LATER)
-    assert "was put in force since" in str(seen(in_use).blocker)
+    assert "has been activated since" in str(seen(in_use).blocker)
     store.calibrate(make_probe_record(), "technician", "new", LATER)
-    assert "was put in force since" in str(seen(in_use).blocker)
+    assert "has been activated since" in str(seen(in_use).blocker)
 
 
 def test_records_of_another_document_are_not_used(tmp_path: Path) -> None:
@@ -179,7 +179,7 @@ def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:
 
 
 def test_names_that_are_no_folders_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="kept under its name"):
+    with pytest.raises(InputError, match="stored under its name"):
         probe_store_folder(tmp_path, "../probe")
 
 

@@ -177,4 +177,4 @@ def test_what_an_earlier_version_stored_without_a_seal_is_checked_once(
     said = status_of_tip(active, unsealed, qualified.at)
     assert said.state is State.SUSPECT
     assert "stored by an earlier version" in said.reason
-    assert said.remedy == "Make the quick tip check: one minute."
+    assert said.remedy == "Run the quick tip check (one minute)."

@@ -184,7 +184,7 @@ def test_an_insensitive_qualification_makes_every_check_inconclusive(tmp_path: P
     procedure = tips.check()
     take(procedure, tips.bench, 13, 0)
     gate = procedure.base.step.gate
-    assert "no check can compare" in gate.reason
+    assert "too uncertain for any check" in gate.reason
     assert gate.remedy == "Qualify the tip again."
 
 
@@ -284,9 +284,9 @@ def test_what_was_overtaken_is_not_stored(tmp_path: Path) -> None:
     record = make_probe_record(made_utc=BEGIN.isoformat())
     newer = make_tip_record(record, diameter_mm=6.001, diameter_sigma_mm=0.004)
     tips.store.qualify(newer, now() + timedelta(seconds=1))
-    with pytest.raises(CalibrationError, match="qualified anew"):
+    with pytest.raises(CalibrationError, match="requalified"):
         procedure.accept(now(), "")
-    with pytest.raises(CalibrationError, match="qualified anew"):
+    with pytest.raises(CalibrationError, match="requalified"):
         TipCheckProcedure.resume(
             procedure.base.session, tips.bench.rig, tips.bench.body, tips.store
         )
