@@ -219,7 +219,7 @@ def test_what_the_nominals_do_not_give_is_said_and_taken_over(sheet: PlanSheet) 
     plan = add_construction(sheet.draft.plan, Intersection(name="NEVER", features=("BED", "EDGE")))
     sheet.draft.did(plan)
     sheet.open()
-    assert "The nominals do not give NEVER" in sheet.checks.text()
+    assert "The nominals do not define NEVER" in sheet.checks.text()
     sheet.undo()
     sheet.align()
     _fill(sheet.form(), "secondary", "BOSS")
@@ -245,7 +245,7 @@ def test_a_construction_that_others_need_stays_and_takes_its_name_along(sheet: P
     errors: list[OcmmError] = []
     sheet.failed.connect(errors.append)
     sheet.remove()
-    assert "is needed by MIDDLE" in errors[0].what
+    assert "is used by MIDDLE" in errors[0].what
     sheet.items.show_plan(plan, ItemKey("characteristics", "MIDDLE"))
     sheet.remove()
     assert sheet.draft.plan.characteristics == plan.characteristics[:-1]

@@ -148,7 +148,7 @@ def test_what_was_taken_survives_a_crash_and_is_offered(bench: WizardBench) -> N
     bench.until(lambda: bench.seen.automatic)
     assert bench.show(None, _scene(points, 5, 12)) == 7
     # All are taken, but so few say nothing: that is why Next is still closed.
-    bench.until(lambda: "saw 12 of the points only" in bench.runner.gate.text())
+    bench.until(lambda: "saw only 12 of the points" in bench.runner.gate.text())
     # Each observation is where the list says, whoever was there when it was taken.
     view = bench.seen.view
     assert isinstance(view, KnownPointsView)

@@ -142,7 +142,7 @@ def test_another_tip_on_the_probe_stops_the_job(tmp_path: Path) -> None:
     store.qualify(make_tip_record(other), LATER)
     view = seen(in_use)
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "'long' is on the probe, but this job was begun with tip '6 mm'" in str(view.blocker)
+    assert "'long' is mounted, but this job was started with tip '6 mm'" in str(view.blocker)
     assert seen(open_probe(DOCUMENT, tmp_path)).tip == "long"
     assert seen(open_probe(DOCUMENT, tmp_path, "6 mm")).word is CalibrationStatus.UNUSABLE
 

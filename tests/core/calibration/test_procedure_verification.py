@@ -160,12 +160,12 @@ def test_only_the_calibration_in_force_is_verified_and_not_with_old_artefacts(
     tmp_path: Path,
 ) -> None:
     bench = Bench.at(tmp_path)
-    with pytest.raises(CalibrationError, match="not used with the active calibration"):
+    with pytest.raises(CalibrationError, match="does not use the active calibration"):
         begin(bench, bench.rig)
     rig = bench.calibrated()
     use = replace_due(bench.bar.artefact.use, "2026-03-01T00:00:00+00:00")
     bench.bar = replace(bench.bar, artefact=replace(bench.bar.artefact, use=use))
-    with pytest.raises(CalibrationError, match="ended on 2026-03-01"):
+    with pytest.raises(CalibrationError, match="expired on 2026-03-01"):
         begin(bench, rig)
     bench = Bench.at(tmp_path)
     # 2 um of the bar against a limit of 5 um: more than a third.

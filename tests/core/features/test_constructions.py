@@ -337,7 +337,7 @@ def _tilted(degrees: float) -> dict[str, tuple[Shape, Float]]:
         (Intersection(name="x", features=("LEANING", "RIGHT")), "nearly lies along the plane"),
         (Intersection(name="x", features=("LEFT", "RIGHT", "TOP")), "nearly meet in one line"),
         (Projection(name="x", features=("LEANING", "TOP")), "nearly normal to the plane"),
-        (Projection(name="x", features=("A", "LEFT")), "90 degrees oblique"),
+        (Projection(name="x", features=("A", "LEFT")), "inclined 90 degrees"),
         (Bisector(name="x", features=("TOP", "STEP")), "nothing lies between them"),
         (Bisector(name="x", features=("LEFT", "RIGHT"), which="across"), "look at each other"),
         (Bisector(name="x", features=("SHAFT", "PIN")), "neither angle is the smaller one"),

@@ -210,7 +210,7 @@ def test_reopening_a_feature_is_a_step_that_can_be_taken_back(bench: Bench, job:
     session.steps.select("BED")
     session.steps.reopen()
     view = session.view
-    assert (view.active, view.complete, view.undo) == ("BED", False, "reopening of BED")
+    assert (view.active, view.complete, view.undo) == ("BED", False, "reopen of BED")
     assert view.part_verdict.word is PartWord.NOT_COMPLETE
     with pytest.raises(MeasuringError, match="BED is open"):
         session.steps.reopen("BED")

@@ -95,7 +95,7 @@ def test_steps_are_undone_and_done_again_in_turn(bench: Bench, job: JobFile) -> 
     take(session, bench, 0, 4)
     session.points.delete_point(1, "slipped")
     session.steps.skip("BLOCK_TOP")
-    assert session.view.undo == "skipping of BLOCK_TOP"
+    assert session.view.undo == "skip of BLOCK_TOP"
     session.steps.undo()
     assert session.view.feature("BLOCK_TOP").state is not FeatureState.SKIPPED
     session.steps.undo()

@@ -147,7 +147,7 @@ def test_a_blow_stops_points_until_the_tip_is_checked(build: Build, tmp_path: Pa
     wait_until(lambda: station.job.view().refusal is not None)
     live = station.looks.live()
     assert live.status is StatusWord.NOT_READY
-    assert live.reason.startswith("The probe felt a blow at 20")
+    assert live.reason.startswith("Probe shock detected at 20")
     assert len(taken) == 4
     # What was touched before the blow was touched with a good tip.
     assert station.job.view().held == ()

@@ -270,7 +270,7 @@ def test_as_few_points_as_the_shape_needs_show_no_form() -> None:
     points = [p for p in POINTS if p.feature != "top"] + [p for p in POINTS if p.feature == "top"][
         :3
     ]
-    with pytest.raises(FitError, match="top has 3 points; a plane shows a form from 4"):
+    with pytest.raises(FitError, match="top has 3 points; form of a plane needs at least 4"):
         evaluate(_characteristic("form", ["top"]), _actual(points), None)
 
 
