@@ -196,7 +196,7 @@ def test_the_frame_of_a_document_is_taken_or_found_again(
         ("best fit", {"points": "BORE_A, BORE_B"}, "three", "points"),
         ("best fit", {"points": "BORE_A, BORE_B, BALL", "locked": "z"}, "start", "start.type"),
         ("rps", {"conditions": "BORE_A 0 0 1"}, "six", "conditions"),
-        ("rps", {"conditions": "BORE_A 0 0"}, "a name and three numbers", "conditions"),
+        ("rps", {"conditions": "BORE_A 0 0"}, "one name and three numbers", "conditions"),
         ("plane-axis-point", {"plane": "EDGE"}, "needs one of: plane", "plane"),
         ("datum reference frame", {"datums": "NOWHERE"}, "NOWHERE", "datums"),
     ],

@@ -130,7 +130,10 @@ def test_what_is_open_is_said_with_what_to_do() -> None:
     rule = DatumReferenceFrame(datums=("A",))
     report = preview_alignment(BoundAlignment(rule, SHAPES, NOMINALS), actual_of(geometries))
     assert report.free == ("rotation about z", "translation square to z")
-    assert "Not constrained by the datums: rotation about z, translation square to z" in report.advice[0]
+    assert (
+        "Not constrained by the datums: rotation about z, translation square to z"
+        in report.advice[0]
+    )
     three = BestFit(points=("S", "G", "H"))
     actual = actual_of(geometries)
     # G was touched itself, H is as if it were constructed.

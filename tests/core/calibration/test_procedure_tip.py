@@ -252,7 +252,7 @@ def test_a_hand_gets_time_to_settle(tmp_path: Path) -> None:
 def test_who_may_not_begin(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     bench = tips.bench
-    with pytest.raises(CalibrationError, match="was not qualified"):
+    with pytest.raises(CalibrationError, match="has not been qualified"):
         tips.check()
     ended = replace(
         bench.sphere.artefact,

@@ -95,7 +95,7 @@ def test_a_wrong_scale_fails_and_stays_suspect(tmp_path: Path) -> None:
     longest = [check for check in outcome.record.checks if check.name.endswith("400 mm")]
     assert np.mean([check.error_mm for check in longest]) < -0.03
     # More than one line failed: none may be repeated (VDI/VDE 2634-1).
-    with pytest.raises(CalibrationError, match="one line of all may be repeated"):
+    with pytest.raises(CalibrationError, match="only one line may be repeated"):
         procedure.repeat_line(0, bench.now())
     procedure.accept(bench.now(), "failed")
     status = bench.store().status(bench.now())

@@ -260,7 +260,7 @@ def test_a_mixed_up_list_is_named(depth: float) -> None:
     cases = [
         (at[::-1], "calibration.wrong_order", "reverse order"),
         (np.roll(at, 1, axis=0), "calibration.wrong_order", "next point"),
-        (np.roll(at, -1, axis=0), "calibration.wrong_order", "point before"),
+        (np.roll(at, -1, axis=0), "calibration.wrong_order", "previous point"),
         (at[:, [1, 0, 2]], "calibration.wrong_axes", "swapped"),
         (at * [1.0, -1.0, 1.0], "calibration.wrong_axes", "wrong sign"),
     ]

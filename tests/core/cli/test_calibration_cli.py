@@ -180,7 +180,7 @@ def test_a_virtual_rig_without_scenes_is_refused_and_never_taken_for_a_real_one(
     script = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, 3, None).script(
         (FreeMotionScene(ways=1, seed=1),)
     )
-    with pytest.raises(InputError, match="plays no scenes") as refused:
+    with pytest.raises(InputError, match="no calibration scenes") as refused:
         virtual_feed(script, "ethercat:pixels", 0.0)
     assert refused.value.remedy == "Give simulated or ethercat:virtual."
     for spec in SOURCES:

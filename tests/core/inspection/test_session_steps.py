@@ -85,7 +85,7 @@ def test_what_is_not_there_is_neither_deleted_nor_put_back_twice(
     with pytest.raises(MeasuringError, match="point 2"):
         session.points.delete_point(2, "slipped")
     session.points.restore_point(2)
-    with pytest.raises(MeasuringError, match="back already"):
+    with pytest.raises(MeasuringError, match="already restored"):
         session.points.restore_point(2)
     assert [point.number for point in job.points()] == [1, 3, 4]
 

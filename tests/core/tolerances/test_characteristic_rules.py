@@ -78,7 +78,7 @@ def test_points_that_are_not_in_sections_show_no_circular_runout() -> None:
 
 
 def test_values_without_a_sense_are_refused() -> None:
-    with pytest.raises(FitError, match="in one place"):
+    with pytest.raises(FitError, match="coincide"):
         evaluate(asked("distance", "pin,bent", axis="z"), level(), RULE)
     with pytest.raises(FitError, match="on which side of a right angle"):
         evaluate(asked("angle", "pin,edge", nominal=90.0), measured(), RULE)

@@ -262,7 +262,7 @@ def test_what_cannot_be_stated_says_why() -> None:
 def test_features_in_one_place_have_no_distance() -> None:
     actual = _actual(POINTS)
     actual["twin"] = actual["ball"]
-    with pytest.raises(FitError, match="in one place"):
+    with pytest.raises(FitError, match="coincide"):
         evaluate(_characteristic("distance", ["ball", "twin"]), actual, None)
 
 
