@@ -77,4 +77,4 @@ def test_a_folder_without_jobs_is_told(qtbot: QtBot, sheet: CompareSheet, tmp_pa
     qtbot.waitUntil(lambda: bool(errors), timeout=TIMEOUT_MS)
     assert sheet.reading.words() == ""
     assert errors[0].code == "compare.too_few"
-    assert "No job" in errors[0].what
+    assert "no job" in errors[0].what

@@ -241,7 +241,7 @@ def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Pat
     assert tips.store.events[-1].who == "Ada"
     tips.check()
     wait_until(lambda: station.instruments.probe().word is CalibrationStatus.VALID)
-    with pytest.raises(InputError, match="measured with its document"):
+    with pytest.raises(InputError, match="uses its document"):
         build(probes=None, tip=TIP)
 
 
