@@ -23,7 +23,7 @@ from ocmm_core.alignment._rules import (
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform, skew
-from ocmm_core.measuring import COVERAGE_FACTOR
+from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors
 
 _SEEN_MM = 1e-3
 """Residuals that would be printed as nothing say nothing."""
@@ -69,7 +69,7 @@ class AlignmentReport:
 def preview_alignment(
     bound: BoundAlignment,
     actual: Mapping[str, ActualFeature | FitError],
-    covariance: Float | None = None,
+    factors: PointFactors | None = None,
 ) -> AlignmentReport:
     """Return what the features measured so far make of an alignment.
 
@@ -79,8 +79,8 @@ def preview_alignment(
         The rule with nominals (`inspection.plan.Plan.bound_alignment`).
     actual
         Features as measured or constructed, or why they are not.
-    covariance
-        (3 N + 1, 3 N + 1), mm^2: of all ball centres and the tip radius.
+    factors
+        Of all ball centres and the tip radius.
     """
     measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
     geometries = geometries_of(measured)
@@ -99,12 +99,10 @@ def preview_alignment(
         return AlignmentReport(bound.frame, None, None, (), (), None, None, said)
     T_nominal_from_world = T_nominal_from_part.compose(T_part_from_world)
     residuals = residuals_of(
-        bound, measured, T_nominal_from_world, _turned(jacobian, T_nominal_from_part), covariance
+        bound, measured, T_nominal_from_world, _turned(jacobian, T_nominal_from_part), factors
     )
     free = _free(bound, geometries)
-    spread = (
-        None if covariance is None or not len(bound.features) else _spread(jacobian, covariance)
-    )
+    spread = None if factors is None or not len(bound.features) else _spread(jacobian, factors)
     return AlignmentReport(
         frame=bound.frame,
         T_part_from_world=T_part_from_world,
@@ -157,8 +155,8 @@ def _turned(jacobian: Float, T_nominal_from_part: RigidTransform) -> Float:
     return moved
 
 
-def _spread(jacobian: Float, covariance: Float) -> Float:
-    variances = np.einsum("ij,jk,ik->i", jacobian, covariance, jacobian, optimize=True)
+def _spread(jacobian: Float, factors: PointFactors) -> Float:
+    variances = np.diagonal(factors.of(jacobian))
     spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
     return spread
 

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,17 +26,10 @@ from ocmm_core.cli.calibrate import (
 from ocmm_core.cli.measure import (
     align_command,
     align_plan_command,
-    await_part,
     compare_command,
-    exit_code,
-    missing_sentences,
     plan_app,
-    print_explanations,
-    print_table,
-    print_verdict,
     recall_command,
     report_command,
-    run_job,
 )
 from ocmm_core.cli.study import (
     fit_command,
@@ -82,16 +74,12 @@ from ocmm_core.composition import (
     DEMO_PLAN,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
-    ClimateRequest,
-    Origin,
-    StationRequest,
-    build_station,
-    origin_of,
-    stream_options,
-    true_values,
 )
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.archive import next_serial
+
+if TYPE_CHECKING:
+    from ocmm_core.composition import StationRequest
+
 
 app = typer.Typer(
     name="ocmm",
@@ -187,13 +175,18 @@ def demo(
     Opens the window where there is a display. Without one, or with --headless, measures the whole
     part and prints the table with the true values beside the measured ones.
     """
+    from ocmm_core.composition import StationRequest
+
     if not headless and _has_display():
         command = [
             sys.executable, "-m", "ocmm_gui", "--source", source, "--plan", str(plan),
             "--out", str(out), "--seed", str(seed), "--theme", theme.value,
             "--speed", str(1.0 if speed is None else speed),
         ]  # fmt: skip
-        raise typer.Exit(subprocess.run(command, check=False).returncode)  # noqa: S603 - our own interpreter and module
+        # In the place of this process: whoever ends or kills it ends or kills the window, and
+        # nobody waits in between.
+        sys.stdout.flush()
+        os.execv(command[0], command)  # noqa: S606 - our own interpreter and module
     request = StationRequest(plan=plan, out=out, source=source, seed=seed, speed=speed or 0.0)
     _measure(request, with_truth=True, incomplete=incomplete)
 
@@ -278,6 +271,8 @@ def measure(
     cloud and a macro. Their names say SIMULATED and INCOMPLETE where that is so. Without
     --incomplete no report is written of a job that lacks something.
     """
+    from ocmm_core.composition import ClimateRequest, StationRequest, stream_options
+
     if plan is None and go_on is None:
         raise InputError(
             "measure.plan",
@@ -334,6 +329,7 @@ def record(
     Stop a live source with --seconds or Ctrl-C.
     """
     from ocmm_core.cli.measure import record_source
+    from ocmm_core.composition import StationRequest
 
     request = StationRequest(
         plan=plan, out=out.parent, rig=rig, probe=probe, part=part, source=source, seed=seed,
@@ -368,9 +364,37 @@ def bench(
         print_run(run_for(60.0 * memory, console), 60.0 * memory, console)
 
 
+@app.command(name="compile", hidden=True)
+def compile_command(
+    processes: Annotated[
+        int | None, typer.Option("--processes", min=1, help="Default: one a core.")
+    ] = None,
+) -> None:
+    """Compile what is computed most, so that nobody waits for it later; the set-up does it.
+
+    What is there already is not compiled again. Another processor needs it anew.
+    """
+    from ocmm_core.composition import compile_all
+
+    done = compile_all(processes)
+    typer.echo(f"{done.listed} compiled functions are ready, {done.compiled} were compiled now.")
+
+
 def _measure(
     request: StationRequest, *, with_truth: bool, parts: int = 1, incomplete: bool = False
 ) -> None:
+    from ocmm_core.cli.measure import (
+        await_part,
+        exit_code,
+        missing_sentences,
+        print_explanations,
+        print_table,
+        print_verdict,
+        run_job,
+    )
+    from ocmm_core.composition import Origin, build_station, origin_of, true_values
+    from ocmm_core.inspection.archive import next_serial
+
     console = make_console()
     code = 0
     beside: list[OcmmError] = []

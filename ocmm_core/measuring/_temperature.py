@@ -211,7 +211,7 @@ def reported_points(points: Sequence[MeasuredPoint], part: PartTemperature) -> l
 def scale_movement(points: Sequence[MeasuredPoint]) -> Float:
     """Return how all points and the radius answer to the scale of the part, (3 N + 1,), mm.
 
-    In the order of `measuring.uncertainty.joint_covariance`. The scale is one number for all
+    In the order of `measuring.joint_factors`. The scale is one number for all
     points, so its uncertainty grows with lengths, and not with where the part stands.
     """
     movement: Float = np.concatenate([*(p.tip_world for p in points), [points[0].tip_radius]])

@@ -15,7 +15,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_core.fieldbus.report import BusPhase, BusReport, microseconds, shares, trouble_words
+from ocmm_core.fieldbus.report import (
+    BusPhase,
+    BusReport,
+    microseconds,
+    pace_words,
+    shares,
+    trouble_words,
+)
 from ocmm_core.station import (
     NO_BUS,
     NO_BUS_REMEDY,
@@ -163,6 +170,9 @@ class BusPage(QStackedWidget):
             self.facts[name].setText(value)
         self.events.show_report(report)
         notes = []
+        if report.pace is not None:
+            waits = "The time of this virtual bus waits for this computer: no cycle is late."
+            notes.append(pace_words(report.pace) or waits)
         if report.notes:
             notes.append(f"On this computer: {'; '.join(report.notes)}.")
         if report.events_dropped:

@@ -100,7 +100,8 @@ class StatusStrip(QFrame):
         else:
             colour = status_colour(self._theme, live.status)
             self._word.show_text(live.status.value, colour, status_mark(live.status))
-        reason = " ".join((live.reason, *live.faults)).strip()
+        words = (live.reason, *live.faults, live.acquisition.pace_words)
+        reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
             self._reason.setText(reason)
             self._reason.setToolTip(reason)

@@ -104,7 +104,7 @@ PLACES = (
     Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
     Place("ocmm_core.inspection.session._job_view.evaluate_job", RuntimeError),
     Place("ocmm_core.inspection.evaluation._evaluation.evaluate_all", ValueError),
-    Place("ocmm_core.inspection.evaluation._evaluation.joint_covariance", MemoryError),
+    Place("ocmm_core.inspection.evaluation._evaluation.joint_factors", MemoryError),
     Place("ocmm_core.inspection.session._job_view.coverage_of", IndexError),
     Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
     # Monitor and watches.

@@ -25,6 +25,8 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         Use the interface although the computer uses it for its network.
     redundant_interface
         Interface at the other end of the ring; empty without a redundancy cable.
+    stretched
+        The interface is one end of a virtual wire whose time waits for this computer.
     """
 
     interface: str
@@ -34,6 +36,7 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     cycle_period_ns: int = 1_000_000
     force: bool = False
     redundant_interface: str = ""
+    stretched: bool = False
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""

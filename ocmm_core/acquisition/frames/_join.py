@@ -122,6 +122,33 @@ class FrameJoiner:
         self._upto[camera] = counter[-1] + 1
         return len(fresh) - len(counter)
 
+    def takes_at_once(self, first: int) -> bool:
+        """Say whether exposure ``first`` is the next one of every camera, and nothing waits."""
+        return self._next == first and bool((self._upto == first).all())
+
+    def pass_on(
+        self, flags: NDArray[np.uint16], valid: NDArray[np.uint16], uv: Float
+    ) -> FrameBlock:
+        """Give out at once what all cameras saw; the short way of `push` and `pull`.
+
+        Parameters
+        ----------
+        flags, valid
+            (C, n): of the next exposures, where `takes_at_once` said so.
+        uv
+            (C, n, 8, 2), px.
+        """
+        counter = np.arange(self._next, self._next + flags.shape[1])
+        self._next += flags.shape[1]
+        self._upto[:] = self._next
+        return FrameBlock(
+            counter=counter,
+            time_ns=self._start_ns + counter * self._period_ns,
+            flags=np.bitwise_or.reduce(flags, axis=0).astype(np.uint32),
+            valid=valid.T,
+            uv=uv.swapaxes(0, 1),
+        )
+
     def pull(self) -> Joined:
         """Give out what is complete, and count what never will be."""
         given_up = max(0, int(self._upto.max()) - self._capacity - self._next)

@@ -67,14 +67,17 @@ from ocmm_core.calibration.relocation._steps import (
     WORLD,
     steps_of,
 )
+from ocmm_core.calibration.relocation._wanted import (
+    BARS_WANTED,
+    LENGTH_LIMIT_MM,
+    POSES_WANTED,
+)
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
-POSES_WANTED, BARS_WANTED = 300, 10
-LENGTH_LIMIT_MM = 0.005
 _POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
 _SEAT_APART_MM = 5.0
 _LENGTH_OF_VOLUME = 0.9

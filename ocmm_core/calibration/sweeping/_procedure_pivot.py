@@ -49,16 +49,14 @@ from ocmm_core.calibration.sweeping._session import (
 )
 from ocmm_core.calibration.sweeping._state import SweepingState
 from ocmm_core.calibration.sweeping._views import PivotOutcome, PivotView, SweepPhase, SweepView
+from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
-CHANGE_LIMIT_MM = 0.03
-POSES_WANTED = 400
 TIP_SIGMA_MM = 0.01
-VALID_DAYS = 365
 _RECORDED_BATCH = 200
 
 _SESSIONS = SessionFormat(ProcedureKind.PIVOT, SessionLine[PivotEvent], PivotBegun)

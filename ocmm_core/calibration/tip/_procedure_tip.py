@@ -50,11 +50,10 @@ from ocmm_core.calibration.tip._touch_session import (
     TouchProcedure,
 )
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
+from ocmm_core.calibration.tip._wanted import VALID_DAYS
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody
-
-VALID_DAYS = 30
 
 
 class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):

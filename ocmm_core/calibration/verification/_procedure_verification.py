@@ -44,6 +44,7 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, let_pass
 from ocmm_core.calibration.verification._artefacts import judge_independence
+from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import CORNER_NAMES, plan_lines
 from ocmm_core.calibration.verification._state import (
     PLACES,
@@ -60,7 +61,6 @@ from ocmm_core.calibration.verification._state import (
 from ocmm_core.calibration.verification._verdict import uses_of, verdict
 from ocmm_core.calibration.verification._verification import (
     SPHERE_POINTS,
-    Limits,
     judge_nest,
     worst,
 )

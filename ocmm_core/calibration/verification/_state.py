@@ -24,6 +24,7 @@ from ocmm_core.calibration.guided import (
     rest_of,
 )
 from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
+from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import (
     CORNER_NAMES,
     LinePlanning,
@@ -32,7 +33,6 @@ from ocmm_core.calibration.verification._line_planning import (
 )
 from ocmm_core.calibration.verification._verification import (
     SPHERE_POINTS,
-    Limits,
     fit_sphere,
     judge_placement,
     length_checks,

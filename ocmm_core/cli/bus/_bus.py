@@ -9,16 +9,11 @@ import typer
 from rich import box
 from rich.table import Table
 
-from ocmm_core.camera import load_rig
 from ocmm_core.cli.bus._camera import black_app, history, intrinsics_app, snapshot
-from ocmm_core.cli.bus._decode import decode_capture
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
-from ocmm_core.cli.bus._session import open_bus, scan
-from ocmm_core.cli.bus._watch import watch_bus
 from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
-from ocmm_core.composition import RECOMMENDED_RIG, identities
+from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus.device import assign
 
 bus_app = typer.Typer(
     no_args_is_help=True,
@@ -46,6 +41,11 @@ def scan_command(
 
     Configures nothing. Exit code 0: they are the cameras of the rig.
     """
+    from ocmm_core.camera import load_rig
+    from ocmm_core.cli.bus._session import scan
+    from ocmm_core.composition import identities
+    from ocmm_core.fieldbus.device import assign
+
     console = make_console()
     expected = identities(load_rig(rig))
     devices = scan(source, rig, force=force)
@@ -83,6 +83,8 @@ def read(
     force: ForceOption = False,
 ) -> None:
     """Print an entry of a camera's object dictionary: bytes, number and text."""
+    from ocmm_core.cli.bus._session import open_bus
+
     index, sub = _address(address)
     with open_bus(source, rig, camera=camera, force=force) as bus:
         value = bus.objects(camera).read(index, sub)
@@ -109,6 +111,8 @@ def write(
     force: ForceOption = False,
 ) -> None:
     """Write an entry of a camera's object dictionary, read it back and compare."""
+    from ocmm_core.cli.bus._session import open_bus
+
     index, sub = _address(address)
     try:
         content = bytes.fromhex(value)
@@ -154,6 +158,9 @@ def watch(
     It is the text that the window writes in Maintain, made to be mailed to support. Exit code 0:
     the bus was in operation at the end.
     """
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.cli.bus._watch import watch_bus
+
     console = make_console()
     with open_bus(source, rig, force=force, wait=False) as bus:
         text, in_operation = watch_bus(bus, seconds, every, console)
@@ -185,6 +192,9 @@ def decode(
     A file that begins before the cameras are started explains itself. Damaged, repeated and
     contradicting answers are counted and not used.
     """
+    from ocmm_core.camera import load_rig
+    from ocmm_core.cli.bus._decode import decode_capture
+
     decode_capture(file, cameras, record, load_rig(rig), make_console())
 
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
@@ -17,26 +17,15 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
-from ocmm_core.cli.bus._session import camera_of, open_bus
-from ocmm_core.cli.terminal import ForceOption, RigOption, encoder_for, make_console
+from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.device import BlackImage, Intrinsics, Window
-from ocmm_core.fieldbus.objects import (
-    BlackImageState,
-    Emergency,
-    clear_black_image,
-    clear_error_history,
-    load_black_image,
-    measure_black_image,
-    read_black_image,
-    read_error_history,
-    read_intrinsics,
-    store_black_image,
-    take_snapshot,
-    write_intrinsics,
-)
-from ocmm_core.fieldbus.objects import Progress as Told
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.device import Window
+    from ocmm_core.fieldbus.objects import BlackImageState
+    from ocmm_core.fieldbus.objects import Progress as Told
+
 
 black_app = typer.Typer(
     no_args_is_help=True,
@@ -49,10 +38,6 @@ intrinsics_app = typer.Typer(
 )
 
 _INTERRUPTED = 130
-_IMAGES = {
-    BlackImage.IN_USE: "in use",
-    BlackImage.STORED: "stored",
-}
 
 
 def snapshot(
@@ -74,6 +59,10 @@ def snapshot(
     Grey levels are those of the sensor (0 to 16383), not scaled: most programs show them dark.
     The cameras go on measuring. Ctrl-C gives up and writes nothing.
     """
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.cli.terminal import encoder_for
+    from ocmm_core.fieldbus.objects import take_snapshot
+
     encode = encoder_for(file)
     window = _window(region)
     console = make_console()
@@ -103,6 +92,9 @@ def measure(
     force: ForceOption = False,
 ) -> None:
     """Average exposures without light; there are no spots meanwhile."""
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import measure_black_image, store_black_image
+
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus, _interruptible(console):
         access = bus.objects(camera)
@@ -115,12 +107,6 @@ def measure(
 
 def _black_command(name: str, help_: str) -> None:
     """Add a command that needs no more than its name."""
-    works = {
-        "store": store_black_image,
-        "load": load_black_image,
-        "clear": clear_black_image,
-        "show": read_black_image,
-    }
 
     @black_app.command(name, help=help_)
     def command(
@@ -130,7 +116,21 @@ def _black_command(name: str, help_: str) -> None:
         rig: RigOption = RECOMMENDED_RIG,
         force: ForceOption = False,
     ) -> None:
+        from ocmm_core.cli.bus._session import open_bus
+        from ocmm_core.fieldbus.objects import (
+            clear_black_image,
+            load_black_image,
+            read_black_image,
+            store_black_image,
+        )
+
         with open_bus(source, rig, camera=camera, force=force) as bus:
+            works = {
+                "store": store_black_image,
+                "load": load_black_image,
+                "clear": clear_black_image,
+                "show": read_black_image,
+            }
             state = works[name](bus.objects(camera))
         _print_black(make_console(), state)
 
@@ -153,6 +153,10 @@ def read_command(
 
     Exit code 0: they are the same.
     """
+    from ocmm_core.cli.bus._session import camera_of, open_bus
+    from ocmm_core.fieldbus.device import Intrinsics
+    from ocmm_core.fieldbus.objects import read_intrinsics
+
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus:
         stored = read_intrinsics(bus.objects(camera))
@@ -184,6 +188,10 @@ def write_command(
     force: ForceOption = False,
 ) -> None:
     """Store the intrinsics of the rig document in a camera and read them back."""
+    from ocmm_core.cli.bus._session import camera_of, open_bus
+    from ocmm_core.fieldbus.device import Intrinsics
+    from ocmm_core.fieldbus.objects import write_intrinsics
+
     with open_bus(source, rig, camera=camera, force=force) as bus:
         intrinsics = Intrinsics.of(camera_of(bus.rig, camera), int(time.time()))
         write_intrinsics(bus.objects(camera), intrinsics, note)
@@ -201,6 +209,9 @@ def history(
     force: ForceOption = False,
 ) -> None:
     """List the errors that a camera remembers, oldest first."""
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import Emergency, clear_error_history, read_error_history
+
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus:
         access = bus.objects(camera)
@@ -264,7 +275,10 @@ def _window(text: str | None) -> Window | None:
 
 
 def _print_black(console: Console, state: BlackImageState) -> None:
-    words = [word for flag, word in _IMAGES.items() if state.images & flag]
+    from ocmm_core.fieldbus.device import BlackImage
+
+    images = {BlackImage.IN_USE: "in use", BlackImage.STORED: "stored"}
+    words = [word for flag, word in images.items() if state.images & flag]
     if BlackImage.IN_USE not in state.images:
         console.print(f"No black image is in use{'; one is stored' if words else ''}.")
         return

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
 
-from ocmm_core.camera import load_rig
 from ocmm_core.cli.terminal import PartOption, PlanOption, ProbeOption, RigOption, SeedOption
 from ocmm_core.composition import (
     DEFAULT_SEED,
@@ -15,11 +15,11 @@ from ocmm_core.composition import (
     DEMO_PLAN,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
-    StationRequest,
-    segment_of,
 )
-from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import RigStatus, rig_down, rig_status, rig_up
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.bus import RigStatus
+
 
 rig_app = typer.Typer(
     no_args_is_help=True,
@@ -40,6 +40,11 @@ def up(
     seed: SeedOption = DEFAULT_SEED,
 ) -> None:
     """Make the interfaces and start the software cameras; the script begins with operation."""
+    from ocmm_core.camera import load_rig
+    from ocmm_core.composition import StationRequest, segment_of
+    from ocmm_core.inspection.plan import load_plan
+    from ocmm_core.simulation.bus import rig_up
+
     request = StationRequest(plan=plan, out=Path(), rig=rig, probe=probe, part=part, seed=seed)
     _print(rig_up(segment_of(request, load_plan(plan), load_rig(rig))))
 
@@ -47,6 +52,8 @@ def up(
 @rig_app.command()
 def down() -> None:
     """Stop the software cameras and remove the interfaces that 'up' made."""
+    from ocmm_core.simulation.bus import rig_down
+
     removed = rig_down()
     if removed is None:
         Console().print("No virtual rig on named interfaces.")
@@ -57,6 +64,8 @@ def down() -> None:
 @rig_app.command()
 def status() -> None:
     """Say what 'up' made and what of it runs."""
+    from ocmm_core.simulation.bus import rig_status
+
     _print(rig_status())
 
 

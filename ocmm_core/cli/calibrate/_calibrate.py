@@ -5,29 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
-from ocmm_core.calibration.cameras import (
-    KnownPoints,
-    KnownPointsProcedure,
-    load_reference_points,
-    load_spots,
-)
-from ocmm_core.calibration.guided import ProcedureKind, Shot, load_shots
-from ocmm_core.calibration.records import default_folder, load_bar, load_sphere
-from ocmm_core.calibration.relocation import (
-    BARS_WANTED,
-    LENGTH_LIMIT_MM,
-    POSES_WANTED,
-    RelocationProcedure,
-)
-from ocmm_core.calibration.verification import Limits, VerificationProcedure
+from ocmm_core.calibration.relocation import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
+from ocmm_core.calibration.verification import Limits
 from ocmm_core.cli.calibrate._options import (
     VERIFICATION_BAR,
     VIRTUAL_BAR,
+    WAVE_S,
     BarOption,
     CheckBarOption,
     DecisionOption,
@@ -40,33 +27,6 @@ from ocmm_core.cli.calibrate._options import (
     TemperatureOption,
     WhoOption,
 )
-from ocmm_core.cli.calibrate._report import (
-    print_calibration,
-    print_history,
-    print_status,
-    print_verification,
-)
-from ocmm_core.cli.calibrate._run import (
-    continued,
-    open_site,
-    real_feed,
-    retake_misplaced,
-    take_relocation_shots,
-    take_verification_shots,
-    virtual_feed,
-)
-from ocmm_core.cli.calibrate._sensors import WAVE_S, learn, require_usable, wave
-from ocmm_core.cli.calibrate._steps import (
-    body_in_use_of,
-    collect_from,
-    compute,
-    decided_code,
-    finish,
-    is_lacking,
-    now,
-    require_end,
-    store_in_cameras,
-)
 from ocmm_core.cli.terminal import (
     ForceOption,
     ProbeOption,
@@ -78,20 +38,13 @@ from ocmm_core.cli.terminal import (
     TipOption,
     make_console,
 )
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-    Origin,
-    VirtualSite,
-    origin_of,
-    scenes_of_known_points,
-    scenes_of_relocation,
-    scenes_of_verification,
-)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import WAY_S, FreeMotionScene
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
+    from ocmm_core.calibration.guided import Shot
+
 
 calibrate_app = typer.Typer(
     no_args_is_help=True,
@@ -163,6 +116,25 @@ def cameras(
 
     Live, a point is taken as soon as the target rests at a new place, in the order of the list.
     """
+    from ocmm_core.calibration.cameras import (
+        KnownPointsProcedure,
+        load_reference_points,
+        load_spots,
+    )
+    from ocmm_core.calibration.guided import ProcedureKind
+    from ocmm_core.cli.calibrate._report import print_calibration
+    from ocmm_core.cli.calibrate._run import continued, open_site
+    from ocmm_core.cli.calibrate._steps import (
+        collect_from,
+        compute,
+        finish,
+        is_lacking,
+        now,
+        require_end,
+        store_in_cameras,
+    )
+    from ocmm_core.composition import VirtualSite, scenes_of_known_points
+
     console, site = make_console(), open_site(rig, calibrations)
     listed = load_reference_points(points)
     procedure = (
@@ -254,6 +226,24 @@ def relocate(
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
     """
+    from ocmm_core.calibration.cameras import load_reference_points
+    from ocmm_core.calibration.guided import ProcedureKind, load_shots
+    from ocmm_core.calibration.records import load_bar
+    from ocmm_core.calibration.relocation import RelocationProcedure
+    from ocmm_core.cli.calibrate._report import print_calibration
+    from ocmm_core.cli.calibrate._run import continued, open_site, take_relocation_shots
+    from ocmm_core.cli.calibrate._steps import (
+        body_in_use_of,
+        collect_from,
+        compute,
+        finish,
+        is_lacking,
+        now,
+        require_end,
+        store_in_cameras,
+    )
+    from ocmm_core.composition import VirtualSite, scenes_of_relocation
+
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     known = None if control is None else load_reference_points(control)
@@ -294,6 +284,8 @@ def relocate(
 
 def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
     """Return whether two seats are visited first and last; only what was recorded may lack them."""
+    from ocmm_core.composition import Origin, origin_of
+
     if recorded:
         return any(shot.kind == "repeat" for shot in recorded)
     if not seats and origin_of(source) is not Origin.RECORDING:
@@ -372,6 +364,26 @@ def verify(
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
     """
+    from ocmm_core.calibration.guided import ProcedureKind, load_shots
+    from ocmm_core.calibration.records import load_bar, load_sphere
+    from ocmm_core.calibration.verification import VerificationProcedure
+    from ocmm_core.cli.calibrate._report import print_status, print_verification
+    from ocmm_core.cli.calibrate._run import (
+        continued,
+        open_site,
+        retake_misplaced,
+        take_verification_shots,
+    )
+    from ocmm_core.cli.calibrate._steps import (
+        body_in_use_of,
+        collect_from,
+        decided_code,
+        is_lacking,
+        now,
+        require_end,
+    )
+    from ocmm_core.composition import VirtualSite, scenes_of_verification
+
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
@@ -437,6 +449,12 @@ def sensors(
     Wave the probe through the whole volume right after a verification has passed. Without this,
     only larger pushes are noticed within seconds.
     """
+    from ocmm_core.cli.calibrate._run import open_site, real_feed, virtual_feed
+    from ocmm_core.cli.calibrate._sensors import learn, require_usable, wave
+    from ocmm_core.cli.calibrate._steps import body_in_use_of, now
+    from ocmm_core.composition import Origin, VirtualSite, origin_of
+    from ocmm_core.simulation.calibration_scenes import WAY_S, FreeMotionScene
+
     console, site = make_console(), open_site(rig, calibrations)
     body = body_in_use_of(source, probe, probes, tip)
     calibration = require_usable(site, now())
@@ -454,6 +472,10 @@ def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = Non
 
     All files that it rests on are read again. Exit code 1 where points may not be taken.
     """
+    from ocmm_core.calibration.records import default_folder
+    from ocmm_core.cli.calibrate._report import print_status
+    from ocmm_core.cli.calibrate._steps import now
+
     usable = print_status(make_console(), rig, calibrations or default_folder(), now())
     raise typer.Exit(0 if usable else 1)
 
@@ -461,11 +483,16 @@ def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = Non
 @calibrate_app.command()
 def history(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = None) -> None:
     """List what happened to the calibrations of a rig."""
+    from ocmm_core.cli.calibrate._report import print_history
+    from ocmm_core.cli.calibrate._run import open_site
+
     print_history(make_console(), open_site(rig, calibrations).store)
 
 
 def _require_same_list(procedure: KnownPointsProcedure, listed: KnownPoints) -> None:
     """Refuse to go on with a session that was begun with another list."""
+    import numpy as np
+
     begun = procedure.points
     same = begun.names == listed.names and np.array_equal(
         begun.positions_world, listed.positions_world

@@ -55,3 +55,17 @@ RecordOption = Annotated[
     Path | None,
     typer.Option("--record", help="Keep all raw frames in this file; --source replay:FILE."),
 ]
+ProbeRecordsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--probes",
+        help="Folder of records of probes. Without it that of this user for real cameras, and one "
+        "apart from it for virtual ones.",
+    ),
+]
+AnyCamerasOption = Annotated[
+    bool, typer.Option("--uncalibrated", help="Use cameras without a usable calibration.")
+]
+
+WAVE_S = 60.0
+"""A minute of waving holds the pattern of a volume of 400 mm to a sixth (`benchmarks/bump.py`)."""

@@ -6,50 +6,24 @@ import dataclasses
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from msgspec.structs import replace
 from rich.console import Console
 
-from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
-from ocmm_core.calibration.pivot import load_sweeps
-from ocmm_core.calibration.sweeping import (
-    AGAIN,
-    CHANGE_LIMIT_MM,
-    POSES_WANTED,
-    SECOND,
-    SWEEPS,
-    VALID_DAYS,
-    PivotProcedure,
-)
+from ocmm_core.calibration.sweeping import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
 from ocmm_core.cli.calibrate._options import (
+    AnyCamerasOption,
     DecisionOption,
     FolderOption,
     NewOption,
     OverruleOption,
+    ProbeRecordsOption,
     RecordOption,
     TemperatureOption,
     WhoOption,
 )
-from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_status
-from ocmm_core.cli.calibrate._probe_site import (
-    AnyCamerasOption,
-    ProbeRecordsOption,
-    TerminalProbeSite,
-    about_tip,
-    collect_from,
-    open_probe_site,
-)
-from ocmm_core.cli.calibrate._run import (
-    Site,
-    continued,
-    decide,
-    pass_open_gates,
-    real_feed,
-    virtual_feed,
-)
-from ocmm_core.cli.calibrate._steps import is_lacking, now
 from ocmm_core.cli.terminal import (
     ForceOption,
     ProbeOption,
@@ -59,18 +33,16 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     make_console,
 )
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-    Origin,
-    VirtualSite,
-    origin_of,
-)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import ScriptedJump, SweepProbe
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.sweeping import PivotProcedure
+    from ocmm_core.cli.calibrate._probe_site import TerminalProbeSite
+    from ocmm_core.cli.calibrate._run import Site
+    from ocmm_core.simulation.calibration_scenes import SweepProbe
+
 
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 _OTHER_PROBE = resource("probes", "thesis.toml")
@@ -171,6 +143,13 @@ def probe_command(
     ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
     the end the ball rests in the first cone once more: what moved meanwhile shows.
     """
+    from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
+    from ocmm_core.calibration.sweeping import PivotProcedure
+    from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_status
+    from ocmm_core.cli.calibrate._probe_site import about_tip, open_probe_site
+    from ocmm_core.cli.calibrate._run import continued, decide
+    from ocmm_core.cli.calibrate._steps import is_lacking, now
+
     console = make_console()
     place = open_probe_site(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
@@ -216,6 +195,9 @@ def probe_command(
 
 def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tuple[SweepProbe, ...]:
     """Return what a session in ``step`` still lacks, as the virtual hand does it."""
+    from ocmm_core.calibration.sweeping import AGAIN, SECOND
+    from ocmm_core.simulation.calibration_scenes import ScriptedJump, SweepProbe
+
     seconds = _SECONDS + _SECONDS_PER_POSE * poses
     first = SweepProbe(cone=_FIRST_CONE, seconds=seconds, seed=seed, reach_deg=_RANGES)
     if scene is SceneChoice.SLACK:
@@ -242,6 +224,8 @@ def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tupl
 
 def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
     """Return whether the first cone is visited again; only what was recorded may lack it."""
+    from ocmm_core.composition import Origin, origin_of
+
     if sweeps is not None:
         return False
     if not again and origin_of(source) is not Origin.RECORDING:
@@ -264,6 +248,11 @@ def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: in
     CalibrationError
         A sweep lacks something.
     """
+    from ocmm_core.calibration.pivot import load_sweeps
+    from ocmm_core.calibration.sweeping import SWEEPS
+    from ocmm_core.cli.calibrate._run import pass_open_gates
+    from ocmm_core.cli.calibrate._steps import now
+
     pass_open_gates(procedure)
     for name, sweep in zip(SWEEPS, load_sweeps(path, site.rig, n_leds), strict=True):
         view = procedure.view
@@ -286,6 +275,12 @@ def _collect(
     options: _Run,
     console: Console,
 ) -> None:
+    from ocmm_core.calibration.sweeping import SECOND
+    from ocmm_core.cli.calibrate._probe_site import collect_from
+    from ocmm_core.cli.calibrate._run import real_feed, virtual_feed
+    from ocmm_core.cli.calibrate._steps import is_lacking, now
+    from ocmm_core.composition import Origin, VirtualSite, origin_of
+
     source, frames = options.source, None
     if origin_of(source) is Origin.VIRTUAL:
         if options.scene is SceneChoice.OTHER_PROBE:

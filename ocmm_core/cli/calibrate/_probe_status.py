@@ -4,26 +4,19 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.calibration.records import (
-    ProbeStore,
-    State,
-    TipState,
-    default_probe_folder,
-    probe_overview,
-    probe_store_folder,
-    record_hash,
-)
-from ocmm_core.cli.calibrate._report import evidence_words
 from ocmm_core.cli.terminal import ProbeOption, make_console
 from ocmm_core.composition import STANDARD_PROBE
-from ocmm_core.tracking import load_probe
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.records import ProbeStore, TipState
+
 
 FolderOption = Annotated[
     Path | None,
@@ -36,6 +29,10 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
 
     Exit code 1 where points may not be taken with the mounted tip.
     """
+    from ocmm_core.calibration.records import State, probe_overview
+    from ocmm_core.cli.calibrate._report import evidence_words
+    from ocmm_core.tracking import load_probe
+
     console, store = make_console(), _store(probe, probes)
     found = probe_overview(store, datetime.now(UTC))
     _say(console, f"Probe    {load_probe(probe).name}, by {probe}\nFolder   {store.folder}")
@@ -86,11 +83,16 @@ def mount_tip(
 
 
 def _store(probe: Path, folder: Path | None) -> ProbeStore:
+    from ocmm_core.calibration.records import ProbeStore, default_probe_folder, probe_store_folder
+    from ocmm_core.tracking import load_probe
+
     place = folder if folder is not None else default_probe_folder()
     return ProbeStore(probe_store_folder(place, load_probe(probe).name))
 
 
 def _print_tip(console: Console, state: TipState) -> None:
+    from ocmm_core.calibration.records import record_hash
+
     record, qualified, status = state.calibration, state.qualification, state.status
     on = "mounted" if state.mounted else "not mounted"
     _say(console, f"Tip      {state.tip} ({on})")

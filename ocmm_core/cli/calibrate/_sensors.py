@@ -22,9 +22,6 @@ from ocmm_core.composition import Feed
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, TrackingPipeline
 
-WAVE_S = 60.0
-"""A minute of waving holds the pattern of a volume of 400 mm to a sixth (`benchmarks/bump.py`)."""
-
 _LOOK_NS = 10_000_000
 _BATCH = 800
 _IDLE_S = 0.005

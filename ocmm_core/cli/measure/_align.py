@@ -4,35 +4,18 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
 from rich.console import Console
 
-from ocmm_core.alignment import (
-    AlignmentReport,
-    frame_document,
-    load_frame,
-    relocation,
-    report_lines,
-    save_frame,
-    saved_frame,
-)
-from ocmm_core.cli.measure._headless import print_states
 from ocmm_core.errors import InputError
-from ocmm_core.features.measured import CENTRED, ActualFeature
-from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import ReopenedJob, reopen_job
-from ocmm_core.inspection.evaluation import (
-    NO_REAL_PART,
-    SIMULATED,
-    alignment_of_points,
-    checked_features,
-    frame_covariance,
-)
-from ocmm_core.inspection.plan import load_plan, save_plan
-from ocmm_core.measuring import reported_points
+
+if TYPE_CHECKING:
+    from ocmm_core.alignment import AlignmentReport
+    from ocmm_core.geometry import Float
+    from ocmm_core.inspection.archive import ReopenedJob
 
 
 def align_command(
@@ -58,6 +41,11 @@ def align_command(
 
     Read-only. With --save the frame is written as a document that other plans take over.
     """
+    from ocmm_core.alignment import report_lines
+    from ocmm_core.cli.measure._headless import print_states
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import alignment_of_points
+
     console = Console(soft_wrap=True)
     opened = reopen_job(job)
     for doubt in opened.doubts:
@@ -99,6 +87,10 @@ def align_plan_command(
     The new plan holds what it needs of the frame, together with its hash. With a frame of a
     simulated job it proves nothing about real parts.
     """
+    from ocmm_core.alignment import load_frame, relocation, saved_frame
+    from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+    from ocmm_core.inspection.plan import load_plan, save_plan
+
     document = load_frame(frame)
     console = Console(soft_wrap=True)
     if document.simulated:
@@ -112,6 +104,9 @@ def align_plan_command(
 def _save(
     path: Path, name: str, job: ReopenedJob, report: AlignmentReport, control: list[str]
 ) -> None:
+    from ocmm_core.alignment import frame_document, save_frame
+    from ocmm_core.inspection.evaluation import frame_covariance
+
     if report.T_nominal_from_world is None or report.free:
         raise InputError(
             "frame.open",
@@ -144,6 +139,10 @@ def _save(
 
 
 def _centres(job: ReopenedJob) -> dict[str, Float]:
+    from ocmm_core.features.measured import CENTRED, ActualFeature
+    from ocmm_core.inspection.evaluation import checked_features
+    from ocmm_core.measuring import reported_points
+
     points = reported_points(job.points, job.options.climate.part)
     return {
         name: feature.fit.point

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
@@ -11,8 +11,9 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.terminal import make_console
-from ocmm_core.inspection.archive import Trend, all_simulated, compare_jobs, reopen_job
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, job_states, part_line
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.archive import Trend
 
 
 def compare_command(
@@ -33,6 +34,9 @@ def compare_command(
     Every job is opened read-only and computed anew from its points. Values in doubt are named and
     not counted; so are those of simulated jobs beside real ones.
     """
+    from ocmm_core.inspection.archive import all_simulated, compare_jobs, reopen_job
+    from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, job_states, part_line
+
     console = make_console()
     opened = sorted(
         (reopen_job(path, probes, calibrations=calibrations) for path in jobs),

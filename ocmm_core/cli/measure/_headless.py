@@ -17,6 +17,7 @@ from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.cli.terminal import _WIDE
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
+from ocmm_core.fieldbus.report import pace_words
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import INCOMPLETE, JobHeader, JobView, state_lines
 from ocmm_core.measuring import Refusal
@@ -170,6 +171,9 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
         f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} overrun",
         highlight=False,
     )
+    if status.mean_pace is not None:
+        words = pace_words(status.mean_pace) or "The virtual bus kept pace with real time."
+        console.print(f"Pace    {status.mean_pace:.2f}: {words}", highlight=False)
 
 
 def exit_code(view: JobView) -> int:
@@ -214,7 +218,10 @@ def _wait(built: BuiltStation, console: Console) -> None:
             missing = station.job.missing()
             left = sum(count for _, count in missing)
             doing = f"Probing {missing[0][0]}" if missing else "Finishing"
-            progress.update(task, completed=total - left, description=doing)
+            slow = station.looks.acquisition().pace_words
+            progress.update(
+                task, completed=total - left, description=f"{slow} {doing}" if slow else doing
+            )
             if not missing or _script_is_over(built):
                 return
             if station.faults.measuring is not None:

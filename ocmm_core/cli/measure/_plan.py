@@ -3,25 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
 
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import InputError
-from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.evaluation import places_of
-from ocmm_core.inspection.plan import (
-    Plan,
-    check_plan,
-    features_from_csv,
-    features_from_step,
-    load_plan,
-    new_plan,
-    save_plan,
-    usual_points,
-)
+
+if TYPE_CHECKING:
+    from ocmm_core.features.shapes import NominalFeature
+    from ocmm_core.inspection.plan import Plan
+
 
 plan_app = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
 
@@ -40,6 +33,8 @@ def check(
     plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
 ) -> None:
     """Check a plan, and say what is not wrong but missing: pictures, sizes for the guidance."""
+    from ocmm_core.inspection.plan import load_plan
+
     loaded = load_plan(plan)
     console = make_console()
     points = sum(feature.points for feature in loaded.features)
@@ -59,6 +54,9 @@ def new(
     overwrite: OverwriteOption = False,
 ) -> None:  # fmt: skip
     """Make a plan with one plane to begin with; edit it in the window or as text."""
+    from ocmm_core.features.shapes import NominalFeature, Shape
+    from ocmm_core.inspection.plan import usual_points
+
     first = NominalFeature(
         name="DATUM_A", shape=Shape.PLANE, points=usual_points(Shape.PLANE), point=(0.0, 0.0, 0.0)
     )
@@ -80,6 +78,8 @@ def import_(
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
     side, points, text. A decimal comma needs semicolons between the columns.
     """
+    from ocmm_core.inspection.plan import features_from_csv, features_from_step
+
     is_step = file.suffix.lower() in STEP_ENDINGS
     features = features_from_step(file) if is_step else features_from_csv(file)
     _write(features, output, name, part, overwrite=overwrite)
@@ -87,6 +87,8 @@ def import_(
 
 def warnings_of(plan: Plan, folder: Path) -> list[str]:
     """Return what a plan lacks that it can be measured without."""
+    from ocmm_core.inspection.evaluation import places_of
+
     found = [
         f"{feature.name}: picture {feature.picture} not found."
         for feature in plan.features
@@ -108,6 +110,8 @@ def _write(
     *,
     overwrite: bool,
 ) -> None:
+    from ocmm_core.inspection.plan import check_plan, new_plan, save_plan
+
     if output.exists() and not overwrite:
         raise InputError(
             "plan.exists",

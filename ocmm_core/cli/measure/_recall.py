@@ -8,37 +8,24 @@ import sys
 import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.calibration.records import default_folder, seal
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.inspection.archive import (
-    COLUMNS,
-    KeptPlaces,
-    Outcome,
-    RecallRecord,
-    artefact_wrong,
-    decide,
-    decided,
-    headline,
-    job_line,
-    not_judged,
-    recall,
-    rests_on,
-    row,
-    totals,
-    worst_first,
-)
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.archive import RecallRecord
+
 
 _JOBS = Path("ocmm-out")
-_STYLES = {Outcome.HOLDS: "green", Outcome.CHANGES: "bold red", Outcome.UNKNOWN: "yellow"}
+_STYLES = {"HOLDS": "green", "CHANGES": "bold red", "UNKNOWN": "yellow"}
+"""By the name of the outcome."""
 
 
 def recall_command(
@@ -95,6 +82,9 @@ def recall_command(
     exclude decides which of both counts. Verdicts CHANGE, HOLD, or CANNOT BE KNOWN. Job files are
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
+    from ocmm_core.calibration.records import default_folder, seal
+    from ocmm_core.inspection.archive import KeptPlaces, Outcome, decide, recall
+
     console = make_console()
     folder = calibrations if calibrations is not None else default_folder()
     if artefact is not None or since is not None:
@@ -121,6 +111,8 @@ def _let_fall(
     since: datetime | None,
     who: str,
 ) -> None:
+    from ocmm_core.inspection.archive import artefact_wrong
+
     if artefact is None or since is None or not who:
         raise InputError(
             "recall.artefact",
@@ -143,6 +135,18 @@ def _let_fall(
 
 
 def _show(console: Console, record: RecallRecord) -> None:
+    from ocmm_core.inspection.archive import (
+        COLUMNS,
+        decided,
+        headline,
+        job_line,
+        not_judged,
+        rests_on,
+        row,
+        totals,
+        worst_first,
+    )
+
     console.print(headline(record), style="bold", highlight=False)
     for sentence in not_judged(record):
         console.print(sentence, style="yellow", highlight=False, markup=False)
@@ -158,7 +162,7 @@ def _show(console: Console, record: RecallRecord) -> None:
     for job in worst_first(record.jobs):
         name = Path(job.path).stem
         for one in job.characteristics:
-            table.add_row(name, *row(one), style=_STYLES[one.outcome])
+            table.add_row(name, *row(one), style=_STYLES[one.outcome.name])
             name = ""
     console.print(table)
     for job in worst_first(record.jobs):
@@ -167,6 +171,8 @@ def _show(console: Console, record: RecallRecord) -> None:
 
 def _print_pages(record: RecallRecord, path: Path) -> None:
     """Write the pages in a process with the drawing of the window."""
+    from ocmm_core.calibration.records import seal
+
     # The core knows no Qt: what draws is a program of its own, as the window is.
     with tempfile.TemporaryDirectory(prefix="ocmm-recall-") as name:
         sealed = Path(name) / "recall.json"

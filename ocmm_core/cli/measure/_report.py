@@ -5,29 +5,20 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
 from ocmm_core.errors import StorageError
-from ocmm_core.export import (
-    ALL,
-    DEFAULT_FORMAT,
-    EXPORTERS,
-    FORMATS,
-    PDF,
-    chosen_formats,
-    preview,
-    preview_text,
-    require_complete,
-    write_report,
-)
-from ocmm_core.export.report import ReportData, load_profile, report_of_job
-from ocmm_core.inspection.archive import reopen_job
-from ocmm_core.inspection.evaluation import job_states, part_line
 
-_PROFILED = ", ".join(name for name, one in FORMATS.items() if one.profile)
+if TYPE_CHECKING:
+    from ocmm_core.export.report import ReportData
+
+
+# Those of the registry, which is not loaded for a help; a test holds the two together.
+FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, pdf or all"
+PROFILED_WORDS = "polyworks, dfq, xlsx"
 
 
 def report_command(
@@ -39,7 +30,7 @@ def report_command(
         list[str] | None,
         typer.Option(
             "--format",
-            help=f"One of {', '.join(FORMATS)} or {ALL}; can be repeated.",
+            help=f"One of {FORMAT_WORDS}; can be repeated.",
         ),
     ] = None,
     profile: Annotated[
@@ -47,7 +38,7 @@ def report_command(
         typer.Option(
             "--profile",
             help="Profile document of the text files: delimiter, decimal sign, unit, columns. "
-            f"Used by {_PROFILED}. Default: PolyWorks.",
+            f"Used by {PROFILED_WORDS}. Default: PolyWorks.",
         ),
     ] = None,
     out: Annotated[
@@ -85,6 +76,18 @@ def report_command(
     otherwise than it is stored is told. Each report is read back and compared before it replaces an
     older one. Several jobs of one plan become several values in a Q-DAS file.
     """
+    from ocmm_core.export import (
+        DEFAULT_FORMAT,
+        EXPORTERS,
+        PDF,
+        chosen_formats,
+        preview,
+        preview_text,
+        require_complete,
+        write_report,
+    )
+    from ocmm_core.export.report import load_profile
+
     console = Console(soft_wrap=True)
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
@@ -140,6 +143,10 @@ def _print_pages(
 def _data(
     path: Path, probes: Path | None, calibrations: Path | None, console: Console
 ) -> ReportData:
+    from ocmm_core.export.report import report_of_job
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import job_states, part_line
+
     job = reopen_job(path, probes, calibrations=calibrations)
     for doubt in (*job.doubts, *job.remarks):
         console.print(f"{path.name}: {doubt}", style="yellow", highlight=False, markup=False)

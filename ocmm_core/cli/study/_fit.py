@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.cli.study._fit_json import fit_json
-from ocmm_core.cli.study._fit_rows import FitRow, rows_of
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import FitError, InputError
-from ocmm_core.features.measured import fit_shape, outliers
-from ocmm_core.features.search import sizes_in_words
-from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Fit, Shape, read_points_file
-from ocmm_core.geometry import Float
-from ocmm_core.tolerances.decisions import U_LABEL
-from ocmm_core.tolerances.uncertainty import FitUncertainty, fit_uncertainty
+from ocmm_core.features.shapes import Shape
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.study._fit_rows import FitRow
+    from ocmm_core.features.shapes import Fit
+    from ocmm_core.geometry import Float
+    from ocmm_core.tolerances.uncertainty import FitUncertainty
+
 
 LISTED = 20
 """Outliers that are printed one by one."""
@@ -83,6 +83,11 @@ def fit_command(
     system. U holds the true value in 95 of 100 cases, however few points there are; where the
     points determine a number too weakly for that, it is shown without U.
     """
+    from ocmm_core.cli.study._fit_json import fit_json
+    from ocmm_core.features.measured import fit_shape
+    from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, read_points_file
+    from ocmm_core.tolerances.uncertainty import fit_uncertainty
+
     if free and not shape.spec.may_be_free:
         raise InputError(
             "fit.free", f"--free applies to circles, not to a {_word_of(shape)}.", "Omit it."
@@ -129,6 +134,9 @@ def _print_fit(
     *,
     free: bool,
 ) -> None:
+    from ocmm_core.cli.study._fit_rows import rows_of
+    from ocmm_core.tolerances.decisions import U_LABEL
+
     how = f"{criterion.value} ({fit.criterion.value})" + (", one problem in space" if free else "")
     table = Table(
         title=f"{fit.shape.value} through {n} points, {how}",
@@ -186,6 +194,8 @@ def _range(values: Sequence[float], digits: int) -> str:
 
 
 def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
+    from ocmm_core.features.measured import outliers
+
     found = outliers(fit, points)
     for row in found[:LISTED]:
         console.print(
@@ -201,6 +211,8 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
 
 def _print_rival(console: Console, fit: Fit) -> None:
     """Print that the points fit another element as well, and which one."""
+    from ocmm_core.features.search import sizes_in_words
+
     if fit.rival is None:
         return
     console.print(

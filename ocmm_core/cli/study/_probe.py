@@ -3,31 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
-from ocmm_core.camera import load_rig
-from ocmm_core.cli.terminal import ProbeOption, RigOption, bending, make_console, tip_map
+from ocmm_core.cli.terminal import ProbeOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
-from ocmm_core.measuring import (
-    BudgetTerm,
-    Examination,
-    ProbeReport,
-    examine,
-    label_verdict,
-    label_words,
-    map_range,
-    mechanics_words,
-)
-from ocmm_core.tracking import load_probe
+
+if TYPE_CHECKING:
+    from ocmm_core.measuring import BudgetTerm, ProbeReport
+
 
 probe_app = typer.Typer(
     no_args_is_help=True, help="Examine a probe: the uncertainty of its tip and what causes it."
@@ -73,6 +63,11 @@ def design(
     and bending where the design is known, and what each source adds to one point. Writes maps over
     tilt and volume and the bending line as SVG.
     """
+    from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
+    from ocmm_core.camera import load_rig
+    from ocmm_core.measuring import Examination, examine
+    from ocmm_core.tracking import load_probe
+
     if min(tilt) < 0.0 or max(tilt) > 180.0:
         raise InputError(
             "design.tilt",
@@ -99,6 +94,10 @@ def design(
 
 def print_report(console: Console, report: ProbeReport) -> None:
     """Print everything that was found, in sentences and tables."""
+    import numpy as np
+
+    from ocmm_core.measuring import label_verdict, label_words, mechanics_words
+
     asked, number = report.examination, report.number
     low, high = asked.postures.volume_world
     console.print(
@@ -151,6 +150,9 @@ def print_report(console: Console, report: ProbeReport) -> None:
 
 def write_figures(report: ProbeReport, out: Path) -> list[Path]:
     """Write maps and bending line and return their names; raise InputError where that fails."""
+    from ocmm_core.cli.terminal import bending, tip_map
+    from ocmm_core.measuring import map_range
+
     limits = map_range(report.maps)
     subtitle = (
         f"Probe '{report.probe}', rig '{report.rig}', spots of {report.examination.sigma_px:g} px; "

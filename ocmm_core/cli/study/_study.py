@@ -5,18 +5,18 @@ from __future__ import annotations
 import time
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ocmm_core.camera import load_rig
-from ocmm_core.cli.terminal import RigOption, histogram, make_console, points_in_space
+from ocmm_core.cli.terminal import RigOption, make_console
 from ocmm_core.documents import resource, write_atomic
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.scene import ProbeStudy, StudyResult, draw_targets, run_study
-from ocmm_core.tracking import load_probe
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.scene import ProbeStudy, StudyResult
+
 
 study_app = typer.Typer(
     no_args_is_help=True, help="Simulate the error of a procedure caused by noise alone."
@@ -86,6 +86,12 @@ def probe_calibration(
     SVG, and the errors of all runs as CSV. The default values are those of the thesis: an RMS error
     of about 0.5 um, below some 1.5 um in every run.
     """
+    import numpy as np
+
+    from ocmm_core.camera import load_rig
+    from ocmm_core.simulation.scene import ProbeStudy, run_study
+    from ocmm_core.tracking import load_probe
+
     body = load_probe(probe)
     if not max(ranges) > 0.0 or max(map(abs, ranges)) > 180.0 or min(*ranges, *sigma) < 0.0:
         raise InputError(
@@ -133,6 +139,11 @@ def probe_calibration(
 
 
 def _write(study: ProbeStudy, result: StudyResult, seed: int, out: Path) -> list[Path]:
+    import numpy as np
+
+    from ocmm_core.cli.terminal import histogram, points_in_space
+    from ocmm_core.simulation.scene import ProbeStudy, draw_targets
+
     d = 1e3 * result.distances
     ranges = " / ".join(f"±{angle:.0f}°" for angle in np.degrees(study.ranges))
     files = {}

@@ -39,6 +39,9 @@ _SILENT_CYCLES = 3
 _SPOT_LIMIT = 8192 * SUBPIXELS
 """No sensor is larger; in pixels on the wire."""
 _KNOWN_FRAME_FLAGS = 0x000F
+# Plain numbers: a flag of an enumeration costs more than the question.
+_OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
+_FRAME_WORDS = FRAME_DTYPE.itemsize // 4
 _CYCLE_COUNTERS = 256
 _OLD_CYCLE = 200
 """A cycle counter that seems to have advanced so far went back instead."""
@@ -276,9 +279,9 @@ def _complaint(
     """Return what is wrong with the data of one camera, or None."""
     if not check_data_crc(content):
         return Alarm.PAYLOAD, "sent data that were corrupted in transit"
-    if not header.status & CameraStatus.OPERATIONAL:
+    if not header.status & _OPERATIONAL:
         return Alarm.LEFT_OPERATION, "is not in operation"
-    if not header.status & CameraStatus.SYNCHRONISED:
+    if not header.status & _SYNCHRONISED:
         return Alarm.SYNC, "is not synchronised to the bus clock"
     if record.boot_counter is not None and header.boot_counter != record.boot_counter:
         return Alarm.RESTARTED, "was restarted"
@@ -311,12 +314,16 @@ def _frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
     """Return what is wrong with the frames themselves: the check sum was made over nonsense."""
     if not count:
         return None
-    frames = np.frombuffer(content, FRAME_DTYPE, count=count, offset=HEADER_STRUCT.size)
-    if int(frames["valid"].max()) >> N_SLOTS:
+    words = np.frombuffer(content, "<i4", count=count * _FRAME_WORDS, offset=HEADER_STRUCT.size)
+    frames = words.reshape(count, _FRAME_WORDS)
+    # Two numbers of 16 bits each stand before the spots.
+    marks = int(np.bitwise_or.reduce(frames[:, 0]))
+    if (marks & 0xFFFF) >> N_SLOTS:
         return Alarm.PAYLOAD, f"claims spots in more than {N_SLOTS} slots"
-    if int(np.bitwise_or.reduce(frames["flags"])) & ~_KNOWN_FRAME_FLAGS:
+    if (marks >> 16 & 0xFFFF) & ~_KNOWN_FRAME_FLAGS:
         return Alarm.PAYLOAD, "sent frame flags that do not exist"
-    if max(int(frames["xy"].max()), -int(frames["xy"].min())) > _SPOT_LIMIT:
+    spots = frames[:, 1:]
+    if max(int(spots.max()), -int(spots.min())) > _SPOT_LIMIT:
         return Alarm.PAYLOAD, "sent spots far outside its sensor"
     return None
 

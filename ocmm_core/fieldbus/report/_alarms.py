@@ -197,6 +197,11 @@ class Alarm(StrEnum):
         "Measuring continues; replace the broken cable.",
         AlarmResponse.NOTE,
     )  # fmt: skip
+    STRETCHED = AlarmSpec(
+        "bus.stretched", "The virtual bus is slower than real time",
+        "Nothing is lost; close other programs to make it faster.",
+        AlarmResponse.NOTE,
+    )  # fmt: skip
     HOST_BUSY = AlarmSpec(
         "bus.host_busy", "This computer was too busy for the bus",
         "Close other programs on this computer.",

@@ -83,7 +83,11 @@ def _cycles(report: BusReport) -> list[str]:
     counts = {"good": report.good, "late": report.late, "lost": report.lost, "bad": report.bad}
     cycle = microseconds(report.cycle_period_ns / 1e3)
     frame = microseconds(report.frame_period_ns / 1e3)
-    lines = [f"Cycles of {cycle}, frames every {frame}", f"  elapsed    {report.elapsed:>12}"]
+    lines = [f"Cycles of {cycle}, frames every {frame}"]
+    if report.pace is not None:
+        waits = "the time of this virtual bus waits for this computer, so no cycle is late"
+        lines += [f"  pace       {report.pace:>12.2f}  of real time", *_wrapped("  ", waits)]
+    lines.append(f"  elapsed    {report.elapsed:>12}")
     for (name, count), share in zip(counts.items(), shares(tuple(counts.values())), strict=True):
         lines.append(f"  {name:<10} {count:>12}  {share:8.3f} %")
     gap = unaccounted(report)

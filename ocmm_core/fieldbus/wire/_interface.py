@@ -7,6 +7,7 @@ interface that the computer uses for its network is refused.
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import fcntl
 import re
@@ -20,6 +21,8 @@ _INTERFACES = Path("/sys/class/net")
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
 _SIOCGIFADDR = 0x8915
 _SIOCGIFFLAGS = 0x8913
+_ASK_DRIVER, _GET_DRIVER, _DRIVER_BYTES = 0x8946, 0x3, 196
+"""Linux: SIOCETHTOOL, ETHTOOL_GDRVINFO and the size of its answer, struct ethtool_drvinfo."""
 _UP = 0x1
 _LOOPBACK = 0x8
 _CAP_NET_ADMIN = 12
@@ -38,6 +41,25 @@ def is_virtual_interface(name: str) -> bool:
     if not _NAME.fullmatch(name) or not place.is_dir():
         return False
     return not (place / "device").exists() and not any(place.glob("lower_*"))
+
+
+def is_virtual_cable(name: str) -> bool:
+    """Return whether an interface is an end of a cable that exists in this computer only.
+
+    Unlike `is_virtual_interface` it asks the driver, also inside a private network.
+    """
+    if not _NAME.fullmatch(name):
+        return False
+    answer = bytearray(_DRIVER_BYTES)
+    struct.pack_into("<I", answer, 0, _GET_DRIVER)
+    place = (ctypes.c_char * len(answer)).from_buffer(answer)
+    request = struct.pack("16sQ16x", name.encode("ascii"), ctypes.addressof(place))
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+            fcntl.ioctl(channel, _ASK_DRIVER, request)
+    except OSError:
+        return False
+    return bytes(answer[4:36]).rstrip(b"\x00") == b"veth"
 
 
 def check_interface(name: str, *, force: bool = False) -> None:

@@ -21,7 +21,7 @@ from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._quarantine import with_doubt
 from ocmm_core.inspection.evaluation._single_points import compensate_by_plan
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import MeasuredPoint, joint_covariance, reported_points
+from ocmm_core.measuring import MeasuredPoint, joint_factors, reported_points
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
     evaluate_all,
@@ -99,11 +99,11 @@ def evaluate_job(
     reported = reported_points(points, options.climate.part)
     actual = checked_features(plan, reported, options)
     alignment = alignment_of(plan, actual)
-    covariance = joint_covariance(
+    factors = joint_factors(
         reported, sensitivities, rig, body, options.contact, options.climate.part,
         doubt_of(alignment),
     )  # fmt: skip
-    results = evaluate_all(plan.characteristics, alignment, actual, covariance, plan.rule)
+    results = evaluate_all(plan.characteristics, alignment, actual, factors, plan.rule)
     touched = {point.feature for point in points}
     judged = tuple(
         _as_far_as_probed(plan, item, result, done, skipped, touched, actual)

@@ -25,6 +25,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT
 from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.measuring import factors_of_matrix
 from tests.core.alignment.parts import NOMINALS, SHAPES, actual_of, anywhere, measured
 
 RULES: dict[str, Alignment] = {
@@ -97,7 +98,7 @@ def test_uncertainty_of_frame_and_residuals_is_that_of_a_monte_carlo(name: str) 
     scatter = np.std(motions, axis=0)
     assert np.all(np.abs(scatter - linear) < 0.15 * linear + 1e-9)
 
-    report = preview_alignment(bound, actual, covariance)
+    report = preview_alignment(bound, actual, factors_of_matrix(covariance))
     residual = {item.feature: item for item in report.residuals}["P"]
     worst = np.sqrt(np.linalg.eigvalsh(np.cov(np.array(moved).T))[-1])
     assert residual.distance_uncertainty == pytest.approx(2.0 * worst, rel=0.15)

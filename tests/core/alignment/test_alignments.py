@@ -162,6 +162,14 @@ def test_best_fit_is_that_of_scipy(seed: int) -> None:
     assert np.abs(mine.apply(a) - b).max() < 1e-9
 
 
+def test_where_nothing_is_locked_the_start_does_not_matter() -> None:
+    points, wanted, weights, start = _noisy(np.random.default_rng(4), 15, 0.05)
+    mine = fit_points_locked(points, wanted, weights, start, ())
+    best = fit_points(points, wanted, weights)
+    assert np.abs(mine.rotation - best.rotation).max() == 0.0
+    assert np.abs(mine.translation - best.translation).max() == 0.0
+
+
 LOCKS = [locked for count in (1, 2, 3, 5) for locked in combinations(MOTIONS, count)][::4]
 
 
@@ -278,6 +286,26 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
         load_frame(path)
     with pytest.raises(InputError, match=r"has 0 control point\(s\)"):
         relocation(document, 0.1)
+
+
+def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
+    turned = Rotation.from_rotvec([0.3, -0.2, 1.1]).as_matrix()
+
+    def fault_of(rotation: Float) -> object:
+        (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+        rule = SavedFrame(
+            name="m",
+            digest="",
+            rotation=((a, b, c), (d, e, f), (g, h, i)),
+            translation=(1.0, 2.0, 3.0),
+            covariance=tuple(tuple(row) for row in (1e-6 * np.eye(6)).tolist()),
+        )
+        return alignment_fault(rule, SHAPES)
+
+    assert fault_of(turned) is None
+    # A scale of 1e-6 is a micrometre on a metre: no rounding.
+    expected = ("alignment.rotation", "is no rotation")
+    assert fault_of((1.0 + 1e-6) * turned) == fault_of(-turned) == expected
 
 
 @pytest.mark.parametrize(
