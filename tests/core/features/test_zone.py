@@ -276,7 +276,7 @@ def test_a_certificate_is_refused_to_anything_else() -> None:
 
 
 def test_what_has_no_zone_is_refused() -> None:
-    with pytest.raises(FitError, match="not offered"):
+    with pytest.raises(FitError, match="not available"):
         _zone(Shape.POINT, np.zeros((3, 3)))
 
 

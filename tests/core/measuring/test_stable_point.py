@@ -101,7 +101,7 @@ def test_what_is_hidden_is_named_as_soon_as_it_is(tracked: Tracked, recommended:
 @pytest.mark.parametrize(
     ("status", "code", "word"),
     [
-        (FrameStatus.UNIDENTIFIED, RefusalCode.UNIDENTIFIED, "which is which"),
+        (FrameStatus.UNIDENTIFIED, RefusalCode.UNIDENTIFIED, "identified uniquely"),
         (FrameStatus.DOUBTFUL, RefusalCode.DOUBTFUL, "do not fit"),
     ],
 )
