@@ -25,6 +25,7 @@ from ocmm_core.alignment import (
     fit_points,
     fit_points_locked,
     frame_document,
+    frame_name,
     frame_of,
     load_frame,
     relocation,
@@ -288,6 +289,24 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
         relocation(document, 0.1)
 
 
+def test_the_start_of_reference_points_is_looked_at_and_may_be_left_out() -> None:
+    assert alignment_fault(SIX, SHAPES) is None
+    wrong = PlaneAxisPoint(plane="H", axis="X", point="S")
+    begun = ReferencePoints(conditions=SIX.conditions, start=wrong)
+    fault = alignment_fault(begun, SHAPES)
+    assert fault is not None
+    assert fault[0] == "alignment.start.plane"
+
+
+def test_a_report_names_the_frame() -> None:
+    assert frame_name(BestFit(points=("H", "G", "S"))) == "part frame, best fit of 3 points"
+    assert frame_name(SIX) == "part frame of 3 reference points (RPS)"
+    assert frame_name(DatumAlignment(primary="A", secondary=("X", "S"), origin="S")) == (
+        "part frame 3-2-1 of A|X to S|S"
+    )
+    assert frame_name(PlaneAxisPoint(plane="A", axis="X", point="S")) == "part frame of A|X|S"
+
+
 def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
     turned = Rotation.from_rotvec([0.3, -0.2, 1.1]).as_matrix()
 
@@ -298,7 +317,8 @@ def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
             digest="",
             rotation=((a, b, c), (d, e, f), (g, h, i)),
             translation=(1.0, 2.0, 3.0),
-            covariance=tuple(tuple(row) for row in (1e-6 * np.eye(6)).tolist()),
+            # One motion is held for certain; nothing is divided by its zero.
+            covariance=tuple(tuple(row) for row in np.diag([0.0, *[1e-6] * 5]).tolist()),
         )
         return alignment_fault(rule, SHAPES)
 
