@@ -36,7 +36,7 @@ from ocmm_core.calibration.monitor import (  # noqa: E402 - as above
 from ocmm_core.camera import N_PARAMETERS, Rig, load_rig, project  # noqa: E402 - as above  # noqa: E402 - as above
 from ocmm_core.documents import resource  # noqa: E402 - as above
 from ocmm_core.geometry import Float, rotation_from_vector  # noqa: E402 - as above
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, Wave  # noqa: E402 - as above
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, FreeMotionScene  # noqa: E402 - as above
 from ocmm_core.simulation.scene import (  # noqa: E402 - as above  # noqa: E402 - as above
     Part,
     ScriptedBump,
@@ -99,7 +99,9 @@ class Bench:
 
     def learnt(self, seed: int) -> Baseline:
         """Return what a minute of waving teaches about the sensors of a world."""
-        shown = CalibrationScenesRig(self.rig, self.body, (Wave(ways=WAYS, seed=seed),), seed)
+        shown = CalibrationScenesRig(
+            self.rig, self.body, (FreeMotionScene(ways=WAYS, seed=seed),), seed
+        )
         track = self.tracked(shown, 0.0, shown.n_frames / RATE_HZ)
         looks = ResidualAccumulator(self.rig, self.body, 10_000_000).feed(track)
         return learn_baseline(looks, self.rig, self.body)

@@ -146,7 +146,7 @@ def cramer_rao(case: Case, u: Float, v: Float) -> Float:
     sensor, h = case.sensor, 1e-4
     background = sensor.background_electrons_per_us * case.exposure_us
     light = mean_light(case, u, v)
-    slopes = np.stack(
+    jacobian = np.stack(
         [
             (mean_light(case, u + h, v) - mean_light(case, u - h, v)) / (2.0 * h),
             (mean_light(case, u, v + h) - mean_light(case, u, v - h)) / (2.0 * h),
@@ -158,7 +158,7 @@ def cramer_rao(case: Case, u: Float, v: Float) -> Float:
     variance = dark * (1.0 + 1.0 / BLACK_FRAMES) + light + (sensor.response_spread * light) ** 2
     rise = 1.0 + 2.0 * sensor.response_spread**2 * light
     weight = 1.0 / variance + 0.5 * (rise / variance) ** 2
-    information = np.einsum("nahw,nbhw,nhw->nab", slopes, slopes, weight)
+    information = np.einsum("nahw,nbhw,nhw->nab", jacobian, jacobian, weight)
     bound: Float = np.linalg.inv(information)[:, [0, 1], [0, 1]]
     return bound
 
@@ -265,7 +265,7 @@ def windows_per_second(seconds: float, normal: Float) -> float:
     readings = np.empty((len(slots), N_READING))
 
     def work() -> None:
-        windows.read(pixels, corners, black, slots, options, readings)
+        windows.measure_windows(pixels, corners, black, slots, options, readings)
 
     return len(slots) / _processor_time(work, seconds)
 

@@ -204,11 +204,11 @@ def _look(count: Count, store: Store, what: str, when: str, look: Callable[[], V
     except Exception as error:
         count.ended.append(f"{what}, {when}: {error!r}")
         return
-    if view.obstacle is None:
+    if view.blocker is None:
         count.valid.append(f"{what}, {when}: {view.word}")
-    elif str(store.folder) not in view.obstacle.what and f"{MOVES[4]}, " not in what:
+    elif str(store.folder) not in view.blocker.what and f"{MOVES[4]}, " not in what:
         # Where the whole folder is that of another rig, both rigs are named.
-        count.nameless.append(f"{what}, {when}: {view.obstacle}")
+        count.nameless.append(f"{what}, {when}: {view.blocker}")
 
 
 def set_back(folder: Path) -> tuple[int, int, int]:
@@ -225,10 +225,10 @@ def set_back(folder: Path) -> tuple[int, int, int]:
         for events, seal in zip(store.earlier[EVENTS], store.earlier[SEAL], strict=True):
             states += 1
             put(store.folder, {EVENTS: events, SEAL: seal})
-            noticed += store.begin()().obstacle is None
+            noticed += store.begin()().blocker is None
             kept = Path(os.environ["XDG_STATE_HOME"])
             kept.rename(kept.with_name("kept"))
-            unnoticed += store.begin()().obstacle is None
+            unnoticed += store.begin()().blocker is None
             forget()
             kept.with_name("kept").rename(kept)
         restore(store)

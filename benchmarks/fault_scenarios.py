@@ -197,11 +197,11 @@ def now() -> Moment:
     return Moment(time.monotonic_ns(), time.time_ns())
 
 
-def deed(do: FaultKind, camera: int = 0, value: int = 0, code: int = 0) -> Step:
+def fault(do: FaultKind, camera: int = 0, value: int = 0, code: int = 0) -> Step:
     """Return the step that does something to a camera."""
 
     def step(rig: FaultRig) -> Moment:
-        answer = rig.deed(do, camera, value, code)
+        answer = rig.command(do, camera, value, code)
         return Moment(answer.monotonic_ns, answer.utc_ns)
 
     return step
@@ -249,7 +249,7 @@ def _nothing(_rig: FaultRig) -> Moment:
 
 
 def _toggled(name: str, do: FaultKind, alarms: tuple[Alarm, ...], camera: int = 1) -> Scenario:
-    return Scenario(name, deed(do, camera, 1), deed(do, camera, 0), alarms)
+    return Scenario(name, fault(do, camera, 1), fault(do, camera, 0), alarms)
 
 
 def _at_once(name: str, step: Step, alarms: tuple[Alarm, ...], *, stops: bool = False) -> Scenario:
@@ -309,23 +309,23 @@ SCENARIOS: tuple[Scenario, ...] = (
              _call(FaultRig.make_near_cable, early=False), (Alarm.LINK_DOWN,)),
     Scenario("all cameras killed and restarted", _call(FaultRig.kill_cameras, early=True),
              _call(FaultRig.start_cameras, early=False), _GONE),
-    Scenario("first camera off and on", deed(Do.POWER_OFF, 0), deed(Do.POWER_ON, 0), _GONE),
-    Scenario("last camera off and on", deed(Do.POWER_OFF, 1), deed(Do.POWER_ON, 1), _PART),
-    _at_once("camera restarts", deed(Do.RESTART, 1), (*_GONE, *_PART)),
+    Scenario("first camera off and on", fault(Do.POWER_OFF, 0), fault(Do.POWER_ON, 0), _GONE),
+    Scenario("last camera off and on", fault(Do.POWER_OFF, 1), fault(Do.POWER_ON, 1), _PART),
+    _at_once("camera restarts", fault(Do.RESTART, 1), (*_GONE, *_PART)),
     _toggled("camera silent", Do.MUTE, _PART),
-    Scenario("camera unplugged and back", deed(Do.UNPLUG, 1), deed(Do.PLUG, 1), _PART),
+    Scenario("camera unplugged and back", fault(Do.UNPLUG, 1), fault(Do.PLUG, 1), _PART),
     _toggled("camera frozen, full working counter", Do.FREEZE, (Alarm.FROZEN,)),
     _at_once("watchdog: master stands still 300 ms",
              _call(lambda rig: rig.stall_bus(0.3), early=False), (Alarm.WATCHDOG,)),
-    _at_once("camera falls to SAFEOP", deed(Do.FALL_BACK, 1, SAFEOP, AL_SYNC), (Alarm.SYNC,)),
-    _at_once("camera drops to PREOP", deed(Do.FALL_BACK, 1, PREOP, 0x001D),
+    _at_once("camera falls to SAFEOP", fault(Do.FALL_BACK, 1, SAFEOP, AL_SYNC), (Alarm.SYNC,)),
+    _at_once("camera drops to PREOP", fault(Do.FALL_BACK, 1, PREOP, 0x001D),
              (Alarm.LEFT_OPERATION, *_PART)),
-    _at_once("camera drops to INIT", deed(Do.FALL_BACK, 0, INIT, 0), _PART),
+    _at_once("camera drops to INIT", fault(Do.FALL_BACK, 0, INIT, 0), _PART),
     _cable("loss 5 %", LineRule(do=Trick.DROP, share=0.05), _LOST, s=1.0),
     _cable("requests lost 2 %", LineRule(do=Trick.DROP, way=Way.REQUEST, share=0.02), _LOST),
     _cable("duplicates 20 %", LineRule(do=Trick.DUPLICATE, share=0.2), ()),
     _cable("late answers", LineRule(do=Trick.DELAY, value=1500, share=0.1, kinds=_PROCESS), _LATE),
-    _cable("reordered answers", LineRule(do=Trick.HOLD, share=0.1), _LATE),
+    _cable("out-of-order answers", LineRule(do=Trick.HOLD, share=0.1), _LATE),
     _cable("reordered requests", LineRule(do=Trick.HOLD, share=0.1, way=Way.REQUEST), _LATE),
     _cable("old answers again", LineRule(do=Trick.REPLAY, share=0.1, kinds=_PROCESS), _LATE),
     _cable("working counter too high", LineRule(do=Trick.COUNTER, share=0.2, kinds=_PROCESS),
@@ -339,43 +339,43 @@ SCENARIOS: tuple[Scenario, ...] = (
     _cable("requests with wrong bits",
            LineRule(do=Trick.FLIP, way=Way.REQUEST, share=0.02, kinds=_PROCESS), ()),
     _cable("total silence", LineRule(do=Trick.DROP), _GONE, stops=True),
-    Scenario("camera's data corrupted", deed(Do.CORRUPT, 1, 1), deed(Do.CORRUPT, 1, 0),
+    Scenario("camera's data corrupted", fault(Do.CORRUPT, 1, 1), fault(Do.CORRUPT, 1, 0),
              (Alarm.PAYLOAD,)),
-    Scenario("camera's header corrupted, check sum right", deed(Do.CORRUPT, 1, CORRUPT_WITH_SUM),
-             deed(Do.CORRUPT, 1, 0),
+    Scenario("camera's header corrupted, check sum right", fault(Do.CORRUPT, 1, CORRUPT_WITH_SUM),
+             fault(Do.CORRUPT, 1, 0),
              (Alarm.PAYLOAD, Alarm.FRAME_RATE, Alarm.GAP, Alarm.FROZEN, Alarm.RESTARTED,
               Alarm.CONFIGURATION, Alarm.SYNC, Alarm.LEFT_OPERATION)),
-    _at_once("duplicate station address", deed(Do.STATION, 1, _FIRST_STATION),
+    _at_once("duplicate station address", fault(Do.STATION, 1, _FIRST_STATION),
              (Alarm.DUPLICATE_ADDRESS,)),
-    _at_once("cables of the cameras exchanged while off", deed(Do.SWAP, 0, 1),
+    _at_once("cables of the cameras exchanged while off", fault(Do.SWAP, 0, 1),
              (*_GONE, *_PART)),
-    _at_once("cables exchanged back", deed(Do.SWAP, 0, 1), (*_GONE, *_PART)),
-    Scenario("another camera in its place", deed(Do.SERIAL, 1, 4711),
-             deed(Do.SERIAL, 1, 1002), (Alarm.CAMERAS,), lasts_s=0.8),
-    Scenario("alias of the other camera", deed(Do.ALIAS, 1, 1), deed(Do.ALIAS, 1, 2),
+    _at_once("cables exchanged back", fault(Do.SWAP, 0, 1), (*_GONE, *_PART)),
+    Scenario("another camera in its place", fault(Do.SERIAL, 1, 4711),
+             fault(Do.SERIAL, 1, 1002), (Alarm.CAMERAS,), lasts_s=0.8),
+    Scenario("alias of the other camera", fault(Do.ALIAS, 1, 1), fault(Do.ALIAS, 1, 2),
              (Alarm.ALIAS, Alarm.DUPLICATE), lasts_s=0.8),
-    Scenario("one camera too many", deed(Do.PLUG, 2), deed(Do.UNPLUG, 2),
+    Scenario("one camera too many", fault(Do.PLUG, 2), fault(Do.UNPLUG, 2),
              (Alarm.CAMERAS, Alarm.FOREIGN_DEVICE), stops=False, lasts_s=0.8),
-    Scenario("one camera at another frame rate", deed(Do.FRAME_PERIOD, 1, 130_000),
-             deed(Do.FRAME_PERIOD, 1, 0), (Alarm.FRAME_RATE,)),
-    _at_once("emergency message", deed(Do.EMERGENCY, 1, 0x4210), (Alarm.EMERGENCY,)),
-    Scenario("request to a camera whose mailbox hangs", deed(Do.HANG_MAILBOX, 1, 1),
-             deed(Do.HANG_MAILBOX, 1, 0), (Alarm.OBJECT_TIMEOUT,), stops=False, lasts_s=1.0,
+    Scenario("one camera at another frame rate", fault(Do.FRAME_PERIOD, 1, 130_000),
+             fault(Do.FRAME_PERIOD, 1, 0), (Alarm.FRAME_RATE,)),
+    _at_once("emergency message", fault(Do.EMERGENCY, 1, 0x4210), (Alarm.EMERGENCY,)),
+    Scenario("request to a camera whose mailbox hangs", fault(Do.HANG_MAILBOX, 1, 1),
+             fault(Do.HANG_MAILBOX, 1, 0), (Alarm.OBJECT_TIMEOUT,), stops=False, lasts_s=1.0,
              asks=_read_hung, answer=Alarm.OBJECT_TIMEOUT),
     Scenario("request that is refused", _nothing, _nothing, (), stops=False,
              asks=_read_forbidden, answer=Alarm.OBJECT_REFUSED),
     Scenario("long value in segments", _nothing, _nothing, (), stops=False, asks=_write_long,
              answer="done"),
-    _at_once("clock of the first camera jumps", deed(Do.CLOCK_JUMP, 0, 5_000_000),
+    _at_once("clock of the first camera jumps", fault(Do.CLOCK_JUMP, 0, 5_000_000),
              (Alarm.CLOCK_JUMP,)),
-    _at_once("clock of the last camera jumps", deed(Do.CLOCK_JUMP, 1, -3_000_000),
+    _at_once("clock of the last camera jumps", fault(Do.CLOCK_JUMP, 1, -3_000_000),
              (Alarm.CLOCK_JUMP,)),
-    _at_once("clock of the last camera jumps by one frame", deed(Do.CLOCK_JUMP, 1, 125_000),
+    _at_once("clock of the last camera jumps by one frame", fault(Do.CLOCK_JUMP, 1, 125_000),
              (Alarm.CLOCK_JUMP,)),
-    Scenario("bus clock 200 ppm fast", deed(Do.CLOCK_RATE, 0, 200_000),
-             deed(Do.CLOCK_RATE, 0, 0), (), stops=False, lasts_s=1.0),
-    Scenario("clock of the last camera 200 ppm slow", deed(Do.CLOCK_RATE, 1, -200_000),
-             deed(Do.CLOCK_RATE, 1, 0), (), stops=False, lasts_s=1.0),
+    Scenario("bus clock 200 ppm fast", fault(Do.CLOCK_RATE, 0, 200_000),
+             fault(Do.CLOCK_RATE, 0, 0), (), stops=False, lasts_s=1.0),
+    Scenario("clock of the last camera 200 ppm slow", fault(Do.CLOCK_RATE, 1, -200_000),
+             fault(Do.CLOCK_RATE, 1, 0), (), stops=False, lasts_s=1.0),
 )  # fmt: skip
 
 

@@ -38,11 +38,11 @@ from ocmm_core.documents import resource
 from ocmm_core.simulation.calibration_scenes import (
     SEATS,
     CalibrationScenesRig,
+    FreeMotionScene,
     Scene,
     SweepProbe,
     TipFault,
     TouchSeats,
-    Wave,
 )
 from ocmm_core.tracking import load_probe
 from ocmm_gui.app import make_application
@@ -157,7 +157,7 @@ def _relocation(stage: Stage) -> None:
     runner.driver.advance()
     # Both hands are full when the probe is waved: what is ready is taken by itself.
     stage.wait(lambda: _is_shown(runner, "wave") and runner.driver.now.automatic)
-    stage.show(runner, Wave(ways=12, seed=2))
+    stage.show(runner, FreeMotionScene(ways=12, seed=2))
     stage.take_picture("wave", "dark")
     stage.wizard.leave()
 

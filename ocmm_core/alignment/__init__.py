@@ -5,7 +5,7 @@ Out: the frame of the part with its derivative by the points, residuals, and fre
 
 Read `_rules` (every kind of alignment as a document holds it) and `_checks`. `_datums` chooses
 the way: `_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`,
-`_reference_points` (RPS). `_frame_slopes` says how a frame answers to the points, `_residuals`,
+`_reference_points` (RPS). `_frame_jacobian` says how a frame answers to the points, `_residuals`,
 `_freedom` and `_report` what an inspector sees before he accepts it; `_frame_document` saves one.
 It must not know tolerances, plans or job files.
 """
@@ -31,13 +31,13 @@ if TYPE_CHECKING:
         saved_frame,
     )
     from ocmm_core.alignment._frame_doubt import doubt_of, saved_frame_in, unknown_frame
-    from ocmm_core.alignment._frame_slopes import frame_jacobian
+    from ocmm_core.alignment._frame_jacobian import frame_jacobian
     from ocmm_core.alignment._precedence import (
-        held_again,
+        datums_refit_by,
         in_precedence,
-        may_be_taken_again,
+        may_be_refit,
         part_frame,
-        taken_again_by,
+        refit_under_precedence,
     )
     from ocmm_core.alignment._report import AlignmentReport, preview_alignment, report_lines
     from ocmm_core.alignment._residuals import Residual
@@ -66,8 +66,8 @@ else:
             "content_hash frame_document is_covariance load_frame relocation save_frame saved_frame"
         ),
         _frame_doubt="doubt_of saved_frame_in unknown_frame",
-        _frame_slopes="frame_jacobian",
-        _precedence="held_again in_precedence may_be_taken_again part_frame taken_again_by",
+        _frame_jacobian="frame_jacobian",
+        _precedence="refit_under_precedence in_precedence may_be_refit part_frame datums_refit_by",
         _report="AlignmentReport preview_alignment report_lines",
         _residuals="Residual",
         _rules=(
@@ -93,6 +93,7 @@ __all__ = [
     "alignment_fault",
     "content_hash",
     "datum_frame",
+    "datums_refit_by",
     "doubt_of",
     "fit_points",
     "fit_points_locked",
@@ -100,14 +101,14 @@ __all__ = [
     "frame_jacobian",
     "frame_name",
     "frame_of",
-    "held_again",
     "in_precedence",
     "is_covariance",
     "load_frame",
-    "may_be_taken_again",
+    "may_be_refit",
     "nominal_frame",
     "part_frame",
     "preview_alignment",
+    "refit_under_precedence",
     "relocation",
     "report_lines",
     "save_frame",
@@ -115,6 +116,5 @@ __all__ = [
     "saved_frame_in",
     "settled",
     "simulated_frame",
-    "taken_again_by",
     "unknown_frame",
 ]

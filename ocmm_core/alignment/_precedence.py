@@ -14,7 +14,7 @@ import numpy as np
 
 from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame, frames_of_datums
 from ocmm_core.alignment._datums import frame_of
-from ocmm_core.alignment._frame_slopes import frame_jacobian
+from ocmm_core.alignment._frame_jacobian import frame_jacobian
 from ocmm_core.alignment._freedom import SAME_DIRECTION, angle_about, cross
 from ocmm_core.alignment._rules import (
     Alignment,
@@ -64,9 +64,9 @@ class ConstrainedAssociation:
     def note(self) -> str:
         """Return what to do about datums that lean; empty where none does to speak of."""
         said = [
-            f"{name} leans: fitted under the datums before it, it turns by {by:.3f} mm over its "
-            "points more than alone. That rests on where it was touched: spread its points evenly "
-            "over the face."
+            f"{name} leans: fitted under the preceding datums, it rotates by {by:.3f} mm over "
+            "its points more than alone. This depends on where it was probed: spread its points "
+            "evenly over the face."
             for name, by in self.turned.items()
             if by > SEEN_MM
         ]
@@ -75,10 +75,12 @@ class ConstrainedAssociation:
 
 def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
     """Return the motion from the world to the part frame; see `datums.frame_of`."""
-    return frame_of(rule, held_again(rule, features).geometries)
+    return frame_of(rule, refit_under_precedence(rule, features).geometries)
 
 
-def held_again(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> ConstrainedAssociation:
+def refit_under_precedence(
+    rule: AnyAlignment, actual: Mapping[str, ActualFeature]
+) -> ConstrainedAssociation:
     """Return the features as a part frame takes them.
 
     Its datums after the first are associated with their points again, where the rule has datums in
@@ -100,18 +102,16 @@ def held_again(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> Const
     return ConstrainedAssociation({**again.features, **kept}, again.turned)
 
 
-def taken_again_by(
+def datums_refit_by(
     rule: AnyAlignment | None, actual: Mapping[str, ActualFeature]
 ) -> tuple[str, ...]:
-    """Return the datums of a part frame that `held_again` associates again."""
+    """Return the datums of a part frame that `refit_under_precedence` associates again."""
     if not isinstance(rule, BoundAlignment):
         return ()
-    return may_be_taken_again(_datums(rule.rule)[0], actual)
+    return may_be_refit(_datums(rule.rule)[0], actual)
 
 
-def may_be_taken_again(
-    datums: Sequence[str], actual: Mapping[str, ActualFeature]
-) -> tuple[str, ...]:
+def may_be_refit(datums: Sequence[str], actual: Mapping[str, ActualFeature]) -> tuple[str, ...]:
     """Return the datums after the first that have a direction and points of their own."""
     return tuple(name for name in datums[1:] if name in actual and can_be_oriented(actual[name]))
 
@@ -143,7 +143,7 @@ def in_precedence(
         As `datum_frame.datum_frame`, or a datum is not determined under the constraint.
     """
     found = dict(actual)
-    taken = may_be_taken_again(datums, actual)
+    taken = may_be_refit(datums, actual)
     turned: dict[str, float] = {}
     frame = datum_frame(datums, geometries_of(found), shapes, nominals, choice)
     for place, name in enumerate(datums):
@@ -177,9 +177,9 @@ def _orientation(
         DatumReferenceFrame(datums=tuple(before)), shapes, nominals, choice=held.choice
     )
     back = held.T_frame_from_world.rotation.T
-    slopes = frame_jacobian(rule, found, held.T_frame_from_world)
+    jacobian = frame_jacobian(rule, found, held.T_frame_from_world)
     # The frame turns over the part: a direction of the frame turns the other way in the world.
-    by_coordinates = -back @ slopes[:3]
+    by_coordinates = -back @ jacobian[:3]
     name = datums[place]
     nominal = unit(nominals[name][DIRECTION])
     measured = found[name].fit.direction

@@ -17,7 +17,7 @@ from ocmm_core.alignment._rules import (
 from ocmm_core.features.measured import ActualFeature, gauge_point
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, Shape, element
 from ocmm_core.geometry import Float, RigidTransform, skew, unit
-from ocmm_core.measuring import COVERAGE_FACTOR
+from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Residual:
     distance
         mm: length of ``offset``.
     distance_uncertainty
-        mm, k = 2, in the least certain direction; None while the points have no covariance.
+        mm, k = 2, in the least certain direction; None while that of the points is unknown.
     angle, angle_uncertainty
         rad, of its direction; zero where it has none, and k = 2.
     """
@@ -53,8 +53,8 @@ def residuals_of(
     bound: BoundAlignment,
     measured: Mapping[str, ActualFeature],
     T_nominal_from_world: RigidTransform,
-    slopes: Float,
-    covariance: Float | None,
+    frame_jacobian: Float,
+    factors: PointFactors | None,
 ) -> tuple[Residual, ...]:
     """Return how far all measured features lie from their nominals, those of the frame first.
 
@@ -64,10 +64,10 @@ def residuals_of(
         The alignment.
     measured
         Features that are known; those without a nominal have no residual.
-    slopes
-        (6, 3 N + 1): how the frame of the nominals moves (`alignment.frame_slopes`).
-    covariance
-        (3 N + 1, 3 N + 1), mm^2, of the points, or None.
+    frame_jacobian
+        (6, 3 N + 1): how the frame of the nominals moves (`alignment.frame_jacobian`).
+    factors
+        Of the points, or None.
     """
     nominals = _compared_with(bound)
     points = brought_together(bound.rule)
@@ -78,8 +78,8 @@ def residuals_of(
             measured[name],
             nominals[name],
             T_nominal_from_world,
-            slopes,
-            covariance,
+            frame_jacobian,
+            factors,
             aligned=name in first,
             whole=name in points,
         )
@@ -112,8 +112,8 @@ def _residual(
     feature: ActualFeature,
     nominal: Float,
     T_nominal_from_world: RigidTransform,
-    slopes: Float,
-    covariance: Float | None,
+    frame_jacobian: Float,
+    factors: PointFactors | None,
     *,
     aligned: bool,
     whole: bool,
@@ -126,7 +126,7 @@ def _residual(
         place, gain = gauge_point(geometry, float(nominal[RADIUS])), _gauge_gain(feature, nominal)
     rotation = T_nominal_from_world.rotation
     at = T_nominal_from_world.apply(place)
-    moved = slopes[3:] - skew(at) @ slopes[:3] + rotation @ gain
+    moved = frame_jacobian[3:] - skew(at) @ frame_jacobian[:3] + rotation @ gain
     # Where places were brought together as points, the depth of a circle counted as well.
     keep = np.eye(3) if whole else _directions(shape, nominal)
     offset = keep @ (at - nominal[POINT])
@@ -135,15 +135,15 @@ def _residual(
         here, there = rotation @ unit(direction), unit(nominal[DIRECTION])
         sense = 1.0 if shape.spec.has_sense or here @ there >= 0.0 else -1.0
         angle = float(np.arctan2(np.linalg.norm(np.cross(here, there)), sense * (here @ there)))
-        tilted = -skew(here) @ slopes[:3] + rotation @ turning
+        tilted = -skew(here) @ frame_jacobian[:3] + rotation @ turning
     return Residual(
         feature=feature.nominal.name,
         aligned=aligned,
         offset=offset,
         distance=float(np.linalg.norm(offset)),
-        distance_uncertainty=_worst(keep @ moved, covariance),
+        distance_uncertainty=_worst(keep @ moved, factors),
         angle=angle,
-        angle_uncertainty=_worst(tilted, covariance),
+        angle_uncertainty=_worst(tilted, factors),
     )
 
 
@@ -168,9 +168,9 @@ def _directions(shape: Shape, nominal: Float) -> Float:
     return own if located == "along" else np.eye(3) - own
 
 
-def _worst(rows: Float, covariance: Float | None) -> float | None:
-    """Return U (k = 2) of a vector with slopes (3, 3 N + 1) in its least certain direction."""
-    if covariance is None:
+def _worst(rows: Float, factors: PointFactors | None) -> float | None:
+    """Return U (k = 2) of a vector with Jacobian (3, 3 N + 1) in its least certain direction."""
+    if factors is None:
         return None
-    values = np.linalg.eigvalsh(rows @ covariance @ rows.T)
+    values = np.linalg.eigvalsh(factors.of(rows))
     return COVERAGE_FACTOR * float(np.sqrt(max(values[-1], 0.0)))

@@ -84,7 +84,7 @@ class SpotFinder:
     def windows(self) -> tuple[Window | None, ...]:
         """Return the windows of the next frame by slot; None of a free slot."""
         corners = np.empty((MAX_SLOTS, 2), np.int64)
-        windows.aim(self.state.slots, self.packed, self.width, self.height, corners)
+        windows.predict_windows(self.state.slots, self.packed, self.width, self.height, corners)
         size = self.options.window
         return tuple(
             Window(int(left), int(top), size, size) if left >= 0 else None for left, top in corners
@@ -102,13 +102,13 @@ class SpotFinder:
         """
         slots, size, step = self.state.slots, self.options.window, self.options.search_step
         corners = np.empty((MAX_SLOTS, 2), np.int64)
-        windows.aim(slots, self.packed, self.width, self.height, corners)
+        windows.predict_windows(slots, self.packed, self.width, self.height, corners)
         pixels = np.zeros((MAX_SLOTS, size, size), np.uint16)
         for slot, (left, top) in enumerate(corners):
             if left >= 0:
                 pixels[slot] = image[top : top + size, left : left + size]
         readings = np.empty((MAX_SLOTS, centroid.N_READING))
-        windows.read(pixels, corners, black, slots, self.packed, readings)
+        windows.measure_windows(pixels, corners, black, slots, self.packed, readings)
         search_in = (slots, self.regions, self.anywhere, self.packed)
         lines = np.empty((self.options.search_lines, 3), np.int64)
         count = search.plan(*search_in, self.state.cursor, lines)
@@ -164,7 +164,7 @@ def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:
         raise InputError(
             "camera.windows",
             f"There are {len(start)} windows, but a camera has {MAX_SLOTS}.",
-            "Leave windows out.",
+            "Remove windows.",
         )
     for window in start:
         if (

@@ -43,7 +43,7 @@ def corner(position: float, size: int, limit: int) -> int:
 
 
 @compiled(centroid)
-def aim(slots: Float, options: Float, width: int, height: int, corners: Int) -> None:
+def predict_windows(slots: Float, options: Float, width: int, height: int, corners: Int) -> None:
     """Fill in where the next windows stand, ``corners`` (8, 2): left and top; -1 of a free slot."""
     size = int(options[centroid.WINDOW])
     for s in range(len(slots)):
@@ -56,7 +56,7 @@ def aim(slots: Float, options: Float, width: int, height: int, corners: Int) -> 
 
 
 @compiled(centroid)
-def read(
+def measure_windows(
     pixels: NDArray[np.uint16],
     corners: Int,
     black: NDArray[np.uint16],
@@ -81,11 +81,11 @@ def read(
                 pixels[s], corners[s, 0], corners[s, 1], black, options, light, mark, stack,
                 readings[s],
             )  # fmt: skip
-    settle(slots, options, readings)
+    update_tracks(slots, options, readings)
 
 
 @compiled(centroid)
-def settle(slots: Float, options: Float, readings: Float) -> None:
+def update_tracks(slots: Float, options: Float, readings: Float) -> None:
     """Judge the readings (8, N_READING) of one frame together and move the slots on.
 
     The status of a reading that is good by itself may become SHARED (another window holds the same

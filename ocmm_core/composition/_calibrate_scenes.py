@@ -18,12 +18,12 @@ from ocmm_core.simulation.calibration_scenes import (
     SEATS,
     CalibratingScript,
     FrameMove,
+    FreeMotionScene,
     Scene,
     ShowBar,
-    ShowTarget,
+    TargetScene,
     TouchSeats,
     TouchSphere,
-    Wave,
     stand_of,
 )
 from ocmm_core.tracking import triangulate
@@ -70,7 +70,7 @@ def scenes_of_known_points(
     error = np.random.default_rng([site.seed, _LIST_ERROR]).standard_normal((len(points.names), 3))
     true = points.positions_world + points.sigma * error
     left = [i for i, point in enumerate(view.points) if point.views is None]
-    return (ShowTarget(positions=_vectors(true[left])),) if left else ()
+    return (TargetScene(positions=_vectors(true[left])),) if left else ()
 
 
 def scenes_of_relocation(
@@ -91,7 +91,7 @@ def scenes_of_relocation(
         left = seats[len(view.seats_world) :]
         scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 30))
     if "wave" in missing:
-        scenes.append(Wave(ways=_SECONDS_OF_WAVING, seed=site.seed + 1000 * view.poses))
+        scenes.append(FreeMotionScene(ways=_SECONDS_OF_WAVING, seed=site.seed + 1000 * view.poses))
     count = view.bars_wanted - view.bar_placements
     if count > 0:
         places = bar.leds or (bar.nests[0], bar.nests[-1])

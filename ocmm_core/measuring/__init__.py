@@ -1,12 +1,14 @@
 """Tips to measured points, or the reason why there is none.
 
 In: tracked frames, triggers, temperatures, and the covariance of rig and probe.
-Out: a point with probe side and compensation, or a refusal; the joint covariance of all points.
+Out: a point with probe side and compensation, or a refusal; the joint uncertainty of all points as
+factors.
 
 Read `_trigger` (when a point is asked for), `_stable_point` (from a window of frames to one ball
 centre), `_point` (what is kept of it), `_compensation` (from which side the ball touched),
 `_temperature`, then `_uncertainty` and `_contributions` (what each error does to all points) with
-`_contact`. `_probe_report`, `_probe_budget` and `_probe_maps` say it before anything is measured.
+`_contact`, `_factors` and `_pattern_field` (how it is kept). `_probe_report`, `_probe_budget` and
+`_probe_maps` say it before anything is measured.
 It must not know features or plans: a point does not know what it is for.
 """
 
@@ -29,12 +31,13 @@ if TYPE_CHECKING:
         contributions,
         rigid_movement,
     )
+    from ocmm_core.measuring._factors import PointFactors, factors_of, factors_of_matrix
     from ocmm_core.measuring._missing_tip import explain, explain_reference
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
     from ocmm_core.measuring._probe_budget import BudgetTerm
     from ocmm_core.measuring._probe_maps import colour_at, map_range
+    from ocmm_core.measuring._probe_messages import label_verdict, label_words, mechanics_words
     from ocmm_core.measuring._probe_report import Examination, Mechanics, ProbeReport, examine
-    from ocmm_core.measuring._probe_words import label_verdict, label_words, mechanics_words
     from ocmm_core.measuring._stable_point import PointOptions, StablePoint, average
     from ocmm_core.measuring._temperature import (
         CLIMATE_EVENT,
@@ -48,9 +51,8 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._trigger import Touch, TouchCollector, approach_direction
     from ocmm_core.measuring._uncertainty import (
         COVERAGE_FACTOR,
-        joint_covariance,
+        joint_factors,
         point_uncertainty,
-        sum_of,
         systematic_covariance,
     )
 else:
@@ -61,21 +63,20 @@ else:
             "CAMERAS Contribution FRAME FrameDoubt IMAGE_NOISE ProbeState TIP_RADIUS "
             "contributions rigid_movement"
         ),
+        _factors="PointFactors factors_of factors_of_matrix",
         _missing_tip="explain explain_reference",
         _point="MeasuredPoint Refusal RefusalCode",
         _probe_budget="BudgetTerm",
         _probe_maps="colour_at map_range",
         _probe_report="Examination Mechanics ProbeReport examine",
-        _probe_words="label_verdict label_words mechanics_words",
+        _probe_messages="label_verdict label_words mechanics_words",
         _stable_point="PointOptions StablePoint average",
         _temperature=(
             "CLIMATE_EVENT Climate PartTemperature check_part climate_of_text record_text "
             "reported_points"
         ),
         _trigger="Touch TouchCollector approach_direction",
-        _uncertainty=(
-            "COVERAGE_FACTOR joint_covariance point_uncertainty sum_of systematic_covariance"
-        ),
+        _uncertainty=("COVERAGE_FACTOR joint_factors point_uncertainty systematic_covariance"),
     )
 
 __all__ = [
@@ -94,6 +95,7 @@ __all__ = [
     "MeasuredPoint",
     "Mechanics",
     "PartTemperature",
+    "PointFactors",
     "PointOptions",
     "ProbeReport",
     "ProbeState",
@@ -112,7 +114,9 @@ __all__ = [
     "examine",
     "explain",
     "explain_reference",
-    "joint_covariance",
+    "factors_of",
+    "factors_of_matrix",
+    "joint_factors",
     "label_verdict",
     "label_words",
     "map_range",
@@ -122,6 +126,5 @@ __all__ = [
     "reported_points",
     "rigid_movement",
     "side_of",
-    "sum_of",
     "systematic_covariance",
 ]

@@ -34,7 +34,7 @@ _LOOK_S = 0.05
 _AGAIN_S = 1.0
 
 _NOT_ASKED = Blocker(
-    "The cameras were not asked yet which intrinsics they store.",
+    "The intrinsics stored in the cameras have not been read yet.",
     "Wait until they are in operation.",
 )
 
@@ -124,7 +124,10 @@ class CalibrationWatch:
         if objects is None:
             raise CalibrationError(
                 "calibration.no_cameras",
-                "The frames of this job do not come from cameras that could store anything.",
+                (
+                    "The frames of this job do not come from real cameras, so nothing can be "
+                    "stored in them."
+                ),
                 "Start with --source ethercat:INTERFACE.",
             )
         write_to_cameras(record, objects)
@@ -137,15 +140,17 @@ class CalibrationWatch:
         record = self.in_use.record
         if record is not None and report is not None:
             temperatures = [camera.temperature_c for camera in report.cameras]
-            warmth, warnings = check_camera_temperature(record, temperatures)
+            temperature_state, warnings = check_camera_temperature(record, temperatures)
             view = replace(
-                view, obstacle=view.obstacle or warmth, warnings=(*view.warnings, *warnings)
+                view,
+                blocker=view.blocker or temperature_state,
+                warnings=(*view.warnings, *warnings),
             )
-        if view.obstacle is None and self._record_in_cameras() is not None:
+        if view.blocker is None and self._record_in_cameras() is not None:
             if report is None or self._asked != _powered(report):
-                return replace(view, obstacle=_NOT_ASKED)
+                return replace(view, blocker=_NOT_ASKED)
             if self._stored is not None:
-                return replace(view, word=CalibrationStatus.UNUSABLE, obstacle=self._stored)
+                return replace(view, word=CalibrationStatus.UNUSABLE, blocker=self._stored)
         return view
 
     def _record_in_cameras(self) -> CameraRecord | None:

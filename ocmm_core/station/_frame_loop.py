@@ -124,7 +124,7 @@ class FrameLoop:
         self._step, self._faults, self._recorder = step, faults, recorder
         self._pipeline = self.pipeline_from(home)
         self._collector: TouchCollector | None = None
-        self._between = threading.RLock()
+        self._exclusive = threading.RLock()
         self._take = threading.Event()
         self._stop = halt
         self._drained = threading.Event()
@@ -138,9 +138,9 @@ class FrameLoop:
         """Take a point at the next block, as if it was triggered."""
         self._take.set()
 
-    def between(self) -> AbstractContextManager[bool]:
+    def exclusive(self) -> AbstractContextManager[bool]:
         """Return what keeps blocks from being measured while it is held."""
-        return self._between
+        return self._exclusive
 
     def pipeline_from(self, home: ReferenceHome | None) -> TrackingPipeline:
         """Return what tracks relative to a first place of the reference body; see `track_by`."""
@@ -151,7 +151,7 @@ class FrameLoop:
 
         Labels are sought anew, and a touch that has begun is dropped: it belongs to neither place.
         """
-        with self._between:
+        with self._exclusive:
             self._pipeline, self._collector = pipeline, None
 
     def request_stop(self) -> None:
@@ -177,7 +177,7 @@ class FrameLoop:
                 # What is written before the source says that it ended is read after that.
                 block = self._ring.read(_BATCH)
                 if block is not None:
-                    with self._between:
+                    with self._exclusive:
                         self._feed(block)
                 elif ended:
                     if status.internal:

@@ -88,7 +88,7 @@ class Instruments:
                 word=CalibrationStatus.UNUSABLE,
                 rig=self.rig.name,
                 identity=self.rig.identity,
-                obstacle=Blocker(told.what, told.remedy),
+                blocker=Blocker(told.what, told.remedy),
             )
 
     def calibration_overview(self) -> CalibrationOverview:
@@ -107,28 +107,28 @@ class Instruments:
                 tip=self._gear.probe.tip,
                 identity=self.body.identity,
                 diameter_mm=2.0 * self.body.tip_radius,
-                obstacle=Blocker(told.what, told.remedy),
+                blocker=Blocker(told.what, told.remedy),
             )
 
     def probe_overview(self) -> ProbeOverview:
         """Return what the records of the probe hold; reads all of them."""
         return probe_overview(self._gear.probe.store, datetime.now(UTC))
 
-    def hindrance(self) -> tuple[RefusalCode, Blocker | None]:
+    def blocking_reason(self) -> tuple[RefusalCode, Blocker | None]:
         """Return why no points may be taken because of calibration or tip, or None."""
         view, now = self._calibration.view(), self._current.now
-        cameras = view.hindrance or (None if view.uncalibrated else now.changes.doubt)
+        cameras = view.blocking_reason or (None if view.uncalibrated else now.changes.doubt)
         if cameras is not None:
             return RefusalCode.CALIBRATION, cameras
-        return RefusalCode.TIP, now.probe.view().hindrance
+        return RefusalCode.TIP, now.probe.view().blocking_reason
 
     def note_start(self, job: OpenJob) -> None:
         """Store with what the points of a job are taken from now on."""
         job.probe.start()
         calibration, view = self.calibration(), job.probe.view()
         unproven = calibration.unproven
-        if unproven and view.obstacle is not None:
-            unproven = f"{unproven} {view.obstacle.what}"
+        if unproven and view.blocker is not None:
+            unproven = f"{unproven} {view.blocker.what}"
         job.session.conditions.note_calibration(
             f"{calibration.word.value} {calibration.identity}", view.note, unproven
         )

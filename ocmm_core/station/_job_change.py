@@ -19,7 +19,7 @@ from ocmm_core.station._jobs import drop_if_empty, give_back, job_for
 from ocmm_core.station._open_job import CurrentJob, Gear, PlanInUse, open_job
 from ocmm_core.storage import JobFile, JobHead
 
-_NOTHING_CHANGED = "The job before is measured as it was."
+_NOTHING_CHANGED = "The previous job remains active and unchanged."
 
 
 class JobChange:
@@ -117,7 +117,7 @@ class JobChange:
             if after.session.reference_home is not None:
                 # Its points are relative to where the reference body stood when it was begun.
                 pipeline = self._frames.pipeline_from(after.session.reference_home)
-            with self._frames.between():
+            with self._frames.exclusive():
                 self._instruments.note_start(after)
                 if after.use is not before.use:
                     words = _pause_unfinished(before.session, before.file)

@@ -60,8 +60,8 @@ class Looks:
         try:
             status = self.acquisition()
             if self._faults.measuring is None:
-                _, obstacle = self._instruments.hindrance()
-                return self._live.view(status, str(obstacle or ""), self._words_beside)
+                _, blocker = self._instruments.blocking_reason()
+                return self._live.view(status, str(blocker or ""), self._words_beside)
         except Exception as error:
             self._faults.fail(error, "The judging of what is seen")
         return self._live.failed(status, self._faults.reason, self._words_beside)
@@ -73,7 +73,7 @@ class Looks:
         status = self.acquisition()
         ended = ""
         if status.state is AcquisitionState.STOPPED:
-            ended = status.message or "The acquisition has ended."
+            ended = status.message or "Acquisition ended."
         return self._bus.view(ended)
 
     def bus_report(self) -> BusReport | None:

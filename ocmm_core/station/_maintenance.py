@@ -84,7 +84,7 @@ class StationMaintenance:
         """
         self._calibration.write_to_cameras()
 
-    def show_frames_to(self, watcher: Callable[[FrameBlock], None] | None) -> None:
+    def set_frame_tap(self, watcher: Callable[[FrameBlock], None] | None) -> None:
         """Show all frames to a calibration procedure from now on, or to nobody.
 
         It is called on the reconstruction thread. As long as it watches, no points are taken:

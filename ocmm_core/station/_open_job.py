@@ -11,7 +11,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, climate_for
 from ocmm_core.inspection.session import InspectionSession
-from ocmm_core.station._change_watch import ChangeWatch
+from ocmm_core.station._drift_watch import ChangeWatch
 from ocmm_core.station._probe_watch import PAUSE, ProbeWatch
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, ReferenceBody

@@ -71,7 +71,7 @@ class ProbeWatch:
         self._looked_at = -float("inf")
         self._settled = 0
         self._used = max(map(datetime.fromisoformat, job.taken_utc().values()), default=None)
-        self._blows = ShockDetector()
+        self._shocks = ShockDetector()
         self._dropped: Blocker | None = None
 
     def start(self) -> None:
@@ -119,8 +119,8 @@ class ProbeWatch:
         if store is None:
             raise CalibrationError(
                 "probe_record.design",
-                "This job is measured with the probe document: it knows one tip only.",
-                "Start with the folder of records of probes: --probes.",
+                "This job uses the probe document, which defines one tip only.",
+                "Start with the probe record folder: --probes.",
             )
         store.mount(tip, self._job.head.operator, self._clock())
         self.forget()
@@ -134,7 +134,7 @@ class ProbeWatch:
         OcmmError
             A doubt could not be made durable; a blow stops the points all the same.
         """
-        dropped = self._notice_blow(block)
+        dropped = self._notice_shock(block)
         paused = self._notice_pause()
         settled = self.settle()
         return dropped or paused or settled
@@ -166,18 +166,18 @@ class ProbeWatch:
 
     def _judge(self) -> ProbeView:
         view = judge(self.in_use, self._clock())
-        if view.obstacle is None and self._dropped is not None:
-            return replace(view, word=CalibrationStatus.SUSPECT, obstacle=self._dropped)
+        if view.blocker is None and self._dropped is not None:
+            return replace(view, word=CalibrationStatus.SUSPECT, blocker=self._dropped)
         return view
 
-    def _notice_blow(self, block: FrameBlock) -> bool:
-        begun = self._blows.feed(block)
+    def _notice_shock(self, block: FrameBlock) -> bool:
+        begun = self._shocks.feed(block)
         if not len(begun):
             return False
         now = self._clock()
         ago_s = float(block.time_ns[-1] - block.time_ns[begun[0]]) * 1e-9
         self._doubt(
-            f"The probe felt a blow at {now.astimezone():%Y-%m-%d %H:%M}.",
+            f"Probe shock detected at {now.astimezone():%Y-%m-%d %H:%M}.",
             now - timedelta(seconds=ago_s),
         )
         return True
@@ -192,15 +192,14 @@ class ProbeWatch:
             return False
         hours = self._pause.total_seconds() / 3600.0
         self._doubt(
-            f"The probe was not used for more than {hours:g} hours: nobody knows whether its tip "
-            "is still as it was.",
+            f"The probe was not used for more than {hours:g} hours: its tip may have changed.",
             known,
         )
         return True
 
     def _doubt(self, reason: str, since: datetime) -> None:
         """Put the mounted tip in doubt; without a history, for as long as the job runs."""
-        self._dropped = Blocker(reason, "Check the probe, then begin a new job.")
+        self._dropped = Blocker(reason, "Check the probe, then start a new job.")
         self.forget()
         if self._store is not None:
             self._store.doubt(MONITOR, reason, since, self._clock())

@@ -74,13 +74,13 @@ class TouchTaker:
         self._instruments.watch_cameras(track)
         if not tracked.touches:
             return
-        code, obstacle = self._instruments.hindrance()
+        code, blocker = self._instruments.blocking_reason()
         for touch in tracked.touches:
-            if obstacle is None:
+            if blocker is None:
                 self._take(touch)
                 continue
             time_s = float(block.time_ns[-1]) * 1e-9
-            refuse(session, Refusal(code, obstacle.what, obstacle.remedy, time_s), self._events)
+            refuse(session, Refusal(code, blocker.what, blocker.remedy, time_s), self._events)
 
     def _take(self, touch: Touch) -> None:
         job, events = self._current.now, self._events

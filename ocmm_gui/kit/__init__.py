@@ -3,7 +3,7 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Read `_theme` (three themes from one table), `_words` (numbers and sentences), `_marks` (a shape
+Read `_theme` (three themes from one table), `_messages` (numbers and sentences), `_marks` (a shape
 for each outcome), `_actions` (every key as one table), `_sheet` (pages that Esc closes), `_parts`
 and `_painted`. Long work: `_side_process`, `_worker`, `_work_line`. Questions without dialogs:
 `_answer_panel`, `_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
@@ -35,6 +35,38 @@ if TYPE_CHECKING:
         paint_mark,
         status_mark,
         verdict_mark,
+    )
+    from ocmm_gui.kit._messages import (
+        DASHES,
+        PAUSED,
+        active_feature,
+        approach_words,
+        basis_words,
+        characteristics_of,
+        counted_line,
+        feature_title,
+        form_words,
+        has_failed,
+        header_words,
+        is_held,
+        led_name,
+        limit_words,
+        millimetres,
+        mode_words,
+        next_step,
+        outlier_count,
+        outlier_words,
+        progress_word,
+        quantity,
+        reference_led_name,
+        reference_words,
+        seen_cameras,
+        seen_targets,
+        shape_word,
+        slot_names,
+        step_text,
+        trouble,
+        verdict_line,
     )
     from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
     from ocmm_gui.kit._painted import SCENE_LEAST, SCENE_SIZE, Painted
@@ -68,39 +100,7 @@ if TYPE_CHECKING:
         wrapped_pixels,
     )
     from ocmm_gui.kit._triggers import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, Debounced
-    from ocmm_gui.kit._verification_words import session_of
-    from ocmm_gui.kit._words import (
-        DASHES,
-        PAUSED,
-        active_feature,
-        approach_words,
-        basis_words,
-        characteristics_of,
-        counted_line,
-        feature_title,
-        form_words,
-        has_failed,
-        header_words,
-        is_held,
-        led_name,
-        limit_words,
-        millimetres,
-        mode_words,
-        next_step,
-        outlier_count,
-        outlier_words,
-        progress_word,
-        quantity,
-        reference_led_name,
-        reference_words,
-        seen_cameras,
-        seen_targets,
-        shape_word,
-        slot_names,
-        step_text,
-        trouble,
-        verdict_line,
-    )
+    from ocmm_gui.kit._verification_messages import session_of
     from ocmm_gui.kit._work_line import WorkLine
     from ocmm_gui.kit._worker import Failed, Worker
 else:
@@ -123,8 +123,8 @@ else:
             "fitted status_colour text_font verdict_colour wrapped_pixels"
         ),
         _triggers="Debounced FINISH_KEYS TAKE_KEYS UNDO_KEYS",
-        _verification_words="session_of",
-        _words=(
+        _verification_messages="session_of",
+        _messages=(
             "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
             "counted_line feature_title form_words has_failed header_words is_held led_name "
             "limit_words millimetres mode_words next_step outlier_count outlier_words "

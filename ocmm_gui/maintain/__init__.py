@@ -4,8 +4,9 @@ In: records and histories of rig and probe, the report of the bus, older jobs.
 Out: pages, and actions that cannot be taken back, whose key is wanted twice.
 
 Read `_maintain_view` (the list of pages), then the pages: `_calibration_page`, `_probe_page`,
-`_bus_page`, `_probe_design_page`, `_fits_page`, `_recall_sheet`. `_standing` is what the pages of
-calibration and probe share, `_deeds` the actions, the others are tables and pictures of one page.
+`_bus_page`, `_probe_design_page`, `_fits_page`, `_recall_sheet`. `_status_page` is what the pages
+of calibration and probe share, `_confirmed_actions` the actions, the others are tables and pictures
+of one page.
 It must not know the inspector's screens, results, plan editor or wizards.
 """
 
@@ -18,7 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_gui.maintain._bus_page import BusPage
     from ocmm_gui.maintain._calibration_page import CalibrationPage
-    from ocmm_gui.maintain._deeds import ConfirmedActions
+    from ocmm_gui.maintain._confirmed_actions import ConfirmedActions
     from ocmm_gui.maintain._fits_page import FitsPage
     from ocmm_gui.maintain._maintain_view import MaintainView, Page
     from ocmm_gui.maintain._probe_design_page import ProbeDesignPage, plain_body
@@ -29,7 +30,7 @@ else:
         __name__,
         _bus_page="BusPage",
         _calibration_page="CalibrationPage",
-        _deeds="ConfirmedActions",
+        _confirmed_actions="ConfirmedActions",
         _fits_page="FitsPage",
         _maintain_view="MaintainView Page",
         _probe_design_page="ProbeDesignPage plain_body",

@@ -6,7 +6,7 @@ them.
 Read `_far_view` (legible at three metres) and `_desk_view` (all at once), then their parts:
 `_readout`, `_guidance`, `_far_message`, `_target_ring`, `_feature_panel` with `_feature_details`,
 `_plan_list`, `_part_view`, `_status_strip`, `_trust_bar`, `_tip_line`, `_simulated_band`.
-`_job_sheet` starts a job, `_point_choice` chooses a point, `_echo` is what is heard.
+`_job_sheet` starts a job, `_point_choice` chooses a point, `_feedback` is what is heard.
 It must not know results, plan editor, Maintain or wizards.
 """
 
@@ -18,8 +18,8 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.operator._desk_view import DeskView
-    from ocmm_gui.operator._echo import Echo
     from ocmm_gui.operator._far_view import FarView
+    from ocmm_gui.operator._feedback import Feedback
     from ocmm_gui.operator._job_sheet import JobSheet
     from ocmm_gui.operator._point_choice import PointChoice
     from ocmm_gui.operator._simulated_band import SimulatedBand
@@ -29,7 +29,7 @@ else:
     __getattr__ = door(
         __name__,
         _desk_view="DeskView",
-        _echo="Echo",
+        _feedback="Feedback",
         _far_view="FarView",
         _job_sheet="JobSheet",
         _point_choice="PointChoice",
@@ -40,8 +40,8 @@ else:
 
 __all__ = [
     "DeskView",
-    "Echo",
     "FarView",
+    "Feedback",
     "JobSheet",
     "PointChoice",
     "SimulatedBand",

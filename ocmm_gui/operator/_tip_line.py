@@ -30,7 +30,7 @@ class TipLine(QFrame):
         self._pixels = _NEAR_PX
         self._mark = MarkView()
         self._text = QLabel()
-        self._text.setAccessibleName("Standing of the tip")
+        self._text.setAccessibleName("Status of the tip")
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -52,7 +52,9 @@ class TipLine(QFrame):
         self._text.setText(text)
         self._text.setToolTip(text)
         self._paint()
-        if before is not None and (before.hindrance is None) != (view.hindrance is None):
+        if before is not None and (before.blocking_reason is None) != (
+            view.blocking_reason is None
+        ):
             self.turned.emit(view)
 
     def text(self) -> str:
@@ -85,7 +87,7 @@ def tip_mark(view: ProbeView) -> Mark:
         return Mark.BAD
     return {
         CalibrationStatus.VALID: Mark.GOOD,
-        CalibrationStatus.DESIGN: Mark.DONE if view.obstacle is None else Mark.DOUBT,
+        CalibrationStatus.DESIGN: Mark.DONE if view.blocker is None else Mark.DOUBT,
         CalibrationStatus.DUE: Mark.DOUBT,
         CalibrationStatus.SUSPECT: Mark.DOUBT,
     }.get(view.word, Mark.BAD)
@@ -101,14 +103,14 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     if place is TrustPlace.FAR:
         return f"Tip {view.tip}: {word}" if view.tip else f"Probe {view.probe}: {word}"
     ball = f"ball {view.diameter_mm:.4f} mm"
-    if view.word is CalibrationStatus.DESIGN and view.obstacle is None:
-        return f"Probe {view.title}: {word}, as its document says, {ball}."
+    if view.word is CalibrationStatus.DESIGN and view.blocker is None:
+        return f"Probe {view.title}: {word}, nominal geometry, {ball}."
     # Why no points are taken stands in the status strip of the desk view already.
     why = ""
-    if view.obstacle is not None and view.uncalibrated:
-        why = f" {view.obstacle.what}"
-    elif view.obstacle is not None and place is TrustPlace.MAINTAIN:
-        why = f" No points: {view.obstacle}"
+    if view.blocker is not None and view.uncalibrated:
+        why = f" {view.blocker.what}"
+    elif view.blocker is not None and place is TrustPlace.MAINTAIN:
+        why = f" No points: {view.blocker}"
     warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
     usable = view.word in (CalibrationStatus.VALID, CalibrationStatus.DUE) and bool(view.due_utc)
     until = f" until {view.due_utc[:10]}" if usable else ""

@@ -76,7 +76,7 @@ class TrustBar(QFrame):
 
     def _paint(self) -> None:
         theme, view = self._theme, self._view
-        severe = view is not None and (view.uncalibrated or view.obstacle is not None)
+        severe = view is not None and (view.uncalibrated or view.blocker is not None)
         colour = theme.bad if severe else theme.warn
         pixels = self._pixels
         self._mark.setFixedSize(round(1.1 * pixels), round(1.1 * pixels))
@@ -110,10 +110,10 @@ def trust_words(view: CalibrationView, place: TrustPlace) -> str:
     warnings = " ".join(view.warnings)
     if view.uncalibrated:
         if place is TrustPlace.FAR:
-            return "UNCALIBRATED: proves nothing"
-        why = view.obstacle.what if view.obstacle is not None else ""
-        return f"UNCALIBRATED: nothing is proven. {why} {warnings}".strip()
-    if view.obstacle is not None:
-        return f"NO POINTS: {view.obstacle}" if place is TrustPlace.MAINTAIN else ""
+            return "UNCALIBRATED: no proof"
+        why = view.blocker.what if view.blocker is not None else ""
+        return f"UNCALIBRATED: results are not proven. {why} {warnings}".strip()
+    if view.blocker is not None:
+        return f"NO POINTS: {view.blocker}" if place is TrustPlace.MAINTAIN else ""
     # A warning is for who can do something about it, and that is not done three metres off.
     return "" if place is TrustPlace.FAR else warnings

@@ -4,7 +4,7 @@ In: a plan, keys, tables, STEP files, a job to teach from. Out: a plan that is c
 
 Read `_plan_sheet` (the editor), `_draft` (the plan that is written, with its past), `_plan_items`
 and `_item_form` (the list, and the form of one item) with `_form_lines`, which makes the fields
-from the types of the core. `_field_text` and `_field_words` are what stands beside them.
+from the types of the core. `_field_text` and `_field_labels` are what stands beside them.
 `_plan_checks`, `_proposals`, `_importing`, `_teaching` and `_drawn` do what their names say.
 Rules of plans are in `inspection.plan`. It must not know the other sheets.
 """

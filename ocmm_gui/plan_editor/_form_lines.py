@@ -15,7 +15,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 import msgspec
 
-from ocmm_gui.plan_editor._field_words import Words, choices_of, words_of
+from ocmm_gui.plan_editor._field_labels import Words, choices_of, words_of
 
 GIVEN = "given"
 """Stands for the field that tells whether a struct without a tag is there."""

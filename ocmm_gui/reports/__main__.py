@@ -31,7 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
                 path = write_pdf(report, options.out, incomplete=options.incomplete)
                 sys.stdout.write(f"{path}\n")
     except Exception as error:
-        told = contained(error, "The report", "The jobs are as they were.")
+        told = contained(error, "The report", "The jobs are unchanged.")
         sys.stderr.write(f"{told.what} {told.remedy}\n")
         return EXIT_INTERNAL if isinstance(told, InternalError) else 2
     return 0

@@ -110,7 +110,7 @@ def main(arguments: list[str] | None = None) -> int:
         with drawing():
             write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
     except Exception as error:
-        told = contained(error, "The pages of the recall", "What was decided is stored.")
+        told = contained(error, "The pages of the recall", "The decision is stored.")
         sys.stderr.write(f"{told.what} {told.remedy}\n")
         return EXIT_INTERNAL if isinstance(told, InternalError) else 2
     return 0

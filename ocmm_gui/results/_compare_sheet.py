@@ -25,15 +25,15 @@ from ocmm_gui.kit import (
 )
 
 _KEYS = (
-    ActionInfo("folder", "Choose a folder", "Compare the jobs of a folder", ("F7",)),
-    ActionInfo("stop", "Stop reading", "Give up reading the jobs", ("F9",)),
+    ActionInfo("folder", "Choose a folder", "Compare the jobs in a folder", ("F7",)),
+    ActionInfo("stop", "Stop reading", "Stop reading the jobs", ("F9",)),
 )
 _COLUMNS = (
     ("Characteristic", "as in the plan"),
-    ("Parts", "that are counted"),
+    ("Parts", "included"),
     ("Mean", "mm, or degrees for angles"),
-    ("Cp", "tolerance against the scatter of the parts"),
-    ("Cpk", "the same to the nearer limit"),
+    ("Cp", "tolerance relative to the scatter of the parts"),
+    ("Cpk", "relative to the nearer limit"),
     ("Signals", "of the control chart"),
 )
 _NUMBERS = range(1, 6)
@@ -101,8 +101,8 @@ class CompareSheet(Sheet):
         self.file = PathPanel("jobs", "folder", "Compare")
         self.table = TrendTable()
         self.chart = TrendChart()
-        self.words = sentence_label("What the chart says", 15)
-        self.left_out = sentence_label("What is not counted", 14)
+        self.words = sentence_label("Findings of the chart", 15)
+        self.left_out = sentence_label("Excluded", 14)
         self.left_out.setProperty("role", "muted")
         self.reading = WorkLine("Reading the jobs")
         self._work = SideProcess(self)
@@ -127,7 +127,7 @@ class CompareSheet(Sheet):
         self.use_keys(
             {"folder": lambda: self.file.ask(self._folder), "stop": self.stop}, primary="folder"
         )
-        self.say("Choose the folder with the jobs of the batch.")
+        self.say("Select the folder with the jobs of the batch.")
 
     def open(self, folder: Path) -> None:
         """Propose a folder, and read it."""
@@ -145,7 +145,7 @@ class CompareSheet(Sheet):
         if self._work.is_running():
             self._work.cancel()
             self.reading.end()
-            self.say("Reading was stopped; nothing was changed.")
+            self.say("Reading stopped; nothing was changed.")
 
     def close_work(self) -> None:
         """Give up what is being read; call it before the window goes."""

@@ -41,8 +41,8 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.operator import (
     DeskView,
-    Echo,
     FarView,
+    Feedback,
     PointChoice,
     SimulatedBand,
     TipLine,
@@ -101,7 +101,7 @@ class MainWindow(QMainWindow):
         self.far = FarView(self.actions_by_key)
         self._inspect: QWidget = self.desk
         self._use_plan()
-        self._echo = Echo(
+        self._feedback = Feedback(
             sounds, notices,
             lambda: self.far.readout() if self.is_far() else self.desk.readout,
         )  # fmt: skip
@@ -109,7 +109,7 @@ class MainWindow(QMainWindow):
         self.output = Output(bridge, notices, out, self.is_far)
         self.sheets = Sheets(bridge, notices, self.output.folder)
         self.sheets.report.written.connect(self.output.tell_written)
-        self.maintenance = Maintenance(bridge, notices, self._echo, self.actions_by_key)
+        self.maintenance = Maintenance(bridge, notices, self._feedback, self.actions_by_key)
         self.trust = TrustBar()
         self.tip_line = TipLine()
         self.banner = Banner()
@@ -157,8 +157,8 @@ class MainWindow(QMainWindow):
         bridge.evaluating.connect(self._on_evaluating)
         bridge.plan_changed.connect(self._use_plan)
         bridge.job_changed.connect(self._on_job)
-        bridge.point_taken.connect(self._echo.taken)
-        bridge.point_refused.connect(self._echo.refused)
+        bridge.point_taken.connect(self._feedback.taken)
+        bridge.point_refused.connect(self._feedback.refused)
 
     def show_mode(self, mode: Mode) -> None:
         """Show Inspect, as it was left, or Maintain."""
@@ -227,7 +227,7 @@ class MainWindow(QMainWindow):
         self.output.close_work()
         self.maintenance.close_work()
         self._bridge.close()
-        self._echo.close()
+        self._feedback.close()
         self.close_seconds = time.monotonic() - begun
         event.accept()
         self.closed.emit()
@@ -249,7 +249,7 @@ class MainWindow(QMainWindow):
             "refit": bridge.results.refit,
             "previous": lambda: bridge.choice.select_neighbour(-1),
             "next": lambda: bridge.choice.select_neighbour(1),
-            "tone": self._echo.toggle_tone,
+            "tone": self._feedback.toggle_tone,
             "point_after": lambda: choice.step(1),
             "point_before": lambda: choice.step(-1),
             "delete": choice.delete,
@@ -304,11 +304,11 @@ class MainWindow(QMainWindow):
                 view.show_live(live)
         measures = self._stack.currentWidget() in (self.desk, self.far)
         target = self._job.target if measures and self._job is not None else None
-        self._echo.way(target, live.tip_world)
+        self._feedback.way(target, live.tip_world)
 
     def _on_evaluating(self, busy: bool) -> None:
         if busy:
-            self._work.begin("Computing the results")
+            self._work.begin("Calculating the results")
         else:
             self._work.end()
 
@@ -327,7 +327,7 @@ class MainWindow(QMainWindow):
         self.choice.show_job(job)
         self.sheets.job_changed(job)
         if previous is not None:
-            self._echo.announce(previous, job)
+            self._feedback.announce(previous, job)
 
     def _show_job(self, job: JobView) -> None:
         for view in (self.far, self.desk):
@@ -335,16 +335,16 @@ class MainWindow(QMainWindow):
                 view.show_job(job)
 
     def _on_tip_turned(self, view: ProbeView) -> None:
-        if view.hindrance is None:
+        if view.blocking_reason is None:
             self._notices.inform(f"Points are taken again: {view.title} is {view.word.value}.")
             return
-        self._echo.play(Sound.REFUSED)
+        self._feedback.play(Sound.REFUSED)
         # It stands on every screen as long as it lasts.
         self._notices.keep(
             Notice(
                 Level.ERROR,
-                view.hindrance.what,
-                view.hindrance.remedy,
+                view.blocking_reason.what,
+                view.blocking_reason.remedy,
                 "",
                 datetime.now().astimezone(),
             )

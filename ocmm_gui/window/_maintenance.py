@@ -26,7 +26,7 @@ from ocmm_gui.maintain import (
     ProbePage,
     plain_body,
 )
-from ocmm_gui.operator import Echo
+from ocmm_gui.operator import Feedback
 from ocmm_gui.wizards import WIZARDS, Subject, Wizard, site_of
 from ocmm_gui.wizards.pages import DefinitionPage
 
@@ -40,7 +40,7 @@ class Maintenance(QObject):
         The running inspection.
     notices
         Where errors and news go.
-    echo
+    feedback
         What is heard in the wizards.
     actions
         By key.
@@ -55,11 +55,11 @@ class Maintenance(QObject):
         self,
         bridge: StationBridge,
         notices: NoticeCentre,
-        echo: Echo,
+        feedback: Feedback,
         actions: dict[str, QAction],
     ) -> None:
         super().__init__()
-        self._bridge, self._notices, self._echo = bridge, notices, echo
+        self._bridge, self._notices, self._feedback = bridge, notices, feedback
         self.bus = BusPage(bridge.station.looks.bus)
         self.calibration = CalibrationPage(
             bridge.station.instruments.rig,
@@ -76,15 +76,15 @@ class Maintenance(QObject):
         pages = (
             Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
             Page(
-                "Calibration", "Whether the cameras can be trusted", self.calibration,
+                "Calibration", "Calibration status of the cameras", self.calibration,
                 (*_wizards(Subject.CAMERAS), "recall", "write_cameras"),
             ),
             Page(
-                "Probe", "Whether the tip can be trusted", self.probe,
+                "Probe", "Status of probe and tip", self.probe,
                 ("define", "mount", *_wizards(Subject.PROBE)),
             ),
-            Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
-            Page("Fits", "Whether the fits are right, by certified pairs", self.fits),
+            Page("Probe design", "Uncertainty of the tip and its causes", self.probe_design),
+            Page("Fits", "Check of the fits against certified pairs", self.fits),
         )  # fmt: skip
         self._deeds = ConfirmedActions(bridge, notices, self.probe)
         self.view = MaintainView(pages, actions)
@@ -93,11 +93,11 @@ class Maintenance(QObject):
         self.definition.left.connect(self.left)
         self.definition.saved.connect(self._on_defined)
         self.wizard.left.connect(self._on_wizard_left)
-        self.wizard.taken.connect(lambda: echo.play(Sound.TAKEN))
-        self.wizard.sounded.connect(echo.play)
+        self.wizard.taken.connect(lambda: feedback.play(Sound.TAKEN))
+        self.wizard.sounded.connect(feedback.play)
         self.wizard.failed.connect(self._on_wizard_failed)
         bridge.maintenance.cameras_written.connect(
-            lambda: notices.inform("The cameras store the intrinsics of the calibration.")
+            lambda: notices.inform("The cameras now store the intrinsics of the calibration.")
         )
 
     def all(self) -> tuple[QWidget, ...]:
@@ -139,7 +139,7 @@ class Maintenance(QObject):
         self.definition.close_examination()
 
     def _on_wizard_failed(self, error: OcmmError) -> None:
-        self._echo.play(Sound.REFUSED)
+        self._feedback.play(Sound.REFUSED)
         self._notices.error(error)
 
     def _on_wizard_left(self) -> None:
@@ -148,7 +148,7 @@ class Maintenance(QObject):
 
     def _on_defined(self, path: Path) -> None:
         self._notices.inform(
-            f"The probe is in {path}. Start the program with --probe {path}, and calibrate it."
+            f"Probe saved in {path}. Start OCMM with --probe {path} and calibrate it."
         )
 
 

@@ -20,7 +20,7 @@ from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import ProcedureDecision
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import contained
-from ocmm_gui.wizards.parts import Calculation, Seen, ShownProcedure, Tap, Warmth
+from ocmm_gui.wizards.parts import Calculation, Seen, ShownProcedure, Tap, TemperatureReadings
 
 LOOK_S = 0.02
 """Between two looks at whether something is ready to be taken by itself."""
@@ -40,7 +40,7 @@ CLOSE_LIMIT_S = 3.0
 """How long a command that is under way may take when the wizard is left."""
 
 _PART = "The calibration procedure"
-_SAFE = "Every observation taken so far is in the session."
+_SAFE = "All observations so far are saved in the session."
 
 _log = logging.getLogger(__name__)
 
@@ -58,7 +58,7 @@ class WizardDriver(QObject):
         How its result is calculated.
     predict
         Works out how good the result would be by now; None where nothing does.
-    warmth
+    temperature_state
         Of the sensors.
     clock
         The time of day, with its zone.
@@ -80,7 +80,7 @@ class WizardDriver(QObject):
         tap: Tap,
         calculation: Calculation,
         predict: Callable[[], None] | None = None,
-        warmth: Warmth = tuple,
+        temperature_state: TemperatureReadings = tuple,
         clock: Callable[[], datetime] = lambda: datetime.now(UTC),
         parent: QObject | None = None,
     ) -> None:
@@ -89,7 +89,7 @@ class WizardDriver(QObject):
         self._tap = tap
         self._calculation = calculation
         self._predict = predict
-        self._warmth = warmth
+        self._warmth = temperature_state
         self._warmth_at = -float("inf")
         self._clock = clock
         self._view = procedure.view
@@ -239,7 +239,7 @@ class WizardDriver(QObject):
         now = time.monotonic()
         if now - self._warmth_at >= WARMTH_S and base.decision is ProcedureDecision.OPEN:
             self._warmth_at = now
-            self.procedure.note_warmth(self._clock(), self._warmth())
+            self.procedure.record_temperature(self._clock(), self._warmth())
         if self._automatic and base.live.ready and base.decision is ProcedureDecision.OPEN:
             try:
                 self._take()

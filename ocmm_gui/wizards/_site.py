@@ -14,7 +14,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.wizards.parts import Calculation, ShownProcedure, Tap, Warmth
+from ocmm_gui.wizards.parts import Calculation, ShownProcedure, Tap, TemperatureReadings
 
 C = TypeVar("C", bound=str)
 
@@ -34,7 +34,7 @@ class ProbeSite:
         Folder of its records; None where none are kept.
     tip
         Name of the tip that is proposed.
-    obstacle
+    blocker
         Why no records are kept, and what to do; empty where they are.
     hold_s
         The ball rests for so long before a touch is taken by itself: a hand needs time to settle.
@@ -43,7 +43,7 @@ class ProbeSite:
     design: ProbeBody
     store: Path | None
     tip: str = "1"
-    obstacle: tuple[str, str] = ("", "")
+    blocker: tuple[str, str] = ("", "")
     hold_s: float = 0.5
 
 
@@ -63,9 +63,9 @@ class WizardSite:
         Name that is proposed.
     tap
         The frames.
-    warmth
+    temperature_state
         How warm the sensors are now, degrees Celsius, camera by camera; empty where nobody knows.
-    obstacle
+    blocker
         Why no calibrations are kept, and what to do; empty where they are.
     probe
         Where wizards about the probe work; None where nobody asks for them.
@@ -76,8 +76,8 @@ class WizardSite:
     store: Path | None
     who: str
     tap: Tap
-    warmth: Warmth = tuple
-    obstacle: tuple[str, str] = ("", "")
+    temperature_state: TemperatureReadings = tuple
+    blocker: tuple[str, str] = ("", "")
     probe: ProbeSite | None = None
 
 
@@ -85,14 +85,14 @@ def site_of(bridge: StationBridge) -> WizardSite:
     """Return the site of a running inspection."""
     station = bridge.station
     in_use = station.instruments.calibration_in_use
-    obstacle = (
-        "The cameras are taken to be as the rig document says: no calibrations are kept.",
-        "Start the program with --calibrations FOLDER, or with real cameras.",
+    blocker = (
+        "The cameras use the rig document: no calibrations are stored.",
+        "Start OCMM with --calibrations FOLDER, or with real cameras.",
     )
     if in_use.fault is not None:
-        obstacle = (in_use.fault[1].what, in_use.fault[1].remedy)
+        blocker = (in_use.fault[1].what, in_use.fault[1].remedy)
 
-    def warmth() -> tuple[float | None, ...]:
+    def temperature_state() -> tuple[float | None, ...]:
         report = station.looks.bus_report()
         return () if report is None else tuple(one.temperature_c for one in report.cameras)
 
@@ -101,23 +101,23 @@ def site_of(bridge: StationBridge) -> WizardSite:
         body=station.instruments.body,
         store=None if in_use.store is None else in_use.store.folder,
         who=bridge.shown.job.operator,
-        tap=bridge.station.maintenance.show_frames_to,
-        warmth=warmth,
-        obstacle=obstacle,
+        tap=bridge.station.maintenance.set_frame_tap,
+        temperature_state=temperature_state,
+        blocker=blocker,
         probe=_probe_site(bridge),
     )
 
 
 def _probe_site(bridge: StationBridge) -> ProbeSite:
     in_use = bridge.station.instruments.probe_in_use
-    obstacle = (
-        "The probe is taken to be as its document says: no records of it are kept.",
-        "Start the program with --probes FOLDER, or with real cameras.",
+    blocker = (
+        "The probe uses its document: no records of it are stored.",
+        "Start OCMM with --probes FOLDER, or with real cameras.",
     )
     if in_use.store is None and in_use.fault is not None:
-        obstacle = (in_use.fault[1].what, in_use.fault[1].remedy)
+        blocker = (in_use.fault[1].what, in_use.fault[1].remedy)
     store = None if in_use.store is None else in_use.store.folder
-    return ProbeSite(in_use.design, store, in_use.tip or "1", obstacle)
+    return ProbeSite(in_use.design, store, in_use.tip or "1", blocker)
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,13 +130,13 @@ class Offer:
         Its file.
     title
         When it was begun and by whom, and where it stands.
-    obstacle
+    blocker
         Why it cannot go on; empty where it can.
     """
 
     path: Path
     title: str
-    obstacle: str = ""
+    blocker: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -226,8 +226,8 @@ def require_store(site: WizardSite, subject: Subject) -> Path:
     if folder is not None:
         return folder
     if subject is Subject.CAMERAS:
-        raise CalibrationError("wizard.no_store", *site.obstacle)
-    what, remedy = ("No probe is known.", "") if probe is None else probe.obstacle
+        raise CalibrationError("wizard.no_store", *site.blocker)
+    what, remedy = ("No probe selected.", "") if probe is None else probe.blocker
     raise CalibrationError("wizard.no_probe_store", what, remedy)
 
 
@@ -248,9 +248,7 @@ def named(values: Mapping[str, str]) -> str:
     """Return who does it; raise InputError where nobody is named."""
     who = values["who"].strip()
     if not who:
-        raise InputError(
-            "wizard.who", "Nobody is named who does this.", "Write your name into 'Done by'."
-        )
+        raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
     return who
 
 
@@ -263,7 +261,7 @@ def given(values: Mapping[str, str], key: str, what: str) -> Path:
     """Return a file that must be given; raise InputError where it is not."""
     text = values[key].strip()
     if not text:
-        raise InputError("wizard.missing", f"There is no file for {what}.", "Name one.")
+        raise InputError("wizard.missing", f"No file given for {what}.", "Name one.")
     return Path(text).expanduser()
 
 
@@ -276,8 +274,8 @@ def temperature(text: str) -> float | None:
     except ValueError as error:
         raise InputError(
             "wizard.temperature",
-            f"The temperature is {text.strip()!r}, which is no number.",
-            "Write it in degrees Celsius, or leave it empty.",
+            f"The temperature is {text.strip()!r}, which is not a number.",
+            "Enter it in degrees Celsius, or leave it empty.",
         ) from error
     require_temperature("surroundings", value)
     return value

@@ -42,14 +42,14 @@ class StartPage(QWidget):
         self._title = QLabel()
         self._title.setAccessibleName("Wizard")
         self._title.setFont(text_font(28, bold=True))
-        self._purpose = sentence_label("What it is for", 18)
-        self.trouble = sentence_label("Why it cannot begin", 17)
+        self._purpose = sentence_label("Purpose", 18)
+        self.trouble = sentence_label("Why it cannot start", 17)
         self.fields: dict[str, QLineEdit | QComboBox] = {}
         self._form = QGridLayout()
         self._form.setVerticalSpacing(8)
         self._form.setHorizontalSpacing(14)
-        self.begin_button = _large("Begin  [Return]", "Begin a new session")
-        self.resume_button = _large("Go on  [G]", "Go on with the chosen session")
+        self.begin_button = _large("Start  [Return]", "Start a new session")
+        self.resume_button = _large("Resume  [G]", "Resume the selected session")
         self.resume_button.setShortcut("G")
         self.leave_button = _large("Leave  [Esc]", "Leave the wizard")
         self.leave_button.setShortcut("Esc")
@@ -57,12 +57,12 @@ class StartPage(QWidget):
         self.resume_button.clicked.connect(self._resume)
         self.leave_button.clicked.connect(self.left)
         self.list = QListWidget()
-        self.list.setAccessibleName("Sessions that were not finished")
+        self.list.setAccessibleName("Unfinished sessions")
         self.list.setFont(text_font(16))
         self.list.setWordWrap(True)
         self.list.currentRowChanged.connect(self._show_choice)
         self.list.itemActivated.connect(self._resume)
-        self._note = sentence_label("About the chosen session", 15)
+        self._note = sentence_label("Details of the selected session", 15)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(18, 12, 18, 12)
         layout.setSpacing(12)
@@ -90,7 +90,7 @@ class StartPage(QWidget):
         self._offers = tuple(offers)
         self.list.clear()
         for offer in offers:
-            item = QListWidgetItem(f"{'▲ ' if offer.obstacle else ''}{offer.title}", self.list)
+            item = QListWidgetItem(f"{'▲ ' if offer.blocker else ''}{offer.title}", self.list)
             item.setSizeHint(QSize(100, _ROW_PX))
         self._offered.setVisible(bool(offers))
         if offers:
@@ -174,9 +174,9 @@ class StartPage(QWidget):
 
     def _show_choice(self, _row: int = 0) -> None:
         offer = self._offer()
-        self.resume_button.setEnabled(offer is not None and not offer.obstacle)
-        self._note.setText("" if offer is None else offer.obstacle or "Nothing of it was lost.")
-        new = offer is None or bool(offer.obstacle)
+        self.resume_button.setEnabled(offer is not None and not offer.blocker)
+        self._note.setText("" if offer is None else offer.blocker or "Nothing was lost.")
+        new = offer is None or bool(offer.blocker)
         for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
             button.setProperty("role", "primary" if primary else "plain")
             button.style().unpolish(button)
@@ -197,12 +197,12 @@ class StartPage(QWidget):
 
     def _resume(self) -> None:
         offer = self._offer()
-        if offer is not None and not offer.obstacle:
+        if offer is not None and not offer.blocker:
             self.resumed.emit(offer.path)
 
     def _paint(self) -> None:
         offer = self._offer()
-        warned = offer is not None and bool(offer.obstacle)
+        warned = offer is not None and bool(offer.blocker)
         self._note.setStyleSheet(f"color: {self._theme.warn if warned else self._theme.muted};")
         self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
 

@@ -108,7 +108,7 @@ class Wizard(QStackedWidget):
             return
         driver = WizardDriver(
             opened.procedure, self._site.tap, opened.calculation, opened.predict,
-            self._site.warmth, self._clock,
+            self._site.temperature_state, self._clock,
         )  # fmt: skip
         spec = self._spec
         pages = spec.pages(opened.place, opened.procedure)

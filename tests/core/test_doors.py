@@ -92,12 +92,15 @@ def test_a_face_says_what_flows_in_and_out_and_names_files_that_exist(room: str)
         assert (folder / f"{name}.py").is_file(), f"{room} has no file {name}.py"
 
 
-def test_a_room_refuses_a_name_that_it_does_not_give_out() -> None:
-    camera = import_module("ocmm_core.camera")
-    with pytest.raises(AttributeError, match=r"module 'ocmm_core\.camera' has no attribute 'Rigg'"):
-        camera.Rigg  # noqa: B018 - looking is what is tried
+@pytest.mark.parametrize("room", sorted(FACES))
+def test_a_room_refuses_a_name_that_it_does_not_give_out(room: str) -> None:
+    face = import_module(room)
+    with pytest.raises(
+        AttributeError, match=rf"module '{re.escape(room)}' has no attribute 'Rigg'"
+    ):
+        face.Rigg  # noqa: B018 - looking is what is tried
     with pytest.raises(ImportError, match="cannot import name 'Rigg'"):
-        exec("from ocmm_core.camera import Rigg", {})  # noqa: S102 - no checker should see it
+        exec(f"from {room} import Rigg", {})  # noqa: S102 - no checker should see it
 
 
 def test_a_door_loads_a_file_when_its_name_is_asked_for_and_remembers_it(
@@ -142,7 +145,7 @@ def test_a_door_of_no_room_refuses_every_name() -> None:
         # The own room of a test, and faces, are open.
         ("tests/core/camera/test_a.py", "from ocmm_core.camera._rig import Rig", ""),
         ("tests/core/camera/test_a.py", "from ocmm_core.camera import Rig, _rig", ""),
-        ("tests/gui/test_a.py", "from ocmm_gui.kit._words import mm", ""),
+        ("tests/gui/test_a.py", "from ocmm_gui.kit._messages import mm", ""),
         ("tests/core/fieldbus/test_a.py", "from ocmm_core.fieldbus.wire._port import Port", ""),
         ("benchmarks/a.py", "from ocmm_core.camera import Rig", ""),
         ("benchmarks/a.py", "from ocmm_core import __version__", ""),

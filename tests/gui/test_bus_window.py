@@ -56,9 +56,9 @@ class WireBench:
             self.window.activateWindow()
         self.bridge.start()
 
-    def do(self, deed: FaultKind) -> float:
+    def do(self, command: FaultKind) -> float:
         """Do something to the second camera and return when it took effect, s."""
-        self._ask.sendto(msgspec.json.encode(CameraDeed(do=deed, camera=1)), self._control)
+        self._ask.sendto(msgspec.json.encode(CameraDeed(do=command, camera=1)), self._control)
         answer = msgspec.json.decode(self._ask.recv(4096), type=DeedAnswer)
         assert not answer.error
         return answer.monotonic_ns * 1e-9

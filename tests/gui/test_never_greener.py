@@ -16,7 +16,7 @@ from ocmm_core.inspection.evaluation import FeatureState, JobView
 from ocmm_core.tolerances.decisions import LOWEST_TUR, WORST_FIRST, PartWord, Verdict
 from ocmm_core.tracking import load_probe
 from ocmm_gui.kit import NoticeCentre, Sound, SoundPlayer, counted_line, make_actions
-from ocmm_gui.operator import DeskView, Echo, FarView
+from ocmm_gui.operator import DeskView, FarView, Feedback
 from ocmm_gui.results._result_table import ResultTable
 from tests.core.export.sample_report import sample_report
 from tests.generated_jobs import generated_job, is_greener
@@ -127,7 +127,7 @@ def test_no_sound_is_greener_than_the_worst_characteristic(
 ) -> None:
     far, _, _ = screens
     ear = _Ear()
-    echo = Echo(ear, NoticeCentre(), far.readout)
+    feedback = Feedback(ear, NoticeCentre(), far.readout)
     heard = 0
     for seed in range(JOBS):
         job, _ = generated_job(seed)
@@ -146,7 +146,7 @@ def test_no_sound_is_greener_than_the_worst_characteristic(
             looked_at="",
         )
         ear.heard.clear()
-        echo.announce(before, job)
+        feedback.announce(before, job)
         verdicts = [truth(job, last)]
         if job.complete:
             verdicts += [item.verdict for item in job.characteristics]

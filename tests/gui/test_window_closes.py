@@ -43,7 +43,7 @@ def test_the_event_loop_answers_while_points_arrive(qtbot: QtBot, open_window: O
     bench = open_window(speed=1.0, stay=True)
     latencies: list[float] = []
 
-    class Echo(QObject):
+    class Feedback(QObject):
         asked = Signal(float)
 
         def __init__(self) -> None:
@@ -53,10 +53,10 @@ def test_the_event_loop_answers_while_points_arrive(qtbot: QtBot, open_window: O
         def answer(self, at: float) -> None:
             latencies.append(time.perf_counter() - at)
 
-    echo = Echo()
+    feedback = Feedback()
     until = time.monotonic() + 3.0
     while time.monotonic() < until:
-        echo.asked.emit(time.perf_counter())
+        feedback.asked.emit(time.perf_counter())
         qtbot.wait(5)
     latencies.sort()
     # The limit of the benchmark is 50 ms at 8 kHz on an idle machine; this is only a smoke test

@@ -24,7 +24,7 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.calibration.records import State
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import ShowTarget
+from ocmm_core.simulation.calibration_scenes import TargetScene
 from ocmm_gui.wizards.pages import ResultPage
 from ocmm_gui.wizards.parts import KnownPointsPage
 from tests.gui.wizard_bench import WizardBench
@@ -48,8 +48,8 @@ def _list(folder: Path, points: KnownPoints) -> str:
     return str(path)
 
 
-def _scene(points: KnownPoints, first: int, last: int) -> ShowTarget:
-    return ShowTarget(positions=tuple(map(tuple, points.positions_world[first:last].tolist())))
+def _scene(points: KnownPoints, first: int, last: int) -> TargetScene:
+    return TargetScene(positions=tuple(map(tuple, points.positions_world[first:last].tolist())))
 
 
 def _collected(
@@ -184,7 +184,7 @@ def test_result_compared_accepted_and_compared_again(bench: WizardBench) -> None
     assert f"{outcome.record.rms_px:.4f} px RMS" == page.facts.value("Residuals")
     bench.key(Qt.Key.Key_A)
     assert bench.runner.decision.isVisible()
-    assert bench.runner.decision.question() == "Put this calibration in force?"
+    assert bench.runner.decision.question() == "Activate this calibration?"
     reason = bench.wizard.focusWidget()
     assert isinstance(reason, QLineEdit)
     # Letters and blanks that are keys of the wizard belong to the reason.
@@ -194,7 +194,7 @@ def test_result_compared_accepted_and_compared_again(bench: WizardBench) -> None
     QTest.keyClick(reason, Qt.Key.Key_Return)
     bench.until(lambda: bench.seen.view.base.stored)
     store = bench.use_store_of_bench()
-    assert store.standing(bench.bench.now()).state is State.SUSPECT
+    assert store.status(bench.bench.now()).state is State.SUSPECT
     assert store.events[-1].reason == "a new lens k"
     bench.until(lambda: "Verify it" in bench.runner.gate.text())
     assert not bench.runner.buttons["keep"].isEnabled()
@@ -229,7 +229,7 @@ def test_a_calculation_is_given_up_and_done_again(bench: WizardBench) -> None:
     bench.key(Qt.Key.Key_C)
     bench.until(lambda: page.word() == "NO RESULT")
     assert "given up" in page.sentence.text()
-    bench.until(lambda: "no result to accept" in bench.runner.gate.text())
+    bench.until(lambda: "No result to accept" in bench.runner.gate.text())
     # It does not begin again by itself; leaving while it runs ends it.
     QTest.qWait(200)
     assert bench.seen.calculating_s is None
@@ -255,7 +255,7 @@ def test_a_list_in_the_wrong_order_is_refused_in_words(bench: WizardBench) -> No
 @pytest.mark.parametrize(
     ("values", "said"),
     [
-        ({"points": ""}, "There is no file for the list of reference points."),
+        ({"points": ""}, "No file given for the list of reference points."),
         ({"points": "/nowhere.csv"}, "nowhere.csv"),
         ({"who": " "}, "Nobody is named"),
         ({"temperature": "warm"}, "no number"),

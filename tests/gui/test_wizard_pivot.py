@@ -218,7 +218,7 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
     wizard.key(Qt.Key.Key_A)
     wizard.key(Qt.Key.Key_Return, wizard.wizard.focusWidget())
     wizard.until(lambda: wizard.seen.view.base.stored)
-    assert sweeps.store().standing("T1", wizard.bench.now()).state is State.SUSPECT
+    assert sweeps.store().status("T1", wizard.bench.now()).state is State.SUSPECT
     wizard.until(lambda: "Qualify the tip" in wizard.runner.gate.text())
     wizard.key(Qt.Key.Key_Escape)
 
@@ -232,7 +232,7 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
         -1
     ].startswith("+10")
     wizard.key(Qt.Key.Key_A)
-    assert wizard.runner.decision.question() == "The tip changed by 0.100 mm. Why?"
+    assert wizard.runner.decision.question() == "The tip moved by 0.100 mm. Why?"
     reason = wizard.wizard.focusWidget()
     assert isinstance(reason, QLineEdit)
     # Without a reason Yes does nothing.
@@ -251,6 +251,6 @@ def test_sweeps_that_contradict_each_other_give_no_result(sweeps: Sweeps) -> Non
     sweeps.taken(replace(body, tip_probe=body.tip_probe + np.array([0.0, 0.0, 0.2])))
     page = sweeps.result()
     assert page.word() == "NO RESULT"
-    assert "second sweep puts the tip" in page.sentence.text()
+    assert "second sweep places the tip" in page.sentence.text()
     assert not sweeps.wizard.runner.buttons["accept"].isEnabled()
     assert sweeps.store().tips == ()

@@ -16,7 +16,7 @@ from ocmm_core.calibration.guided import CalibrationOutcome, ProcedureKind, Relo
 from ocmm_core.calibration.records import State
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.composition import VirtualSite, scenes_of_relocation
-from ocmm_core.simulation.calibration_scenes import SEATS, ShowBar, TouchSeats, Wave
+from ocmm_core.simulation.calibration_scenes import SEATS, FreeMotionScene, ShowBar, TouchSeats
 from ocmm_gui.wizards.pages import BarPage, ResultPage, WavePage, WorldPage
 from ocmm_gui.wizards.pages._relocation_pages import example_places
 from ocmm_gui.wizards.parts import SeatsPage
@@ -58,7 +58,7 @@ def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(
     assert page.score.number() == "0 %"
     # Both hands are full: what is ready is taken by itself from the beginning.
     bench.until(lambda: bench.seen.automatic)
-    taken = bench.show(None, Wave(ways=3, seed=1))
+    taken = bench.show(None, FreeMotionScene(ways=3, seed=1))
     assert taken >= 10
     view = bench.seen.view
     assert isinstance(view, RelocationView)
@@ -68,7 +68,7 @@ def test_waving_fills_the_volume_without_a_key_and_says_what_is_missing(
     assert page.picture.accessibleDescription().startswith(f"Missing: {first}")
     assert "upright" in page.tilts.accessibleDescription()
     assert page.length.number() == "–"
-    assert "not shown enough" in bench.runner.gate.text()
+    assert "Missing probe poses" in bench.runner.gate.text()
     assert not bench.runner.buttons["next"].isEnabled()
     bench.key(Qt.Key.Key_Y)
     bench.until(lambda: not bench.seen.automatic)
@@ -90,7 +90,7 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     bench.step("bar")
     page = bench.runner.page()
     assert isinstance(page, BarPage)
-    assert page.picture.accessibleDescription() == "One way to show the bar next"
+    assert page.picture.accessibleDescription() == "A suitable next bar placement"
     bench.key(Qt.Key.Key_Y)
     bench.until(lambda: bench.seen.automatic)
     assert isinstance(bar, ShowBar)
@@ -104,7 +104,7 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     bench.until(lambda: bench.seen.automatic)
     assert bench.show(None, seats) == 3
     bench.until(lambda: world.score.number() == "3 / 3")
-    assert world.seats.accessibleDescription() == "3 of 3 points are taken"
+    assert world.seats.accessibleDescription() == "3 of 3 points taken"
     bench.step("again")
     page_again = bench.runner.page()
     assert isinstance(page_again, SeatsPage)
@@ -113,7 +113,7 @@ def test_the_bar_and_the_points_of_a_new_world(bench: WizardBench) -> None:
     bench.key(Qt.Key.Key_Y)
     bench.until(lambda: bench.seen.automatic)
     assert bench.show(None, again) == 2
-    bench.until(lambda: page_again.picture.accessibleDescription() == "both seats were visited")
+    bench.until(lambda: page_again.picture.accessibleDescription() == "both seats visited")
 
 
 @pytest.mark.slow
@@ -148,7 +148,7 @@ def test_a_moved_frame_is_found_again_and_accepted(bench: WizardBench) -> None:
     bench.until(lambda: bench.seen.view.base.stored)
     store = bench.use_store_of_bench()
     assert len(store.records()) == 2
-    assert store.standing(site.now()).state is State.SUSPECT
+    assert store.status(site.now()).state is State.SUSPECT
 
 
 def test_a_world_of_known_points_needs_their_list(bench: WizardBench) -> None:

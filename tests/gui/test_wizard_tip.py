@@ -161,7 +161,7 @@ def test_a_verdict_is_shown_stored_and_compared_with_the_one_before(bench: TipBe
         wizard.key(Qt.Key.Key_Return, wizard.wizard.focusWidget())
         wizard.until(lambda: wizard.seen.view.base.stored)
         wizard.key(Qt.Key.Key_Escape)
-    assert bench.store().standing(TIP, wizard.bench.now()).state is State.VALID
+    assert bench.store().status(TIP, wizard.bench.now()).state is State.VALID
 
 
 @pytest.mark.slow
@@ -187,7 +187,7 @@ def test_a_tip_that_is_too_long_fails_the_check_in_words(qtbot: QtBot, tmp_path:
         wizard.key(Qt.Key.Key_A)
         wizard.key(Qt.Key.Key_Return, wizard.wizard.focusWidget())
         wizard.until(lambda: wizard.seen.view.base.stored)
-        assert bench.store().standing(TIP, site.now()).state is State.SUSPECT
+        assert bench.store().status(TIP, site.now()).state is State.SUSPECT
     finally:
         wizard.close()
 

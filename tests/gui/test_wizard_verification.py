@@ -67,7 +67,7 @@ def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -
     bench.until(lambda: bench.seen.automatic)
     places = ((-100.0, -40.0, -80.0), (100.0, 40.0, 60.0))
     assert bench.show(None, TouchSeats(tips=places, seed=1)) == 2
-    bench.until(lambda: seats.picture.accessibleDescription() == "both seats were visited")
+    bench.until(lambda: seats.picture.accessibleDescription() == "both seats visited")
     bench.step("lines")
     page = bench.runner.page()
     assert isinstance(page, LinesPage)
@@ -87,7 +87,7 @@ def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -
     bench.key(Qt.Key.Key_Backspace)
     bench.key(Qt.Key.Key_N)
     bench.until(lambda: len(bench.errors) == 1)
-    assert "may not be taken again" in bench.errors[0].what
+    assert "cannot be repeated" in bench.errors[0].what
     assert page.score.number() == "6 / 42"
 
 
@@ -95,7 +95,7 @@ def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -
 def test_a_passed_verification_makes_the_calibration_valid(bench: WizardBench) -> None:
     _measured(bench)
     store = bench.use_store_of_bench()
-    assert store.standing(bench.bench.now()).state is State.SUSPECT
+    assert store.status(bench.bench.now()).state is State.SUSPECT
     page = _verdict(bench)
     assert page.word() == "PASSED"
     outcome = bench.seen.view.outcome
@@ -113,7 +113,7 @@ def test_a_passed_verification_makes_the_calibration_valid(bench: WizardBench) -
     assert bench.runner.decision.question() == "Store this verdict?"
     bench.key(Qt.Key.Key_Return)
     bench.until(lambda: bench.seen.view.base.stored)
-    assert bench.use_store_of_bench().standing(bench.bench.now()).state is State.VALID
+    assert bench.use_store_of_bench().status(bench.bench.now()).state is State.VALID
 
 
 @pytest.mark.slow
@@ -125,7 +125,7 @@ def test_a_failed_verification_says_so_and_keeps_the_calibration_suspect(
     page = _verdict(bench)
     assert page.word() == "FAILED"
     assert page.facts.value("Checks") == "1 of 37 failed"
-    assert "If one line alone failed, take it again, once" in page.sentence.text()
+    assert "If only one line failed, repeat it once" in page.sentence.text()
     # The line that failed may be taken once more: back to the lines, where it is missing.
     bench.key(Qt.Key.Key_N)
     bench.enters("lines")

@@ -120,7 +120,7 @@ def test_frames_of_the_station_reach_the_procedure_and_measure_nothing(
 def test_no_point_is_taken_while_a_procedure_watches(qtbot: QtBot, open_window: OpenWindow) -> None:
     bench = open_window(speed=4.0)
     frames: list[FrameBlock] = []
-    bench.bridge.station.maintenance.show_frames_to(frames.append)
+    bench.bridge.station.maintenance.set_frame_tap(frames.append)
     touches = bench.built.virtual
     assert touches is not None
     third = touches.truth.touches[2].last_frame
@@ -129,7 +129,7 @@ def test_no_point_is_taken_while_a_procedure_watches(qtbot: QtBot, open_window: 
     )
     assert sum(len(feature.points) for feature in bench.bridge.shown.job.features) == 0
     assert bench.bridge.shown.job.refusal is None
-    bench.bridge.station.maintenance.show_frames_to(None)
+    bench.bridge.station.maintenance.set_frame_tap(None)
     qtbot.waitUntil(
         lambda: sum(len(feature.points) for feature in bench.bridge.shown.job.features) > 0,
         timeout=PATIENCE_MS,

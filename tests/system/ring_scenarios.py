@@ -117,8 +117,8 @@ def _look(watch: FrameWatch, seen: Watched, seconds: float, *, until_frames: boo
 
 def _break(control: str, *, broken: bool) -> None:
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as ask:
-        deed = CameraDeed(do=FaultKind.BREAK, camera=0, value=int(broken))
-        ask.sendto(msgspec.json.encode(deed), control)
+        command = CameraDeed(do=FaultKind.BREAK, camera=0, value=int(broken))
+        ask.sendto(msgspec.json.encode(command), control)
 
 
 if __name__ == "__main__":

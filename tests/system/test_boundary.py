@@ -94,7 +94,7 @@ PLACES = (
     Place("ocmm_core.measuring._trigger.TouchCollector.feed", IndexError),
     Place("ocmm_core.inspection.session._intake.average", ArithmeticError),
     Place("ocmm_core.inspection.session._acceptance.judge_touch", KeyError),
-    Place("ocmm_core.inspection.session._meaning.assign_touch", AttributeError),
+    Place("ocmm_core.inspection.session._assignment.assign_touch", AttributeError),
     Place("ocmm_core.inspection.session._intake.TouchIntake.take", RecursionError),
     # Storage.
     Place("ocmm_core.storage._job_file.insert_point", MemoryError),
@@ -104,12 +104,12 @@ PLACES = (
     Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
     Place("ocmm_core.inspection.session._job_view.evaluate_job", RuntimeError),
     Place("ocmm_core.inspection.evaluation._evaluation.evaluate_all", ValueError),
-    Place("ocmm_core.inspection.evaluation._evaluation.joint_covariance", MemoryError),
+    Place("ocmm_core.inspection.evaluation._evaluation.joint_factors", MemoryError),
     Place("ocmm_core.inspection.session._job_view.coverage_of", IndexError),
     Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
     # Monitor and watches.
     Place("ocmm_core.calibration.monitor._monitor.CalibrationMonitor.feed", ValueError),
-    Place("ocmm_core.calibration.guided._blows.ShockDetector.feed", OSError),
+    Place("ocmm_core.calibration.guided._shocks.ShockDetector.feed", OSError),
     Place("ocmm_core.station._probe_watch.judge", LookupError),
     Place("ocmm_core.station._calibration_watch.judge", AssertionError),
     Place("ocmm_core.station.stream._probe_button.ButtonWatch.feed", NotImplementedError),
@@ -324,7 +324,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
 
     if place.becomes == COMMAND:
         assert len(reader.acknowledged) == ALL_POINTS
-        assert "Every point that was taken is in its job file." in ended.err
+        assert "All points taken are saved in the job file." in ended.err
         return
     fault = station.faults.measuring
     if place.becomes == BESIDE:

@@ -6,7 +6,7 @@ Out: cameras, probe and poses that fit best, their covariance, wrong spots, and 
 Read `_state` (unknowns, order of columns, observations), `_start` (first values), `_bundle` (the
 adjustment) with `_kernel` (poses are eliminated one by one), then `_robust` (wrong spots).
 `_culprit` frees one suspect after the other; `_culprit_history`, `_culprit_points` and
-`_culprit_words` say when, which point, and what to do.
+`_culprit_messages` say when, which point, and what to do.
 It must not know guided procedures or sessions: arrays in, a solution out.
 """
 
@@ -18,11 +18,11 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.bundle import _kernel as kernel
-    from ocmm_core.calibration.bundle._bundle import adjust, common_covariance, misses
+    from ocmm_core.calibration.bundle._bundle import adjust, common_covariance, residuals
     from ocmm_core.calibration.bundle._culprit import Culprit, CulpritVerdict, Suspect, examine, fit
     from ocmm_core.calibration.bundle._culprit_history import Block, restored
+    from ocmm_core.calibration.bundle._culprit_messages import Names, accuse
     from ocmm_core.calibration.bundle._culprit_points import explain_points, scale_between
-    from ocmm_core.calibration.bundle._culprit_words import Names, accuse
     from ocmm_core.calibration.bundle._kernel import N_CAMERA, eliminate
     from ocmm_core.calibration.bundle._robust import RobustMinimum, adjust_robustly
     from ocmm_core.calibration.bundle._start import solvable, start_bars, start_poses, start_shape
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _bundle="adjust common_covariance misses",
+        _bundle="adjust common_covariance residuals",
         _culprit="Culprit Suspect CulpritVerdict examine fit",
         _culprit_history="Block restored",
         _culprit_points="explain_points scale_between",
-        _culprit_words="Names accuse",
+        _culprit_messages="Names accuse",
         _kernel="N_CAMERA eliminate kernel",
         _robust="RobustMinimum adjust_robustly",
         _start="solvable start_bars start_poses start_shape",
@@ -62,7 +62,7 @@ __all__ = [
     "explain_points",
     "fit",
     "kernel",
-    "misses",
+    "residuals",
     "restored",
     "scale_between",
     "solvable",

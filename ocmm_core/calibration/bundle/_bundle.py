@@ -37,7 +37,7 @@ class _Group:
     factors: Float
     y: Float
     z: Float
-    slopes: Float
+    jacobian: Float
     diagonals: Float
 
     @classmethod
@@ -50,7 +50,7 @@ class _Group:
 
     def outputs(self) -> tuple[Float, Float, Float, Float, Float]:
         """Return the arrays in the order of the kernel."""
-        return self.factors, self.y, self.z, self.slopes, self.diagonals
+        return self.factors, self.y, self.z, self.jacobian, self.diagonals
 
     def reduce(self, normal: Float, gradient: Float) -> None:
         """Take the Schur complement of these frames off the common normal equations."""
@@ -67,7 +67,7 @@ class _Group:
 
     def predicted(self, steps: Float, damping: float) -> float:
         """Return what the steps are to lower chi-square by, as far as these frames say."""
-        return float(np.sum(steps * (damping * self.diagonals * steps - self.slopes)))
+        return float(np.sum(steps * (damping * self.diagonals * steps - self.jacobian)))
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,7 +160,7 @@ def linearise(data: BundleData, prior: Prior, state: BundleState, damping: float
     )
 
 
-def misses(data: BundleData, state: BundleState) -> tuple[Float, Float]:
+def residuals(data: BundleData, state: BundleState) -> tuple[Float, Float]:
     """Return by how much all spots and those of the bars are missed, as in `miss_frames`."""
     packed = state.packed()
     of_frames, of_bars = np.empty(data.uv.shape), np.empty(data.bar_uv.shape)

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import chdtri
 
-from ocmm_core.calibration.bundle._bundle import common_covariance, linearise, misses
+from ocmm_core.calibration.bundle._bundle import common_covariance, linearise, residuals
 from ocmm_core.calibration.bundle._state import BundleData, BundleState, Prior
 from ocmm_core.geometry import Float
 
@@ -210,7 +210,7 @@ class BlockHistory:
         for block, share in zip(self.blocks, profile, strict=True):
             frames[block.frames] = share
             bars[block.placements] = share
-        was, now = misses(self.data, self.state), misses(self.data, changed)
+        was, now = residuals(self.data, self.state), residuals(self.data, changed)
         return replace(
             self.data,
             uv=self.data.uv - frames[:, None, None, None] * _between(was[0], now[0]),

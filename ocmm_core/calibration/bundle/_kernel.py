@@ -120,7 +120,7 @@ def schur_reduce_poses(
     cameras: Float, leds: Float, tip: Float, seat_positions: Float, seat_weight: float,
     led_columns: int, seat_columns: int, uv: Float, weights: Float, seats: Int,
     rotations: Float, origins: Float, damping: float,
-    u: Float, b: Float, factors: Float, y: Float, z: Float, slopes: Float, diagonals: Float,
+    u: Float, b: Float, factors: Float, y: Float, z: Float, jacobian: Float, diagonals: Float,
 ) -> float:  # fmt: skip
     """Add all frames to U and b, leave their factor, Y and z; return the sum of squares.
 
@@ -148,7 +148,7 @@ def schur_reduce_poses(
     factors, y, z
         (n, 6, 6), (n, 6, k') and (n, 6), out; k' <= k, the first columns. Frames without a seat
         need no more than those of cameras and LEDs.
-    slopes, diagonals
+    jacobian, diagonals
         (n, 6), out: gradient by the pose, and the diagonal of its normal matrix.
     """
     n_frames, n_cameras, n_leds = weights.shape
@@ -217,7 +217,7 @@ def schur_reduce_poses(
                 add_to_frame(v, w, g, u_pose, v_pose, first, u_row, v_row, miss_u, miss_v)
         # An identity keeps the factor regular; its step then is z = 0.
         if not used:
-            slopes[n] = 0.0
+            jacobian[n] = 0.0
             diagonals[n] = 0.0
             for i in range(6):
                 v[i, i] = 1.0
@@ -267,7 +267,7 @@ def schur_reduce_poses(
         for i in range(6):
             # Before the elimination overwrites them: the solver predicts the gain of its step from
             # these.
-            slopes[n, i] = g[i]
+            jacobian[n, i] = g[i]
             diagonals[n, i] = v[i, i]
         if not eliminate(v, w, g, damping):
             return np.inf
@@ -276,7 +276,7 @@ def schur_reduce_poses(
 
 @compiled(camera_kernel)
 def miss_frames(
-    cameras: Float, leds: Float, uv: Float, rotations: Float, origins: Float, misses: Float
+    cameras: Float, leds: Float, uv: Float, rotations: Float, origins: Float, residuals: Float
 ) -> None:
     """Write by how much the spots are missed.
 
@@ -284,7 +284,7 @@ def miss_frames(
     ----------
     cameras, leds, uv, rotations, origins
         As in `schur_reduce_poses`; NaN where not seen.
-    misses
+    residuals
         (n, C, L, 2), out: predicted minus observed, px; NaN where not seen, infinite behind the
         camera.
     """
@@ -295,8 +295,8 @@ def miss_frames(
             at = rotations[n] @ leds[led] + origins[n]
             for c in range(n_cameras):
                 _, u, v = spot_rows(cameras[c], at[0], at[1], at[2], u_row, v_row)
-                misses[n, c, led, 0] = u - uv[n, c, led, 0]
-                misses[n, c, led, 1] = v - uv[n, c, led, 1]
+                residuals[n, c, led, 0] = u - uv[n, c, led, 0]
+                residuals[n, c, led, 1] = v - uv[n, c, led, 1]
 
 
 @compiled(algebra)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.bundle._bundle import BundleMinimum, adjust, misses
+from ocmm_core.calibration.bundle._bundle import BundleMinimum, adjust, residuals
 from ocmm_core.calibration.bundle._start import solvable
 from ocmm_core.calibration.bundle._state import BundleData, BundleState, Prior
 from ocmm_core.calibration.cameras import OUTLIER_PROBABILITY
@@ -31,14 +31,14 @@ class RobustMinimum:
         With the weights of what was left out set to zero.
     distances
         (n, C, L): length of every spot's miss in sigmas, of those left out too; NaN if not seen.
-    misses
+    residuals
         (n, C, L, 2), predicted minus observed, px, likewise.
     """
 
     minimum: BundleMinimum
     data: BundleData
     distances: Float
-    misses: Float
+    residuals: Float
 
     @property
     def used(self) -> NDArray[np.bool_]:
@@ -70,8 +70,8 @@ def adjust_robustly(data: BundleData, prior: Prior, start: BundleState) -> Robus
         chosen = again
         if same:
             break
-    distances, _, misses = _judge(data, state)
-    return RobustMinimum(minimum, chosen, distances, misses)
+    distances, _, residuals = _judge(data, state)
+    return RobustMinimum(minimum, chosen, distances, residuals)
 
 
 def scale_of(distances: Float) -> float:
@@ -114,7 +114,7 @@ def _judge(data: BundleData, state: BundleState) -> tuple[Float, Float, Float]:
 
     What has no weight from the beginning has no distance.
     """
-    of_frames, of_bars = misses(data, state)
+    of_frames, of_bars = residuals(data, state)
     return _lengths(of_frames, data.weights), _lengths(of_bars, data.bar_weights), of_frames
 
 

@@ -98,7 +98,7 @@ def empty_rows() -> tuple[Float, Float]:
 
 @njit(cache=True, nogil=True, error_model="numpy")  # type: ignore[untyped-decorator] # as above
 def project_points_with_jacobian(
-    packed: Float, points: Float, uv: Float, whitening: Float, misses: Float, rows: Float
+    packed: Float, points: Float, uv: Float, whitening: Float, residuals: Float, rows: Float
 ) -> None:
     """Write whitened misses and their derivatives.
 
@@ -110,7 +110,7 @@ def project_points_with_jacobian(
         (n, 3), mm, world, and (n, 2), px.
     whitening
         (3, n), 1/px: lower triangle (00, 10, 11) of each point.
-    misses
+    residuals
         (2, n), out: predicted minus observed, whitened; infinite behind the camera.
     rows
         (p, 2, n), out: its derivatives by the first p of `lens.ALL_PARAMETERS`, p from 14 to 17.
@@ -121,15 +121,15 @@ def project_points_with_jacobian(
         depth, u, v = spot_rows(packed, points[n, 0], points[n, 1], points[n, 2], u_row, v_row)
         if not depth > 0.0:
             # An infinite cost makes the solver take the step back.
-            misses[0, n] = misses[1, n] = np.inf
+            residuals[0, n] = residuals[1, n] = np.inf
             for k in range(terms):
                 rows[k, 0, n] = rows[k, 1, n] = 0.0
             continue
         # Whitening by a lower triangle K with K'K the inverse of the covariance of the spot, 1/px:
         # it makes the two numbers independent, with variance one.
         first, across, second = whitening[0, n], whitening[1, n], whitening[2, n]
-        misses[0, n] = first * (u - uv[n, 0])
-        misses[1, n] = across * (u - uv[n, 0]) + second * (v - uv[n, 1])
+        residuals[0, n] = first * (u - uv[n, 0])
+        residuals[1, n] = across * (u - uv[n, 0]) + second * (v - uv[n, 1])
         for k in range(terms):
             rows[k, 0, n] = first * u_row[k]
             rows[k, 1, n] = across * u_row[k] + second * v_row[k]

@@ -54,13 +54,13 @@ class ProjectedPoints:
 
     Attributes
     ----------
-    misses
+    residuals
         (2, n): u and v of predicted minus observed, whitened; infinite behind the camera.
     rows
         (terms, 2, n): derivatives in the order of `ALL_PARAMETERS`.
     """
 
-    misses: Float
+    residuals: Float
     rows: Float
 
 
@@ -88,12 +88,12 @@ def project_with_jacobian(
     if whitening is None:
         whitening = np.ones((3, n))
         whitening[1] = 0.0
-    misses, rows = np.empty((2, n)), np.empty((terms, 2, n))
+    residuals, rows = np.empty((2, n)), np.empty((terms, 2, n))
     # Data from files may lie in another byte order, which the kernel does not take.
     points = np.ascontiguousarray(points_world, dtype=np.float64)
     spots = np.ascontiguousarray(uv, dtype=np.float64)
-    project_points_with_jacobian(camera.packed(), points, spots, whitening, misses, rows)
-    return ProjectedPoints(misses, rows)
+    project_points_with_jacobian(camera.packed(), points, spots, whitening, residuals, rows)
+    return ProjectedPoints(residuals, rows)
 
 
 def by_point(camera: LensCamera, rows: Float) -> Float:
@@ -110,4 +110,4 @@ def by_point(camera: LensCamera, rows: Float) -> Float:
 
 def project_extended(camera: LensCamera, points_world: Points3) -> Pixels:
     """Return the pixel coordinates (n, 2) of world points (n, 3), mm; infinite behind it."""
-    return project_with_jacobian(camera, points_world, N_PARAMETERS).misses.T
+    return project_with_jacobian(camera, points_world, N_PARAMETERS).residuals.T

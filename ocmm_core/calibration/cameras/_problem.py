@@ -48,7 +48,7 @@ class CameraProblem:
         terms = max(N_PARAMETERS, self.free[-1] + 1)
         seen = project_with_jacobian(state, self.points_world, terms, self.uv, self.whitening)
         rows = seen.rows if terms == len(self.free) else seen.rows[list(self.free)]
-        return seen.misses.reshape(-1), rows.reshape(len(self.free), -1).T
+        return seen.residuals.reshape(-1), rows.reshape(len(self.free), -1).T
 
     def miss(self, state: LensCamera) -> Pixels:
         """Return predicted minus observed, (n, 2), px."""

@@ -5,7 +5,7 @@ Out: snapshots of the procedure for any screen, averaged observations, a record 
 
 Read `_procedure` (steps and their gates) and `_procedure_views` (the snapshots), `_session` and
 `_session_events` (state follows from a file), `_collecting` (from frames to observations),
-`_labelling` (LEDs before cameras are known), `_seats`, `_repeats`, `_session_drift` and `_blows`
+`_labelling` (LEDs before cameras are known), `_seats`, `_repeats`, `_session_drift` and `_shocks`
 (did something move), `_coverage`, then `_outcome` and `_conclusion` (the record).
 It must not know which procedure uses it, nor Qt: a script runs a procedure as a window does.
 """
@@ -24,11 +24,6 @@ if TYPE_CHECKING:
         articulate,
         handle_axis,
         place_of_ball,
-    )
-    from ocmm_core.calibration.guided._blows import (
-        ShockDetector,
-        record_shock,
-        require_no_doubt_since,
     )
     from ocmm_core.calibration.guided._chance import range_limit
     from ocmm_core.calibration.guided._collecting import (
@@ -115,6 +110,11 @@ if TYPE_CHECKING:
         to_spots,
         utc_text,
     )
+    from ocmm_core.calibration.guided._shocks import (
+        ShockDetector,
+        record_shock,
+        require_no_doubt_since,
+    )
     from ocmm_core.calibration.guided._shot_table import Shot, load_shots, write_shots
     from ocmm_core.calibration.guided._table_text import TextRow, TextTable, read_table
     from ocmm_core.calibration.guided._touches import (
@@ -130,7 +130,7 @@ else:
         _articulation=(
             "ARTICULATION_CHANCE Articulation BallPlace articulate handle_axis place_of_ball"
         ),
-        _blows="ShockDetector record_shock require_no_doubt_since",
+        _shocks="ShockDetector record_shock require_no_doubt_since",
         _chance="range_limit",
         _collecting=(
             "Average ProbeSpotAverager STILL_FRAMES STRANGE StaticSpotAverager WAVED_FRAMES "

@@ -138,7 +138,7 @@ class Live:
 
     cameras: tuple[CameraLive, ...] = ()
     ready: bool = False
-    hint: str = "No frame has arrived yet."
+    hint: str = "No frames yet."
     frames: int = 0
     wanted: int = 0
     motion_px: float = float("nan")
@@ -235,7 +235,7 @@ class Procedure(Protocol):
         """Return to the step before; observations are kept."""
         ...
 
-    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
+    def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
         """Keep how warm the sensors are, degrees Celsius, camera by camera; None: not known."""
         ...
 

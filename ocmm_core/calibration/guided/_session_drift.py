@@ -147,11 +147,11 @@ def camera_step(
          np.hstack([rest.by_cameras @ of_cameras, rest.by_geometry @ of_geometry]))
         for i, rest in enumerate(rests)
     ]  # fmt: skip
-    for (first, again), (slopes, shift, by_cameras, by_geometry) in zip(
+    for (first, again), (jacobian, shift, by_cameras, by_geometry) in zip(
         repeats, seats, strict=True
     ):
         shared = np.hstack([by_cameras @ of_cameras, by_geometry @ of_geometry])
-        parts.append((first + 1, again, slopes @ turns, shift, shared))
+        parts.append((first + 1, again, jacobian @ turns, shift, shared))
     k, size = turns.shape[1], parts[0][4].shape[1]
     shared_square, shared_data = np.eye(size), np.zeros(size)
     # By moment: the step stands before rest 1 .. n - 1.

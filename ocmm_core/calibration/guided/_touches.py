@@ -95,9 +95,9 @@ def joint_covariance(
     own = directions @ noise @ directions.transpose(0, 2, 1)
     covariance[np.arange(n), :, np.arange(n), :] = own
     flat: Float = covariance.reshape(n * k, n * k)
-    for slopes, shared in (
+    for jacobian, shared in (
         (cameras, rig.parameter_covariance), (geometry, body.geometry_covariance)
     ):  # fmt: skip
-        rows = (directions @ slopes).reshape(n * k, -1)
+        rows = (directions @ jacobian).reshape(n * k, -1)
         flat = flat + rows @ shared @ rows.T
     return 0.5 * (flat + flat.T)

@@ -9,7 +9,7 @@ import msgspec
 import numpy as np
 
 from ocmm_core.calibration.monitor._baseline import Baseline
-from ocmm_core.calibration.monitor._change_rows import Belief
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import CalibrationError
@@ -67,7 +67,7 @@ def save_baseline(folder: Path, baseline: Baseline, calibration: str, probe: str
         raise CalibrationError(
             "baseline.unwritable",
             f"{path}: the baseline cannot be written ({error.strerror}).",
-            "Free the disk or give a folder that you may write, then learn it again.",
+            "Free disk space or give a writable folder, then learn it again.",
         ) from error
     return path
 
@@ -89,7 +89,7 @@ def load_baseline(folder: Path, calibration: str, probe: str) -> Baseline | None
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise _unusable(path, f"cannot be read ({error})") from error
     if hashlib.sha256(sealed.content).hexdigest() != sealed.sha256 or content.schema != SCHEMA:
-        raise _unusable(path, "is not as it was written")
+        raise _unusable(path, "was changed after it was written")
     if (content.calibration, content.probe) != (calibration, probe):
         raise _unusable(path, "belongs to another calibration or another probe")
     belief = Belief(np.array(content.mean), np.array([list(row) for row in content.covariance]))
@@ -102,5 +102,5 @@ def _unusable(path: Path, how: str) -> CalibrationError:
     return CalibrationError(
         "baseline.unusable",
         f"{path}: this baseline of the sensors {how}.",
-        "Delete the file and learn it again.",
+        "Delete the file and learn the pattern again.",
     )

@@ -13,14 +13,14 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.calibration.monitor._baseline import Baseline, pattern_maps
-from ocmm_core.calibration.monitor._change_rows import Belief
-from ocmm_core.calibration.monitor._change_verdict import (
+from ocmm_core.calibration.monitor._drift_decision import (
     ChangeCause,
     DriftReport,
     MonitorOptions,
     examine,
 )
-from ocmm_core.calibration.monitor._looks import ResidualAccumulator, ResidualSample
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief
+from ocmm_core.calibration.monitor._residual_samples import ResidualAccumulator, ResidualSample
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.camera import Rig
 from ocmm_core.tracking import FrameStatus, ProbeBody, TrackBlock
@@ -77,8 +77,8 @@ class CalibrationMonitor:
                     time_ns=int(track.time_ns[-1]),
                     cause=ChangeCause.UNKNOWN,
                     cameras=(),
-                    what="The spots do not fit the probe any more: a camera was pushed hard, or "
-                    "the probe is bent or another one.",
+                    what="The spots no longer fit the probe: a camera was pushed hard, or the "
+                    "probe is bent or a different one.",
                     good=False,
                     since_ns=self._unfit.last_fit_ns,
                     scores=None,

@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.linalg import LinearOperator, cg
 
-from ocmm_core.calibration.monitor._change_rows import Belief, spot_rows
-from ocmm_core.calibration.monitor._looks import ResidualSample
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief, spot_rows
+from ocmm_core.calibration.monitor._residual_samples import ResidualSample
 from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, SpotNoise
 from ocmm_core.geometry import Float, Int, Pixels
 from ocmm_core.tracking import ProbeBody

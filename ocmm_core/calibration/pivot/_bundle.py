@@ -184,7 +184,7 @@ def inverse_pinned(normal: Float, turns: Float) -> Float | None:
     return 0.5 * (inverse + inverse.T)
 
 
-def misses(rig: Rig, sweep: PivotSweep, state: PivotState) -> Float:
+def residuals(rig: Rig, sweep: PivotSweep, state: PivotState) -> Float:
     """Return predicted minus observed (n, C, L, 2), px; NaN where not seen."""
     points = state.points()
     return np.stack([project(camera, points) for camera in rig.cameras], axis=1) - sweep.uv

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, misses
+from ocmm_core.calibration.pivot._bundle import chi2_of_cameras, residuals
 from ocmm_core.calibration.pivot._centre import thesis_pivot
 from ocmm_core.calibration.pivot._covariance import geometry_in, pivot_uncertainty
 from ocmm_core.calibration.pivot._coverage import coverage_of
@@ -80,7 +80,7 @@ def calibrate_probe(
     if not robust.minimum.converged:
         raise CalibrationError(
             "pivot.not_converged",
-            "The adjustment of the sweep did not come to an end.",
+            "The adjustment of the sweep did not converge.",
             "Sweep the probe wider, with its LEDs towards the cameras.",
         )
     state, used = robust.minimum.state, robust.used
@@ -133,8 +133,8 @@ def calibrate_probe(
     named = [accused] if accused is not None and (noticed or not options.pattern) else []
     findings = [*named, *judgements]
     warnings = let_pass(findings, force)
-    residuals = np.full(sweep.uv.shape, np.nan)
-    residuals[used] = -misses(rig, kept, state)
+    residuals_px = np.full(sweep.uv.shape, np.nan)
+    residuals_px[used] = -residuals(rig, kept, state)
     thesis = thesis_pivot(start.targets[used])
     return PivotCalibration(
         leds_probe=geometry.leds_probe,
@@ -147,8 +147,8 @@ def calibrate_probe(
         rotations=rotations,
         used=used,
         left_out=robust.left_out,
-        residuals_px=residuals,
-        rms_px=float(np.sqrt(np.nanmean(residuals**2))),
+        residuals_px=residuals_px,
+        rms_px=float(np.sqrt(np.nanmean(residuals_px**2))),
         chi2=chi2,
         dof=dof,
         tips_world=robust.free.tips,
@@ -182,20 +182,20 @@ def _check(body: ProbeBody, sweep: PivotSweep) -> None:
     if sweep.uv.ndim != 4 or sweep.uv.shape[2] != body.n_leds:
         raise CalibrationError(
             "pivot.leds",
-            f"The sweep shows spots of {sweep.uv.shape[2] if sweep.uv.ndim == 4 else 0} LEDs, and "
-            f"probe '{body.name}' has {body.n_leds}.",
-            "Choose the document of the probe that was swept.",
+            f"The sweep shows spots of {sweep.uv.shape[2] if sweep.uv.ndim == 4 else 0} LEDs, "
+            f"but probe '{body.name}' has {body.n_leds}.",
+            "Select the document of the probe that was swept.",
         )
     if len(sweep.sigma_px) != len(sweep.uv) or not np.all(sweep.sigma_px > 0.0):
         raise CalibrationError(
             "pivot.sigma",
-            "The sweep does not give every frame a standard deviation of its spots above zero.",
+            "The sweep has frames without a positive standard deviation of their spots.",
             "Give the sigma of the spots in pixels.",
         )
     if len(sweep.uv) < LEAST_FRAMES:
         raise CalibrationError(
             "pivot.few_frames",
-            f"The sweep has {len(sweep.uv)} frames only; {LEAST_FRAMES} are the least, and some "
-            f"thousands are good.",
+            f"The sweep has only {len(sweep.uv)} frames; at least {LEAST_FRAMES} are needed, a "
+            "few thousand are good.",
             "Sweep the probe for half a minute.",
         )

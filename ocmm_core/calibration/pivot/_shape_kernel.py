@@ -11,7 +11,9 @@ from ocmm_core.tracking.kernels import small_algebra as algebra
 
 
 @compiled(algebra)
-def fit_turns(body: Float, targets: Float, rotations: Float, origins: Float, misses: Float) -> None:
+def fit_turns(
+    body: Float, targets: Float, rotations: Float, origins: Float, residuals: Float
+) -> None:
     """Lay the body onto the targets of every pose.
 
     Parameters
@@ -20,7 +22,7 @@ def fit_turns(body: Float, targets: Float, rotations: Float, origins: Float, mis
         (L, 3), mm.
     targets
         (n, L, 3), mm; NaN where not located.
-    rotations, origins, misses
+    rotations, origins, residuals
         (n, 3, 3), (n, 3), mm, and (n,), mm: rotation and origin, world from body, and the RMS
         distance of the LEDs that is left, out; NaN with fewer than three targets.
     """
@@ -41,7 +43,7 @@ def fit_turns(body: Float, targets: Float, rotations: Float, origins: Float, mis
         if count < 3:
             rotations[n] = np.nan
             origins[n] = np.nan
-            misses[n] = np.nan
+            residuals[n] = np.nan
             continue
         for i in range(3):
             # Centroids of what is located in this pose: of the body (a) and of the targets (b), mm.
@@ -71,7 +73,7 @@ def fit_turns(body: Float, targets: Float, rotations: Float, origins: Float, mis
                     square += off * off
         # Over the number of LEDs, not the degrees of freedom: a distance, not an estimate of the
         # noise.
-        misses[n] = np.sqrt(square / count)
+        residuals[n] = np.sqrt(square / count)
 
 
 @compiled(algebra)

@@ -87,9 +87,9 @@ def mean_shape(targets: Float, poses: int = _SHAPES) -> Points3:
     shape: Points3 = some[int(np.argmin(odd))]
     shape = shape - shape.mean(axis=0)
     for _ in range(_ROUNDS):
-        rotations, origins, misses = lay(shape, some)
+        rotations, origins, residuals = lay(shape, some)
         laid = np.einsum("nji,nlj->nli", rotations, some - origins[:, None])
-        better = np.median(laid[misses <= _MISS_MEDIANS * np.median(misses) + 1e-9], axis=0)
+        better = np.median(laid[residuals <= _MISS_MEDIANS * np.median(residuals) + 1e-9], axis=0)
         moved = float(np.abs(better - shape).max())
         shape = better - better.mean(axis=0)
         if moved < 1e-4:

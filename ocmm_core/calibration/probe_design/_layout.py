@@ -129,7 +129,7 @@ class TipNumber:
         RMS along X, Y and Z of the world.
     space_um
         RMS of the distance.
-    nineteen_of_twenty_um
+    p95_um
         RMS distance that 95 % of the poses stay below.
     share
         Poses that give a number at all.
@@ -137,7 +137,7 @@ class TipNumber:
 
     axes_um: tuple[float, float, float]
     space_um: float
-    nineteen_of_twenty_um: float
+    p95_um: float
     share: float
 
 
@@ -174,7 +174,7 @@ def tip_number(view: View, postures: Postures, poses: int, seed: int) -> TipNumb
     return TipNumber(
         axes_um=(float(axes[0]), float(axes[1]), float(axes[2])),
         space_um=float(np.linalg.norm(axes)),
-        nineteen_of_twenty_um=float(np.quantile(distances, 0.95)),
+        p95_um=float(np.quantile(distances, 0.95)),
         share=float(good.mean()),
     )
 

@@ -140,7 +140,9 @@ def contact_force(design: ProbeDesign, body: ProbeBody) -> ContactForce:
     return ContactForce(force_shapes(design, body), design.contact_force_n)
 
 
-def body_in_use(body: ProbeBody, design: ProbeDesign, warmth: TemperatureState) -> ProbeBody:
+def body_in_use(
+    body: ProbeBody, design: ProbeDesign, temperature_state: TemperatureState
+) -> ProbeBody:
     """Return the probe as it is measured with, with all that is known of warmth and weight.
 
     Compensated, LEDs and ball are where they are at the present temperature, and what is left is
@@ -158,17 +160,20 @@ def body_in_use(body: ProbeBody, design: ProbeDesign, warmth: TemperatureState) 
     weight = sag_shape(design, body)
     # Which way it hangs is not followed: a part of gravity across the panel, a third of its square.
     covariance += np.outer(weight, weight) / 3.0
-    for what, temperature in (("probe", warmth.now), ("probe's calibration", warmth.made)):
+    for what, temperature in (
+        ("probe", temperature_state.now),
+        ("probe's calibration", temperature_state.made),
+    ):
         if temperature is not None:
             check_temperature(what, temperature)
-    change = warmth.difference_k
-    if change is None or warmth.now is None or warmth.made is None:
-        if warmth.compensated:
-            raise _unknown(warmth)
+    change = temperature_state.difference_k
+    if change is None or temperature_state.now is None or temperature_state.made is None:
+        if temperature_state.compensated:
+            raise _unknown(temperature_state)
         variance = design.temperature_range_k**2 / 3.0
         return replace(body, geometry_covariance=covariance + variance * np.outer(growth, growth))
-    variance = warmth.now.sigma_k**2 + warmth.made.sigma_k**2
-    if not warmth.compensated:
+    variance = temperature_state.now.sigma_k**2 + temperature_state.made.sigma_k**2
+    if not temperature_state.compensated:
         variance += change**2
         return replace(body, geometry_covariance=covariance + variance * np.outer(growth, growth))
     covariance += variance * np.outer(growth, growth)
@@ -205,16 +210,16 @@ def _bent(body: ProbeBody, design: ProbeDesign, direction: Float, bent: Deflecti
     return shape
 
 
-def _unknown(warmth: TemperatureState) -> InputError:
-    if warmth.now is None:
+def _unknown(temperature_state: TemperatureState) -> InputError:
+    if temperature_state.now is None:
         return InputError(
             "temperature.probe_unknown",
-            "The probe is to be compensated for its temperature, but that is not known.",
+            "Compensating the probe needs its temperature, which is not given.",
             "Measure it and give --probe-temperature, or measure without --compensate-probe.",
         )
     return InputError(
         "temperature.calibration_unknown",
-        "The probe is to be compensated, but its temperature at its calibration is not known.",
-        "Calibrate the probe with a thermometer beside it, or write reference_temperature_c into "
-        "its design, or measure without --compensate-probe.",
+        "Compensating the probe needs its temperature at calibration, which is unknown.",
+        "Calibrate the probe with a thermometer beside it, enter reference_temperature_c in its "
+        "design, or measure without --compensate-probe.",
     )

@@ -144,11 +144,15 @@ class Artefact:
         cold_or_warm = self._outside(temperature_c)
         if cold_or_warm is not None:
             raise InputError(cold_or_warm.code, cold_or_warm.what, cold_or_warm.remedy)
-        warmth = 0.0 if temperature_c is None else temperature_c - REFERENCE_C
+        temperature_state = 0.0 if temperature_c is None else temperature_c - REFERENCE_C
         sigma_k = 2.0 if temperature_c is None else 0.3
         certified = 0.5 * (self.expanded + self.expanded_per_length * abs(length))
-        thermal = abs(length) * np.hypot(warmth * self.expansion_sigma, sigma_k * self.expansion)
-        return length * (1.0 + self.expansion * warmth), 2.0 * float(np.hypot(certified, thermal))
+        thermal = abs(length) * np.hypot(
+            temperature_state * self.expansion_sigma, sigma_k * self.expansion
+        )
+        return length * (1.0 + self.expansion * temperature_state), 2.0 * float(
+            np.hypot(certified, thermal)
+        )
 
     def judge(
         self, length: float, limit: float, now: datetime, temperature_c: float | None
@@ -172,8 +176,8 @@ class Artefact:
             found.append(
                 Finding(
                     "artefact.expired",
-                    f"The certificate of '{self.use.name}' (serial {self.use.serial}) ended on "
-                    f"{due.date().isoformat()}.",
+                    f"The certificate of '{self.use.name}' (serial {self.use.serial}) expired "
+                    f"on {due.date().isoformat()}.",
                     "Have it calibrated, or use another one.",
                     refuses=True,
                 )
@@ -184,8 +188,8 @@ class Artefact:
                 Finding(
                     "artefact.uncertainty",
                     f"'{self.use.name}' (serial {self.use.serial}) is certified to "
-                    f"{1e3 * expanded:.1f} um, and the limit is {1e3 * limit:.1f} um.",
-                    "Use an artefact that is known to a fifth of the limit.",
+                    f"{1e3 * expanded:.1f} um; the limit is {1e3 * limit:.1f} um.",
+                    "Use an artefact certified to a fifth of the limit.",
                     refuses=expanded > U_REFUSED * limit,
                 )
             )
@@ -200,11 +204,10 @@ class Artefact:
             return None
         return Finding(
             "artefact.temperature",
-            f"The certificate of '{self.use.name}' (serial {self.use.serial}) holds from {low:g} "
-            f"to {high:g} °C, and the temperature of the surroundings is given as "
-            f"{temperature_c:g} °C.",
+            f"The certificate of '{self.use.name}' (serial {self.use.serial}) covers {low:g} to "
+            f"{high:g} °C, but the ambient temperature is given as {temperature_c:g} °C.",
             "Correct the temperature, wait until the room is within that range, or use an "
-            "artefact that is certified for it.",
+            "artefact certified for it.",
             refuses=True,
         )
 
@@ -253,7 +256,9 @@ def load_bar(path: Path | str) -> LengthBar:
     document = load_document(path, BarDocument, BAR_SCHEMA)
     for field, places in (("nests", document.nests), ("leds", document.leds)):
         if any(after <= before for before, after in pairwise(places)):
-            raise _wrong(path, field, "does not ascend", "List the places from one end on.")
+            raise _wrong(
+                path, field, "is not in ascending order", "List the positions from one end."
+            )
     if len(document.nests) < 2:
         raise _wrong(path, "nests", "has fewer than two places", "Name all nests.")
     if len(document.leds) not in (0, 2):
@@ -289,7 +294,7 @@ def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
         due = datetime.fromisoformat(document.certificate.due_utc)
     except ValueError as error:
         raise _wrong(
-            path, "certificate.due_utc", "is no date", "Write it like 2030-12-31T00:00:00+00:00."
+            path, "certificate.due_utc", "is not a date", "Write it like 2030-12-31T00:00:00+00:00."
         ) from error
     if due.tzinfo is None:
         due = due.replace(tzinfo=UTC)
@@ -321,7 +326,7 @@ def _require_certified(
             path,
             field,
             f"has a length of {length:g} mm, and its certificate covers {low:g} to {high:g} mm",
-            "Take out what is not certified, or have the artefact calibrated for it.",
+            "Remove what is not certified, or have the artefact calibrated for it.",
         )
 
 

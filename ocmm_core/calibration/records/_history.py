@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from datetime import datetime
 from pathlib import Path
 
-from ocmm_core.calibration.records._events import Event, EventKind, standing
+from ocmm_core.calibration.records._events import Event, EventKind, status
 from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._record_store import (
     THIS_COMPUTER,
@@ -122,13 +122,13 @@ class CalibrationStore(RecordStore[Event]):
         if active is None or record.calibration != self.active_hash:
             raise CalibrationError(
                 "verification.other",
-                "This verification is not about the calibration in force.",
-                "Verify the calibration in force.",
+                "This verification does not belong to the active calibration.",
+                "Verify the active calibration.",
             )
         if record.data_sha256 == active.data_sha256:
             raise CalibrationError(
                 "verification.data",
-                "This verification rests on the data that the cameras were calibrated with.",
+                "This verification uses the data the cameras were calibrated with.",
                 "Take independent data.",
             )
         kind = EventKind.PASSED if record.passed else EventKind.FAILED
@@ -182,7 +182,7 @@ class CalibrationStore(RecordStore[Event]):
             kind=EventKind.RECALLED, calibration=calibration, evidence=evidence,
         )  # fmt: skip
 
-    def standing(self, now: datetime) -> RecordStatus:
+    def status(self, now: datetime) -> RecordStatus:
         """Return whether the calibration in force may be trusted, with all its files read again.
 
         Raises
@@ -195,9 +195,9 @@ class CalibrationStore(RecordStore[Event]):
             raise CalibrationError(
                 "calibration.none", "The cameras were never calibrated.", "Calibrate the cameras."
             )
-        return self.standing_of(record, now, thorough=True)
+        return self.status_of(record, now, thorough=True)
 
-    def standing_of(self, record: CameraRecord, now: datetime, *, thorough: bool) -> RecordStatus:
+    def status_of(self, record: CameraRecord, now: datetime, *, thorough: bool) -> RecordStatus:
         """Return whether a calibration may be trusted, and whether what it rests on is whole.
 
         Parameters
@@ -207,7 +207,7 @@ class CalibrationStore(RecordStore[Event]):
         thorough
             See `defect`.
         """
-        return self._doubt(thorough=thorough) or standing(record, self.events, now)
+        return self._doubt(thorough=thorough) or status(record, self.events, now)
 
     def _files_of(self, event: Event) -> Sequence[KeptFile]:
         digest = event.calibration if event.kind is EventKind.ACCEPTED else event.evidence

@@ -21,8 +21,8 @@ from ocmm_core.calibration.records._usable import (
     CalibrationStatus,
     InUse,
     ViewInUse,
+    blocker_of,
     named_folder,
-    obstacle_of,
     replaced_in,
 )
 from ocmm_core.camera import Rig, load_rig
@@ -92,9 +92,9 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
             return None
         return replaced_in(store, _REPLACED)
 
-    def standing(self, store: CalibrationStore, now: datetime) -> RecordStatus:
+    def status(self, store: CalibrationStore, now: datetime) -> RecordStatus:
         """Return whether its record may be trusted."""
-        return store.standing_of(self._used, now, thorough=False)
+        return store.status_of(self._used, now, thorough=False)
 
     @property
     def _used(self) -> CameraRecord:
@@ -159,7 +159,7 @@ def open_calibration(
     try:
         store = CalibrationStore(place)
     except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     design = replace(design, store=store)
     try:
         record = store.active()
@@ -167,7 +167,7 @@ def open_calibration(
             return replace(design, fault=(CalibrationStatus.NONE, _never(design.rig)))
         rig = rig_from_record(record)
     except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     if record.rig != design.rig.name:
         other = _other_rig(document, design.rig.name, record.rig, place)
         return replace(design, fault=(CalibrationStatus.UNUSABLE, other))
@@ -192,15 +192,15 @@ def require_record(in_use: CalibrationInUse) -> CameraRecord:
     if in_use.record is None:
         raise CalibrationError(
             "calibration.none",
-            "This job is measured with the rig document, without a calibration.",
-            "Give the folder of calibrations: --calibrations.",
+            "This job uses the rig document, without a calibration.",
+            "Give the calibration folder: --calibrations.",
         )
     return in_use.record
 
 
 _REPLACED = Blocker(
-    "Another calibration was put in force since this job was begun.",
-    "End this job and begin a new one.",
+    "Another calibration has been activated since this job was started.",
+    "End this job and start a new one.",
 )
 
 
@@ -210,17 +210,20 @@ def _never(rig: Rig) -> Blocker:
 
 def _other_rig(document: Path, name: str, found: str, place: Path) -> Blocker:
     return Blocker(
-        f"The calibration in {place} is that of rig '{found}', but {document.name} describes rig "
-        f"'{name}'.",
-        f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in an empty one.",
+        f"The calibration in {place} belongs to rig '{found}', but {document.name} describes "
+        f"rig '{name}'.",
+        (
+            f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in an "
+            "empty folder."
+        ),
     )
 
 
 def _others(document: Path, design: Rig, calibrated: Rig) -> Blocker:
     return Blocker(
-        f"The calibration in force is that of {_names(calibrated)}, but {document.name} names "
+        f"The active calibration belongs to {_names(calibrated)}, but {document.name} names "
         f"{_names(design)}.",
-        "Give the rig document of the cameras that were calibrated, or calibrate these.",
+        "Give the rig document of the calibrated cameras, or calibrate these.",
     )
 
 

@@ -71,7 +71,7 @@ class TipState:
         Name.
     mounted
         It is on the probe.
-    standing
+    status
         Whether it may be trusted.
     calibration
         In force.
@@ -83,7 +83,7 @@ class TipState:
 
     tip: str
     mounted: bool
-    standing: RecordStatus
+    status: RecordStatus
     calibration: ProbeRecord
     qualification: TipRecord | None
     check: TipCheckRecord | None
@@ -168,7 +168,7 @@ def _state(
     return TipState(
         tip=tip,
         mounted=tip == store.mounted,
-        standing=store.standing_of(active, now, thorough=True),
+        status=store.status_of(active, now, thorough=True),
         calibration=active.calibration,
         qualification=active.qualification,
         check=check,

@@ -24,8 +24,8 @@ from ocmm_core.calibration.records._usable import (
     CalibrationStatus,
     InUse,
     ViewInUse,
+    blocker_of,
     named_folder,
-    obstacle_of,
     replaced_in,
 )
 from ocmm_core.documents import read_bytes
@@ -154,9 +154,9 @@ class ProbeInUse(InUse[ProbeStore, ProbeView]):
             return _other_mounted(self.tip, store.mounted or "")
         return None
 
-    def standing(self, store: ProbeStore, now: datetime) -> RecordStatus:
+    def status(self, store: ProbeStore, now: datetime) -> RecordStatus:
         """Return whether its records may be trusted."""
-        return store.standing_of(self._used, now, thorough=False)
+        return store.status_of(self._used, now, thorough=False)
 
     @property
     def _used(self) -> TipRecords:
@@ -225,7 +225,7 @@ def open_probe(
     try:
         store = ProbeStore(place)
     except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     wanted = tip if tip is not None else store.mounted
     design = replace(design, tip=wanted or "", store=store)
     try:
@@ -234,7 +234,7 @@ def open_probe(
             return replace(design, fault=(CalibrationStatus.NONE, _never(design)))
         body = probe_from_records(design.body, records.calibration, records.qualification)
     except OcmmError as error:
-        return replace(design, fault=(CalibrationStatus.UNUSABLE, obstacle_of(error)))
+        return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     text = canonical(
         ProbeText(
             schema=TEXT_SCHEMA,
@@ -259,8 +259,8 @@ def require_records(in_use: ProbeInUse) -> TipRecords:
     if in_use.records is None:
         raise CalibrationError(
             "probe_record.design",
-            "This job is measured with the probe document, without records of the tip.",
-            "Give the folder of records of probes: --probes.",
+            "This job uses the probe document, without records of the tip.",
+            "Give the probe record folder: --probes.",
         )
     return in_use.records
 
@@ -279,16 +279,16 @@ def _is_replaced(records: TipRecords, store: ProbeStore) -> bool:
 
 def _replaced(tip: str) -> Blocker:
     return Blocker(
-        f"Another calibration or qualification of tip '{tip}' was put in force since this job was "
-        "begun.",
-        "End this job and begin a new one.",
+        f"Another calibration or qualification of tip '{tip}' has been activated since this job "
+        "was started.",
+        "End this job and start a new one.",
     )
 
 
 def _other_mounted(tip: str, mounted: str) -> Blocker:
     return Blocker(
-        f"Tip '{mounted}' is on the probe, but this job was begun with tip '{tip}'.",
-        f"Mount tip '{tip}' again and check it, or end this job and begin a new one.",
+        f"Tip '{mounted}' is mounted, but this job was started with tip '{tip}'.",
+        f"Mount tip '{tip}' again and check it, or end this job and start a new one.",
     )
 
 

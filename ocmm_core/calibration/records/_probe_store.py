@@ -15,7 +15,7 @@ from ocmm_core.calibration.records._events import (
     TipEvent,
     TipEventKind,
     TipRecords,
-    standing_of_tip,
+    status_of_tip,
 )
 from ocmm_core.calibration.records._evidence import KeptFile, record_file
 from ocmm_core.calibration.records._probe_records import ProbeRecord, TipCheckRecord, TipRecord
@@ -60,7 +60,7 @@ class ProbeStore(RecordStore[TipEvent]):
     _renewals = (
         "calibrate the probe with this tip and qualify it",
         "qualify the tip",
-        "make the quick tip check",
+        "run the quick tip check",
     )
 
     def __init__(self, folder: Path) -> None:
@@ -196,7 +196,7 @@ class ProbeStore(RecordStore[TipEvent]):
         if tip is not None:
             self._happened(now, who, reason, since=since, kind=TipEventKind.DOUBTED, tip=tip)
 
-    def standing(self, tip: str, now: datetime) -> RecordStatus:
+    def status(self, tip: str, now: datetime) -> RecordStatus:
         """Return whether a tip may be trusted, with all its files read again.
 
         Raises
@@ -207,9 +207,9 @@ class ProbeStore(RecordStore[TipEvent]):
         active = self.active(tip)
         if active is None:
             raise _never(tip)
-        return self.standing_of(active, now, thorough=True)
+        return self.status_of(active, now, thorough=True)
 
-    def standing_of(self, active: TipRecords, now: datetime, *, thorough: bool) -> RecordStatus:
+    def status_of(self, active: TipRecords, now: datetime, *, thorough: bool) -> RecordStatus:
         """Return whether a tip may be trusted, and whether what it rests on is whole.
 
         Parameters
@@ -220,7 +220,7 @@ class ProbeStore(RecordStore[TipEvent]):
             See `defect`.
         """
         doubt = self._doubt(active.calibration.tip, thorough=thorough)
-        return doubt or standing_of_tip(active, self.events, now)
+        return doubt or status_of_tip(active, self.events, now)
 
     def _files_of(self, event: TipEvent) -> Sequence[KeptFile]:
         return (*([record_file(event.record)] if event.record else []), *event.files)
@@ -295,6 +295,6 @@ def _never(tip: str) -> CalibrationError:
 def _other(tip: str) -> CalibrationError:
     return CalibrationError(
         "probe_record.replaced",
-        f"This is not about the calibration in force of tip '{tip}'.",
-        "Repeat it with the calibration in force.",
+        f"This does not belong to the active calibration of tip '{tip}'.",
+        "Repeat it with the active calibration.",
     )

@@ -58,7 +58,7 @@ class ViewInUse:
         In one word.
     identity
         Hash of what the geometry comes from.
-    obstacle
+    blocker
         Why no points may be taken; None where they may.
     uncalibrated
         They are taken all the same, and prove nothing.
@@ -70,22 +70,22 @@ class ViewInUse:
 
     word: CalibrationStatus
     identity: str
-    obstacle: Blocker | None = None
+    blocker: Blocker | None = None
     uncalibrated: bool = False
     warnings: tuple[str, ...] = ()
     since_utc: str = ""
 
     @property
-    def hindrance(self) -> Blocker | None:
+    def blocking_reason(self) -> Blocker | None:
         """Return why no points may be taken; None where they may, or are taken all the same."""
-        return None if self.uncalibrated else self.obstacle
+        return None if self.uncalibrated else self.blocker
 
     @property
     def unproven(self) -> str:
         """Return why a job that is measured so proves nothing; empty where it does."""
         if not self.uncalibrated:
             return ""
-        why = f" {self.obstacle.what}" if self.obstacle is not None else ""
+        why = f" {self.blocker.what}" if self.blocker is not None else ""
         return f"Measured as uncalibrated.{why}"
 
 
@@ -126,14 +126,14 @@ class InUse(ABC, Generic[S, V]):
         """Return what was put in its place since the job was begun; None where nothing was."""
 
     @abstractmethod
-    def standing(self, store: S, now: datetime) -> RecordStatus:
+    def status(self, store: S, now: datetime) -> RecordStatus:
         """Return whether its records may be trusted."""
 
     def refuse_fault(self, code: str) -> None:
         """Raise CalibrationError with a code where it must not be used."""
         if self.fault is not None:
-            _, obstacle = self.fault
-            raise CalibrationError(code, obstacle.what, obstacle.remedy)
+            _, blocker = self.fault
+            raise CalibrationError(code, blocker.what, blocker.remedy)
 
 
 def judge(in_use: InUse[S, V], now: datetime) -> V:
@@ -144,30 +144,30 @@ def judge(in_use: InUse[S, V], now: datetime) -> V:
     """
     view = in_use.as_opened
     if in_use.fault is not None:
-        word, obstacle = in_use.fault
-        return replace(view, word=word, obstacle=obstacle)
+        word, blocker = in_use.fault
+        return replace(view, word=word, blocker=blocker)
     store = in_use.store
     if in_use.is_design or store is None:
         return view
     try:
         store.refresh()
     except (OcmmError, OSError) as error:
-        return replace(view, word=CalibrationStatus.UNUSABLE, obstacle=obstacle_of(error))
+        return replace(view, word=CalibrationStatus.UNUSABLE, blocker=blocker_of(error))
     other = in_use.overtaken(store)
     if other is not None:
-        return replace(view, word=CalibrationStatus.UNUSABLE, obstacle=other)
-    found = in_use.standing(store, now)
+        return replace(view, word=CalibrationStatus.UNUSABLE, blocker=other)
+    found = in_use.status(store, now)
     word = CalibrationStatus(found.state.value)
     if not found.state.usable:
         doubt = Blocker(found.reason, found.remedy)
-        return replace(view, word=word, obstacle=doubt, since_utc=found.since_utc)
+        return replace(view, word=word, blocker=doubt, since_utc=found.since_utc)
     warnings = (f"{found.reason} {found.remedy}",) if found.reason else ()
     return replace(view, word=word, warnings=warnings)
 
 
 def replaced_in(store: RecordStore[Any], otherwise: Blocker) -> Blocker:
     """Return why other records are in force: the history was exchanged, or what is said else."""
-    return otherwise if store.exchanged is None else obstacle_of(store.exchanged)
+    return otherwise if store.exchanged is None else blocker_of(store.exchanged)
 
 
 def named_folder(folder: Path, name: str, kind: str) -> Path:
@@ -175,18 +175,18 @@ def named_folder(folder: Path, name: str, kind: str) -> Path:
     if not _FOLDER_NAME.fullmatch(name):
         raise InputError(
             f"{kind}.name",
-            f"A {kind} called {name!r} cannot have calibrations: they are kept under its name.",
-            "Use 1 to 60 letters, digits, spaces, '_', '.' or '-', beginning with a letter, a "
+            f"A {kind} named {name!r} cannot have calibrations: they are stored under its name.",
+            "Use 1 to 60 letters, digits, spaces, '_', '.' or '-', starting with a letter, a "
             f"digit or '_', in field 'name' of the {kind} document.",
         )
     return folder / name
 
 
-def obstacle_of(error: OcmmError | OSError) -> Blocker:
+def blocker_of(error: OcmmError | OSError) -> Blocker:
     """Return what stands in the way where a store cannot be read."""
     if isinstance(error, OcmmError):
         return Blocker(error.what, error.remedy)
     return Blocker(
         f"The history of the calibration cannot be read ({error.strerror}).",
-        "Restore the right to read it.",
+        "Restore read permission.",
     )

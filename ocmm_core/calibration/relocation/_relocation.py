@@ -83,15 +83,15 @@ def relocate(
     if dof < 1:
         raise CalibrationError(
             "relocation.too_few_frames",
-            "What is left without the wrong spots is too little to determine the cameras.",
+            "Too few spots remain without the outliers to determine the cameras.",
             "Wave the probe longer, with its LEDs towards the cameras.",
         )
     chi2 = found.minimum.cost
     accusation = accuse_in_relocation(problem, found, start, body, observed, options)
     accused = [accusation.finding] if accusation and accusation.finding else []
     # What is hopeless is refused here: a world frame and a covariance of it would mean nothing.
-    residuals = [*accused, *_convergence(found), *judge_residuals(chi2, dof)]
-    let_pass(residuals, force=True)
+    findings = [*accused, *_convergence(found), *judge_residuals(chi2, dof)]
+    let_pass(findings, force=True)
 
     free = found.minimum.state
     motion = motion_to_world(options.world, observed.seats, free, start.cameras)
@@ -110,8 +110,8 @@ def relocate(
 
     back = np.argsort(problem.order)
     used, seen = found.used[back], np.isfinite(found.distances[back])
-    misses = found.misses[back]
-    wrong = _wrong_spots(misses, found.distances[back], seen & ~used)
+    residuals = found.residuals[back]
+    wrong = _wrong_spots(residuals, found.distances[back], seen & ~used)
     columns = state.columns
     cameras, of_probe = columns.of_cameras, slice(columns.of_leds.start, columns.of_tip.stop)
     tips = _tips(state, found)[back]
@@ -127,7 +127,7 @@ def relocate(
     frames = int(np.isfinite(tips[:, 0]).sum())
     alone = lone_bar(accusation.verdict, observed, options) if accusation else None
     findings = [
-        *residuals,
+        *findings,
         *judge_knowledge(observed, options, problem.prior, state),
         *misplaced,
         *judge_spots(wrong, int(seen.sum()), state.cameras),
@@ -141,10 +141,10 @@ def relocate(
         leds_probe=state.leds,
         tip_probe=state.tip,
         geometry_covariance=covariance[of_probe, of_probe],
-        rms_px=float(np.sqrt(np.mean(misses[used] ** 2))),
+        rms_px=float(np.sqrt(np.mean(residuals[used] ** 2))),
         chi2=chi2,
         dof=dof,
-        residuals_px=-misses,
+        residuals_px=-residuals,
         used=used,
         wrong_spots=wrong,
         frames_used=np.isfinite(tips[:, 0]),
@@ -174,7 +174,7 @@ def _convergence(found: RobustMinimum) -> list[Finding]:
     return [
         Finding(
             "calibration.not_converged",
-            "The adjustment did not come to an end.",
+            "The adjustment did not converge.",
             "Wave the probe longer, all over the volume and in all directions; if that does not "
             "help, calibrate the cameras from known points.",
             refuses=True,
@@ -202,12 +202,12 @@ def _covariance(
 
 
 def _wrong_spots(
-    misses: Float, distances: Float, wrong: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
+    residuals: Float, distances: Float, wrong: np.ndarray[tuple[int, ...], np.dtype[np.bool_]]
 ) -> tuple[WrongSpot, ...]:
     indices = np.argwhere(wrong)
     worst_first = np.argsort(-distances[wrong], kind="stable")
     return tuple(
-        WrongSpot(int(n), int(c), int(led), -misses[n, c, led], float(distances[n, c, led]))
+        WrongSpot(int(n), int(c), int(led), -residuals[n, c, led], float(distances[n, c, led]))
         for n, c, led in indices[worst_first]
     )
 

@@ -118,7 +118,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         require_probe(chain.path, begun.probe_identity, body)
         self._state = TouchState(rig, calibrated, begun, self._wanted)
         self._sight = Sight(self._state, hold_s)
-        self._blows = ShockDetector()
+        self._shocks = ShockDetector()
         self._fold()
 
     @classmethod
@@ -207,7 +207,7 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
         """Look at frames."""
         with self._lock:
             self._sight.feed(block, self._step, self._version)
-            if len(block) and len(self._blows.feed(block)):
+            if len(block) and len(self._shocks.feed(block)):
                 record_shock(self._store, datetime.now(UTC))
 
     def take_shot(self, uv: Float, sigma_px: float, now: datetime) -> None:
@@ -224,8 +224,8 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             if not self._wants():
                 raise CalibrationError(
                     "tip.nothing_next",
-                    "There is nothing to be taken in this step.",
-                    "Go on to the next step.",
+                    "Nothing to take in this step.",
+                    "Go to the next step.",
                 )
             # What cannot be computed must not come into the file.
             touch_of(uv, sigma_px, self._state.rig, self._state.body)
@@ -245,8 +245,8 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             if not 0 <= point < self._count(self._step):
                 raise CalibrationError(
                     "tip.no_point",
-                    f"There is no point {point + 1} in this step.",
-                    "Choose one of those that were taken.",
+                    f"No point {point + 1} in this step.",
+                    "Choose one already taken.",
                 )
             self._append(TakenBack(utc=utc_text(now), step=self._step, point=point))
 

@@ -27,13 +27,13 @@ def print_probe(console: Console, outcome: PivotOutcome) -> None:
     _print_change(console, outcome)
 
 
-def print_tip_standing(console: Console, store: ProbeStore, tip: str, now: datetime) -> None:
+def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetime) -> None:
     """Print the state of a tip, where it was ever calibrated."""
     if tip not in store.tips:
         return
-    standing = store.standing(tip, now)
+    status = store.status(tip, now)
     console.print(
-        f"Tip      {tip}: {standing.state.value}. {standing.reason} {standing.remedy}".rstrip(),
+        f"Tip      {tip}: {status.state.value}. {status.reason} {status.remedy}".rstrip(),
         highlight=False,
     )
 
@@ -41,7 +41,7 @@ def print_tip_standing(console: Console, store: ProbeStore, tip: str, now: datet
 def _print_tips(console: Console, outcome: PivotOutcome) -> None:
     record, first = outcome.record, outcome.first
     table = Table(
-        title=f"Probe {record.probe}, tip {record.tip}: where the tip is, probe frame",
+        title=f"Probe {record.probe}, tip {record.tip}: tip position, probe frame",
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
@@ -129,7 +129,7 @@ def _print_change(console: Console, outcome: PivotOutcome) -> None:
 _WORDS = {
     "few": "fewer than three LEDs seen by two cameras",
     "spots": "its spots do not fit the probe",
-    "tip": "it puts the ball elsewhere",
+    "tip": "it places the ball elsewhere",
 }
 
 

@@ -131,7 +131,7 @@ def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
         possible = [spec for spec in SOURCES if spec.scenes is not None]
         raise InputError(
             "calibrate.source",
-            f"--source is {source!r}, which plays no scenes of calibrations.",
+            f"--source is {source!r}, which has no calibration scenes.",
             f"Give {names_in_words(possible)}.",
         )
     return scenes(script, speed)
@@ -200,7 +200,7 @@ def collect(
                 block = feed.ring.read(_BATCH)
                 if time.monotonic() >= warmth_at:
                     warmth_at = time.monotonic() + _WARMTH_S
-                    _note_warmth(procedure, feed)
+                    _record_temperature(procedure, feed)
                 if block is not None:
                     if recorder is not None:
                         recorder.append(block)
@@ -229,7 +229,7 @@ def collect(
         why = f"{view.step.gate.reason} At its end: {hint}" if hint else view.step.gate.reason
         if status.internal:
             raise status.error(
-                "calibrate.source", "What was taken is stored: start the command again."
+                "calibrate.source", "All observations are stored: start the command again."
             )
         if status.stop_reason is StopReason.FAILED and status.message:
             why = status.message
@@ -250,10 +250,10 @@ def retake_misplaced(procedure: Procedure, console: Console) -> None:
             procedure.repeat_line(number, _now())
 
 
-def _note_warmth(procedure: Procedure, feed: Feed) -> None:
+def _record_temperature(procedure: Procedure, feed: Feed) -> None:
     report = decode_report(feed.ring.report())
     if report is not None:
-        procedure.note_warmth(_now(), [camera.temperature_c for camera in report.cameras])
+        procedure.record_temperature(_now(), [camera.temperature_c for camera in report.cameras])
 
 
 def pass_open_gates(procedure: Procedure) -> int:
@@ -277,7 +277,7 @@ def decide(
         accept = console.input("Accept it? [y/n] ").strip().lower().startswith("y")
     if accept is None:
         console.print(
-            f"Session  {procedure.base.session}: it waits for --accept or --keep.", highlight=False
+            f"Session  {procedure.base.session}: waiting for --accept or --keep.", highlight=False
         )
     elif accept:
         procedure.accept(_now(), reason)
@@ -354,6 +354,6 @@ def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Sh
 def _strange(shot: Shot, where: str) -> CalibrationError:
     return CalibrationError(
         "calibrate.shots",
-        f"The recorded shots hold one of kind '{shot.kind}', which does not belong into {where}.",
-        "Give the shots that belong to this procedure, in its order.",
+        f"The recorded shots contain one of kind '{shot.kind}', which does not belong in {where}.",
+        "Give the shots of this procedure, in order.",
     )

@@ -12,7 +12,7 @@ from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.guided import Procedure, ProcedureDecision
 from ocmm_core.calibration.records import CalibrationStatus, judge, require_records
 from ocmm_core.calibration.relocation import RelocationProcedure
-from ocmm_core.cli.calibrate._report import print_standing
+from ocmm_core.cli.calibrate._report import print_status
 from ocmm_core.cli.calibrate._run import (
     Site,
     collect,
@@ -83,7 +83,7 @@ def finish(
 ) -> None:
     """Decide, say what is in force, and exit where nothing was accepted."""
     code = decided_code(procedure, decision, reason, console)
-    print_standing(console, site.document, site.calibrations, now())
+    print_status(console, site.document, site.calibrations, now())
     if code:
         raise typer.Exit(code)
 

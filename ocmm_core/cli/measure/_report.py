@@ -5,39 +5,32 @@ from __future__ import annotations
 import subprocess
 import sys
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
 from ocmm_core.errors import StorageError
-from ocmm_core.export import (
-    ALL,
-    DEFAULT_FORMAT,
-    EXPORTERS,
-    FORMATS,
-    PDF,
-    chosen_formats,
-    preview,
-    preview_text,
-    require_complete,
-    write_report,
-)
-from ocmm_core.export.report import ReportData, load_profile, report_of_job
-from ocmm_core.inspection.archive import reopen_job
-from ocmm_core.inspection.evaluation import job_states, part_line
 
-_PROFILED = ", ".join(name for name, one in FORMATS.items() if one.profile)
+if TYPE_CHECKING:
+    from ocmm_core.export.report import ReportData
+
+
+# Those of the registry, which is not loaded for a help; a test holds the two together.
+FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, pdf or all"
+PROFILED_WORDS = "polyworks, dfq, xlsx"
 
 
 def report_command(
     *,
-    jobs: Annotated[list[Path], typer.Argument(help="Job files (.ocmm), also of other computers.")],
+    jobs: Annotated[
+        list[Path], typer.Argument(help="Job files (.ocmm), also from other computers.")
+    ],
     formats: Annotated[
         list[str] | None,
         typer.Option(
             "--format",
-            help=f"One of {', '.join(FORMATS)} or {ALL}; may be given several times.",
+            help=f"One of {FORMAT_WORDS}; can be repeated.",
         ),
     ] = None,
     profile: Annotated[
@@ -45,37 +38,36 @@ def report_command(
         typer.Option(
             "--profile",
             help="Profile document of the text files: delimiter, decimal sign, unit, columns. "
-            f"Used by {_PROFILED}. Default: that for PolyWorks.",
+            f"Used by {PROFILED_WORDS}. Default: PolyWorks.",
         ),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="Folder for the reports. Default: that of the first job."),
+        typer.Option("--out", help="Report folder. Default: that of the first job."),
     ] = None,
     preview_only: Annotated[
-        bool, typer.Option("--preview", help="Print what the files would hold, and write nothing.")
+        bool,
+        typer.Option("--preview", help="Print the contents of the files without writing them."),
     ] = False,
     probes: Annotated[
         Path | None,
         typer.Option(
             "--probes",
-            help="Folder of records of probes: what became known of the tip later is looked "
-            "up there. Default: that of this user.",
+            help="Probe record folder, searched for later findings on the tip. Default: that of "
+            "this user.",
         ),
     ] = None,
     calibrations: Annotated[
         Path | None,
         typer.Option(
             "--calibrations",
-            help="Folder of calibrations: what became known of the cameras later is looked up "
-            "there. Default: that of this user.",
+            help="Calibration folder, searched for later findings on the cameras. Default: that "
+            "of this user.",
         ),
     ] = None,
     incomplete: Annotated[
         bool,
-        typer.Option(
-            "--incomplete", help="Write the report also of a job that is not completely measured."
-        ),
+        typer.Option("--incomplete", help="Report an incomplete job too."),
     ] = False,
 ) -> None:
     """Report jobs from their own files, read-only.
@@ -84,6 +76,18 @@ def report_command(
     otherwise than it is stored is told. Each report is read back and compared before it replaces an
     older one. Several jobs of one plan become several values in a Q-DAS file.
     """
+    from ocmm_core.export import (
+        DEFAULT_FORMAT,
+        EXPORTERS,
+        PDF,
+        chosen_formats,
+        preview,
+        preview_text,
+        require_complete,
+        write_report,
+    )
+    from ocmm_core.export.report import load_profile
+
     console = Console(soft_wrap=True)
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
@@ -94,7 +98,7 @@ def report_command(
             typer.echo(f"== {EXPORTERS[name].title}")
             typer.echo(preview_text(preview(data, name, layout)))
         if PDF.name in chosen:
-            typer.echo("The pages of the PDF report are shown by the window (Results, Report).")
+            typer.echo("The window shows the pages of the PDF report (Results, Report).")
         return
     folder = out if out is not None else jobs[0].parent
     if not incomplete:
@@ -127,7 +131,7 @@ def _print_pages(
         command += ["--incomplete"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter and module
     if done.returncode != 0:
-        last = done.stderr.strip().splitlines()[-1:] or ["the program that draws it ended"]
+        last = done.stderr.strip().splitlines()[-1:] or ["the drawing program ended"]
         raise StorageError(
             "export.pdf",
             f"The PDF report was not written: {last[0]}",
@@ -139,6 +143,10 @@ def _print_pages(
 def _data(
     path: Path, probes: Path | None, calibrations: Path | None, console: Console
 ) -> ReportData:
+    from ocmm_core.export.report import report_of_job
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import job_states, part_line
+
     job = reopen_job(path, probes, calibrations=calibrations)
     for doubt in (*job.doubts, *job.remarks):
         console.print(f"{path.name}: {doubt}", style="yellow", highlight=False, markup=False)

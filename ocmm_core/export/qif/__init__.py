@@ -2,7 +2,7 @@
 
 In: the frozen data of a report. Out: the bytes of a QIF document, and what a check found in it.
 
-Read `_words` (what our shapes and characteristics are called there), `_qif` (the exporter),
+Read `_terms` (what our shapes and characteristics are called there), `_qif` (the exporter),
 `_document` (head, units, datums, part), `_features`, `_characteristics`, with `_writer` (names,
 ids, numbers). `_check` finds what a schema does not see.
 It gets its data from `export.report` and must not open a job by itself.

@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 
 from ocmm_core.export.qif._features import FeatureIds
-from ocmm_core.export.qif._words import characteristic_word
+from ocmm_core.export.qif._terms import characteristic_word
 from ocmm_core.export.qif._writer import Lists, Writer, finite, text_of
 from ocmm_core.export.report import (
     ReportData,

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from lxml import etree
 
-from ocmm_core.export.qif._words import (
+from ocmm_core.export.qif._terms import (
     definition_of,
     feature_word,
     is_told_from_start,

@@ -8,7 +8,7 @@ import numpy as np
 from lxml import etree
 
 from ocmm_core.export.qif._check import NAMESPACE
-from ocmm_core.export.qif._words import Pair, Value
+from ocmm_core.export.qif._terms import Pair, Value
 from ocmm_core.export.report import Units
 
 

@@ -18,7 +18,7 @@ _NEWTON_STEPS = 30
 _SMALL = 1e-12
 
 
-def point_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+def point_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     """Write nothing but return the directions away from a point."""
     return _outward(arms, np.zeros(len(arms)), fit.direction)[1]
 
@@ -26,7 +26,7 @@ def point_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
 def sphere_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     """Write how distances from a sphere answer to its radius; return the normals."""
     by_geometry[:, RADIUS] = -1.0
-    return point_slopes(fit, arms, by_geometry)
+    return point_jacobian(fit, arms, by_geometry)
 
 
 def plane_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
@@ -42,7 +42,7 @@ def line_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     width.
     """
     if fit.across.any():
-        return square_slopes(fit, arms, by_geometry)
+        return square_jacobian(fit, arms, by_geometry)
     along = arms @ fit.direction
     normals: Points3 = _outward(arms, along, fit.direction)[1]
     normals *= np.where(fit.residuals < 0.0, -1.0, 1.0)[:, None]
@@ -50,7 +50,7 @@ def line_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     return normals
 
 
-def cylinder_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+def cylinder_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     """Write how distances from a cylinder answer to its axis and radius; return the normals."""
     along = arms @ fit.direction
     normals: Points3 = _outward(arms, along, fit.direction)[1]
@@ -63,7 +63,7 @@ def circle_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     """Write how distances from a circle, in its plane or in space, move; return the normals."""
     if fit.free:
         return _from_ring(fit, arms, by_geometry)
-    return cylinder_slopes(fit, arms, by_geometry)
+    return cylinder_jacobian(fit, arms, by_geometry)
 
 
 def _outward(arms: Float, along: Float, axis: Float) -> tuple[Float, Float]:
@@ -125,7 +125,7 @@ def round_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     return _from_outline(ROUND_ENDS, fit, arms, by_geometry)
 
 
-def square_slopes(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
+def square_jacobian(fit: Fit, arms: Float, by_geometry: Float) -> Points3:
     """Write how distances from a rectangle in its plane move; return the normals."""
     return _from_outline(SQUARE_ENDS, fit, arms, by_geometry)
 

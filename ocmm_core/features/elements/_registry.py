@@ -84,7 +84,7 @@ class ElementSpec:
     projected
         The same in a plane of given normal (3,), with the derivatives (12, 3) by the normal; None
         for what has no plane.
-    slopes
+    jacobian
         How signed distances move, see `distance_derivatives`.
     signed
         Signed distances from a nominal, see `nominal_distances`.
@@ -97,19 +97,19 @@ class ElementSpec:
 
     fit: Callable[[Points3, Known], Fit]
     projected: Callable[[Points3, Float, Known], tuple[Fit, Float]] | None
-    slopes: Slopes
+    jacobian: Slopes
     signed: Signed
     kernel: int | None
     may_be_turned: bool
 
 
-def _slot(shape: Shape, slopes: Slopes, signed: Signed, kernel: int) -> ElementSpec:
+def _slot(shape: Shape, jacobian: Slopes, signed: Signed, kernel: int) -> ElementSpec:
     return ElementSpec(
         fit=lambda points, known: fit_slot(shape, points, known.direction, known.sizes),
         projected=lambda points, normal, known: fit_slot_projected(
             shape, points, normal, known.sizes
         ),
-        slopes=slopes, signed=signed, kernel=kernel, may_be_turned=False,
+        jacobian=jacobian, signed=signed, kernel=kernel, may_be_turned=False,
     )  # fmt: skip
 
 
@@ -117,7 +117,7 @@ ELEMENTS = {
     Shape.POINT: ElementSpec(
         fit=lambda points, known: fit_point(points),
         projected=None,
-        slopes=distances.point_slopes,
+        jacobian=distances.point_jacobian,
         signed=distances.signed_plane,
         kernel=None,
         may_be_turned=False,
@@ -125,7 +125,7 @@ ELEMENTS = {
     Shape.LINE: ElementSpec(
         fit=lambda points, known: fit_line(points, known.direction),
         projected=None,
-        slopes=distances.line_slopes,
+        jacobian=distances.line_slopes,
         signed=distances.signed_plane,
         kernel=None,
         may_be_turned=True,
@@ -133,7 +133,7 @@ ELEMENTS = {
     Shape.PLANE: ElementSpec(
         fit=lambda points, known: fit_plane(points, known.direction),
         projected=None,
-        slopes=distances.plane_slopes,
+        jacobian=distances.plane_slopes,
         signed=distances.signed_plane,
         kernel=None,
         may_be_turned=True,
@@ -143,7 +143,7 @@ ELEMENTS = {
             points, known.direction
         ),
         projected=lambda points, normal, known: fit_circle_projected(points, normal),
-        slopes=distances.circle_slopes,
+        jacobian=distances.circle_slopes,
         signed=distances.signed_cylinder,
         kernel=DISC,
         may_be_turned=True,
@@ -151,7 +151,7 @@ ELEMENTS = {
     Shape.SPHERE: ElementSpec(
         fit=lambda points, known: fit_sphere(points),
         projected=None,
-        slopes=distances.sphere_slopes,
+        jacobian=distances.sphere_slopes,
         signed=distances.signed_sphere,
         kernel=BALL,
         may_be_turned=False,
@@ -159,7 +159,7 @@ ELEMENTS = {
     Shape.CYLINDER: ElementSpec(
         fit=lambda points, known: fit_cylinder(points, known.direction, known.radius),
         projected=None,
-        slopes=distances.cylinder_slopes,
+        jacobian=distances.cylinder_jacobian,
         signed=distances.signed_cylinder,
         kernel=CYLINDER,
         may_be_turned=True,
@@ -167,7 +167,7 @@ ELEMENTS = {
     Shape.ELLIPSE: ElementSpec(
         fit=lambda points, known: fit_ellipse(points, known.direction, known.offset),
         projected=lambda points, normal, known: fit_ellipse_projected(points, normal, known.offset),
-        slopes=distances.ellipse_slopes,
+        jacobian=distances.ellipse_slopes,
         signed=distances.signed_ellipse,
         kernel=ELLIPSE,
         may_be_turned=False,
@@ -176,13 +176,13 @@ ELEMENTS = {
         Shape.ROUND_SLOT, distances.round_slopes, distances.signed_round_slot, ROUND_ENDS
     ),
     **{
-        shape: _slot(shape, distances.square_slopes, distances.signed_rectangle, SQUARE_ENDS)
+        shape: _slot(shape, distances.square_jacobian, distances.signed_rectangle, SQUARE_ENDS)
         for shape in (Shape.SQUARE_SLOT, Shape.RECTANGLE)
     },
     Shape.CONE: ElementSpec(
         fit=lambda points, known: fit_cone(points, known.half_angle),
         projected=None,
-        slopes=distances.cone_slopes,
+        jacobian=distances.cone_slopes,
         signed=distances.signed_cone,
         kernel=CONE,
         may_be_turned=True,
@@ -190,7 +190,7 @@ ELEMENTS = {
     Shape.TORUS: ElementSpec(
         fit=lambda points, known: fit_torus(points, known.direction, known.sizes),
         projected=None,
-        slopes=distances.torus_slopes,
+        jacobian=distances.torus_slopes,
         signed=distances.signed_torus,
         kernel=TORUS,
         may_be_turned=True,
@@ -217,7 +217,7 @@ def distance_derivatives(fit: Fit, points: Points3) -> tuple[Float, Float]:
         (n, 3): d(distance) / d(the point itself): the normal of the element towards the point.
     """
     by_geometry = np.zeros((len(points), GEOMETRY_SIZE))
-    normals = ELEMENTS[fit.shape].slopes(fit, points - fit.point, by_geometry)
+    normals = ELEMENTS[fit.shape].jacobian(fit, points - fit.point, by_geometry)
     by_geometry[:, POINT] = -normals
     return by_geometry, normals
 

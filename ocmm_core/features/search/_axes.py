@@ -60,7 +60,7 @@ def quadric_axes(points: Float) -> Float:
     linear = np.stack([x, y, z])
     products = np.stack([y * z, x * z, x * y])
     columns = np.concatenate([linear**2, products, linear, one[None]])
-    slopes = np.stack(
+    jacobian = np.stack(
         [
             [2.0 * x, zero, zero, zero, z, y, one, zero, zero],
             [zero, 2.0 * y, zero, z, zero, x, zero, one, zero],
@@ -69,7 +69,7 @@ def quadric_axes(points: Float) -> Float:
     )
     algebraic = np.linalg.svd(columns.T, full_matrices=True)[2][: -NEAREST - 1 : -1]
     varying = columns[:9] - columns[:9].mean(axis=1, keepdims=True)
-    weight = np.einsum("dip,djp->ij", slopes, slopes)
+    weight = np.einsum("dip,djp->ij", jacobian, jacobian)
     weight += RIDGE * np.trace(weight) * np.eye(9)
     half = np.linalg.inv(np.linalg.cholesky(weight))
     nearest = np.linalg.svd(half @ varying, full_matrices=True)[0][:, : -NEAREST - 1 : -1]

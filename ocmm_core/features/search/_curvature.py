@@ -46,8 +46,8 @@ def curved_patch(points: Float) -> Patch:
     half = np.linalg.inv(np.linalg.cholesky(first))
     curvatures, turned = np.linalg.eigh(half @ second @ half.T)
     flat = (half.T @ turned).T
-    slopes = np.column_stack([flat, flat @ c[1:3]])
-    directions = slopes @ axes
+    jacobian = np.column_stack([flat, flat @ c[1:3]])
+    directions = jacobian @ axes
     directions /= np.linalg.norm(directions, axis=1)[:, None]
     normal = np.array([-c[1], -c[2], 1.0]) / steep
     return Patch(c[0] * axes[2], normal @ axes, curvatures, directions)

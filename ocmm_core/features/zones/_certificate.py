@@ -131,7 +131,9 @@ def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
             f"({balance.unbalanced:.1e})."
         )
     elif not balance.holds:
-        sentence = f"Not certified: {count} contacts balance, but a move along them is better."
+        sentence = (
+            f"Not certified: {count} contacts balance, but a move along them reduces the zone."
+        )
     else:
         sentence = f"certified: {count} contacts in balance ({balance.unbalanced:.1e})"
         if not balance.unique:
@@ -163,9 +165,9 @@ def balance_of(task: ZoneTask, placed: Placed, noise: float) -> Balance:
     """
     surface = task.surface
     local = placed.local(task.points)
-    found, slopes = distances(surface, local, placed.sizes)
+    found, jacobian = distances(surface, local, placed.sizes)
     steps = natural_steps(surface, task.points, placed)
-    by_step = slopes[:, surface.free] @ steps
+    by_step = jacobian[:, surface.free] @ steps
     gap = max(min(ACTIVE * float(np.ptp(found)), LARGEST_GAP), noise)
     greatest, least = found.max(), found.min()
     if surface.even:

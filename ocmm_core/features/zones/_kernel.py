@@ -56,19 +56,19 @@ def _inverted(matrix: Float, work: Float) -> bool:
 
 @compiled()
 def _set_row(
-    code: int, distances: Float, slopes: Float, box: Float, lower: bool, row: Float
+    code: int, distances: Float, jacobian: Float, box: Float, lower: bool, row: Float
 ) -> float:
     """Write the coefficients of constraint ``code`` to ``row``; return its right-hand side."""
-    n, k = slopes.shape
+    n, k = jacobian.shape
     row[:] = 0.0
     # distance + slope . step <= upper: the row is (slope, -1, 0), its side -distance.
     if code < n:
-        row[:k] = slopes[code]
+        row[:k] = jacobian[code]
         row[k] = -1.0
         return float(-distances[code])
     # distance + slope . step >= lower, turned round to a less-or-equal.
     if code < 2 * n:
-        row[:k] = -slopes[code - n]
+        row[:k] = -jacobian[code - n]
         if lower:
             row[k + 1] = 1.0
         return float(distances[code - n])
@@ -83,7 +83,7 @@ def _set_row(
 
 @compiled()
 def narrowest_zone(
-    distances: Float, slopes: Float, box: Float, lower: bool, tolerance: float,
+    distances: Float, jacobian: Float, box: Float, lower: bool, tolerance: float,
     solution: Float, basis: Int, multipliers: Float,
 ) -> int:  # fmt: skip
     """Minimise the greatest minus the smallest of ``distances + slopes @ step`` within a box.
@@ -92,7 +92,7 @@ def narrowest_zone(
     ----------
     distances
         (n,).
-    slopes
+    jacobian
         (n, k): their derivatives by the step.
     box
         (k,): greatest step in every direction.
@@ -112,7 +112,7 @@ def narrowest_zone(
     -------
     Number of exchanges, negative where rounding stopped them.
     """
-    n, k = slopes.shape
+    n, k = jacobian.shape
     m = k + 2 if lower else k + 1
     matrix, right, work = np.empty((m, m)), np.empty(m), np.empty((m, 2 * m))
     entering, weights = np.empty(m), np.empty(m)
@@ -125,11 +125,11 @@ def narrowest_zone(
     for j in range(k):
         # How the zone widens with this unknown while these two points carry it: the unknown goes
         # against it until the side of the box, whose multiplier is the slope.
-        slope = slopes[top, j] - (slopes[bottom, j] if lower else 0.0)
+        slope = jacobian[top, j] - (jacobian[bottom, j] if lower else 0.0)
         basis[j] = 2 * n + j + (k if slope > 0.0 else 0)
         multipliers[j] = abs(slope)
     for i in range(m):
-        right[i] = _set_row(basis[i], distances, slopes, box, lower, matrix[i])
+        right[i] = _set_row(basis[i], distances, jacobian, box, lower, matrix[i])
     for exchange in range(MAX_EXCHANGES):
         if not _inverted(matrix, work):
             return -exchange - 1
@@ -152,8 +152,8 @@ def narrowest_zone(
             # The sizes of the terms bound the rounding of their sum.
             value, sizes = distances[i], abs(distances[i]) + abs(solution[k])
             for j in range(k):
-                value += slopes[i, j] * solution[j]
-                sizes += abs(slopes[i, j] * solution[j])
+                value += jacobian[i, j] * solution[j]
+                sizes += abs(jacobian[i, j] * solution[j])
             rounding = ROUNDING * sizes
             above = value - solution[k] - rounding
             # -1 never enters: without a lower bound there is no such row.
@@ -178,7 +178,7 @@ def narrowest_zone(
             # A row of the basis is violated by rounding only.
             if basis[i] == code:
                 return exchange
-        bound = _set_row(code, distances, slopes, box, lower, entering)
+        bound = _set_row(code, distances, jacobian, box, lower, entering)
         greatest = 0.0
         for i in range(m):
             total = 0.0

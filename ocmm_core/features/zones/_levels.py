@@ -16,7 +16,8 @@ from scipy.linalg import null_space
 from ocmm_core.features.zones._certificate import FLAT_CURVATURE, Balance
 from ocmm_core.features.zones._elements import ZoneTask
 from ocmm_core.features.zones._kernel import narrowest_zone
-from ocmm_core.features.zones._solver import SETTLED, after, natural_steps, zone_at
+from ocmm_core.features.zones._settle_kernel import SETTLED
+from ocmm_core.features.zones._solver import after, natural_steps, zone_at
 from ocmm_core.features.zones._surfaces import Placed, distances, possible, second_derivatives
 from ocmm_core.geometry import Float, Int
 
@@ -113,8 +114,8 @@ def _loose(
     places = list(task.surface.free)
     for level in levels:
         at = local[level.rows]
-        _, slopes = distances(task.surface, at, placed.sizes)
-        touch = slopes[:, places] @ steps @ free
+        _, jacobian = distances(task.surface, at, placed.sizes)
+        touch = jacobian[:, places] @ steps @ free
         free = free @ null_space(touch, rcond=RANK)
         curvature, _, _ = second_derivatives(task.surface, at, placed.sizes, level.weights)
         hessian = steps.T @ curvature[np.ix_(places, places)] @ steps
@@ -137,8 +138,8 @@ def _next_level(
     half = 0.0
     for _ in range(MAX_STEPS):
         free, _, _ = _loose(task, placed, steps, levels)
-        found, slopes = distances(surface, placed.local(task.points), placed.sizes)
-        by_step = slopes[:, places] @ steps @ free
+        found, jacobian = distances(surface, placed.local(task.points), placed.sizes)
+        by_step = jacobian[:, places] @ steps @ free
         strong = np.linalg.norm(by_step, axis=1) > RANK
         strong[held] = False
         rest = np.flatnonzero(strong).astype(np.int64)
@@ -188,8 +189,8 @@ def _restored(
     for _ in range(3):
         if not possible(task.surface, placed):
             return None
-        found, slopes = distances(task.surface, placed.local(task.points[rows]), placed.sizes)
-        step = np.linalg.lstsq(slopes[:, places] @ steps, bounds - found, rcond=RANK)[0]
+        found, jacobian = distances(task.surface, placed.local(task.points[rows]), placed.sizes)
+        step = np.linalg.lstsq(jacobian[:, places] @ steps, bounds - found, rcond=RANK)[0]
         placed = after(task.surface, placed, steps @ step)
         if np.abs(step).max() < 1e-14:
             break
@@ -204,16 +205,16 @@ def _system(
     k = len(places)
     _, pins, hessians = _loose(task, placed, steps, levels)
     rows, gaps = [], []
-    slopes_of = []
+    jacobian_of = []
     for number, level in enumerate(levels):
-        found, slopes = distances(surface, placed.local(task.points[level.rows]), placed.sizes)
-        by_step = slopes[:, places] @ steps
+        found, jacobian = distances(surface, placed.local(task.points[level.rows]), placed.sizes)
+        by_step = jacobian[:, places] @ steps
         by_half = np.zeros((len(level.rows), len(levels)))
         by_half[:, number] = -level.signs
         rows.append(np.hstack([by_step, by_half]))
         gaps.append(found - level.signs * level.half)
-        slopes_of.append(by_step)
-    for level, pin, hessian, by_step in zip(levels, pins, hessians, slopes_of, strict=True):
+        jacobian_of.append(by_step)
+    for level, pin, hessian, by_step in zip(levels, pins, hessians, jacobian_of, strict=True):
         rows.append(np.hstack([pin.T @ hessian, np.zeros((pin.shape[1], len(levels)))]))
         gaps.append(pin.T @ (level.weights @ by_step))
     matrix = np.concatenate(rows)

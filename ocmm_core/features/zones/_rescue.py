@@ -79,8 +79,8 @@ def _held(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
 def _forces(surface: ElementFamily, points: Float, zone: Zone, gap: float) -> tuple[Int, Float]:
     """Return contacts (c,), coded as in `_kernel`, nearer than ``gap``, and their forces."""
     placed = zone.placed
-    found, slopes = distances(surface, placed.local(points), placed.sizes)
-    by_step = slopes[:, surface.free] @ natural_steps(surface, points, placed)
+    found, jacobian = distances(surface, placed.local(points), placed.sizes)
+    by_step = jacobian[:, surface.free] @ natural_steps(surface, points, placed)
     above = np.flatnonzero(found >= found.max() - gap)
     below = np.flatnonzero(found <= found.min() + gap) if surface.lower else above[:0]
     signs = np.concatenate([np.ones(len(above)), -np.ones(len(below))])
@@ -130,15 +130,15 @@ def _quadratic_round(surface: ElementFamily, points: Float, zone: Zone) -> Zone:
     k, bounds = len(surface.free), 2 if surface.lower else 1
 
     def gaps(unknown: Float) -> tuple[Float, Float]:
-        found, slopes = distances(
+        found, jacobian = distances(
             surface, local[near], placed.sizes, full_step(surface, steps @ unknown[:k])
         )
-        found, slopes = (found - middle) / scale, slopes[:, surface.free] @ steps / scale
+        found, jacobian = (found - middle) / scale, jacobian[:, surface.free] @ steps / scale
         one, zero = np.ones((len(near), 1)), np.zeros((len(near), 1))
         if not surface.lower:
-            return unknown[k] - found, np.concatenate([-slopes, one], axis=1)
-        below = np.concatenate([slopes, zero, -one], axis=1)
-        above = np.concatenate([-slopes, one, zero], axis=1)
+            return unknown[k] - found, np.concatenate([-jacobian, one], axis=1)
+        below = np.concatenate([jacobian, zero, -one], axis=1)
+        above = np.concatenate([-jacobian, one, zero], axis=1)
         return (
             np.concatenate([unknown[k] - found, found - unknown[k + 1]]),
             np.concatenate([above, below]),

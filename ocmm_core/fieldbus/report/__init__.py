@@ -3,7 +3,7 @@
 In: counters and events as the bus process gives them. Out: JSON, sentences, and a text to mail.
 
 Read `_alarms` (one name, one sentence and one remedy each), `_report` (the snapshot and its JSON),
-`_words` (what it means, in shares) and `_text` (the whole as plain text).
+`_messages` (what it means, in shares) and `_formatting` (the whole as plain text).
 It must not know the wire or the device: a screen on another computer can read a report.
 """
 
@@ -21,6 +21,19 @@ if TYPE_CHECKING:
         alarm_of_code,
         alarm_of_error,
     )
+    from ocmm_core.fieldbus.report._formatting import report_text
+    from ocmm_core.fieldbus.report._messages import (
+        Link,
+        WirePicture,
+        is_present,
+        microseconds,
+        pace_words,
+        shares,
+        trouble_words,
+        unaccounted,
+        wire_picture,
+        within_us,
+    )
     from ocmm_core.fieldbus.report._report import (
         EDGES_US,
         MAX_EVENTS,
@@ -32,18 +45,6 @@ if TYPE_CHECKING:
         decode_report,
         encode_report,
     )
-    from ocmm_core.fieldbus.report._text import report_text
-    from ocmm_core.fieldbus.report._words import (
-        Link,
-        WirePicture,
-        is_present,
-        microseconds,
-        shares,
-        trouble_words,
-        unaccounted,
-        wire_picture,
-        within_us,
-    )
 else:
     __getattr__ = door(
         __name__,
@@ -52,10 +53,10 @@ else:
             "BusEvent BusPhase BusReport CameraReport EDGES_US Histogram MAX_EVENTS decode_report "
             "encode_report"
         ),
-        _text="report_text",
-        _words=(
-            "Link WirePicture is_present microseconds shares trouble_words unaccounted "
-            "wire_picture within_us"
+        _formatting="report_text",
+        _messages=(
+            "Link WirePicture is_present microseconds pace_words shares trouble_words "
+            "unaccounted wire_picture within_us"
         ),
     )
 
@@ -78,6 +79,7 @@ __all__ = [
     "encode_report",
     "is_present",
     "microseconds",
+    "pace_words",
     "report_text",
     "shares",
     "trouble_words",

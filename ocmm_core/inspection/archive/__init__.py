@@ -37,15 +37,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive._points_in_doubt import first_taken
     from ocmm_core.inspection.archive._recall import KeptPlaces, decide, recall
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
-    from ocmm_core.inspection.archive._recall_record import (
-        SCHEMA,
-        Outcome,
-        RecalledCharacteristic,
-        RecalledJob,
-        RecalledValue,
-        RecallRecord,
-    )
-    from ocmm_core.inspection.archive._recall_words import (
+    from ocmm_core.inspection.archive._recall_messages import (
         COLUMNS,
         checked,
         decided,
@@ -56,6 +48,14 @@ if TYPE_CHECKING:
         row,
         totals,
         worst_first,
+    )
+    from ocmm_core.inspection.archive._recall_record import (
+        SCHEMA,
+        Outcome,
+        RecalledCharacteristic,
+        RecalledJob,
+        RecalledValue,
+        RecallRecord,
     )
     from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
     from ocmm_core.inspection.archive._tip_doubts import last_good_utc
@@ -73,7 +73,7 @@ else:
         _recall_record=(
             "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA"
         ),
-        _recall_words=(
+        _recall_messages=(
             "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
         ),
         _reopen="ReopenedJob Tell reopen reopen_job",

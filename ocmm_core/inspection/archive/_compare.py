@@ -132,7 +132,7 @@ def compare_folder(
         There is no such folder, or it has fewer than two jobs of one plan.
     """
     if not folder.is_dir():
-        raise InputError("compare.folder", f"{folder}: there is no such folder.", "Check its name.")
+        raise InputError("compare.folder", f"{folder}: folder not found.", "Check the name.")
     opened: list[ReopenedJob] = []
     left_out: list[str] = []
     paths = sorted(folder.glob("*.ocmm"))
@@ -146,7 +146,7 @@ def compare_folder(
     opened.sort(key=lambda job: job.head.created_utc)
     same = [job for job in opened if job.head.plan_text == opened[-1].head.plan_text]
     left_out += [
-        f"{job.path.name} was measured by another plan, {job.plan.name}."
+        f"{job.path.name} was measured with another plan, {job.plan.name}."
         for job in opened
         if all(job is not other for other in same)
     ]
@@ -179,16 +179,16 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
         if job.head.plan_text != first.head.plan_text:
             raise InputError(
                 "compare.plan",
-                f"{job.path} was measured by another plan than {first.path}.",
-                "Compare jobs of one plan; after a change of the plan they are of two.",
+                f"{job.path} was measured with another plan than {first.path}.",
+                "Compare jobs of one plan; a changed plan counts as another.",
             )
     uuids = [job.head.job_uuid for job in jobs]
     for job in jobs:
         if uuids.count(job.head.job_uuid) > 1:
             raise InputError(
                 "compare.twice",
-                f"{job.path}: this job is among those chosen twice, maybe as a copy.",
-                "Choose it once.",
+                f"{job.path}: this job is selected twice, possibly as a copy.",
+                "Select it once.",
             )
     ordered = sorted(jobs, key=lambda job: job.head.created_utc)
     return tuple(
@@ -248,13 +248,13 @@ def _why_not_counted(job: ReopenedJob, result: CharacteristicResult, *, simulate
         All jobs are, so that one more is no stranger among them.
     """
     if job.view.simulated and not simulated:
-        return f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs by themselves."
+        return f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs separately."
     if job.doubts:
         return job.doubts[0]
     if job.view.unproven:
         return job.view.unproven
     if result.stated is None:
-        return result.note or "It was not measured."
+        return result.note or "Not measured."
     if held_below(result, job.plan, job.view):
         return result.note
     return ""

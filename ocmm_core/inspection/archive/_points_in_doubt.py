@@ -104,14 +104,16 @@ def first_taken(job: JobFile) -> dict[int, datetime]:
     }
 
 
-def sentences_of(session: InspectionSession, *wards: HoldReason) -> tuple[str, ...]:
+def sentences_of(session: InspectionSession, *hold_reasons: HoldReason) -> tuple[str, ...]:
     """Return what is held back for some causes now, each reason in one sentence."""
     return tuple(
-        sentence for ward in wards for sentence in _sentences(session.held.held_for(ward), ward)
+        sentence
+        for hold_reason in hold_reasons
+        for sentence in _sentences(session.held.held_for(hold_reason), hold_reason)
     )
 
 
-def hold(session: InspectionSession, points: Mapping[int, str], ward: HoldReason) -> bool:
+def hold(session: InspectionSession, points: Mapping[int, str], hold_reason: HoldReason) -> bool:
     """Hold back points, each for its reason, and say whether any was not held before.
 
     Raises
@@ -122,15 +124,15 @@ def hold(session: InspectionSession, points: Mapping[int, str], ward: HoldReason
     changed = False
     for reason in dict.fromkeys(points.values()):
         numbers = [number for number, why in points.items() if why == reason]
-        changed |= bool(session.held.hold_back_points(numbers, reason, ward))
+        changed |= bool(session.held.hold_back_points(numbers, reason, hold_reason))
     return changed
 
 
-def _sentences(held: Mapping[int, str], ward: HoldReason) -> list[str]:
+def _sentences(held: Mapping[int, str], hold_reason: HoldReason) -> list[str]:
     """Return for every reason how many points it puts in doubt, and what to do."""
     reasons = list(held.values())
     return [
-        f"{why} {_counted(reasons.count(why))} in doubt. {ward.remedy}"
+        f"{why} {_counted(reasons.count(why))} suspect. {hold_reason.remedy}"
         for why in dict.fromkeys(reasons)
     ]
 

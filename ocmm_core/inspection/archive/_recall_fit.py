@@ -119,8 +119,8 @@ def _rows(spots: Float, poses: PoseBatch, rig: Rig, body: ProbeBody) -> tuple[Fl
     by_prior = np.zeros((n, cameras, leds, 2, N_PARAMETERS * cameras + 3 * leds))
     for c, camera in enumerate(rig.cameras):
         residuals[:, c] = spots[:, c] - project(camera, world)
-        slopes, parameters = projection_jacobians(camera, world.reshape(-1, 3))
-        d_point = slopes.reshape(n, leds, 2, 3)
+        jacobian, parameters = projection_jacobians(camera, world.reshape(-1, 3))
+        d_point = jacobian.reshape(n, leds, 2, 3)
         by_pose[:, c, :, :, :3] = np.cross(turned[:, :, None], d_point)
         by_pose[:, c, :, :, 3:] = d_point
         own = slice(c * N_PARAMETERS, (c + 1) * N_PARAMETERS)

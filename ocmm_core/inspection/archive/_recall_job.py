@@ -23,7 +23,7 @@ from ocmm_core.inspection.archive._stored_documents import named
 from ocmm_core.inspection.evaluation import (
     FeatureState,
     HoldReason,
-    JobStanding,
+    JobStatus,
     evaluate_job,
     notes_of,
 )
@@ -158,16 +158,19 @@ def findings_of(
             job = reopen_job(copy, probes, calibrations=calibrations)
         except OcmmError as error:
             raise named(error, str(copy), str(path)) from error
-    held = {ward: {} if ward in _OF_CAMERAS else job.held[ward] for ward in HoldReason}
-    standing = JobStanding(notes_of(held), "")
-    own = _results(job, job.points, job.sensitivities, job.rig, standing)
+    held = {
+        hold_reason: {} if hold_reason in _OF_CAMERAS else job.held[hold_reason]
+        for hold_reason in HoldReason
+    }
+    status = JobStatus(notes_of(held), "")
+    own = _results(job, job.points, job.sensitivities, job.rig, status)
     why_not = _hindrance(job) or later.why_not
     anew: Anew | None = None
     if not why_not and later.record is not None:
         try:
-            anew = _anew(job, rig_from_record(later.record), standing, later.scale)
+            anew = _anew(job, rig_from_record(later.record), status, later.scale)
         except OcmmError as error:
-            why_not = f"It cannot be computed with the later calibration: {error.what}"
+            why_not = f"Cannot be recalculated with the later calibration: {error.what}"
     places: dict[str, list[int]] = {point.feature: [] for point in job.points}
     for place, point in enumerate(job.points):
         places[point.feature].append(place)
@@ -198,28 +201,28 @@ def findings_of(
     )
 
 
-def _anew(job: ReopenedJob, rig: Rig, standing: JobStanding, scale: float) -> Anew:
+def _anew(job: ReopenedJob, rig: Rig, status: JobStatus, scale: float) -> Anew:
     """Return a job by a later calibration; raise OcmmError where it cannot be computed."""
     own = misfit_of(job.points, job.rig, job.body, scale)
     later = misfit_of(job.points, rig, job.body, scale)
     points, sensitivities = _moved(job, own, later, rig)
-    return Anew(own, later, _results(job, points, sensitivities, rig, standing))
+    return Anew(own, later, _results(job, points, sensitivities, rig, status))
 
 
 def _hindrance(job: ReopenedJob) -> str:
     """Return why a job cannot be computed with other cameras; empty where it can."""
     others = [*job.faults, *job.differences, *job.cameras.unread, *job.history.unread]
     if others:
-        return f"The job file is in doubt: {others[0]}"
+        return f"The job file is suspect: {others[0]}"
     if job.view.unproven:
         return job.view.unproven
     if not job.points:
         return "The job has no points."
     if job.options.reference is not None:
-        return "It was measured with a reference body, whose first place is of the old cameras."
+        return "Measured with a reference body whose initial position refers to the old cameras."
     rule = job.plan.alignment
     if isinstance(rule, Relocation) or saved_frame_in(rule) is not None:
-        return "It rests on a saved frame, whose place is not known to the later calibration."
+        return "Based on a saved frame whose position is unknown to the later calibration."
     return ""
 
 
@@ -228,7 +231,7 @@ def _results(
     points: Sequence[MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
     rig: Rig,
-    standing: JobStanding,
+    status: JobStatus,
 ) -> tuple[CharacteristicResult, ...]:
     done = {one.name for one in job.view.features if one.state is FeatureState.DONE}
     skipped = {one.name for one in job.view.features if one.state is FeatureState.SKIPPED}
@@ -236,7 +239,7 @@ def _results(
         job.plan, points, sensitivities, rig, job.body, job.options,
         frozenset(done), frozenset(skipped),
     )  # fmt: skip
-    return found.judged(job.plan, standing)
+    return found.judged(job.plan, status)
 
 
 def _moved(

@@ -162,13 +162,13 @@ class Inquiry:
         feature = self.job.actual.get(name)
         return () if feature is None else feature.numbers
 
-    def slopes(self, rows: Float, name: str) -> Float:
+    def jacobian(self, rows: Float, name: str) -> Float:
         """Return how a value answers to its feature's points along their normals, (n,)."""
         for sample in self.job.samples:
             if sample.feature == name:
-                slopes = sample.slopes(rows)
-                strongest = int(np.argmax(np.sum(slopes**2, axis=1)))
-                found: Float = slopes[strongest]
+                jacobian = sample.jacobian(rows)
+                strongest = int(np.argmax(np.sum(jacobian**2, axis=1)))
+                found: Float = jacobian[strongest]
                 return found
         return np.zeros(0)
 
@@ -196,11 +196,11 @@ class Inquiry:
         pushes: list[tuple[float, int]] = []
         for sample in self.job.samples:
             residuals = self.job.actual[sample.feature].fit.residuals
-            slopes = sample.slopes(evaluation.gradient[None])[0]
+            jacobian = sample.jacobian(evaluation.gradient[None])[0]
             # A line is off in two directions across it, and its residuals have no sign.
-            if len(slopes) == len(residuals):
+            if len(jacobian) == len(residuals):
                 numbers = self.numbers[sample.places].tolist()
-                pushes += zip((sign * slopes * residuals).tolist(), numbers, strict=True)
+                pushes += zip((sign * jacobian * residuals).tolist(), numbers, strict=True)
         return pushes
 
     @staticmethod
@@ -235,7 +235,7 @@ class Inquiry:
             return None
         try:
             return budget_of(
-                item, evaluation, self.job.actual, self.job.parts, self.job.covariance,
+                item, evaluation, self.job.actual, self.job.parts, self.job.factors,
                 self.job.samples,
             )  # fmt: skip
         except MeasuringError:

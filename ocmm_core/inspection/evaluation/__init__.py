@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.evaluation._evaluated import EvaluatedJob, evaluated_job
     from ocmm_core.inspection.evaluation._evaluation import (
         JobResults,
-        JobStanding,
+        JobStatus,
         checked_features,
         evaluate_job,
         frame_of,
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         targets_of,
         whereabouts,
     )
-    from ocmm_core.inspection.evaluation._job_words import (
+    from ocmm_core.inspection.evaluation._job_messages import (
         INCOMPLETE,
         NO_REAL_PART,
         SIMULATED,
@@ -97,9 +97,9 @@ else:
         _alignment_preview="alignment_of_points",
         _coverage="coverage_of",
         _evaluated="EvaluatedJob evaluated_job",
-        _evaluation="JobResults JobStanding checked_features evaluate_job frame_of",
+        _evaluation="JobResults JobStatus checked_features evaluate_job frame_of",
         _guidance="FAR_MM Whereabouts aligned_nominals cue targets_of whereabouts",
-        _job_words="INCOMPLETE NO_REAL_PART SIMULATED job_states part_line state_lines",
+        _job_messages="INCOMPLETE NO_REAL_PART SIMULATED job_states part_line state_lines",
         _limits="FOR_COMPARISON LIMITS_EVENT limits_text methods_used with_stored_limits",
         _options="SessionOptions",
         _outliers="outliers",
@@ -134,7 +134,7 @@ __all__ = [
     "HoldReason",
     "JobHeader",
     "JobResults",
-    "JobStanding",
+    "JobStatus",
     "JobUncertainty",
     "JobView",
     "LiveView",

@@ -27,29 +27,29 @@ class HoldReason(Enum):
     CAMERAS = (
         "points held back",
         "points released",
-        "Verify the calibration; if it passes they count again, else take them again.",
+        "Verify the calibration. If it passes, the points count again; if not, re-probe them.",
     )
     TIP = (
         "points held back for the tip",
         "points released for the tip",
-        "Make the quick tip check; if it passes they count again, else take them again.",
+        "Run the quick tip check. If it passes, the points count again; if not, re-probe them.",
     )
     FAILED_TIP = (
         "points of a tip that failed",
         "points of a tip that failed, released",
-        "Take them again.",
+        "Re-probe them.",
     )
     """Nothing releases them: nobody knows since when the tip was wrong."""
     CALIBRATION = (
         "points held back for the calibration",
         "points released for the calibration",
-        "Verify the calibration; if it passes they count again, else recall the jobs.",
+        "Verify the calibration. If it passes, the points count again; if not, recall the jobs.",
     )
     """By the history of the calibration; what the monitor saw in the job itself is `CAMERAS`."""
     FAILED_CALIBRATION = (
         "points of a calibration that failed",
         "points of a calibration that failed, released",
-        "Recall the jobs (ocmm recall), and take again what that does not release.",
+        "Recall the jobs (ocmm recall) and re-probe the points it does not release.",
     )
     """Only a recall releases them: nobody knows since when the cameras were wrong."""
 
@@ -64,15 +64,17 @@ def event_text(numbers: Collection[int], reason: str) -> str:
     return f"{','.join(str(number) for number in sorted(numbers))}: {reason}"
 
 
-def held_back(events: Sequence[JobEvent], ward: HoldReason = HoldReason.CAMERAS) -> dict[int, str]:
+def held_back(
+    events: Sequence[JobEvent], hold_reason: HoldReason = HoldReason.CAMERAS
+) -> dict[int, str]:
     """Return the points that are held back after these events, oldest first, and why each is."""
     held: dict[int, str] = {}
     for event in events:
-        if event.kind not in (ward.held, ward.released):
+        if event.kind not in (hold_reason.held, hold_reason.released):
             continue
         names, _, reason = event.text.partition(": ")
         for name in names.split(","):
-            if event.kind == ward.held:
+            if event.kind == hold_reason.held:
                 held[int(name)] = reason
             else:
                 held.pop(int(name), None)
@@ -83,9 +85,9 @@ def notes_of(held: Mapping[HoldReason, Mapping[int, str]]) -> dict[int, str]:
     """Return for every point that is held back why, and what to do."""
     notes: dict[int, str] = {}
     # What nothing releases is told first.
-    for ward in reversed(HoldReason):
-        for number, reason in held[ward].items():
-            notes.setdefault(number, f"{reason} {ward.remedy}")
+    for hold_reason in reversed(HoldReason):
+        for number, reason in held[hold_reason].items():
+            notes.setdefault(number, f"{reason} {hold_reason.remedy}")
     return notes
 
 

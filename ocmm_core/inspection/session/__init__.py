@@ -4,8 +4,8 @@ In: touches with what was tracked, decisions of the inspector, records in force.
 Out: a job file, point by point, and views of the job; refusals with reason and remedy.
 
 Read `_session`: the job and its parts. A touch goes through `_intake` (did the ball rest),
-`_meaning` with `_any_order` (which feature), `_acceptance` with `_side_choice` (may it become a
-point). What the inspector decides: `_steps`, `_point_steps`, kept by `_step_log` and `_deeds`
+`_assignment` with `_any_order` (which feature), `_acceptance` with `_side_choice` (may it become a
+point). What the inspector decides: `_steps`, `_point_steps`, kept by `_step_log` and `_undo`
 (undo, also after a restart). `_ledger` is what all parts share; `_held_points`, `_conditions`,
 `_measured_frame`, `_reference_use` and `_header` are smaller parts; `_job_points` and `_job_view`
 are what others see.

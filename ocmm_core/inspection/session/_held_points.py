@@ -39,21 +39,23 @@ class HeldPoints:
             numbers = self._ledger.points.taken_since(since_s)
             return self.hold_back_points(numbers, reason, HoldReason.CAMERAS)
 
-    def hold_back_points(self, numbers: Iterable[int], reason: str, ward: HoldReason) -> list[int]:
+    def hold_back_points(
+        self, numbers: Iterable[int], reason: str, hold_reason: HoldReason
+    ) -> list[int]:
         """Hold back points, and return those that were not yet; StorageError as `hold_back`."""
         with self._ledger.lock:
             self._ledger.view = None
-            return self._ledger.points.hold_back(numbers, reason, ward)
+            return self._ledger.points.hold_back(numbers, reason, hold_reason)
 
-    def held_for(self, ward: HoldReason) -> dict[int, str]:
+    def held_for(self, hold_reason: HoldReason) -> dict[int, str]:
         """Return the points that count and are held back for a ward, and why."""
         with self._ledger.lock:
-            held = self._ledger.points.held[ward]
+            held = self._ledger.points.held[hold_reason]
             return {
                 p.number: held[p.number] for p in self._ledger.points.counting if p.number in held
             }
 
-    def release(self, reason: str, ward: HoldReason = HoldReason.CAMERAS) -> list[int]:
+    def release(self, reason: str, hold_reason: HoldReason = HoldReason.CAMERAS) -> list[int]:
         """Let points count again that were held back, and return them.
 
         What was held back for the cameras in an earlier run stays so.
@@ -65,10 +67,12 @@ class HeldPoints:
         """
         with self._ledger.lock:
             self._ledger.view = None
-            return self._ledger.points.release(reason, ward)
+            return self._ledger.points.release(reason, hold_reason)
 
-    def release_points(self, numbers: Iterable[int], reason: str, ward: HoldReason) -> list[int]:
+    def release_points(
+        self, numbers: Iterable[int], reason: str, hold_reason: HoldReason
+    ) -> list[int]:
         """Let points count again, and return those that were held; StorageError as `release`."""
         with self._ledger.lock:
             self._ledger.view = None
-            return self._ledger.points.release_points(numbers, reason, ward)
+            return self._ledger.points.release_points(numbers, reason, hold_reason)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ocmm_core.camera import Rig
+from ocmm_core.inspection.session._assignment import TouchAssigner
 from ocmm_core.inspection.session._ledger import JobLedger
-from ocmm_core.inspection.session._meaning import Assignment
 from ocmm_core.measuring import (
     MeasuredPoint,
     PointOptions,
@@ -19,7 +19,7 @@ from ocmm_core.measuring import (
 class TouchIntake:
     """Make durable points of touches, for any thread; the first of three steps.
 
-    A touch goes from its ball at rest (here) to the feature that it is meant for (`Assignment`),
+    A touch goes from its ball at rest (here) to the feature that it is meant for (`TouchAssigner`),
     and to the side of the material and the point (`Acceptance`).
 
     Parameters
@@ -35,7 +35,7 @@ class TouchIntake:
     """
 
     def __init__(
-        self, ledger: JobLedger, rig: Rig, options: PointOptions, assignment: Assignment
+        self, ledger: JobLedger, rig: Rig, options: PointOptions, assignment: TouchAssigner
     ) -> None:
         self._ledger, self._rig, self._options = ledger, rig, options
         self._assignment = assignment
@@ -77,7 +77,7 @@ class TouchIntake:
         if touch.interrupted:
             return Refusal(
                 RefusalCode.GAP,
-                "The frames of the cameras were interrupted during the touch.",
+                "Camera frames were interrupted during the touch.",
                 "Touch again when the machine is ready.",
                 0.0,
             )

@@ -58,7 +58,7 @@ class JobPoints:
             if event.kind == RESTORED:
                 old, _, new = event.text.partition(" as ")
                 self._successor[int(old)] = int(new)
-        self.held = {ward: held_back(events, ward) for ward in HoldReason}
+        self.held = {hold_reason: held_back(events, hold_reason) for hold_reason in HoldReason}
         self._own: set[int] = set()
         self._sensitivities: dict[int, TipSensitivity] = {}
 
@@ -67,7 +67,7 @@ class JobPoints:
         twin = copy.copy(self)
         vars(twin).update(
             counting=list(self.counting),
-            held={ward: dict(held) for ward, held in self.held.items()},
+            held={hold_reason: dict(held) for hold_reason, held in self.held.items()},
             _out=dict(self._out),
             _successor=dict(self._successor),
         )
@@ -102,8 +102,8 @@ class JobPoints:
                 return point
         raise MeasuringError(
             "session.no_such_point",
-            f"There is no point {number} that counts.",
-            "Choose one of the points of the list.",
+            f"No active point {number}.",
+            "Choose a point from the list.",
         )
 
     def deleted(self, feature: str) -> tuple[DeletedPoint, ...]:
@@ -198,7 +198,7 @@ class JobPoints:
         self.counting.append(new)
         self._inherit(renamed)
 
-    def hold_back(self, numbers: Iterable[int], reason: str, ward: HoldReason) -> list[int]:
+    def hold_back(self, numbers: Iterable[int], reason: str, hold_reason: HoldReason) -> list[int]:
         """Hold back points, and return those that were not yet.
 
         Raises
@@ -206,10 +206,10 @@ class JobPoints:
         StorageError
             It could not be made durable; the points are held back until the program ends.
         """
-        new = [number for number in numbers if number not in self.held[ward]]
-        self.held[ward] |= dict.fromkeys(new, reason)
+        new = [number for number in numbers if number not in self.held[hold_reason]]
+        self.held[hold_reason] |= dict.fromkeys(new, reason)
         if new:
-            self._job.append_event(ward.held, event_text(new, reason))
+            self._job.append_event(hold_reason.held, event_text(new, reason))
         return new
 
     def taken_since(self, since_s: float | None) -> list[int]:
@@ -222,19 +222,21 @@ class JobPoints:
             if point.number in self._own and (since_s is None or point.time_s >= since_s)
         )
 
-    def release(self, reason: str, ward: HoldReason) -> list[int]:
+    def release(self, reason: str, hold_reason: HoldReason) -> list[int]:
         """Let points count again, and return them; StorageError, they stay held back then."""
-        held = self.held[ward]
-        numbers = [n for n in held if ward is not HoldReason.CAMERAS or n in self._own]
-        return self.release_points(numbers, reason, ward)
+        held = self.held[hold_reason]
+        numbers = [n for n in held if hold_reason is not HoldReason.CAMERAS or n in self._own]
+        return self.release_points(numbers, reason, hold_reason)
 
-    def release_points(self, numbers: Iterable[int], reason: str, ward: HoldReason) -> list[int]:
+    def release_points(
+        self, numbers: Iterable[int], reason: str, hold_reason: HoldReason
+    ) -> list[int]:
         """Let these points count again, and return those that were held; errors as `release`."""
-        held = self.held[ward]
+        held = self.held[hold_reason]
         free = [number for number in numbers if number in held]
         if free:
-            self._job.append_event(ward.released, event_text(free, reason))
-            self.held[ward] = {k: v for k, v in held.items() if k not in free}
+            self._job.append_event(hold_reason.released, event_text(free, reason))
+            self.held[hold_reason] = {k: v for k, v in held.items() if k not in free}
         return free
 
     def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
@@ -251,17 +253,17 @@ class JobPoints:
         if item is None or number in self._successor:
             raise MeasuringError(
                 "session.not_deleted",
-                f"Point {number} was not deleted, or is back already.",
-                "Choose one of the deleted points of the feature.",
+                f"Point {number} was not deleted, or is already restored.",
+                "Choose a deleted point of the feature.",
             )
         return item.point
 
     def _held_events(self, renamed: Sequence[tuple[int, int]]) -> list[tuple[str, str]]:
         """Return the events that hold back points which repeat one that is held back."""
         return [
-            (ward.held, event_text([new], held[old]))
+            (hold_reason.held, event_text([new], held[old]))
             for old, new in renamed
-            for ward, held in self.held.items()
+            for hold_reason, held in self.held.items()
             if old in held
         ]
 

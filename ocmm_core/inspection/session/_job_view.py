@@ -13,7 +13,7 @@ from ocmm_core.inspection.evaluation import (
     FeatureView,
     JobHeader,
     JobResults,
-    JobStanding,
+    JobStatus,
     JobView,
     Progress,
     SessionOptions,
@@ -86,14 +86,14 @@ def view_of(
         plan, points.counting, state.sensitivities, rig, body, options,
         progress.done, progress.skipped,
     )  # fmt: skip
-    standing = JobStanding(held=notes_of(points.held), unproven=state.unproven)
-    results = found.judged(plan, standing)
+    status = JobStatus(held=notes_of(points.held), unproven=state.unproven)
+    results = found.judged(plan, status)
     place = whereabouts(plan, found.actual)
     if place is None and options.near is not None:
         place = Whereabouts(options.near, approximate=True)
     features = tuple(
         replace(
-            _seen(nominal, found, standing, points, progress, place),
+            _seen(nominal, found, status, points, progress, place),
             compensation=state.methods[nominal.name],
         )
         for nominal in plan.features
@@ -118,7 +118,7 @@ def view_of(
         refusal=state.refusal,
         complete=not progress.active,
         unproven=state.unproven,
-        held=tuple(p.number for p in points.counting if p.number in standing.held),
+        held=tuple(p.number for p in points.counting if p.number in status.held),
         temperature=options.climate.words,
         at_20_c=options.climate.part.compensated,
         header=state.header,
@@ -135,7 +135,7 @@ def view_of(
 def _seen(
     nominal: NominalFeature,
     found: JobResults,
-    standing: JobStanding,
+    status: JobStatus,
     points: JobPoints,
     progress: Progress,
     place: Whereabouts | None,
@@ -143,7 +143,7 @@ def _seen(
     name = nominal.name
     actual = found.actual[name]
     fitted = actual if isinstance(actual, ActualFeature) else None
-    note = feature_note(name, found.points, standing.held)
+    note = feature_note(name, found.points, status.held)
     own = tuple(point for point in found.points if point.feature == name)
     coverage = None
     if fitted is not None:

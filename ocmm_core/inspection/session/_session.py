@@ -21,13 +21,13 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._acceptance import Acceptance
+from ocmm_core.inspection.session._assignment import TouchAssigner
 from ocmm_core.inspection.session._conditions import Conditions
 from ocmm_core.inspection.session._header import header_of
 from ocmm_core.inspection.session._held_points import HeldPoints
 from ocmm_core.inspection.session._intake import TouchIntake
 from ocmm_core.inspection.session._job_view import JobState, view_of
 from ocmm_core.inspection.session._ledger import JobLedger, UnderWay
-from ocmm_core.inspection.session._meaning import Assignment
 from ocmm_core.inspection.session._measured_frame import MeasuredFrame
 from ocmm_core.inspection.session._point_steps import PointSteps
 from ocmm_core.inspection.session._reference_use import ReferenceUse
@@ -77,20 +77,20 @@ class InspectionSession:
         if begun and job.head.probe_identity != body.identity:
             raise MeasuringError(
                 "session.other_probe",
-                f"{job.path}: the points of this job were taken with another probe, with another "
-                f"tip, or before the tip was calibrated or qualified anew.",
-                "Begin a new job; or give the probe and the tip that this one was begun with.",
+                f"{job.path}: the points of this job were taken with another probe, another "
+                "tip, or before the tip was calibrated or qualified again.",
+                "Start a new job, or give the probe and tip this one was started with.",
             )
         if begun and options.reference is None and job.head.rig_identity != rig.identity:
             raise MeasuringError(
                 "session.other_cameras",
-                f"{job.path}: the cameras were calibrated anew since this job was begun: where its "
-                "points are is not known to these.",
-                "Begin a new job.",
+                f"{job.path}: the cameras were recalibrated after this job was started; the "
+                "position of its points is unknown to the new calibration.",
+                "Start a new job.",
             )
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
         acceptance = Acceptance(ledger, rig, body, options, self._reference)
-        assignment = Assignment(ledger, body.tip_radius, options, acceptance)
+        assignment = TouchAssigner(ledger, body.tip_radius, options, acceptance)
         self.touches = TouchIntake(ledger, rig, options.point, assignment)
         """Where touches become points."""
         self.frame = MeasuredFrame(ledger, options)
@@ -201,12 +201,12 @@ class InspectionSession:
         name = simulated_frame(self._ledger.plan.alignment)
         if not name or self.conditions.simulated:
             return ""
-        return f"The frame {name} of the plan is {SIMULATED}: it says nothing about a real part."
+        return f"Frame {name} of the plan is {SIMULATED}: it says nothing about a real part."
 
     def _state(self) -> JobState:
         """Return what the job is, beside its points."""
         ledger = self._ledger
-        deed, undone = ledger.log.last, ledger.log.last_undone
+        step, undone = ledger.log.last, ledger.log.last_undone
         return JobState(
             job=ledger.job.path.stem,
             header=self._header,
@@ -216,7 +216,7 @@ class InspectionSession:
             refusal=ledger.refusal,
             paused=ledger.paused,
             unproven=self.conditions.unproven or self._frame_doubt(),
-            undo=deed.words if deed is not None else "",
+            undo=step.words if step is not None else "",
             redo=undone.words if undone is not None else "",
             simulated=self.conditions.simulated,
         )

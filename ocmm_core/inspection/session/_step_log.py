@@ -13,9 +13,9 @@ from types import MappingProxyType
 from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import STANDING_EVENT, Progress, progress_of
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.inspection.session._deed_events import Way, deed_event, deeds_from
-from ocmm_core.inspection.session._deeds import UndoStep
 from ocmm_core.inspection.session._job_points import FLIPPED, Change, JobPoints
+from ocmm_core.inspection.session._undo import UndoStep
+from ocmm_core.inspection.session._undo_events import Way, deed_event, deeds_from
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import TipSensitivity
@@ -80,16 +80,16 @@ class StepLog:
             Where the job stands when the point is taken back, and with it.
         """
         change = Change((point.number,), ())
-        deed = UndoStep(f"point {point.number} of {point.feature}", change, before, after)
-        self.points.add(point, sensitivity, self._events_of(deed))
-        self._remember(deed)
+        step = UndoStep(f"point {point.number} of {point.feature}", change, before, after)
+        self.points.add(point, sensitivity, self._events_of(step))
+        self._remember(step)
 
     def flip(self, old: MeasuredPoint, new: MeasuredPoint) -> None:
         """Put a point in the place of one whose side was wrong."""
         change = Change((new.number,), (old.number,))
-        deed = UndoStep(f"flip of point {old.number}", change, self.progress, self.progress)
-        self.points.replace(old, new, FLIPPED, self._events_of(deed))
-        self._remember(deed)
+        step = UndoStep(f"flip of point {old.number}", change, self.progress, self.progress)
+        self.points.replace(old, new, FLIPPED, self._events_of(step))
+        self._remember(step)
 
     def do(
         self,
@@ -112,13 +112,13 @@ class StepLog:
         events
             What else is written with it.
         """
-        deed = UndoStep(words, self.points.planned(annul, restore), self.progress, after)
-        self.points.change(annul, restore, [*events, *self._events_of(deed)])
-        self._remember(deed)
+        step = UndoStep(words, self.points.planned(annul, restore), self.progress, after)
+        self.points.change(annul, restore, [*events, *self._events_of(step)])
+        self._remember(step)
 
     def stand(self, after: Progress) -> None:
         """Let the job stand elsewhere; that is no step, and an undo does not know of it."""
-        self.points.change({}, (), self._standing_events(after))
+        self.points.change({}, (), self._status_events(after))
         self.progress = after
 
     def undo(self) -> None:
@@ -129,10 +129,10 @@ class StepLog:
         MeasuringError
             There is nothing to take back.
         """
-        deed = self.last
-        if deed is None:
-            raise MeasuringError("session.no_point", "No point was taken yet.", "Take one first.")
-        self._deeds.undid(self._reverse(deed, "undone", "undid"))
+        step = self.last
+        if step is None:
+            raise MeasuringError("session.no_point", "No points taken yet.", "Take one first.")
+        self._deeds.undid(self._reverse(step, "undone", "undid"))
 
     def redo(self) -> None:
         """Do again what was undone last.
@@ -142,33 +142,33 @@ class StepLog:
         MeasuringError
             Nothing was undone since the last step.
         """
-        deed = self._deeds.last_undone
-        if deed is None:
+        step = self._deeds.last_undone
+        if step is None:
             raise MeasuringError("session.no_redo", "Nothing was undone.", "Undo something first.")
-        self._deeds.redid(self._reverse(deed, "done again", "redid"))
+        self._deeds.redid(self._reverse(step, "done again", "redid"))
 
-    def _remember(self, deed: UndoStep) -> None:
-        self._deeds.did(deed)
-        self.progress = deed.after
+    def _remember(self, step: UndoStep) -> None:
+        self._deeds.did(step)
+        self.progress = step.after
 
-    def _events_of(self, deed: UndoStep, way: Way = "did") -> list[tuple[str, str]]:
+    def _events_of(self, step: UndoStep, way: Way = "did") -> list[tuple[str, str]]:
         """Return what is written with a step: itself, and where the job stands then."""
         return [
-            deed_event(way, deed, self.points.next_number()),
-            *self._standing_events(deed.after),
+            deed_event(way, step, self.points.next_number()),
+            *self._status_events(step.after),
         ]
 
-    def _standing_events(self, after: Progress) -> list[tuple[str, str]]:
+    def _status_events(self, after: Progress) -> list[tuple[str, str]]:
         return [(STANDING_EVENT, after.text)] if after != self.progress else []
 
-    def _reverse(self, deed: UndoStep, word: str, way: Way) -> UndoStep:
+    def _reverse(self, step: UndoStep, word: str, way: Way) -> UndoStep:
         """Take a step back, and return the one that this was."""
         # A point in the place of another has the same observation: it is not to come back twice.
-        reason = FLIPPED if deed.change.added and deed.change.removed else _UNDONE
-        annul = {self.points.latest(number): reason for number in deed.change.added}
-        restore = [self.points.latest(number) for number in deed.change.removed]
-        reverse = deed.undone_by(self.points.planned(annul, restore))
-        events = [(word, deed.words), *self._events_of(reverse, way)]
+        reason = FLIPPED if step.change.added and step.change.removed else _UNDONE
+        annul = {self.points.latest(number): reason for number in step.change.added}
+        restore = [self.points.latest(number) for number in step.change.removed]
+        reverse = step.undone_by(self.points.planned(annul, restore))
+        events = [(word, step.words), *self._events_of(reverse, way)]
         self.points.change(annul, restore, events)
         self.progress = reverse.after
         return reverse

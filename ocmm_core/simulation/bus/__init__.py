@@ -6,7 +6,7 @@ Out: a wire that a master can use, without hardware; what the proxy and the fram
 Read `_virtual_bus` (the whole wire without root), `_network` (the links), `_wire` and
 `_camera_process` (cameras that answer on an interface), `_chain` (the order of their cables),
 `_named_rig` (for other programs). Faults:
-`_faults` (what can go wrong), `_deeds`, `_proxy` and `_line_rules` (a cable that fails),
+`_faults` (what can go wrong), `_fault_commands`, `_proxy` and `_line_rules` (a cable that fails),
 `_fault_rig`, `_frame_watch` (is every frame that comes out whole and true).
 It must not know tracking, jobs or screens.
 """
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.bus import _named_rig as named_rig
     from ocmm_core.simulation.bus._camera_process import READY, SegmentConfig
     from ocmm_core.simulation.bus._chain import Chain, Unit
-    from ocmm_core.simulation.bus._deeds import FaultCommands
+    from ocmm_core.simulation.bus._fault_commands import FaultCommands
     from ocmm_core.simulation.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
     from ocmm_core.simulation.bus._faults import (
         CORRUPT_WITH_SUM,
@@ -55,7 +55,7 @@ else:
         __name__,
         _camera_process="READY SegmentConfig",
         _chain="Chain Unit",
-        _deeds="FaultCommands",
+        _fault_commands="FaultCommands",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
         _faults="CORRUPT_WITH_SUM CameraDeed FaultKind DeedAnswer Faults",
         _frame_watch="FrameWatch Watched",

@@ -134,7 +134,7 @@ class FaultRig:
         self._switched_on += 1
         self._start("cameras", "ocmm_core.simulation.bus._camera_process", segment.to_json())
         for number in self._unplugged:
-            self.deed(FaultKind.UNPLUG, number)
+            self.command(FaultKind.UNPLUG, number)
 
     def kill_cameras(self) -> None:
         """Kill the process of the cameras."""
@@ -176,7 +176,7 @@ class FaultRig:
             self.ring = None
         return in_time
 
-    def deed(self, do: FaultKind, camera: int = 0, value: int = 0, code: int = 0) -> DeedAnswer:
+    def command(self, do: FaultKind, camera: int = 0, value: int = 0, code: int = 0) -> DeedAnswer:
         """Do something to a camera and return what it says once it is done."""
         asked = CameraDeed(do=do, camera=camera, value=value, code=code)
         answer = self._control("cameras", asked, DeedAnswer)

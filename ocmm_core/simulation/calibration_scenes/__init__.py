@@ -20,12 +20,12 @@ if TYPE_CHECKING:
         CalibratingScript,
         CalibrationScenesRig,
         FrameMove,
+        FreeMotionScene,
         Scene,
         ShowBar,
-        ShowTarget,
+        TargetScene,
         TouchSeats,
         TouchSphere,
-        Wave,
     )
     from ocmm_core.simulation.calibration_scenes._calibrating_source import CalibratingSource
     from ocmm_core.simulation.calibration_scenes._pivot_scenes import ScriptedJump, SweepProbe
@@ -46,8 +46,8 @@ else:
     __getattr__ = door(
         __name__,
         _calibrating=(
-            "CalibrationScenesRig CalibratingScript FrameMove Scene ShowBar ShowTarget TouchSeats "
-            "TouchSphere WAY_S Wave"
+            "CalibrationScenesRig CalibratingScript FrameMove Scene ShowBar TargetScene TouchSeats "
+            "TouchSphere WAY_S FreeMotionScene"
         ),
         _calibrating_source="CalibratingSource",
         _pivot_scenes="ScriptedJump SweepProbe",
@@ -64,18 +64,18 @@ __all__ = [
     "CalibratingSource",
     "CalibrationScenesRig",
     "FrameMove",
+    "FreeMotionScene",
     "Holds",
     "Scene",
     "ScriptedJump",
     "ShowBar",
-    "ShowTarget",
     "SweepProbe",
+    "TargetScene",
     "TipFault",
     "TouchSeats",
     "TouchSphere",
     "TouchWithTip",
     "VirtualRests",
-    "Wave",
     "nudge",
     "places_of_bar",
     "stand_of",

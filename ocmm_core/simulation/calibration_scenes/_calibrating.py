@@ -71,13 +71,13 @@ class FrameMove(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     camera_turn_rad: float = 2e-3
 
 
-class ShowTarget(msgspec.Struct, frozen=True, kw_only=True, tag=True):
+class TargetScene(msgspec.Struct, frozen=True, kw_only=True, tag="ShowTarget"):
     """A machine brings one bright target to each position, mm, world."""
 
     positions: tuple[Vector3, ...]
 
 
-class Wave(msgspec.Struct, frozen=True, kw_only=True, tag=True):
+class FreeMotionScene(msgspec.Struct, frozen=True, kw_only=True, tag="Wave"):
     """A hand waves the probe through the volume of the rig, from place to place."""
 
     ways: int
@@ -107,7 +107,7 @@ class TouchSphere(msgspec.Struct, frozen=True, kw_only=True, tag=True):
 
 
 Scene: TypeAlias = (
-    ShowTarget | Wave | ShowBar | TouchSeats | TouchSphere | SweepProbe | TouchWithTip
+    TargetScene | FreeMotionScene | ShowBar | TouchSeats | TouchSphere | SweepProbe | TouchWithTip
 )
 
 
@@ -227,11 +227,11 @@ class CalibrationScenesRig:
         leds, directions = world.leds_probe, body.led_directions_probe
         cos_emission, origin = float(np.cos(body.emission_half_angle)), world.tip_probe
         tremor, hidden = _tremor(self.seed), 0
-        if isinstance(scene, ShowTarget | ShowBar):
+        if isinstance(scene, TargetScene | ShowBar):
             still = np.zeros(3)
             leds, origin, tremor = np.zeros((1, 3)), still, np.zeros_like(tremor)
             directions, cos_emission = np.array([[0.0, -1.0, 0.0]]), -2.0
-        if isinstance(scene, ShowTarget):
+        if isinstance(scene, TargetScene):
             segments = _visits([np.array(place) for place in scene.positions])
         elif isinstance(scene, ShowBar):
             bar = np.linalg.norm(np.subtract(scene.ends[0][1], scene.ends[0][0]))
@@ -241,7 +241,7 @@ class CalibrationScenesRig:
                 [np.array(begin) for begin, _ in scene.ends],
                 [_turn_to(np.subtract(end, begin)) for begin, end in scene.ends],
             )
-        elif isinstance(scene, Wave):
+        elif isinstance(scene, FreeMotionScene):
             segments = _waves(self.rig.volume_world, scene, body)
         elif isinstance(scene, SweepProbe):
             segments, hidden = sweep_segments(scene, body), hidden_bits(scene)
@@ -325,7 +325,7 @@ def _visits(
     return np.array(rows)
 
 
-def _waves(volume_world: Float, scene: Wave, body: ProbeBody) -> Float:
+def _waves(volume_world: Float, scene: FreeMotionScene, body: ProbeBody) -> Float:
     """Return segments from one place and attitude of the volume to the next.
 
     Each way ends in another cell of the volume, so that all of it is crossed.

@@ -192,14 +192,14 @@ def run(
         # By the number of the frame: a stream that is cut elsewhere, or read again, has the same
         # noise.
         key = mix(frame_stream, np.uint64(first + k))
-        windows.aim(slots, options, width, height, corners)
+        windows.predict_windows(slots, options, width, height, corners)
         for s in range(n_slots):
             if corners[s, 0] >= 0:
                 expose(
                     corners[s, 0], corners[s, 1], 1, size, lights[k], packed, pattern_key, key,
                     1.0, normal, room, pixels[s],
                 )  # fmt: skip
-        windows.read(pixels, corners, black, slots, options, readings)
+        windows.measure_windows(pixels, corners, black, slots, options, readings)
         count = search.plan(slots, regions, anywhere, options, cursor, lines)
         for i in range(count):
             expose(

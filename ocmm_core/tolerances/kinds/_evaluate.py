@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ocmm_core.alignment import AnyAlignment, may_be_taken_again, taken_again_by
+from ocmm_core.alignment import AnyAlignment, datums_refit_by, may_be_refit
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
@@ -59,8 +59,8 @@ def evaluate(
     if float(np.abs(moving).max()) < _NOTHING:
         raise FitError(
             "characteristic.by_definition",
-            f"{characteristic.name} is fixed by the part frame itself, whatever the part is like.",
-            "Leave it out, or align to other features.",
+            f"{characteristic.name} is fixed by the part frame itself, independent of the part.",
+            "Remove it, or align to other features.",
         )
     of_form = spec_of(characteristic.kind).own_form
     note = points_note([actual[name] for name in characteristic.features], of_form=of_form)
@@ -101,9 +101,9 @@ def taken_again(
     """Return the datums that the value takes under the orientation of those before them."""
     if characteristic.datums:
         if spec_of(characteristic.kind).datums_make_frame:
-            return may_be_taken_again(characteristic.datums, actual)
+            return may_be_refit(characteristic.datums, actual)
         return ()
-    return taken_again_by(alignment, actual) if needs_part_frame(characteristic) else ()
+    return datums_refit_by(alignment, actual) if needs_part_frame(characteristic) else ()
 
 
 def needs_part_frame(characteristic: Characteristic) -> bool:
@@ -139,8 +139,8 @@ def geometry_value(
     if value is None:
         raise FitError(
             "characteristic.no_geometry",
-            f"The {characteristic.kind} of {characteristic.name} does not follow from geometry "
-            "alone.",
+            f"The {characteristic.kind} of {characteristic.name} cannot be evaluated from "
+            "geometry alone.",
             "Evaluate it from the points.",
         )
     return value(characteristic, geometries, shapes, alignment)

@@ -74,8 +74,8 @@ def smallest_zone(deviations: Deviations, size: int) -> Smallest:
     """
 
     def as_vectors(motion: Float) -> tuple[Float, Float]:
-        values, slopes = deviations(motion)
-        return values[:, None], slopes[:, None, :]
+        values, jacobian = deviations(motion)
+        return values[:, None], jacobian[:, None, :]
 
     found = smallest_length(as_vectors, size)
     signs = np.where(deviations(found.motion)[0] < 0.0, -1.0, 1.0)
@@ -85,7 +85,7 @@ def smallest_zone(deviations: Deviations, size: int) -> Smallest:
 def smallest_length(deviations: Deviations, size: int) -> Smallest:
     """Return where the greatest length of a vector deviation is smallest; see `smallest_zone`."""
     motion = np.zeros(size)
-    vectors, slopes = deviations(motion)
+    vectors, jacobian = deviations(motion)
     lengths = np.linalg.norm(vectors, axis=1)
     value = float(lengths.max())
     shares = _one_hot(lengths)
@@ -95,7 +95,7 @@ def smallest_length(deviations: Deviations, size: int) -> Smallest:
     trust = _FIRST_TRUST_MM
     for _ in range(_STEPS):
         cuts = _with_present(cuts, vectors)
-        step, bound, duals = _program(cuts, vectors, slopes, trust)
+        step, bound, duals = _program(cuts, vectors, jacobian, trust)
         moved = motion + step
         new_vectors, new_slopes = deviations(moved)
         new_value = float(np.linalg.norm(new_vectors, axis=1).max())
@@ -104,17 +104,17 @@ def smallest_length(deviations: Deviations, size: int) -> Smallest:
         if hoped <= _CONVERGED * value + _LEAST_TRUST_MM:
             return Smallest(motion, value, shares)
         if gain > 0.0:
-            motion, vectors, slopes, value = moved, new_vectors, new_slopes, new_value
+            motion, vectors, jacobian, value = moved, new_vectors, new_slopes, new_value
         else:
             # The tangents of the lengths at the place that was tried keep it from coming again.
-            cuts = _with_present(cuts, vectors + slopes @ step)
+            cuts = _with_present(cuts, vectors + jacobian @ step)
         trust = 2.0 * trust if gain > 0.5 * hoped else 0.25 * trust if gain < 0.1 * hoped else trust
         if trust < _LEAST_TRUST_MM:
             return Smallest(motion, value, shares)
     raise FitError(
         "characteristic.zone",
-        "The smallest zone was not found: the search did not come to rest.",
-        "Check that the points belong to the feature, and name datums that hold it.",
+        "Minimum zone not found: the search did not converge.",
+        "Check that the points belong to the feature, and name datums that constrain it.",
     )
 
 
@@ -154,12 +154,12 @@ def _with_present(cuts: _Cuts, vectors: Float) -> _Cuts:
 
 
 def _program(
-    cuts: _Cuts, vectors: Float, slopes: Float, trust: float
+    cuts: _Cuts, vectors: Float, jacobian: Float, trust: float
 ) -> tuple[Float, float, Float]:
     """Return the best step (k,) within ``trust``, the bound it hopes for, and the shares (m,)."""
     rows = cuts.rows
     now = np.sum(cuts.directions * vectors[rows], axis=1)
-    by_step = np.einsum("cd,cdk->ck", cuts.directions, slopes[rows])
+    by_step = np.einsum("cd,cdk->ck", cuts.directions, jacobian[rows])
     # Motions that move nothing are left out: a program could run along them for ever.
     _, strengths, ways = np.linalg.svd(by_step, full_matrices=False)
     kept = ways[strengths > _NULL * max(float(strengths[0]), 1e-12)]
@@ -176,7 +176,7 @@ def _program(
     if answer.x is None:
         raise FitError(
             "characteristic.zone",
-            "The smallest zone was not found: its linear program has no solution.",
+            "Minimum zone not found: its linear program has no solution.",
             "Check that the points belong to the feature.",
         )
     duals = -np.asarray(answer.ineqlin.marginals, dtype=np.float64)

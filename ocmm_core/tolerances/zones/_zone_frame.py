@@ -16,9 +16,9 @@ from ocmm_core.alignment import (
     frame_jacobian,
     frame_name,
     frame_of,
-    held_again,
     in_precedence,
     nominal_frame,
+    refit_under_precedence,
 )
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
@@ -210,7 +210,7 @@ class Frames:
             )
         if self._aligned is None:
             words = rule.frame if isinstance(rule, BoundAlignment) else frame_name(rule)
-            held = held_again(rule, self._actual)
+            held = refit_under_precedence(rule, self._actual)
             T_part_from_world = frame_of(rule, held.geometries)
             slopes = frame_jacobian(rule, held.features, T_part_from_world)
             self._aligned = ZoneFrame(T_part_from_world, slopes, np.zeros((6, 0)), words)

@@ -190,11 +190,11 @@ def derived_zone(
 
     places = frame.T_frame_from_world.apply(world)
     vectors = (places - true_point) @ rows.T
-    slopes = [
+    jacobian = [
         rows @ frame.point_derivative(place, item.by_coordinates)
         for place, item in zip(places, points, strict=True)
     ]
-    return _of_vectors(smallest, vectors, np.array(slopes), frame.words)
+    return _of_vectors(smallest, vectors, np.array(jacobian), frame.words)
 
 
 def vector_evaluation(components: Float, gradients: Float, frame: str) -> Evaluation:
@@ -210,7 +210,7 @@ def vector_evaluation(components: Float, gradients: Float, frame: str) -> Evalua
     )
 
 
-def _of_vectors(smallest: Smallest, vectors: Float, slopes: Float, words: str) -> Evaluation:
+def _of_vectors(smallest: Smallest, vectors: Float, jacobian: Float, words: str) -> Evaluation:
     """Return the evaluation of deviations (m, d) with their shares in the value."""
     lengths = np.linalg.norm(vectors, axis=1)
     held = np.flatnonzero(smallest.shares > 1e-9)
@@ -220,9 +220,9 @@ def _of_vectors(smallest: Smallest, vectors: Float, slopes: Float, words: str) -
         # All that hold the zone lie on one line: their sum is a vector that may cross zero.
         shares = 2.0 * smallest.shares[held] * np.where(along < 0.0, -1.0, 1.0)
         components = shares @ vectors[held]
-        return vector_evaluation(components, np.tensordot(shares, slopes[held], axes=1), words)
+        return vector_evaluation(components, np.tensordot(shares, jacobian[held], axes=1), words)
     units = vectors[held] / np.maximum(lengths[held], 1e-300)[:, None]
-    gradient = 2.0 * np.einsum("m,md,mdj->j", smallest.shares[held], units, slopes[held])
+    gradient = 2.0 * np.einsum("m,md,mdj->j", smallest.shares[held], units, jacobian[held])
     return Evaluation(2.0 * smallest.value, gradient, frame=words)
 
 

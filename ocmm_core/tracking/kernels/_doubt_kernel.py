@@ -26,7 +26,7 @@ GROWTH_WEIGHT = 0.5
 
 @compiled(kernel, small_algebra)
 def ambiguity_score(
-    led_ideal: Float, led_slopes: Float, seen: Bool, cams: Float, leds: Float,
+    led_ideal: Float, led_jacobian: Float, seen: Bool, cams: Float, leds: Float,
     rotation: Float, origin: Float, sigma: float,
 ) -> float:  # fmt: skip
     """Return how far a single false LED can have moved the pose, in squared standard deviations.
@@ -47,7 +47,7 @@ def ambiguity_score(
     # H = J'J and g = J'r (observed minus predicted) of all spots at the pose found from all of
     # them. Both are sums over LEDs, so that leaving one out is a subtraction; no pose is fitted
     # anew.
-    normal_equations(led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g)
+    normal_equations(led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g)
     n_cameras, n_leds = seen.shape
     only = np.zeros((n_cameras, n_leds), np.bool_)
     located = 0
@@ -61,7 +61,7 @@ def ambiguity_score(
         for c in range(n_cameras):
             only[c, led] = seen[c, led]
         misfit = normal_equations(
-            led_ideal, led_slopes, only, cams, leds, rotation, origin, own, own_g
+            led_ideal, led_jacobian, only, cams, leds, rotation, origin, own, own_g
         )
         # Taken back at once: an LED that nobody sees ends its turn before this, and what were still
         # set then would be left out together with the next.

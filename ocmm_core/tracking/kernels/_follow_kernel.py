@@ -40,9 +40,9 @@ def extend_tracked(
     """
     n_cameras, n_slots = spots.shape[0], spots.shape[1]
     ideal = np.empty((n_cameras, n_slots, 2))
-    slopes = np.empty((n_cameras, n_slots, 4))
+    jacobian = np.empty((n_cameras, n_slots, 4))
     there = np.empty((n_cameras, n_slots), np.bool_)
-    undistort_rays(spots, cams, ideal, slopes, there)
+    undistort_rays(spots, cams, ideal, jacobian, there)
     located = 0
     for led in range(len(leds)):
         views = 0
@@ -60,7 +60,7 @@ def extend_tracked(
     # -1: any slot may be any LED. The strobe code has done its work once labels are known.
     usable = np.full(n_cameras * n_slots, -1)
     chi2 = extend_hypothesis(
-        ideal, slopes, there, usable, cams, centres, leds, directions, least_cosine, sigma,
+        ideal, jacobian, there, usable, cams, centres, leds, directions, least_cosine, sigma,
         rival_px, limits, labels, np.empty((3, 3)), np.empty(3), worth,
     )  # fmt: skip
     # The caller compares with `_identify_kernel.MAX_DOUBT`; infinity is always above it.

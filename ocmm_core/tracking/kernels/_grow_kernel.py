@@ -37,7 +37,7 @@ _NEEDS = (doubt_kernel, kernel, meeting_kernel, small_algebra)
 
 @compiled(*_NEEDS)
 def extend_hypothesis(
-    ideal: Float, slopes: Float, there: Bool, usable: Int, cams: Float, centres: Float,
+    ideal: Float, jacobian: Float, there: Bool, usable: Int, cams: Float, centres: Float,
     leds: Float, directions: Float, least_cosine: float, sigma: float, rival_px: float,
     limits: Float, labels: Int, rotation: Float, origin: Float, worth: Float,
 ) -> float:  # fmt: skip
@@ -50,7 +50,7 @@ def extend_hypothesis(
 
     Parameters
     ----------
-    ideal, slopes, there
+    ideal, jacobian, there
         Spots by slot, see `meeting_kernel.straighten`.
     usable
         (C S,): LED that a slot follows by its strobe code, -1 where it may be any, -2 none.
@@ -76,7 +76,7 @@ def extend_hypothesis(
     """
     n_cameras, n_leds = labels.shape
     led_ideal = np.empty((n_cameras, n_leds, 2))
-    led_slopes = np.empty((n_cameras, n_leds, 4))
+    led_jacobian = np.empty((n_cameras, n_leds, 4))
     seen = np.empty((n_cameras, n_leds), np.bool_)
     h = np.empty((6, 6))
     g = np.empty(6)
@@ -87,7 +87,7 @@ def extend_hypothesis(
     points = np.empty((n_leds, 3))
     located = np.empty(n_leds, np.bool_)
     # The start: closed forms, good to the noise of triangulation, from which one step is enough.
-    spots = _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+    spots = _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
     count = triangulate_leds(led_ideal, seen, cams, points, located)
     fit_leds(leds, points, located, count, rotation, origin, np.empty((4, 4)), np.empty((4, 4)))
     for c in range(n_cameras):
@@ -100,7 +100,7 @@ def extend_hypothesis(
     while True:
         # One Gauss-Newton step for every spot added. Afterwards h holds the factor of J'J.
         chi2 = _improve(
-            led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g, step, work, sigma
+            led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g, step, work, sigma
         )
         # Six numbers of the pose are taken from two coordinates a spot.
         if chi2 < 0.0 or chi2 > limits[2 * spots - 6]:
@@ -129,7 +129,7 @@ def extend_hypothesis(
                 for slot in range(there.shape[1]):
                     if not there[c, slot]:
                         continue
-                    ex, ey = _miss(ideal[c, slot], slopes[c, slot], place)
+                    ex, ey = _miss(ideal[c, slot], jacobian[c, slot], place)
                     if scale * (s11 * ex * ex - 2.0 * s01 * ex * ey + s00 * ey * ey) < SPOT_CHI2:
                         near += 1
                         slot_near = slot
@@ -145,28 +145,28 @@ def extend_hypothesis(
         if best_c < 0:
             break
         labels[best_c, best_led] = best_slot
-        spots = _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+        spots = _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
     if _drop_rivals(
-        ideal, slopes, there, cams, centres, leds, directions, least_cosine, rival_px, labels,
+        ideal, jacobian, there, cams, centres, leds, directions, least_cosine, rival_px, labels,
         rotation, origin, place, rows,
     ):  # fmt: skip
-        _gather(ideal, slopes, labels, led_ideal, led_slopes, seen)
+        _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
         # What is left after rivals are out must still fix a pose by itself.
         if triangulate_leds(led_ideal, seen, cams, points, located) < 3:
             return -1.0
         chi2 = _improve(
-            led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g, step, work, sigma
+            led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g, step, work, sigma
         )
         if chi2 < 0.0:
             return -1.0
     # All spots together kept the limit above; those that are left are not compared with one again.
-    worth[0] = ambiguity_score(led_ideal, led_slopes, seen, cams, leds, rotation, origin, sigma)
+    worth[0] = ambiguity_score(led_ideal, led_jacobian, seen, cams, leds, rotation, origin, sigma)
     return chi2
 
 
 @compiled()
 def _gather(
-    ideal: Float, slopes: Float, labels: Int, led_ideal: Float, led_slopes: Float, seen: Bool
+    ideal: Float, jacobian: Float, labels: Int, led_ideal: Float, led_jacobian: Float, seen: Bool
 ) -> int:
     """Put the labelled spots in the order of the LEDs; return their number."""
     spots = 0
@@ -180,18 +180,18 @@ def _gather(
             for k in range(2):
                 led_ideal[c, led, k] = ideal[c, slot, k]
             for k in range(4):
-                led_slopes[c, led, k] = slopes[c, slot, k]
+                led_jacobian[c, led, k] = jacobian[c, slot, k]
     return spots
 
 
 @compiled(kernel, small_algebra)
 def _improve(
-    led_ideal: Float, led_slopes: Float, seen: Bool, cams: Float, leds: Float,
+    led_ideal: Float, led_jacobian: Float, seen: Bool, cams: Float, leds: Float,
     rotation: Float, origin: Float, h: Float, g: Float, step: Float, work: Float, sigma: float,
 ) -> float:  # fmt: skip
     """Take a Gauss-Newton step; return chi-square after it, -1 where the pose is open."""
     squares: float = normal_equations(
-        led_ideal, led_slopes, seen, cams, leds, rotation, origin, h, g
+        led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g
     )
     if not cholesky(h):
         return -1.0
@@ -271,7 +271,7 @@ def _taken(labels: Int, c: int, slot: int) -> bool:
 
 @compiled(meeting_kernel)
 def _drop_rivals(
-    ideal: Float, slopes: Float, there: Bool, cams: Float, centres: Float, leds: Float,
+    ideal: Float, jacobian: Float, there: Bool, cams: Float, centres: Float, leds: Float,
     directions: Float, least_cosine: float, rival_px: float, labels: Int,
     rotation: Float, origin: Float, place: Float, rows: Float,
 ) -> bool:  # fmt: skip
@@ -293,7 +293,7 @@ def _drop_rivals(
             _predict(cams, c, leds[led], rotation, origin, place, rows)
             for slot in range(there.shape[1]):
                 if there[c, slot]:
-                    ex, ey = _miss(ideal[c, slot], slopes[c, slot], place)
+                    ex, ey = _miss(ideal[c, slot], jacobian[c, slot], place)
                     near[led, slot] = ex * ex + ey * ey < rival_px * rival_px
         for led in range(n_leds):
             slot = labels[c, led]

@@ -82,14 +82,14 @@ def identify_frames(
     n, n_cameras, n_slots = spots.shape[:3]
     n_bodies = len(counts)
     ideal = np.empty((n_cameras, n_slots, 2))
-    slopes = np.empty((n_cameras, n_slots, 4))
+    jacobian = np.empty((n_cameras, n_slots, 4))
     there = np.empty((n_cameras, n_slots), np.bool_)
     poses = np.empty((MAX_POSES, n_cameras, 8), np.int64)
     owner = np.empty(MAX_POSES, np.int64)
     certain = np.empty(MAX_POSES, np.bool_)
     doubt = np.empty(MAX_POSES)
     for frame in range(n):
-        undistort_rays(spots[frame], cams, ideal, slopes, there)
+        undistort_rays(spots[frame], cams, ideal, jacobian, there)
         # A constant would be one more type to compile for.
         held = int(np.int64(0))
         for body in range(n_bodies):
@@ -97,7 +97,7 @@ def identify_frames(
             # Poses of all bodies go into one list: a pose of one may claim the spots of another.
             before = held
             outcome, held = _search(
-                ideal, slopes, there, usable[body], cams, centres, bounds, leds[body, :size],
+                ideal, jacobian, there, usable[body], cams, centres, bounds, leds[body, :size],
                 directions[body, :size], least_cosines[body], axes[body, : n_rules[body]],
                 rule_worlds[body, : n_rules[body]], sigma, rival_px, limits, body,
                 poses, owner, certain, doubt, held,
@@ -117,7 +117,7 @@ def identify_frames(
 
 @compiled(*_NEEDS)
 def _search(
-    ideal: Float, slopes: Float, there: Bool, usable: Int, cams: Float, centres: Float,
+    ideal: Float, jacobian: Float, there: Bool, usable: Int, cams: Float, centres: Float,
     bounds: Float, leds: Float, directions: Float, least_cosine: float, axes: Float,
     rule_worlds: Float, sigma: float, rival_px: float, limits: Float, body: int,
     poses: Int, owner: Int, certain: Bool, doubt: Float, held: int,
@@ -138,12 +138,12 @@ def _search(
             if total + n_slots * n_slots > MAX_MEETINGS:
                 return CONFUSED, held
             count = triangulate_pairs(
-                ideal, slopes, there, cams, first, second, sigma, bounds,
+                ideal, jacobian, there, cams, first, second, sigma, bounds,
                 positions[total:], covariances[total:], lights[total:],
             )  # fmt: skip
             outcome, held = _match(
                 positions[total : total + count], covariances[total : total + count],
-                lights[total : total + count], ideal, slopes, there, usable, cams, centres,
+                lights[total : total + count], ideal, jacobian, there, usable, cams, centres,
                 leds, directions, least_cosine, axes, rule_worlds, sigma, rival_px, limits, body,
                 poses, owner, certain, doubt, start, held,
             )  # fmt: skip
@@ -154,15 +154,15 @@ def _search(
     if held > start or n_cameras == 2:
         return (NO_FIT if total >= 3 else FEW), held
     return _match(
-        positions[:total], covariances[:total], lights[:total], ideal, slopes, there, usable, cams,
-        centres, leds, directions, least_cosine, axes, rule_worlds, sigma, rival_px, limits, body,
-        poses, owner, certain, doubt, start, held,
+        positions[:total], covariances[:total], lights[:total], ideal, jacobian, there, usable,
+        cams, centres, leds, directions, least_cosine, axes, rule_worlds, sigma, rival_px, limits,
+        body, poses, owner, certain, doubt, start, held,
     )  # fmt: skip
 
 
 @compiled(*_NEEDS)
 def _match(
-    positions: Float, covariances: Float, lights: Int, ideal: Float, slopes: Float, there: Bool,
+    positions: Float, covariances: Float, lights: Int, ideal: Float, jacobian: Float, there: Bool,
     usable: Int, cams: Float, centres: Float, leds: Float, directions: Float, least_cosine: float,
     axes: Float, rule_worlds: Float, sigma: float, rival_px: float, limits: Float, body: int,
     poses: Int, owner: Int, certain: Bool, doubt: Float, start: int, held: int,
@@ -228,7 +228,7 @@ def _match(
                             if attempts > MAX_ATTEMPTS or held == MAX_POSES:
                                 return CONFUSED, held
                             chi2 = extend_hypothesis(
-                                ideal, slopes, there, usable, cams, centres, leds, directions,
+                                ideal, jacobian, there, usable, cams, centres, leds, directions,
                                 least_cosine, sigma, rival_px, limits, labels, rotation, origin,
                                 worth,
                             )  # fmt: skip

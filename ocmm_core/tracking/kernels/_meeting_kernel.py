@@ -29,7 +29,7 @@ DISTANCE_SLACK_MM = 0.1
 
 
 @compiled(kernel)
-def undistort_rays(spots: Float, cams: Float, ideal: Float, slopes: Float, there: Bool) -> None:
+def undistort_rays(spots: Float, cams: Float, ideal: Float, jacobian: Float, there: Bool) -> None:
     """Take the distortion from spots (C, S, 2), px; see `kernel.solve_frames`."""
     for c in range(spots.shape[0]):
         sx, sy = cams[c, 13], cams[c, 14]
@@ -45,8 +45,8 @@ def undistort_rays(spots: Float, cams: Float, ideal: Float, slopes: Float, there
             # mm on the ideal image; beside it the derivative of the pixels by it, row by row,
             # px/mm.
             ideal[c, slot, 0], ideal[c, slot, 1] = x, y
-            slopes[c, slot, 0], slopes[c, slot, 1] = sx * j00, sx * j01
-            slopes[c, slot, 2], slopes[c, slot, 3] = sy * j01, sy * j11
+            jacobian[c, slot, 0], jacobian[c, slot, 1] = sx * j00, sx * j01
+            jacobian[c, slot, 2], jacobian[c, slot, 3] = sy * j01, sy * j11
 
 
 @compiled()
@@ -71,14 +71,14 @@ def view(cams: Float, c: int, point: Float, derivative: Float) -> tuple[float, f
 
 @compiled(kernel)
 def triangulate_pairs(
-    ideal: Float, slopes: Float, there: Bool, cams: Float, first: int, second: int, sigma: float,
+    ideal: Float, jacobian: Float, there: Bool, cams: Float, first: int, second: int, sigma: float,
     bounds: Float, positions: Float, covariances: Float, lights: Int,
 ) -> int:  # fmt: skip
     """Find where rays of two cameras meet; return the number of places.
 
     Parameters
     ----------
-    ideal, slopes, there
+    ideal, jacobian, there
         As `undistort_rays` makes them, by slot.
     first, second
         The cameras.
@@ -124,7 +124,7 @@ def triangulate_pairs(
         information[:] = 0.0
         for side in range(2):
             c = first if side == 0 else second
-            slope = slopes[c, numbers[i, side]]
+            slope = jacobian[c, numbers[i, side]]
             x, y, depth = view(cams, c, points[i], derivative)
             # Rays are lines in the equations; they may meet behind a camera, where no LED is seen.
             inside = inside and depth > 0.0

@@ -5,7 +5,7 @@ In: snapshots of a procedure. Out: panels, forms, pictures and gates that severa
 Read `_shown` (what the parts hand to each other), `_pages` and `_hands_pages` (pages of steps in
 which something is collected), `_live_panel`, `_gate` (why Next is closed), `_far_banner`,
 `_picture` and `_probe_picture`, `_forms`, `_facts`, `_result_frame`, `_calculation` (in a process
-of its own), `_texts` (what the wizards say).
+of its own), `_messages` (what the wizards say).
 It must not know one wizard's page.
 """
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.parts._gate import gate_words, is_unstored
     from ocmm_gui.wizards.parts._hands_pages import HandsPage, ProbePreparePage
     from ocmm_gui.wizards.parts._live_panel import Score
+    from ocmm_gui.wizards.parts._messages import CALIBRATION_ENDS, VERDICT_ENDS, WizardTexts
     from ocmm_gui.wizards.parts._pages import (
         CollectPage,
         KnownPointsPage,
@@ -34,8 +35,13 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.parts._prepare_page import PreparePage, planned_lines, planned_points
     from ocmm_gui.wizards.parts._probe_picture import ProbePicture
     from ocmm_gui.wizards.parts._result_frame import ResultFrame, Said
-    from ocmm_gui.wizards.parts._shown import Calculation, Seen, ShownProcedure, Tap, Warmth
-    from ocmm_gui.wizards.parts._texts import CALIBRATION_ENDS, VERDICT_ENDS, WizardTexts
+    from ocmm_gui.wizards.parts._shown import (
+        Calculation,
+        Seen,
+        ShownProcedure,
+        Tap,
+        TemperatureReadings,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -51,8 +57,8 @@ else:
         _prepare_page="PreparePage planned_lines planned_points",
         _probe_picture="ProbePicture",
         _result_frame="ResultFrame Said",
-        _shown="Calculation Seen ShownProcedure Tap Warmth",
-        _texts="CALIBRATION_ENDS VERDICT_ENDS WizardTexts",
+        _shown="Calculation Seen ShownProcedure Tap TemperatureReadings",
+        _messages="CALIBRATION_ENDS VERDICT_ENDS WizardTexts",
     )
 
 __all__ = [
@@ -80,8 +86,8 @@ __all__ = [
     "ShownProcedure",
     "StepPage",
     "Tap",
+    "TemperatureReadings",
     "Told",
-    "Warmth",
     "WizardTexts",
     "bars",
     "gate_words",

@@ -13,7 +13,7 @@ from ocmm_core.calibration.guided import Procedure, ProcedureView
 Watcher: TypeAlias = Callable[[FrameBlock], None]
 Tap: TypeAlias = Callable[[Watcher | None], None]
 """Sends every block of frames to a watcher from now on, or to nobody."""
-Warmth: TypeAlias = Callable[[], Sequence[float | None]]
+TemperatureReadings: TypeAlias = Callable[[], Sequence[float | None]]
 """Returns how warm the sensors of the cameras are, degrees Celsius; empty where nobody knows."""
 
 
@@ -46,7 +46,7 @@ class ShownProcedure(Procedure, Protocol):
         """Calculate the result, here or elsewhere; which one it is, is the procedure's matter."""
         ...
 
-    def note_warmth(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
+    def record_temperature(self, now: datetime, sensors_c: Sequence[float | None]) -> None:
         """Keep how warm the sensors are while observations are taken."""
         ...
 

@@ -25,6 +25,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT
 from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.measuring import factors_of_matrix
 from tests.core.alignment.parts import NOMINALS, SHAPES, actual_of, anywhere, measured
 
 RULES: dict[str, Alignment] = {
@@ -82,8 +83,8 @@ def test_uncertainty_of_frame_and_residuals_is_that_of_a_monte_carlo(name: str) 
     start = frame_of(bound, geometries)
     sigmas = _sigmas()
     covariance = np.diag(np.append(sigmas.ravel() ** 2, 0.0))
-    slopes = frame_jacobian(bound, actual, start)
-    linear = np.sqrt(np.diag(slopes @ covariance @ slopes.T))
+    jacobian = frame_jacobian(bound, actual, start)
+    linear = np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
     motions, moved = [], []
     for _ in range(400):
         noisy = {
@@ -97,7 +98,7 @@ def test_uncertainty_of_frame_and_residuals_is_that_of_a_monte_carlo(name: str) 
     scatter = np.std(motions, axis=0)
     assert np.all(np.abs(scatter - linear) < 0.15 * linear + 1e-9)
 
-    report = preview_alignment(bound, actual, covariance)
+    report = preview_alignment(bound, actual, factors_of_matrix(covariance))
     residual = {item.feature: item for item in report.residuals}["P"]
     worst = np.sqrt(np.linalg.eigvalsh(np.cov(np.array(moved).T))[-1])
     assert residual.distance_uncertainty == pytest.approx(2.0 * worst, rel=0.15)
@@ -129,8 +130,8 @@ def test_what_is_open_is_said_with_what_to_do() -> None:
     geometries = measured(RigidTransform.identity(), np.random.default_rng(5))
     rule = DatumReferenceFrame(datums=("A",))
     report = preview_alignment(BoundAlignment(rule, SHAPES, NOMINALS), actual_of(geometries))
-    assert report.free == ("turning about z", "shifting square to z")
-    assert "leave open: turning about z, shifting square to z" in report.advice[0]
+    assert report.free == ("turning about z", "translation square to z")
+    assert "leave open: turning about z, translation square to z" in report.advice[0]
     three = BestFit(points=("S", "G", "H"))
     actual = actual_of(geometries)
     # G was touched itself, H is as if it were constructed.

@@ -246,7 +246,7 @@ def test_six_conditions_that_leave_the_part_open_are_refused() -> None:
     geometries = measured(RigidTransform.identity(), np.random.default_rng(0))
     flat = [Condition(feature=name, direction=(0.0, 0.0, 1.0)) for name in "HGSP"]
     flat += [Condition(feature=name, direction=(0.0, 1.0, 0.0)) for name in "HG"]
-    with pytest.raises(FitError, match="leave a motion of the part open: it shifts along x"):
+    with pytest.raises(FitError, match="leave a motion of the part open: translation along x"):
         frame_of(bound(ReferencePoints(conditions=tuple(flat))), geometries)
 
 
@@ -280,10 +280,10 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
     document = frame_document("m", "2026-01-02", "bed", RigidTransform.identity(), {})
     path = tmp_path / "m.toml"
     save_frame(path, document)
-    with pytest.raises(StorageError, match="there is such a file already"):
+    with pytest.raises(StorageError, match="this file already exists"):
         save_frame(path, document)
     path.write_text(path.read_text().replace("translation = [0.0,", "translation = [0.1,"))
-    with pytest.raises(InputError, match="does not fit its hash"):
+    with pytest.raises(InputError, match="does not match its hash"):
         load_frame(path)
     with pytest.raises(InputError, match=r"has 0 control point\(s\)"):
         relocation(document, 0.1)
@@ -339,8 +339,12 @@ def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
         (BestFit(points=("H", "G", "A")), "points", "needs one of: point"),
         (BestFit(points=("H", "G", "S"), weights=(1.0,)), "weights", "has 1 numbers"),
         (BestFit(points=("H", "G", "S"), weights=(1.0, 0.0, 1.0)), "weights", "not greater"),
-        (BestFit(points=("H", "G", "S"), locked=("z",)), "start", "where the locked motions"),
-        (ReferencePoints(conditions=SIX.conditions[:5]), "conditions", "six hold a part"),
+        (BestFit(points=("H", "G", "S"), locked=("z",)), "start", "fixes the locked motions"),
+        (
+            ReferencePoints(conditions=SIX.conditions[:5]),
+            "conditions",
+            "exactly six constrain a part",
+        ),
         (
             ReferencePoints(
                 conditions=(*SIX.conditions[:5], Condition(feature="A", direction=(1.0, 0.0, 0.0)))
@@ -362,7 +366,7 @@ def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
                 translation=(0.0, 0.0, 0.0),
             ),
             "rotation",
-            "is no rotation",
+            "is not a rotation",
         ),
         (Relocation(name="m", digest="", control=(), limit=0.0), "limit", "greater than zero"),
     ],

@@ -13,10 +13,10 @@ from scipy.optimize import minimize, minimize_scalar
 from ocmm_core.alignment import (
     BoundAlignment,
     DatumReferenceFrame,
-    held_again,
     in_precedence,
     part_frame,
     preview_alignment,
+    refit_under_precedence,
 )
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import POINT, Shape, nominal_geometry
@@ -191,7 +191,7 @@ def test_the_chain_through_all_datums_is_that_of_the_whole_way(datums: str, crit
 def test_a_square_part_is_aligned_as_before_and_the_report_shows_the_lean() -> None:
     actual = noisy()
     rule = bound("ABC", actual)
-    again = held_again(rule, actual)
+    again = refit_under_precedence(rule, actual)
     held = again.features
     assert held["A"] is actual["A"]
     assert abs(float(held["B"].fit.direction @ held["A"].fit.direction)) < 1e-12
@@ -216,7 +216,7 @@ def test_a_square_part_is_aligned_as_before_and_the_report_shows_the_lean() -> N
 def test_datums_without_points_of_their_own_stay_as_they_are() -> None:
     actual = noisy()
     constructed = {**actual, "B": replace(actual["B"], touches=None, raw=None)}
-    held = held_again(bound("ABC", constructed), constructed).features
+    held = refit_under_precedence(bound("ABC", constructed), constructed).features
     assert held["B"] is constructed["B"]
     assert held["C"] is not constructed["C"]
     assert np.abs(held["C"].fit.direction - constructed["C"].fit.direction).max() > 1e-3

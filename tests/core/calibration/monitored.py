@@ -12,7 +12,7 @@ import numpy as np
 from ocmm_core.calibration.monitor import ResidualAccumulator, ResidualSample
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, Wave
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, FreeMotionScene
 from ocmm_core.simulation.scene import Part, VirtualRig, WorldOptions, load_part
 from ocmm_core.tracking import ProbeBody, TrackBlock, TrackingPipeline, load_probe
 
@@ -64,7 +64,7 @@ class Monitored:
 
     def waved(self, ways: int, options: WorldOptions | None = None) -> list[ResidualSample]:
         """Return the looks at a probe that is waved through the volume."""
-        scene = (Wave(ways=ways, seed=self.seed),)
+        scene = (FreeMotionScene(ways=ways, seed=self.seed),)
         shown = CalibrationScenesRig(self.rig, self.body, scene, self.seed, options)
         track = TrackingPipeline(self.gate, self.body).process(shown.frames(0, shown.n_frames))
         return ResidualAccumulator(self.rig, self.body, WAVE_LOOK_NS).feed(track)

@@ -123,7 +123,7 @@ def plain_adjust(
     n, _, n_leds, _ = uv.shape
     k = 3 + 3 * n_leds
     ideals = [ideal_from_pixels(camera, uv[:, c]) for c, camera in enumerate(known.cameras)]
-    slopes = [
+    jacobian = [
         np.array([[camera.sx], [camera.sy]]) / SIGMA_PX * distortion_jacobian(camera, ideal)
         for camera, ideal in zip(known.cameras, ideals, strict=True)
     ]
@@ -131,7 +131,7 @@ def plain_adjust(
     for _ in range(iterations):
         places = np.einsum("nij,lj->nli", rotations, arms)
         common, turns, off = [], [], []
-        for camera, ideal, slope in zip(known.cameras, ideals, slopes, strict=True):
+        for camera, ideal, slope in zip(known.cameras, ideals, jacobian, strict=True):
             pose = camera.T_camera_from_world
             seen = pose.apply(places + centre)
             depth = seen[..., 2]

@@ -9,7 +9,7 @@ import pytest
 
 from ocmm_core.calibration.monitor import Baseline, load_baseline, save_baseline
 from ocmm_core.calibration.monitor._baseline_file import baseline_path
-from ocmm_core.calibration.monitor._change_rows import Belief
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.errors import CalibrationError
 

@@ -97,7 +97,7 @@ DONE = {
 def test_the_store_of_the_cameras_opens_and_stands(kept: Kept) -> None:
     store = kept.cameras
     assert {one.kind for one in store.events} == set(EventKind)
-    assert store.standing(LATER).state is State.VALID
+    assert store.status(LATER).state is State.VALID
     assert [record_hash(one) for one in store.records()] == [store.active_hash]
     assert [one.passed for one in store.verifications()] == [False, True]
 
@@ -106,7 +106,7 @@ def test_the_store_of_the_probe_opens_and_stands(kept: Kept) -> None:
     store = kept.probe
     kinds = {one.kind for one in store.events}
     assert kinds == set(TipEventKind) - {TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED}
-    assert store.standing(TIP, LATER).state is State.VALID
+    assert store.status(TIP, LATER).state is State.VALID
     assert (store.mounted, store.tips) == (TIP, (TIP,))
     assert [record_hash(one) for one in store.calibrations()] == [store.active_hash(TIP)]
     assert len(store.qualifications()) == len(store.checks()) == 1
@@ -137,5 +137,5 @@ def test_what_is_stored_now_goes_on_in_the_same_history(kept: Kept) -> None:
     kept.cameras.suspect("engineer", "A doubt.", None, LATER)
     kept.probe.doubt("engineer", "A doubt.", LATER - timedelta(hours=1), LATER)
     again = CalibrationStore(kept.folder / "cameras"), ProbeStore(kept.folder / "probe")
-    assert again[0].standing(LATER).state is State.SUSPECT
-    assert again[1].standing(TIP, LATER).state is State.SUSPECT
+    assert again[0].status(LATER).state is State.SUSPECT
+    assert again[1].status(TIP, LATER).state is State.SUSPECT

@@ -13,7 +13,7 @@ from ocmm_core.calibration.bundle import (
     Prior,
     adjust,
     common_covariance,
-    misses,
+    residuals,
 )
 from ocmm_core.calibration.bundle._bundle import linearise
 from ocmm_core.calibration.relocation import (
@@ -54,7 +54,7 @@ def small_problem(geometry: GeometryMode = "uncertain") -> RelocationProblem:
     return replace(given, data=replace(given.data, touched_sigma=0.05))
 
 
-def residuals(data: BundleData, prior: Prior, state: BundleState) -> Float:
+def defined_residuals(data: BundleData, prior: Prior, state: BundleState) -> Float:
     """Return all residuals over their sigmas, from the definition."""
     found: list[Float] = []
     leds = np.einsum("nij,lj->nli", state.rotations, state.leds) + state.origins[:, None]
@@ -92,7 +92,9 @@ def numeric_jacobian(given: RelocationProblem, state: BundleState) -> Float:
             moves[index] = step
             pose = moves[common : common + 6 * frames].reshape(-1, 6)
             bar = moves[common + 6 * frames :].reshape(-1, 6)
-            sides.append(residuals(given.data, given.prior, state.moved(moves[:common], pose, bar)))
+            sides.append(
+                defined_residuals(given.data, given.prior, state.moved(moves[:common], pose, bar))
+            )
         columns.append((sides[0] - sides[1]) / 2e-6)
     return np.stack(columns, axis=1)
 
@@ -103,7 +105,7 @@ def test_eliminating_poses_leaves_what_the_dense_equations_leave(geometry: Geome
     state = given.start
     free = given.prior.free
     here = linearise(given.data, given.prior, state, 0.0)
-    whole = residuals(given.data, given.prior, state)
+    whole = defined_residuals(given.data, given.prior, state)
     assert here.cost == pytest.approx(float(whole @ whole), rel=1e-9)
 
     jacobian = numeric_jacobian(given, state)
@@ -168,4 +170,4 @@ def test_a_start_behind_a_camera_is_impossible_and_said_so() -> None:
     found = adjust(given.data, given.prior, behind)
     assert np.isinf(found.cost)
     assert not found.converged
-    assert np.isinf(misses(given.data, behind)[0][0]).any()
+    assert np.isinf(residuals(given.data, behind)[0][0]).any()

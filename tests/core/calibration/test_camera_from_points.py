@@ -54,7 +54,7 @@ def test_lens_without_extra_terms_is_the_running_model() -> None:
     seen = project_with_jacobian(LensCamera(model), points)
     d_point, d_parameters = projection_jacobians(model, points)
     # The same sums in another order: some ulp of 2000 px, and of derivatives up to 1e6.
-    assert np.abs(seen.misses.T - project(model, points)).max() < 1e-11
+    assert np.abs(seen.residuals.T - project(model, points)).max() < 1e-11
     assert np.abs(by_point(LensCamera(model), seen.rows).transpose(2, 0, 1) - d_point).max() < 1e-12
     ours = seen.rows[:N_PARAMETERS].transpose(2, 1, 0)
     size = np.abs(d_parameters).max((0, 1))
@@ -69,7 +69,7 @@ def test_derivatives_with_extra_terms_are_those_of_the_pixels() -> None:
         change = np.zeros(len(ALL_PARAMETERS))
         change[index] = step
         ahead, behind = (
-            project_with_jacobian(lens.moved(way * change), points).misses for way in (1.0, -1.0)
+            project_with_jacobian(lens.moved(way * change), points).residuals for way in (1.0, -1.0)
         )
         numeric = (ahead - behind) / (2.0 * step)
         # Steps move pixels by some 1e-3 px, of which 1e-12 px is rounding: 1e-8 with room.
@@ -180,7 +180,7 @@ def test_extra_terms_are_found_needed_only_where_they_are() -> None:
     assert not judge_lens_terms(plain).significant
     lens = LensCamera(camera(), np.array([3e-8, 0.0, 8e-4]))
     fit = fit_camera(
-        camera(), points, project_with_jacobian(lens, points).misses.T + noise, SIGMA_PX
+        camera(), points, project_with_jacobian(lens, points).residuals.T + noise, SIGMA_PX
     )
     terms = judge_lens_terms(fit)
     assert terms.significant
@@ -189,7 +189,7 @@ def test_extra_terms_are_found_needed_only_where_they_are() -> None:
     # What the running model gets wrong shows in its residuals, where it takes no point for wrong.
     small = LensCamera(camera(), 0.1 * lens.extra)
     fit = fit_camera(
-        camera(), points, project_with_jacobian(small, points).misses.T + noise, SIGMA_PX
+        camera(), points, project_with_jacobian(small, points).residuals.T + noise, SIGMA_PX
     )
     assert fit.used.all()
     systematic = np.sqrt(fit.rms_px**2 - plain.rms_px**2)
@@ -214,7 +214,7 @@ def test_extra_terms_can_be_selected() -> None:
     rng = np.random.default_rng(11)
     points = slab(300, 200.0, rng)
     lens = LensCamera(camera(), np.array([3e-8, 0.0, 0.0]))
-    uv = project_with_jacobian(lens, points).misses.T + SIGMA_PX * rng.standard_normal((300, 2))
+    uv = project_with_jacobian(lens, points).residuals.T + SIGMA_PX * rng.standard_normal((300, 2))
     fit = fit_camera(camera(), points, uv, SIGMA_PX, extra_terms=("k3",))
     assert ratio_of(fit) == pytest.approx(1.0, abs=0.15)
     assert fit.covariance.shape == (15, 15)

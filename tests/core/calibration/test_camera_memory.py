@@ -65,14 +65,14 @@ def test_a_camera_refuses_the_intrinsics_of_another_one(cameras: dict[str, Direc
 def test_warmth_warns_from_2_and_stops_from_5_kelvin() -> None:
     record = make_record(sensor_temperatures_c=(36.0, 37.0))
     assert check_camera_temperature(record, (38.0, 35.0)) == (None, ())
-    obstacle, warnings = check_camera_temperature(record, (36.0, 34.9))
-    assert obstacle is None
+    blocker, warnings = check_camera_temperature(record, (36.0, 34.9))
+    assert blocker is None
     assert warnings == (
-        "Camera 'right' is 2.1 K colder than when it was calibrated (34.9 against 37.0 °C).",
+        "Camera 'right' is 2.1 K colder than at its calibration (34.9 against 37.0 °C).",
     )
-    obstacle, warnings = check_camera_temperature(record, (41.1, 42.1))
-    assert obstacle is not None
-    assert obstacle.what.startswith("Camera 'left' is 5.1 K warmer")
+    blocker, warnings = check_camera_temperature(record, (41.1, 42.1))
+    assert blocker is not None
+    assert blocker.what.startswith("Camera 'left' is 5.1 K warmer")
     assert len(warnings) == 1
 
 

@@ -18,10 +18,10 @@ from ocmm_core.calibration.monitor import (
     learn_baseline,
 )
 from ocmm_core.calibration.monitor._baseline import pattern_maps
-from ocmm_core.calibration.monitor._change_rows import Belief
-from ocmm_core.calibration.monitor._change_score import score_changes
-from ocmm_core.calibration.monitor._change_verdict import MonitorOptions, examine
-from ocmm_core.calibration.monitor._looks import look_of
+from ocmm_core.calibration.monitor._drift_decision import MonitorOptions, examine
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief
+from ocmm_core.calibration.monitor._drift_statistic import score_changes
+from ocmm_core.calibration.monitor._residual_samples import look_of
 from ocmm_core.calibration.records import ResidualMap
 from ocmm_core.camera import N_PARAMETERS, Rig, project
 from ocmm_core.errors import CalibrationError

@@ -50,7 +50,7 @@ def simple(tmp_path: Path) -> CalibrationStore:
 
 
 def state(folder: Path) -> State:
-    return CalibrationStore(folder).standing(NOW).state
+    return CalibrationStore(folder).status(NOW).state
 
 
 def test_no_damage_leaves_valid(tmp_path: Path) -> None:
@@ -77,7 +77,7 @@ def test_what_was_set_back_is_written_down_and_ends_with_a_verification(cameras:
     # After the first verification had passed, before the failed one.
     put_earlier(cameras, 2)
     store = CalibrationStore(cameras.folder)
-    said = store.standing(NOW)
+    said = store.status(NOW)
     assert said.state is State.SUSPECT
     assert "event 7, which this computer has seen there, is missing" in said.reason
     assert store.events[-1].kind is EventKind.PASSED
@@ -97,7 +97,7 @@ def test_all_tips_are_in_doubt_after_a_probe_was_set_back(tmp_path: Path) -> Non
     at = probe_in(tmp_path, 0)
     put_earlier(at, 2)
     store = ProbeStore(at.folder)
-    assert store.standing("6 mm", NOW).state is State.SUSPECT
+    assert store.status("6 mm", NOW).state is State.SUSPECT
     store.mount("6 mm", "inspector", NOW)
     assert [one.kind for one in store.events[2:]] == ["put in doubt", "tip mounted"]
 
@@ -114,7 +114,7 @@ def test_deleting_the_folder_and_an_old_backup_do_not_lead_to_valid(cameras: Sto
         is CalibrationStatus.NONE
     )
     assert "event 8, which this computer has seen there, is missing" in str(
-        judge(running, NOW).obstacle
+        judge(running, NOW).blocker
     )
     backup.rename(cameras.folder)
     assert state(cameras.folder) is State.SUSPECT
@@ -123,16 +123,16 @@ def test_deleting_the_folder_and_an_old_backup_do_not_lead_to_valid(cameras: Sto
 def test_a_lost_session_is_made_up_for_by_the_step_it_belongs_to(cameras: Store) -> None:
     store = CalibrationStore(cameras.folder)
     (cameras.folder / "sessions" / "verification-2.jsonl").unlink()
-    said = store.standing(NOW)
+    said = store.status(NOW)
     assert said.state is State.UNUSABLE
     folder = cameras.folder / "sessions"
     assert said.reason == f"Session verification-2.jsonl in {folder} is missing."
     assert said.remedy == (
-        "Restore the file from a backup. Without one, verify the calibration: from then on the "
-        "file is not needed."
+        "Restore the file from a backup. If there is none, verify the calibration; the file is "
+        "then no longer needed."
     )
     store.verify(make_verification(_active(store)), NOW)
-    assert store.standing(NOW).state is State.VALID
+    assert store.status(NOW).state is State.VALID
     assert store.events[-1].lost == ("sessions/verification-2.jsonl",)
 
 
@@ -140,19 +140,19 @@ def test_a_lost_calibration_is_made_up_for_only_from_known_points(cameras: Store
     store = CalibrationStore(cameras.folder)
     first = next(one.calibration for one in store.events if one.kind is EventKind.ACCEPTED)
     (cameras.folder / f"{first}.json").write_bytes(b"")
-    said = store.standing(NOW)
+    said = store.status(NOW)
     assert (said.state, "from known points" in said.remedy) == (State.UNUSABLE, True)
     store.verify(make_verification(_active(store)), NOW)
-    assert store.standing(NOW).state is State.UNUSABLE
+    assert store.status(NOW).state is State.UNUSABLE
     moved = make_record(points=7, method="relocation")
     store.accept(moved, "technician", "moved", NOW)
     store.verify(make_verification(moved), NOW)
-    assert store.standing(NOW).state is State.UNUSABLE
+    assert store.status(NOW).state is State.UNUSABLE
     anew = make_record(points=8)
     store.accept(anew, "technician", "anew", NOW)
-    assert store.standing(NOW).state is State.SUSPECT
+    assert store.status(NOW).state is State.SUSPECT
     store.verify(make_verification(anew), NOW)
-    assert store.standing(NOW).state is State.VALID
+    assert store.status(NOW).state is State.VALID
     # What is left can be looked at.
     assert [record.points for record in store.records()] == [300, 7, 8]
 
@@ -189,7 +189,7 @@ def test_an_old_store_opens_and_is_renewed_by_a_verification(tmp_path: Path) -> 
     old_store(folder)
     store = CalibrationStore(folder)
     assert len(store.events) == 2
-    said = store.standing(NOW)
+    said = store.status(NOW)
     assert said.state is State.SUSPECT
     assert "stored by an earlier version" in said.reason
     assert said.remedy == "Verify the calibration again."
@@ -220,7 +220,7 @@ def test_a_crash_while_an_event_is_written_leaves_a_whole_store(
             simple.suspect("monitor", "A camera has turned.", MADE, NOW)
     again = CalibrationStore(simple.folder)
     written = torn == 10_000
-    assert again.standing(NOW).state is (State.SUSPECT if written else State.VALID)
+    assert again.status(NOW).state is (State.SUSPECT if written else State.VALID)
     if written:
         # It was sealed by whoever opened the folder first.
         chain = simple.folder / "events.jsonl"
@@ -306,7 +306,7 @@ def test_the_store_of_another_rig_under_this_name_is_unusable(tmp_path: Path) ->
     view = judge(open_calibration(RIG_DOCUMENT, tmp_path), NOW)
     assert view.word is CalibrationStatus.UNUSABLE
     assert "is that of rig 'bridge', but recommended.toml describes rig 'recommended'" in str(
-        view.obstacle
+        view.blocker
     )
 
 
@@ -314,7 +314,7 @@ def test_events_that_a_chain_holds_are_bound_to_its_bytes(simple: CalibrationSto
     path = simple.folder / "events.jsonl"
     spaced = path.read_bytes().replace(b'"who":', b'"who": ', 1)
     path.write_bytes(spaced)
-    with pytest.raises(StorageError, match="line 1 is not as it was written"):
+    with pytest.raises(StorageError, match="line 1 was changed after it was written"):
         ChainFile(path, Event)
 
 
@@ -323,4 +323,4 @@ def test_a_record_names_no_other_hash(simple: CalibrationStore) -> None:
     assert digest == record_hash(make_record())
     (simple.folder / f"{digest}.json").touch()
     # Another time of change alone is no damage.
-    assert simple.standing(NOW + timedelta(days=1)).state is State.VALID
+    assert simple.status(NOW + timedelta(days=1)).state is State.VALID

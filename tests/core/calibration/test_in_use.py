@@ -47,7 +47,7 @@ def seen(in_use: CalibrationInUse, when: datetime = LATER) -> CalibrationView:
 
 def test_a_design_takes_points_and_proves(tmp_path: Path) -> None:
     view = seen(open_design(DOCUMENT))
-    assert (view.word, view.hindrance, view.unproven) == (CalibrationStatus.DESIGN, None, "")
+    assert (view.word, view.blocking_reason, view.unproven) == (CalibrationStatus.DESIGN, None, "")
     assert view.label == f"DESIGN {view.identity[:12]}"
     assert view.identity == load_rig(DOCUMENT).identity
 
@@ -56,7 +56,7 @@ def test_real_cameras_without_a_calibration_take_no_points(tmp_path: Path) -> No
     in_use = open_calibration(DOCUMENT, tmp_path)
     view = seen(in_use)
     assert view.word is CalibrationStatus.NONE
-    assert str(view.hindrance) == (
+    assert str(view.blocking_reason) == (
         "The cameras of rig 'recommended' were never calibrated. Calibrate them."
     )
     assert list(tmp_path.iterdir()) == []
@@ -64,7 +64,7 @@ def test_real_cameras_without_a_calibration_take_no_points(tmp_path: Path) -> No
 
 def test_who_insists_gets_points_that_prove_nothing(tmp_path: Path) -> None:
     view = seen(open_calibration(DOCUMENT, tmp_path, uncalibrated=True))
-    assert view.hindrance is None
+    assert view.blocking_reason is None
     assert view.unproven == (
         "Measured as uncalibrated. The cameras of rig 'recommended' were never calibrated."
     )
@@ -80,7 +80,7 @@ def test_the_record_in_force_is_measured_with(tmp_path: Path) -> None:
     assert hashlib.sha256(in_use.rig_text.encode()).hexdigest() == store.active_hash
     assert np.array_equal(in_use.rig.parameter_covariance, load_rig(DOCUMENT).parameter_covariance)
     view = seen(in_use)
-    assert (view.word, view.hindrance, view.warnings) == (CalibrationStatus.VALID, None, ())
+    assert (view.word, view.blocking_reason, view.warnings) == (CalibrationStatus.VALID, None, ())
 
 
 def test_cameras_run_as_the_rig_document_says(tmp_path: Path) -> None:
@@ -95,8 +95,8 @@ def test_what_was_not_verified_takes_no_points(tmp_path: Path) -> None:
     store_in(tmp_path, verified=False)
     view = seen(open_calibration(DOCUMENT, tmp_path))
     assert view.word is CalibrationStatus.SUSPECT
-    assert view.hindrance is not None
-    assert "not verified" in view.hindrance.what
+    assert view.blocking_reason is not None
+    assert "not been verified" in view.blocking_reason.what
     assert view.since_utc == MADE.isoformat()
 
 
@@ -114,7 +114,11 @@ def test_the_calendar_stops_a_running_job(
     store_in(tmp_path)
     in_use = open_calibration(DOCUMENT, tmp_path)
     view = seen(in_use, MADE + timedelta(days=days))
-    assert (view.word, len(view.warnings), view.hindrance is not None) == (word, warned, stopped)
+    assert (view.word, len(view.warnings), view.blocking_reason is not None) == (
+        word,
+        warned,
+        stopped,
+    )
 
 
 def test_a_doubt_of_another_process_is_seen_and_not_written_over(tmp_path: Path) -> None:
@@ -141,7 +145,7 @@ def test_a_calibration_that_was_replaced_takes_no_more_points(tmp_path: Path) ->
     store.verify(make_verification(record), LATER)
     view = seen(in_use)
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "Another calibration was put in force" in str(view.hindrance)
+    assert "Another calibration has been activated" in str(view.blocking_reason)
     assert seen(open_calibration(DOCUMENT, tmp_path)).identity == record_hash(record)
 
 
@@ -155,9 +159,9 @@ def test_the_calibration_of_other_cameras_is_refused(tmp_path: Path, field: str)
     in_use = open_calibration(DOCUMENT, tmp_path)
     view = seen(in_use)
     assert view.word is CalibrationStatus.UNUSABLE
-    assert view.hindrance is not None
-    assert str(value) in view.hindrance.what
-    assert "recommended.toml" in view.hindrance.what
+    assert view.blocking_reason is not None
+    assert str(value) in view.blocking_reason.what
+    assert "recommended.toml" in view.blocking_reason.what
     # The bus looks for the cameras that the document names.
     assert in_use.rig.identity == load_rig(DOCUMENT).identity
 
@@ -171,7 +175,7 @@ def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:
         path.write_bytes(content.replace(b"technician", b"Technician", 1))
         view = seen(open_calibration(DOCUMENT, tmp_path))
         assert view.word is CalibrationStatus.UNUSABLE
-        assert "not as it was written" in str(view.hindrance)
+        assert "not as it was written" in str(view.blocking_reason)
         path.write_bytes(content)
     assert seen(open_calibration(DOCUMENT, tmp_path)).word is CalibrationStatus.VALID
 
@@ -186,7 +190,7 @@ def test_a_history_that_breaks_while_it_is_in_use_stops_points(tmp_path: Path) -
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "a\\b", "-a", "a.", "x" * 61, "Gerät", "a\n"])
 def test_a_rig_is_kept_under_no_name_that_is_no_folder(tmp_path: Path, name: str) -> None:
-    with pytest.raises(InputError, match="kept under its name"):
+    with pytest.raises(InputError, match="stored under its name"):
         store_folder(tmp_path, name)
 
 

@@ -174,9 +174,12 @@ def test_compensation_puts_the_tip_where_it_is(name: str) -> None:
 def test_what_is_not_compensated_is_uncertainty(design: ProbeDesign, probe: ProbeBody) -> None:
     growth = growth_shape(design, probe)
 
-    def along_growth(warmth: TemperatureState) -> float:
+    def along_growth(temperature_state: TemperatureState) -> float:
         """Return the sd that was added, K, as if all of it were growth."""
-        added = body_in_use(probe, design, warmth).geometry_covariance - probe.geometry_covariance
+        added = (
+            body_in_use(probe, design, temperature_state).geometry_covariance
+            - probe.geometry_covariance
+        )
         return float(np.sqrt(growth @ added @ growth)) / float(growth @ growth)
 
     unknown = along_growth(TemperatureState())
@@ -191,7 +194,7 @@ def test_what_is_not_compensated_is_uncertainty(design: ProbeDesign, probe: Prob
 
 
 @pytest.mark.parametrize(
-    ("warmth", "code"),
+    ("temperature_state", "code"),
     [
         (TemperatureState(None, at(20.0), compensated=True), "temperature.probe_unknown"),
         (TemperatureState(at(22.0), None, compensated=True), "temperature.calibration_unknown"),
@@ -200,10 +203,10 @@ def test_what_is_not_compensated_is_uncertainty(design: ProbeDesign, probe: Prob
     ],
 )
 def test_unknown_and_impossible_temperatures_are_refused(
-    warmth: TemperatureState, code: str, design: ProbeDesign, probe: ProbeBody
+    temperature_state: TemperatureState, code: str, design: ProbeDesign, probe: ProbeBody
 ) -> None:
     with pytest.raises(InputError) as caught:
-        body_in_use(probe, design, warmth)
+        body_in_use(probe, design, temperature_state)
     assert caught.value.code == code
 
 
@@ -245,8 +248,8 @@ def test_the_tip_is_as_wrong_as_it_is_said_to_be(
     rig = load_rig(resource("rigs", "thesis.toml"))
     rotation, tip = rotation_xyz(0.3, -0.2, 0.1), np.array([50.0, 10.0, -40.0])
     made, now = at(20.0, 0.3), at(26.0, 0.4)
-    warmth = TemperatureState(now, made, True) if compensated else TemperatureState()
-    used = body_in_use(probe, design, warmth)
+    temperature_state = TemperatureState(now, made, True) if compensated else TemperatureState()
+    used = body_in_use(probe, design, temperature_state)
     weight = sag_shape(design, probe)
     added = used.geometry_covariance - probe.geometry_covariance - np.outer(weight, weight) / 3.0
     errors = []

@@ -53,7 +53,7 @@ def seen(in_use: ProbeInUse, when: datetime = LATER) -> ProbeView:
 def test_a_design_takes_points(tmp_path: Path) -> None:
     in_use = open_probe_design(DOCUMENT)
     view = seen(in_use)
-    assert (view.word, view.hindrance, view.due_utc) == (CalibrationStatus.DESIGN, None, "")
+    assert (view.word, view.blocking_reason, view.due_utc) == (CalibrationStatus.DESIGN, None, "")
     assert view.label == f"DESIGN {PROBE.name} {PROBE.identity[:12]}"
     assert hashlib.sha256(in_use.probe_text.encode()).hexdigest() == in_use.body.identity
     with pytest.raises(CalibrationError, match="without records"):
@@ -63,13 +63,16 @@ def test_a_design_takes_points(tmp_path: Path) -> None:
 def test_a_probe_without_records_takes_no_points(tmp_path: Path) -> None:
     view = seen(open_probe(DOCUMENT, tmp_path))
     assert view.word is CalibrationStatus.NONE
-    assert str(view.hindrance) == f"Probe '{PROBE.name}' was never calibrated. Calibrate the probe."
+    assert (
+        str(view.blocking_reason)
+        == f"Probe '{PROBE.name}' was never calibrated. Calibrate the probe."
+    )
     named = open_probe(DOCUMENT, tmp_path, "long")
-    assert "never calibrated with tip 'long'" in str(seen(named).hindrance)
+    assert "never calibrated with tip 'long'" in str(seen(named).blocking_reason)
     assert list(tmp_path.iterdir()) == []
     insisted = seen(open_probe(DOCUMENT, tmp_path, uncalibrated=True))
-    assert insisted.hindrance is None
-    assert insisted.obstacle is not None
+    assert insisted.blocking_reason is None
+    assert insisted.blocker is not None
     assert insisted.label.startswith("UNCALIBRATED ")
 
 
@@ -83,7 +86,7 @@ def test_the_records_of_the_mounted_tip_are_measured_with(tmp_path: Path) -> Non
     assert hashlib.sha256(in_use.probe_text.encode()).hexdigest() == in_use.body.identity
     assert require_records(in_use).qualification == QUALIFIED
     view = seen(in_use)
-    assert (view.word, view.hindrance, view.warnings) == (CalibrationStatus.VALID, None, ())
+    assert (view.word, view.blocking_reason, view.warnings) == (CalibrationStatus.VALID, None, ())
     assert view.title == f"{PROBE.name}, tip 6 mm"
     assert view.label == f"VALID {PROBE.name}/6 mm {in_use.body.identity[:12]} due 2026-03-31"
 
@@ -93,12 +96,12 @@ def test_a_tip_that_was_not_qualified_takes_no_points(tmp_path: Path) -> None:
     in_use = open_probe(DOCUMENT, tmp_path)
     view = seen(in_use)
     assert view.word is CalibrationStatus.SUSPECT
-    assert "not qualified" in str(view.hindrance)
+    assert "not qualified" in str(view.blocking_reason)
     # Its qualification changes the ball that is measured with: not within a job.
     assert in_use.store is not None
     in_use.store.qualify(QUALIFIED, LATER)
     assert seen(in_use).word is CalibrationStatus.UNUSABLE
-    assert "begin a new one" in str(seen(in_use).hindrance)
+    assert "start a new one" in str(seen(in_use).blocking_reason)
     assert seen(open_probe(DOCUMENT, tmp_path)).word is CalibrationStatus.VALID
 
 
@@ -116,7 +119,7 @@ def test_the_calendar_stops_a_running_job(
     store_in(tmp_path)
     view = seen(open_probe(DOCUMENT, tmp_path), MADE + timedelta(days=days))
     assert (view.word, len(view.warnings)) == (word, warned)
-    assert (view.hindrance is not None) == (word is CalibrationStatus.EXPIRED)
+    assert (view.blocking_reason is not None) == (word is CalibrationStatus.EXPIRED)
 
 
 def test_mounting_stops_points_until_the_tip_is_checked(tmp_path: Path) -> None:
@@ -124,9 +127,9 @@ def test_mounting_stops_points_until_the_tip_is_checked(tmp_path: Path) -> None:
     in_use = open_probe(DOCUMENT, tmp_path)
     store.mount("6 mm", "inspector", LATER)
     assert seen(in_use).word is CalibrationStatus.SUSPECT
-    assert "quick tip check" in str(seen(in_use).hindrance)
+    assert "quick tip check" in str(seen(in_use).blocking_reason)
     store.check(make_tip_check(RECORD, QUALIFIED, passed=False), LATER)
-    assert "failed" in str(seen(in_use).hindrance)
+    assert "failed" in str(seen(in_use).blocking_reason)
     store.check(make_tip_check(RECORD, QUALIFIED), LATER)
     assert seen(in_use).word is CalibrationStatus.VALID
 
@@ -139,7 +142,7 @@ def test_another_tip_on_the_probe_stops_the_job(tmp_path: Path) -> None:
     store.qualify(make_tip_record(other), LATER)
     view = seen(in_use)
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "'long' is on the probe, but this job was begun with tip '6 mm'" in str(view.obstacle)
+    assert "'long' is on the probe, but this job was begun with tip '6 mm'" in str(view.blocker)
     assert seen(open_probe(DOCUMENT, tmp_path)).tip == "long"
     assert seen(open_probe(DOCUMENT, tmp_path, "6 mm")).word is CalibrationStatus.UNUSABLE
 
@@ -148,9 +151,9 @@ def test_new_records_are_for_a_new_job(tmp_path: Path) -> None:
     store = store_in(tmp_path)
     in_use = open_probe(DOCUMENT, tmp_path)
     store.qualify(make_tip_record(RECORD, diameter_mm=5.95), LATER)
-    assert "was put in force since" in str(seen(in_use).obstacle)
+    assert "has been activated since" in str(seen(in_use).blocker)
     store.calibrate(make_probe_record(), "technician", "new", LATER)
-    assert "was put in force since" in str(seen(in_use).obstacle)
+    assert "has been activated since" in str(seen(in_use).blocker)
 
 
 def test_records_of_another_document_are_not_used(tmp_path: Path) -> None:
@@ -159,7 +162,7 @@ def test_records_of_another_document_are_not_used(tmp_path: Path) -> None:
     changed.write_text(DOCUMENT.read_text("utf-8") + "\n# changed\n", "utf-8")
     view = seen(open_probe(changed, tmp_path))
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "another document" in str(view.obstacle)
+    assert "another document" in str(view.blocker)
 
 
 def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:
@@ -176,7 +179,7 @@ def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:
 
 
 def test_names_that_are_no_folders_are_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="kept under its name"):
+    with pytest.raises(InputError, match="stored under its name"):
         probe_store_folder(tmp_path, "../probe")
 
 

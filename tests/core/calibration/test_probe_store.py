@@ -18,7 +18,7 @@ from ocmm_core.calibration.records import (
     probe_from_records,
     record_hash,
 )
-from ocmm_core.calibration.records._events import standing_of_tip
+from ocmm_core.calibration.records._events import status_of_tip
 from ocmm_core.errors import CalibrationError, StorageError
 from tests.core.calibration.made_probe_records import (
     MADE,
@@ -55,18 +55,18 @@ def qualified(tmp_path: Path) -> Qualified:
 def test_a_calibrated_tip_waits_for_its_qualification(tmp_path: Path) -> None:
     store = ProbeStore(tmp_path)
     with pytest.raises(CalibrationError, match="never calibrated"):
-        store.standing("6 mm", MADE)
+        store.status("6 mm", MADE)
     calibration = make_probe_record()
     store.calibrate(calibration, "technician", "", MADE)
     assert store.mounted == "6 mm"
-    said = store.standing("6 mm", MADE)
+    said = store.status("6 mm", MADE)
     assert said.state is State.SUSPECT
     assert "not qualified" in said.reason
     store.qualify(make_tip_record(calibration, passed=False), MADE + HOUR)
     assert store.events[-1].reason == "1 check; farthest beyond its limit: form, 200 % of it."
-    assert store.standing("6 mm", MADE + HOUR).state is State.SUSPECT
+    assert store.status("6 mm", MADE + HOUR).state is State.SUSPECT
     store.qualify(make_tip_record(calibration), MADE + 2 * HOUR)
-    assert store.standing("6 mm", MADE + 2 * HOUR).state is State.VALID
+    assert store.status("6 mm", MADE + 2 * HOUR).state is State.VALID
     assert len(store.qualifications()) == 2
     assert store.events[-1].reason == "1 check; nearest to its limit: form, 60 % of it."
 
@@ -77,7 +77,7 @@ def test_records_survive_another_opening(qualified: Qualified) -> None:
     assert active is not None
     assert active.calibration == qualified.calibration
     assert active.qualification == qualified.tip
-    assert again.standing("6 mm", qualified.at).state is State.VALID
+    assert again.status("6 mm", qualified.at).state is State.VALID
 
 
 @pytest.mark.parametrize("event", ["mounted", "doubted", "failed"])
@@ -89,18 +89,18 @@ def test_whatever_can_change_the_tip_forces_a_check(qualified: Qualified, event:
         store.doubt("bus", "The probe felt a blow.", now, now)
     else:
         store.check(make_tip_check(qualified.calibration, qualified.tip, passed=False), now)
-    said = store.standing("6 mm", now)
+    said = store.status("6 mm", now)
     assert said.state is State.SUSPECT
     assert said.since_utc
     assert "quick tip check" in said.remedy
     store.check(make_tip_check(qualified.calibration, qualified.tip), now + HOUR)
-    assert store.standing("6 mm", now + HOUR).state is State.VALID
+    assert store.status("6 mm", now + HOUR).state is State.VALID
     assert len(store.checks()) == (2 if event == "failed" else 1)
 
 
 def test_points_are_in_doubt_since_the_last_good_check(qualified: Qualified) -> None:
     qualified.store.mount("6 mm", "inspector", qualified.at)
-    said = qualified.store.standing("6 mm", qualified.at)
+    said = qualified.store.status("6 mm", qualified.at)
     assert datetime.fromisoformat(said.since_utc) == MADE + HOUR
 
 
@@ -110,11 +110,11 @@ def test_two_tips_are_kept_apart(qualified: Qualified) -> None:
     store.calibrate(other, "technician", "", now)
     assert store.tips == ("6 mm", "2 mm")
     assert store.mounted == "2 mm"
-    assert store.standing("2 mm", now).state is State.SUSPECT
-    assert store.standing("6 mm", now).state is State.VALID
+    assert store.status("2 mm", now).state is State.SUSPECT
+    assert store.status("6 mm", now).state is State.VALID
     store.mount("6 mm", "inspector", now)
     assert store.mounted == "6 mm"
-    assert store.standing("6 mm", now).state is State.SUSPECT
+    assert store.status("6 mm", now).state is State.SUSPECT
     with pytest.raises(CalibrationError, match="never calibrated"):
         store.mount("3 mm", "inspector", now)
 
@@ -122,7 +122,7 @@ def test_two_tips_are_kept_apart(qualified: Qualified) -> None:
 def test_a_new_calibration_needs_a_new_qualification(qualified: Qualified) -> None:
     store, now = qualified.store, qualified.at
     store.calibrate(make_probe_record(frames=2000), "technician", "", now)
-    assert store.standing("6 mm", now).state is State.SUSPECT
+    assert store.status("6 mm", now).state is State.SUSPECT
     with pytest.raises(CalibrationError, match="calibration in force"):
         store.qualify(qualified.tip, now)
     with pytest.raises(CalibrationError, match="calibration in force"):
@@ -131,12 +131,12 @@ def test_a_new_calibration_needs_a_new_qualification(qualified: Qualified) -> No
 
 def test_the_earlier_of_both_dates_counts(qualified: Qualified) -> None:
     def state(days: float) -> State:
-        return qualified.store.standing("6 mm", MADE + HOUR + timedelta(days=days)).state
+        return qualified.store.status("6 mm", MADE + HOUR + timedelta(days=days)).state
 
     assert state(20.0) is State.VALID
     assert state(25.0) is State.DUE
     assert state(30.0) is State.EXPIRED
-    assert qualified.store.standing("6 mm", MADE - HOUR).state is State.EXPIRED
+    assert qualified.store.status("6 mm", MADE - HOUR).state is State.EXPIRED
 
 
 def test_changed_files_are_not_used(qualified: Qualified) -> None:
@@ -174,7 +174,7 @@ def test_what_an_earlier_version_stored_without_a_seal_is_checked_once(
     active = qualified.store.active("6 mm")
     assert active is not None
     unsealed = [msgspec.structs.replace(one, sealed=False) for one in qualified.store.events]
-    said = standing_of_tip(active, unsealed, qualified.at)
+    said = status_of_tip(active, unsealed, qualified.at)
     assert said.state is State.SUSPECT
     assert "stored by an earlier version" in said.reason
-    assert said.remedy == "Make the quick tip check: one minute."
+    assert said.remedy == "Run the quick tip check (one minute)."

@@ -22,13 +22,13 @@ from ocmm_core.calibration.guided import (
 from ocmm_core.calibration.records import State, record_hash
 from ocmm_core.camera import project
 from ocmm_core.errors import CalibrationError, StorageError
-from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, ShowTarget
+from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, TargetScene
 from ocmm_core.simulation.scene import WorldOptions
 from tests.core.calibration.procedure_site import Bench, show
 
 
-def target(points: KnownPoints) -> ShowTarget:
-    return ShowTarget(positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()))
+def target(points: KnownPoints) -> TargetScene:
+    return TargetScene(positions=tuple((x, y, z) for x, y, z in points.positions_world.tolist()))
 
 
 def hash_of(procedure: KnownPointsProcedure) -> str:
@@ -203,7 +203,7 @@ def test_an_accepted_calibration_is_suspect_and_a_kept_one_changes_nothing(tmp_p
     store = bench.store()
     assert store.active_hash == digest
     assert len(store.events) == 1
-    assert store.standing(bench.now()).state is State.SUSPECT
+    assert store.status(bench.now()).state is State.SUSPECT
     assert second.base.stored
 
 

@@ -77,7 +77,7 @@ def test_two_sweeps_begin_and_end_by_themselves(bench: PivotBench) -> None:
     active = store.active("A")
     assert active is not None
     assert active.calibration == record
-    assert store.standing("A", bench.now()).state is State.SUSPECT, "it was not qualified yet"
+    assert store.status("A", bench.now()).state is State.SUSPECT, "it was not qualified yet"
 
 
 def test_a_kill_at_any_moment_gives_the_same_result(bench: PivotBench, tmp_path: Path) -> None:
@@ -200,10 +200,10 @@ def test_guards_speak_while_the_sweep_goes_on(bench: PivotBench) -> None:
     hidden = bench.swept(1)
     hidden[:, 1, 3] = np.nan
     cases = {
-        "hardly swept": bench.swept(1, n=5),
+        "Hardly any sweep": bench.swept(1, n=5),
         "Sweep wider": bench.swept(1, range_deg=10.0),
-        "poses are missing": bench.swept(1, n=120),
-        "um elsewhere after": bench.swept(1, shift=np.array([0.1, 0.0, 0.0])),
+        "poses to go": bench.swept(1, n=120),
+        "um after": bench.swept(1, shift=np.array([0.1, 0.0, 0.0])),
         "where the document": bench.swept(1, body=replace(bench.body, leds_probe=leds)),
         "The tip is 2.0": bench.swept(
             1, body=replace(bench.body, tip_probe=np.array([0.0, 0.0, 2.0]))
@@ -307,7 +307,7 @@ def test_sweeping_after_the_visit_asks_for_it_once_more(bench: PivotBench) -> No
 def test_a_session_of_an_earlier_version_is_left_out_with_a_sentence(bench: PivotBench) -> None:
     session = bench.begin().base.session
     without_field(session, "again")
-    with pytest.raises(CalibrationError, match="begun by an earlier version"):
+    with pytest.raises(CalibrationError, match="started by an earlier version"):
         bench.resume(session)
 
 

@@ -17,9 +17,9 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.simulation.calibration_scenes import (
     CalibrationScenesRig,
+    FreeMotionScene,
     ScriptedJump,
     SweepProbe,
-    Wave,
 )
 from ocmm_core.tracking import IdentifyOptions, identify, load_probe
 from tests.core.calibration.pivot_site import CONE, OTHER_CONE, SIGMA_PX, PivotBench, show_sweeps
@@ -40,7 +40,7 @@ def begun(bench: PivotBench, *, tip_unknown: bool = False) -> PivotProcedure:
 
 def test_a_waved_or_resting_probe_is_not_taken_for_one_in_a_cone(bench: PivotBench) -> None:
     still = SweepProbe(cone=CONE, seconds=2.5, seed=1, reach_deg=(0.0, 0.0, 0.0))
-    for scene in (Wave(ways=8, seed=1), still):
+    for scene in (FreeMotionScene(ways=8, seed=1), still):
         virtual = CalibrationScenesRig(bench.rig, bench.body, (scene,), 3)
         for unknown in (False, True):
             procedure = begun(bench, tip_unknown=unknown)
@@ -98,7 +98,7 @@ def test_a_ball_that_leaves_comes_back_or_stands_elsewhere(bench: PivotBench) ->
     phases = [view.first.phase for view in views]
     left = phases.index(SweepPhase.LEFT)
     assert SweepPhase.TAKING in phases[left:], "it was put back and goes on"
-    assert views[left].base.live.hint.startswith("The ball left its place")
+    assert views[left].base.live.hint.startswith("The ball left the cone")
     assert not any(view.warnings for view in views)
     moved = bench.virtual(
         SweepProbe(cone=CONE, seconds=4.0, seed=5),
@@ -109,7 +109,7 @@ def test_a_ball_that_leaves_comes_back_or_stands_elsewhere(bench: PivotBench) ->
     warned = [view for view in views if view.warnings]
     assert [one.code for one in warned[0].warnings] == ["pivot.moved"]
     assert "73." in warned[0].warnings[0].what
-    assert "begin this sweep anew" in warned[0].base.live.hint
+    assert "repeat this sweep" in warned[0].base.live.hint
     assert procedure.view.first.centre_world == pytest.approx(np.array(CONE), abs=0.05)
 
 

@@ -22,7 +22,7 @@ from ocmm_core.composition import VirtualSite, scenes_of_relocation
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.simulation.calibration_scenes import Wave
+from ocmm_core.simulation.calibration_scenes import FreeMotionScene
 from tests.core.calibration.procedure_site import (
     PROBE_DOCUMENT,
     RIG_DOCUMENT,
@@ -64,7 +64,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     )
     assert procedure.view.poses == 60
     assert len(procedure.view.seats_world) == 2
-    assert "not shown enough" in procedure.base.steps[2].gate.reason
+    assert "Missing probe poses" in procedure.base.steps[2].gate.reason
     show(procedure, virtual, bench.now)
     assert procedure.base.step.name == "result"
     assert procedure.view.bar_placements == 10
@@ -85,7 +85,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
         # Cameras stand a metre away and see 0.01 px as 5 um; held by nests known to 2 um each.
         assert np.abs(found.centre_world - camera.centre_world).max() < 0.15
     procedure.accept(bench.now(), "moved")
-    assert bench.store().standing(bench.now()).state is State.SUSPECT
+    assert bench.store().status(bench.now()).state is State.SUSPECT
     # Another length than the one that gave the calibration its scale.
     bench.bar = load_bar(resource("artefacts", "verification_bar.toml"))
     check = VerificationProcedure.begin(
@@ -100,7 +100,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     assert verdict.record.passed
     assert not verdict.warnings
     check.accept(bench.now(), "verified")
-    assert bench.store().standing(bench.now()).state is State.VALID
+    assert bench.store().status(bench.now()).state is State.VALID
 
 
 @pytest.mark.slow
@@ -146,7 +146,7 @@ def test_the_second_end_of_a_bar_is_a_bar_away(tmp_path: Path) -> None:
 
 def test_a_hand_that_turns_back_is_not_taken_for_one_that_rests(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
-    waving = bench.virtual(Wave(ways=6, seed=2))
+    waving = bench.virtual(FreeMotionScene(ways=6, seed=2))
     collector = ProbeSpotAverager(
         bench.rig, bench.body, STILL_FRAMES, resting=True, distance_mm=5.0
     )
@@ -216,7 +216,7 @@ def test_a_session_of_an_earlier_version_is_left_out_with_a_sentence(tmp_path: P
     bench = Bench.at(tmp_path)
     session = begin(bench, bench.rig).base.session
     without_field(session, "seats")
-    with pytest.raises(CalibrationError, match="begun by an earlier version"):
+    with pytest.raises(CalibrationError, match="started by an earlier version"):
         RelocationProcedure.resume(session, bench.rig, bench.body, bench.store())
 
 
@@ -235,9 +235,9 @@ def test_gates_say_what_is_missing_and_observations_are_taken_back(tmp_path: Pat
         procedure.take_visit(shot.uv, shot.sigma_px, bench.now())
     for _ in range(2):
         procedure.advance(bench.now())
-    with pytest.raises(CalibrationError, match="not shown enough"):
+    with pytest.raises(CalibrationError, match="Missing probe poses"):
         procedure.advance(bench.now())
-    with pytest.raises(CalibrationError, match="not shown enough"):
+    with pytest.raises(CalibrationError, match="Missing probe poses"):
         procedure.compute()
     uv = np.full((2, 6, 2), 1000.0) + np.arange(12.0).reshape(6, 2)
     procedure.take_pose(uv, 0.01, bench.now())

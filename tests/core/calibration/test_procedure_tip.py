@@ -121,11 +121,11 @@ def test_a_tip_is_qualified_across_a_crash_and_is_then_valid(tmp_path: Path) -> 
     assert (record.points, record.attitudes) == (25, 5)
     # The virtual ball is what its document says, to 1 um.
     assert abs(record.diameter_mm - 6.0) < 3.0 * record.diameter_sigma_mm
-    assert tips.store.standing(TIP, now()).state is State.SUSPECT
+    assert tips.store.status(TIP, now()).state is State.SUSPECT
     procedure.accept(now(), "")
     procedure.accept(now(), "")
     tips.store.refresh()
-    assert tips.store.standing(TIP, now()).state is State.VALID
+    assert tips.store.status(TIP, now()).state is State.VALID
     assert [one.passed for one in tips.store.qualifications()] == [True]
     active = tips.store.active(TIP)
     assert active is not None
@@ -162,7 +162,7 @@ def test_a_check_on_the_virtual_rig(tmp_path: Path, fault: TipFault, code: str |
     tips = Tips.at(tmp_path, qualified=True)
     now = tips.bench.now
     tips.store.doubt("inspector", "dropped", now(), now())
-    assert tips.store.standing(TIP, now()).state is State.SUSPECT
+    assert tips.store.status(TIP, now()).state is State.SUSPECT
     procedure = tips.check()
     assert procedure.view.so_far is CheckVerdict.INCONCLUSIVE
     assert show(procedure, tips.touching(procedure, fault), now) == 18
@@ -173,7 +173,7 @@ def test_a_check_on_the_virtual_rig(tmp_path: Path, fault: TipFault, code: str |
     assert outcome.record.passed is (code is None)
     procedure.accept(now(), "")
     expected = State.VALID if code is None else State.SUSPECT
-    assert tips.store.standing(TIP, now()).state is expected
+    assert tips.store.status(TIP, now()).state is expected
 
 
 def test_an_insensitive_qualification_makes_every_check_inconclusive(tmp_path: Path) -> None:
@@ -184,7 +184,7 @@ def test_an_insensitive_qualification_makes_every_check_inconclusive(tmp_path: P
     procedure = tips.check()
     take(procedure, tips.bench, 13, 0)
     gate = procedure.base.step.gate
-    assert "no check can compare" in gate.reason
+    assert "too uncertain for any check" in gate.reason
     assert gate.remedy == "Qualify the tip again."
 
 
@@ -284,9 +284,9 @@ def test_what_was_overtaken_is_not_stored(tmp_path: Path) -> None:
     record = make_probe_record(made_utc=BEGIN.isoformat())
     newer = make_tip_record(record, diameter_mm=6.001, diameter_sigma_mm=0.004)
     tips.store.qualify(newer, now() + timedelta(seconds=1))
-    with pytest.raises(CalibrationError, match="qualified anew"):
+    with pytest.raises(CalibrationError, match="requalified"):
         procedure.accept(now(), "")
-    with pytest.raises(CalibrationError, match="qualified anew"):
+    with pytest.raises(CalibrationError, match="requalified"):
         TipCheckProcedure.resume(
             procedure.base.session, tips.bench.rig, tips.bench.body, tips.store
         )

@@ -72,36 +72,36 @@ def test_cut_and_lengthened_records_are_refused() -> None:
 def test_a_calibration_becomes_valid_only_by_a_verification(tmp_path: Path) -> None:
     store = CalibrationStore(tmp_path)
     with pytest.raises(CalibrationError, match="never calibrated"):
-        store.standing(MADE)
+        store.status(MADE)
     record = make_record()
     store.accept(record, "technician", "new", MADE)
-    assert store.standing(MADE).state is State.SUSPECT
-    assert "not verified" in store.standing(MADE).reason
+    assert store.status(MADE).state is State.SUSPECT
+    assert "not been verified" in store.status(MADE).reason
     store.verify(make_verification(record, passed=False), MADE)
-    assert store.standing(MADE).state is State.SUSPECT
+    assert store.status(MADE).state is State.SUSPECT
     store.verify(make_verification(record), MADE)
-    assert store.standing(MADE).state is State.VALID
+    assert store.status(MADE).state is State.VALID
 
 
 def test_state_follows_the_calendar(store: CalibrationStore) -> None:
     states = [
-        store.standing(MADE + timedelta(days=day)).state for day in (0, 350, 352, 364, 365, 900)
+        store.status(MADE + timedelta(days=day)).state for day in (0, 350, 352, 364, 365, 900)
     ]
     assert states == ["VALID", "VALID", "DUE", "DUE", "EXPIRED", "EXPIRED"]
     # A clock that was set back cannot make an old calibration young.
-    late = store.standing(MADE - timedelta(minutes=2))
+    late = store.status(MADE - timedelta(minutes=2))
     assert (late.state, "clock" in late.reason) == (State.EXPIRED, True)
 
 
 def test_doubt_names_its_beginning_and_ends_with_a_verification(store: CalibrationStore) -> None:
     since, now = MADE + timedelta(days=3), MADE + timedelta(days=4)
     store.suspect("monitor", "Camera 'left' has turned.", since, now)
-    doubt = store.standing(now)
+    doubt = store.status(now)
     assert (doubt.state, doubt.state.usable) == (State.SUSPECT, False)
     assert doubt.reason == "Camera 'left' has turned."
     assert datetime.fromisoformat(doubt.since_utc) == since
     store.verify(make_verification(make_record()), now)
-    assert store.standing(now).state is State.VALID
+    assert store.status(now).state is State.VALID
 
 
 def test_what_was_stored_is_there_again(store: CalibrationStore, tmp_path: Path) -> None:
@@ -117,7 +117,7 @@ def test_a_verification_must_be_of_this_calibration_and_of_other_data(
     store: CalibrationStore,
 ) -> None:
     other = make_verification(make_record(points=399))
-    with pytest.raises(CalibrationError, match="not about the calibration in force"):
+    with pytest.raises(CalibrationError, match="not about the active calibration"):
         store.verify(other, MADE)
     same = msgspec.structs.replace(make_verification(make_record()), data_sha256="a" * 64)
     with pytest.raises(CalibrationError, match="independent data"):
@@ -134,4 +134,4 @@ def test_a_record_that_is_gone_or_changed_is_not_used(
         store.active()
     path.unlink()
     with pytest.raises(Exception, match="is missing"):
-        store.standing(MADE)
+        store.status(MADE)

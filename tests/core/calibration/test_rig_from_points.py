@@ -317,11 +317,11 @@ def test_a_lens_that_needs_more_terms_is_refused() -> None:
     points, spots = observe(rig(), 300, 250.0, 1)
     lens = LensCamera(distorted(CAMERAS[0], -1.5), np.array([2e-8, 0.0, 5e-4]))
     noise = SIGMA_PX * np.random.default_rng(1).standard_normal((300, 2))
-    spots.uv[0] = project_with_jacobian(lens, points.positions_world).misses.T + noise
+    spots.uv[0] = project_with_jacobian(lens, points.positions_world).residuals.T + noise
     error = refusal(points, spots, force=True)
     assert error.code == "calibration.lens_model"
     lens = LensCamera(lens.model, 0.25 * lens.extra)
-    spots.uv[0] = project_with_jacobian(lens, points.positions_world).misses.T + noise
+    spots.uv[0] = project_with_jacobian(lens, points.positions_world).residuals.T + noise
     assert "calibration.lens_model" in codes(calibrate_rig(rig(), points, spots))
 
 

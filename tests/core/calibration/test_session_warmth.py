@@ -11,18 +11,18 @@ from tests.core.calibration.procedure_site import Bench
 def test_the_last_warmth_before_the_result_stands_in_the_record(tmp_path: Path) -> None:
     bench = Bench.at(tmp_path)
     procedure = bench.known_points(60)
-    procedure.note_warmth(bench.now(), (36.0, None))
-    procedure.note_warmth(bench.now(), (36.0, 37.0))
+    procedure.record_temperature(bench.now(), (36.0, None))
+    procedure.record_temperature(bench.now(), (36.0, 37.0))
     procedure.take_table(bench.spots(bench.points(60)), bench.now())
     lines = procedure.base.session.read_bytes().count(b"\n")
     # Thermometers flicker: no news.
-    procedure.note_warmth(bench.now(), (36.4, 36.6))
+    procedure.record_temperature(bench.now(), (36.4, 36.6))
     assert procedure.base.session.read_bytes().count(b"\n") == lines
-    procedure.note_warmth(bench.now(), (36.4, 37.5))
+    procedure.record_temperature(bench.now(), (36.4, 37.5))
     assert procedure.base.session.read_bytes().count(b"\n") == lines + 1
     # What comes after the result does not take it away.
     procedure.compute()
-    procedure.note_warmth(bench.now(), (20.0, 20.0))
+    procedure.record_temperature(bench.now(), (20.0, 20.0))
     again = KnownPointsProcedure.resume(procedure.base.session, bench.rig, bench.store())
     again.compute()
     for outcome in (procedure.view.outcome, again.view.outcome):

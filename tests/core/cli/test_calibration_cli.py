@@ -29,7 +29,7 @@ from ocmm_core.composition import (
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.calibration_scenes import Wave
+from ocmm_core.simulation.calibration_scenes import FreeMotionScene
 from ocmm_core.simulation.scene import SimulatedSource
 from tests.core.calibration.fresh_tips import Tips
 from tests.core.calibration.made_records import make_record, make_verification
@@ -177,7 +177,9 @@ def test_a_temperature_that_is_none_begins_no_session(
 
 
 def test_a_virtual_rig_without_scenes_is_refused_and_never_taken_for_a_real_one() -> None:
-    script = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, 3, None).script((Wave(ways=1, seed=1),))
+    script = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, 3, None).script(
+        (FreeMotionScene(ways=1, seed=1),)
+    )
     with pytest.raises(InputError, match="plays no scenes") as refused:
         virtual_feed(script, "ethercat:pixels", 0.0)
     assert refused.value.remedy == "Give simulated or ethercat:virtual."

@@ -330,7 +330,7 @@ def _set(name: str, attribute: str, value: str) -> Callable[[etree._Element], No
         (_set_text("MeasurementDeviceId", "nobody"), "'nobody'"),
         (_set_text("FormalStandardId", ""), "FormalStandardId refers to ''"),
         (_set_text("FeatureNominalId", "2"), "FeatureNominalId refers to 2"),
-        (_set_text("Normals", "0 0 2 " * 4), "no unit vector"),
+        (_set_text("Normals", "0 0 2 " * 4), "not a unit vector"),
         (_set_text("Normal", "0 0 1.0000001"), "1.000000100, which is no unit vector"),
         (_set_text("Points", "1 2 3"), "its Points are 3 numbers"),
         (_set_text("Normal", "0 0 nan"), "not finite"),

@@ -48,14 +48,14 @@ def even_zone(shape: Shape, points: Float, start: Float, rounds: int = 60) -> fl
     best, trust = float(np.abs(_distances(shape, points, p)).max()), 0.1
     for _ in range(rounds):
         found = _distances(shape, points, p)
-        slopes = np.stack([
+        jacobian = np.stack([
             (_distances(shape, points, p + step) - _distances(shape, points, p - step))
             / (2.0 * _STEP)
             for step in _STEP * np.eye(5)
         ], axis=1)  # fmt: skip
         ones = np.ones((n, 1))
         answer = linprog(
-            [0.0] * 5 + [1.0], np.block([[slopes, -ones], [-slopes, -ones]]),
+            [0.0] * 5 + [1.0], np.block([[jacobian, -ones], [-jacobian, -ones]]),
             np.concatenate([-found, found]), bounds=[(-trust, trust)] * 5 + [(None, None)],
             method="highs",
         )  # fmt: skip

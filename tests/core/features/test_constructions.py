@@ -336,7 +336,7 @@ def _tilted(degrees: float) -> dict[str, tuple[Shape, Float]]:
         (Intersection(name="x", features=("SHAFT", "LEANING")), "lines are nearly parallel"),
         (Intersection(name="x", features=("LEANING", "RIGHT")), "nearly lies along the plane"),
         (Intersection(name="x", features=("LEFT", "RIGHT", "TOP")), "nearly meet in one line"),
-        (Projection(name="x", features=("LEANING", "TOP")), "nearly stands on the plane"),
+        (Projection(name="x", features=("LEANING", "TOP")), "nearly normal to the plane"),
         (Projection(name="x", features=("A", "LEFT")), "90 degrees oblique"),
         (Bisector(name="x", features=("TOP", "STEP")), "nothing lies between them"),
         (Bisector(name="x", features=("LEFT", "RIGHT"), which="across"), "look at each other"),
@@ -344,8 +344,11 @@ def _tilted(degrees: float) -> dict[str, tuple[Shape, Float]]:
         (HiddenPoint(name="x", features=("NEAR", "BALL"), distance=10.0), "0.500 mm from each"),
         (Offset(name="x", features=("SHAFT",), distance=-8.5), "radius would be -0.500"),
         (Offset(name="x", features=("BALL", "PIN"), distance=1.0, towards="TIP"), "lies beside"),
-        (ConeSection(name="x", features=("SEAT", "TOP"), distance=-60.0), "does not reach so far"),
-        (Symmetry(name="x", features=("A", "C", "B", "D")), "do not show in which plane"),
+        (
+            ConeSection(name="x", features=("SEAT", "TOP"), distance=-60.0),
+            "does not extend that far",
+        ),
+        (Symmetry(name="x", features=("A", "C", "B", "D")), "do not define their plane"),
         (FitThrough(name="x", features=("A", "C", "B"), shape=Shape.SPHERE), "4"),
     ],
 )

@@ -285,3 +285,17 @@ def test_a_local_minimum_near_least_squares_is_not_taken_for_the_zone(seed: int)
     # From the least-squares sphere alone these end 0.2, 0.008 and 0.002 mm too wide.
     points = sample(Shape.SPHERE, np.random.default_rng(seed), 8, 3.0)
     assert _zone(Shape.SPHERE, points).form == pytest.approx(narrowest_ring(points), abs=1e-10)
+
+
+@pytest.mark.parametrize("shape", ZONED)
+def test_a_zone_of_many_points_is_that_of_those_near_its_bounds_and_holds_all(shape: Shape) -> None:
+    """Of many points only some take part in the search; the proof and the width are of all."""
+    rng = np.random.default_rng(41)
+    points = somewhere(rng).apply(sample(shape, rng, 700, 0.02))
+    fit = _zone(shape, points)
+    assert certificate(fit, points).certified
+    near = np.sort(np.argsort(-np.abs(fit.residuals - np.median(fit.residuals)))[:120])
+    assert set(fit.contacts) <= set(near)
+    alone = _zone(shape, points[near])
+    # 1e-9 mm: two searches from different starts, each to rounding of coordinates up to 1 m.
+    assert alone.form == pytest.approx(fit.form, abs=1e-9)

@@ -230,7 +230,7 @@ def test_a_short_working_counter_names_the_camera_where_it_is_known() -> None:
 def test_a_clock_that_cannot_be_spoils_the_cycle() -> None:
     given = replace(answer(header(100), header(100)), clock_plausible=False)
     assert judge(given, records(100), SCHEDULE) == CycleFault(
-        Trouble.BAD, Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be."
+        Trouble.BAD, Alarm.CLOCK_JUMP, "The bus clock shows an impossible time."
     )
 
 

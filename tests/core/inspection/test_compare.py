@@ -120,7 +120,7 @@ def test_a_provisional_value_is_not_counted(batch: tuple[ReopenedJob, ...]) -> N
     first = replace(batch[0], view=replace(view, characteristics=waiting))
     for trend in compare_jobs([first, *batch[1:]]):
         assert trend.parts[0].value is None
-        assert "not all its points" in trend.left_out[0]
+        assert "is incomplete" in trend.left_out[0]
 
 
 def test_a_lower_limit_of_zero_is_a_limit_where_a_value_can_be_below_it(

@@ -123,7 +123,7 @@ def tips_of(bench: Bench, true: ProbeBody, used: ProbeBody) -> Float:
 def test_a_warm_probe_that_is_compensated_finds_what_a_cold_one_finds(bench: Bench) -> None:
     body = bench.body
     design = load_design(resource("designs", "standard.toml"), body)
-    warmth = TemperatureState(
+    temperature_state = TemperatureState(
         Temperature(27.0, 0.5, ""), Temperature(20.0, 0.5, ""), compensated=True
     )
     grown = 7.0 * growth_shape(design, body)[:-3].reshape(-1, 3)
@@ -131,6 +131,8 @@ def test_a_warm_probe_that_is_compensated_finds_what_a_cold_one_finds(bench: Ben
     cold = tips_of(bench, body, body)
     # The same noise and the same drawn errors: what differs is the geometry alone.
     off = np.linalg.norm(tips_of(bench, warm, body) - cold, axis=1)
-    on = np.linalg.norm(tips_of(bench, warm, body_in_use(body, design, warmth)) - cold, axis=1)
+    on = np.linalg.norm(
+        tips_of(bench, warm, body_in_use(body, design, temperature_state)) - cold, axis=1
+    )
     assert off.min() > 0.005
     assert on.max() < 0.001

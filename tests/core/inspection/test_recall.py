@@ -138,8 +138,8 @@ def test_a_job_without_its_history_is_not_called_good(world: World, tmp_path: Pa
     record = recall(places, datetime.now(UTC))
     assert not record.jobs
     assert headline(record) == "2 NOT JUDGED of 2 checked"
-    assert "so that nobody knows here whether it failed" in not_judged(record)[1]
-    assert not_judged(record, 1)[-1] == "Not judged: 1 more; all of them are in the PDF."
+    assert "so it is unknown here whether it failed" in not_judged(record)[1]
+    assert not_judged(record, 1)[-1] == "Not judged: 1 more; all are in the PDF."
 
 
 def test_spots_that_fit_neither_calibration(world: World, tmp_path: Path) -> None:
@@ -251,11 +251,11 @@ def test_an_artefact_that_was_wrong_lets_fall_what_rests_on_it(
     fallen = artefact_wrong(cameras.folder, "b 17", day, "Ada", datetime.now(UTC))
     assert [one.kind for one in fallen] == ["verification"]
     cameras.store.refresh()
-    assert cameras.store.standing(datetime.now(UTC)).state is State.SUSPECT
+    assert cameras.store.status(datetime.now(UTC)).state is State.SUSPECT
     (doubt,) = reopen_job(path, calibrations=cameras.folder).doubts
     assert doubt.startswith("Artefact b 17 was found to be wrong since")
     # It falls once; a good bar answers it.
     assert artefact_wrong(cameras.folder, "B-17", day, "Ada", datetime.now(UTC)) == ()
     cameras.verify()
     assert reopen_job(path, calibrations=cameras.folder).doubts == ()
-    assert cameras.store.standing(datetime.now(UTC)).state is not State.SUSPECT
+    assert cameras.store.status(datetime.now(UTC)).state is not State.SUSPECT

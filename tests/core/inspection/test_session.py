@@ -302,7 +302,7 @@ def test_a_point_approached_aslant_is_not_compensated(bench: Bench, job: JobFile
         session.touches.take(replace(touch, trail_world=trail), "CORNER")
         point = session.view.features[-1]
         assert (point.fit is not None) is trusted
-        assert ("degrees off" in point.note) is not trusted
+        assert ("° off the planned" in point.note) is not trusted
         session.steps.undo()
 
 

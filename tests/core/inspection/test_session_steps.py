@@ -162,7 +162,7 @@ def test_a_repeated_feature_begins_anew_and_its_points_are_annulled_with_a_reaso
     session.steps.repeat("BLOCK_TOP")
     assert session.view.active == "BLOCK_TOP"
     assert numbers(session.view, "BLOCK_TOP") == []
-    assert {reason for _, reason in job.annulled()} == {"BLOCK_TOP is measured anew"}
+    assert {reason for _, reason in job.annulled()} == {"BLOCK_TOP is repeated"}
     take(session, bench, 4, 8)
     assert session.view.complete
     session.steps.repeat("BLOCK_TOP")

@@ -34,9 +34,9 @@ def held(*events: TipEvent) -> tuple[list[int], list[int]]:
 
 
 def test_a_blow_leaves_the_points_before_it_as_they_are() -> None:
-    blow = event(45.1, TipEventKind.DOUBTED, since=45)
-    assert held(blow) == ([5, 6], [])
-    assert held(blow, event(70, TipEventKind.PASSED)) == ([], [])
+    shock = event(45.1, TipEventKind.DOUBTED, since=45)
+    assert held(shock) == ([5, 6], [])
+    assert held(shock, event(70, TipEventKind.PASSED)) == ([], [])
 
 
 def test_a_tip_that_was_mounted_puts_all_since_the_last_check_in_doubt() -> None:
@@ -55,9 +55,9 @@ def test_a_failed_check_costs_the_points_since_the_last_good_one_for_good() -> N
 
 
 def test_a_doubt_and_then_a_failure() -> None:
-    blow, failed = event(35, TipEventKind.DOUBTED, since=35), event(36, TipEventKind.FAILED)
-    assert held(blow, failed) == ([4, 5, 6], [1, 2, 3, 4, 5, 6])
-    assert held(blow, failed, event(70, TipEventKind.PASSED)) == ([], [1, 2, 3, 4, 5, 6])
+    shock, failed = event(35, TipEventKind.DOUBTED, since=35), event(36, TipEventKind.FAILED)
+    assert held(shock, failed) == ([4, 5, 6], [1, 2, 3, 4, 5, 6])
+    assert held(shock, failed, event(70, TipEventKind.PASSED)) == ([], [1, 2, 3, 4, 5, 6])
 
 
 def test_other_tips_are_no_matter() -> None:
@@ -76,7 +76,7 @@ def test_of_several_failures_and_doubts_the_last_one_is_the_reason() -> None:
     assert set(doubts.failed.values()) == {
         f"The qualification of tip '{TIP}' failed (2026-03-01T09:10 UTC)."
     }
-    blow = event(45, TipEventKind.DOUBTED, since=45)
+    shock = event(45, TipEventKind.DOUBTED, since=45)
     mounted = event(55, TipEventKind.MOUNTED, since=55)
-    doubts = points_in_doubt([QUALIFIED, blow, mounted], TIP, TAKEN)
+    doubts = points_in_doubt([QUALIFIED, shock, mounted], TIP, TAKEN)
     assert doubts.open == {5: "A reason.", 6: f"Tip '{TIP}' was mounted anew."}

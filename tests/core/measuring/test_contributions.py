@@ -27,8 +27,8 @@ from ocmm_core.measuring import (
     PartTemperature,
     ProbeState,
     contributions,
-    joint_covariance,
-    sum_of,
+    factors_of,
+    joint_factors,
 )
 from ocmm_core.measuring._contributions import FORCE, PART, PATTERN, PROBE, WARMTH, WEIGHT
 from ocmm_core.tracking import ProbeBody, TipSensitivity, tip_sensitivity
@@ -57,11 +57,13 @@ def touched(rig: Rig, body: ProbeBody) -> tuple[list[MeasuredPoint], list[TipSen
 
 
 def parts_of(rig: Rig, body: ProbeBody, design: ProbeDesign) -> tuple[Contribution, ...]:
-    warmth = TemperatureState()
-    used = body_in_use(body, design, warmth)
+    temperature_state = TemperatureState()
+    used = body_in_use(body, design, temperature_state)
     points, found = touched(rig, used)
     force = contact_force(design, body)
-    return contributions(points, found, rig, used, force, WARM, ProbeState(design, warmth))
+    return contributions(
+        points, found, rig, used, force, WARM, ProbeState(design, temperature_state)
+    )
 
 
 def test_the_parts_are_the_joint_covariance(
@@ -71,12 +73,11 @@ def test_the_parts_are_the_joint_covariance(
     used = body_in_use(standard_probe, design, TemperatureState())
     points, found = touched(recommended, used)
     force = contact_force(design, standard_probe)
-    joint = joint_covariance(points, found, recommended, used, force, WARM)
+    whole = np.eye(3 * len(points) + 1)
+    joint = joint_factors(points, found, recommended, used, force, WARM).of(whole)
     # Warmth and weight are taken off the probe's covariance and added again: rounding.
-    assert sum_of(parts, len(points)) == pytest.approx(joint, rel=1e-9, abs=1e-18)
-    assert joint_covariance(points, found, recommended, used, force, WARM).tolist() == (
-        sum_of(contributions(points, found, recommended, used, force, WARM), 3).tolist()
-    )
+    assert factors_of(parts, len(points)).of(whole) == pytest.approx(joint, rel=1e-9, abs=1e-15)
+    assert sum(part.of(whole) for part in parts) == pytest.approx(joint, rel=1e-9, abs=1e-15)
 
 
 def test_points_that_show_other_leds_share_the_pattern_of_what_both_show(
@@ -120,7 +121,7 @@ def test_every_source_has_its_name_once(
     ]  # fmt: skip
     assert [part.source.kind for part in parts].count("A") == 1
     for part in parts:
-        matrix = part.matrix(3)
+        matrix = part.of(np.eye(10))
         assert matrix.max() > 0.0, part.source.name
         floor = -1e-9 * float(np.abs(matrix).max())
         assert np.linalg.eigvalsh(matrix)[0] > floor, part.source.name
@@ -139,5 +140,5 @@ def test_what_a_part_gives_a_value_is_its_matrix_between_two_gradients(
 ) -> None:
     gradients = np.random.default_rng(0).normal(size=(2, 10))
     for part in parts_of(recommended, standard_probe, design):
-        expected = gradients @ part.matrix(3) @ gradients.T
+        expected = gradients @ part.of(np.eye(10)) @ gradients.T
         assert part.of(gradients) == pytest.approx(expected, rel=1e-9, abs=1e-18), part.source.name

@@ -91,10 +91,10 @@ def test_compensation_of_a_part_that_is_not_known_is_refused(
 
 
 def test_the_record_says_everything_and_comes_back() -> None:
-    warmth = TemperatureState(
+    temperature_state = TemperatureState(
         Temperature(24.0, 0.3, "given"), Temperature(20.5, 0.2, "record"), True
     )
-    climate = Climate(warmth, WARM, "a design ± document")
+    climate = Climate(temperature_state, WARM, "a design ± document")
     assert climate_of_text(record_text(climate.record())) == climate
     assert climate_of_text(record_text(Climate().record())) == Climate()
     with pytest.raises(InputError, match="record of temperatures"):
@@ -102,11 +102,13 @@ def test_the_record_says_everything_and_comes_back() -> None:
 
 
 def test_words_and_label_name_both_switches() -> None:
-    warmth = TemperatureState(Temperature(24.0, 0.3, ""), Temperature(20.5, 0.2, ""), True)
-    climate = Climate(warmth, WARM)
+    temperature_state = TemperatureState(
+        Temperature(24.0, 0.3, ""), Temperature(20.5, 0.2, ""), True
+    )
+    climate = Climate(temperature_state, WARM)
     assert "24.0 ± 0.3 °C, calibrated at 20.5 °C, compensated." in climate.words
     assert "reported at 20 °C with 23.1 ± 1.0 ppm/K (aluminium)" in climate.words
     assert climate.label.isascii()
     assert "," not in climate.label
-    assert "not compensated" in Climate(warmth, replace(WARM, compensated=False)).words
-    assert "nothing is compensated" in Climate().words
+    assert "not compensated" in Climate(temperature_state, replace(WARM, compensated=False)).words
+    assert "No temperature compensation" in Climate().words

@@ -29,7 +29,7 @@ from ocmm_core.composition import (
 )
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.calibration_scenes import Wave
+from ocmm_core.simulation.calibration_scenes import FreeMotionScene
 
 _RIG = load_rig(RECOMMENDED_RIG)
 _PLAN = load_plan(DEMO_PLAN)
@@ -110,7 +110,7 @@ def test_software_cameras_are_those_of_the_rig(spec: SourceSpec) -> None:
 def test_scenes_come_from_the_virtual_rig(spec: SourceSpec) -> None:
     site = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, 3, None)
     assert spec.scenes is not None
-    feed = spec.scenes(site.script((Wave(ways=1, seed=1),)), 0.0)
+    feed = spec.scenes(site.script((FreeMotionScene(ways=1, seed=1),)), 0.0)
     try:
         assert feed.live is spec.live
         assert feed.description.simulated
@@ -130,7 +130,7 @@ def test_prefixes_are_unique() -> None:
      "simulated:1"],
 )  # fmt: skip
 def test_an_unknown_source_is_refused(name: str) -> None:
-    with pytest.raises(InputError, match="no source of frames") as caught:
+    with pytest.raises(InputError, match="not a frame source") as caught:
         source_of(name)
     assert caught.value.code == "source.unknown"
     assert names_in_words(SOURCES) in caught.value.remedy

@@ -60,15 +60,15 @@ def test_a_pushed_camera_puts_the_calibration_in_doubt_and_points_are_held_back(
         return store.events[-1].kind is EventKind.SUSPECTED
 
     wait_until(doubted)
-    standing = store.standing(datetime.now(UTC))
-    assert standing.state is State.SUSPECT
+    status = store.status(datetime.now(UTC))
+    assert status.state is State.SUSPECT
     assert store.events[-1].who == "monitor"
-    assert "pitch" in standing.reason
+    assert "pitch" in status.reason
     # Two cameras and a probe cannot say who of them it was.
-    assert "camera left" in standing.reason.lower()
-    assert "camera right" in standing.reason.lower()
-    assert datetime.fromisoformat(standing.since_utc) < datetime.now(UTC)
-    wait_until(lambda: station.looks.live().reason.startswith(standing.reason))
+    assert "camera left" in status.reason.lower()
+    assert "camera right" in status.reason.lower()
+    assert datetime.fromisoformat(status.since_utc) < datetime.now(UTC)
+    wait_until(lambda: station.looks.live().reason.startswith(status.reason))
     live = station.looks.live()
     assert live.status is StatusWord.NOT_READY
     assert live.tip_world is None

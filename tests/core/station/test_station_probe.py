@@ -115,7 +115,7 @@ def test_a_tip_that_is_not_good_takes_no_points(build: Build, tmp_path: Path) ->
     wait_until(lambda: len(refused) >= 2)
     assert {item.code.value for item in refused} == {"tip"}
     assert refused[0].what == f"The last check of tip '{TIP}' failed."
-    assert "Make the quick tip check: one minute." in refused[0].remedy
+    assert "Run the quick tip check (one minute)." in refused[0].remedy
     live = station.looks.live()
     assert "quick tip check" in live.reason
     assert live.tip_world is None
@@ -169,7 +169,7 @@ def test_a_probe_without_records_that_felt_a_blow_is_not_trusted_again(build: Bu
     station.start()
     wait_until(lambda: len(refused) >= 2)
     assert "felt a blow" in refused[-1].what
-    assert "begin a new job" in refused[-1].remedy
+    assert "start a new job" in refused[-1].remedy
     assert station.instruments.probe().word is CalibrationStatus.SUSPECT
     with pytest.raises(CalibrationError, match="one tip only"):
         station.maintenance.mount_tip(TIP)
@@ -190,7 +190,7 @@ def test_a_failed_check_holds_the_points_back_for_good(build: Build, tmp_path: P
     assert len(view.held) == count
     assert {result.verdict for result in view.characteristics} == {Verdict.NOT_PROVEN}
     assert f"The check of tip '{TIP}' failed" in view.characteristics[0].note
-    assert "Take them again." in view.characteristics[0].note
+    assert "Re-probe them." in view.characteristics[0].note
     tips.check()
     station.maintenance.probe_records_changed()
     assert station.instruments.probe().word is CalibrationStatus.VALID
@@ -226,7 +226,7 @@ def test_another_tip_in_the_menu_ends_the_job(build: Build, tmp_path: Path) -> N
     tips.store.calibrate(other, "technician", "new", datetime.now(UTC))
     station.maintenance.probe_records_changed()
     assert station.instruments.probe().word is CalibrationStatus.UNUSABLE
-    assert "Tip 'long' is on the probe" in str(station.instruments.probe().hindrance)
+    assert "Tip 'long' is on the probe" in str(station.instruments.probe().blocking_reason)
 
 
 def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Path) -> None:
@@ -253,7 +253,7 @@ def test_a_tip_that_rested_over_night_is_checked(build: Build, tmp_path: Path) -
     station.close()
     station = build().station
     station.start()
-    assert "not used for more than 8 hours" in str(station.instruments.probe().hindrance)
+    assert "not used for more than 8 hours" in str(station.instruments.probe().blocking_reason)
     tips.check()
     station.maintenance.probe_records_changed()
     assert station.instruments.probe().word is CalibrationStatus.VALID
@@ -296,11 +296,11 @@ def test_a_pause_within_a_job_and_blows_one_after_the_other(tmp_path: Path) -> N
         since = datetime.fromisoformat(watch.view().since_utc)
         assert now[0] - since == timedelta(hours=9)
         # One blow is reported for a second; two of them are two.
-        blow = int(FrameFlag.DROPPED)
+        shock = int(FrameFlag.DROPPED)
         before = len(tips.store.events)
-        assert watch.feed(no_frames(0, blow, blow))
-        assert not watch.feed(no_frames(blow, blow, 0))
-        assert watch.feed(no_frames(0, blow | int(FrameFlag.BUTTON)))
+        assert watch.feed(no_frames(0, shock, shock))
+        assert not watch.feed(no_frames(shock, shock, 0))
+        assert watch.feed(no_frames(0, shock | int(FrameFlag.BUTTON)))
         tips.store.refresh()
         kinds = [one.kind for one in tips.store.events[before:]]
         assert kinds == [TipEventKind.DOUBTED] * 3

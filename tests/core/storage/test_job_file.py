@@ -419,7 +419,7 @@ def test_a_changed_observation_is_not_given_out(
     )
     with (
         JobFile.open(path) as job,
-        pytest.raises(StorageError, match="point 2 is not as it was stored"),
+        pytest.raises(StorageError, match="point 2 was changed after it was stored"),
     ):
         job.points()
 

@@ -15,11 +15,10 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint, factors_of_matrix
 from ocmm_core.tolerances.monte_carlo import (
     MonteCarloOptions,
     Task,
-    factor_of,
     simulate,
     simulate_elsewhere,
 )
@@ -154,15 +153,15 @@ def _task(asked: Sequence[Characteristic], sigma: float = 0.004) -> Task:
     covariance[-1], covariance[:, -1] = 0.0, 0.0
     covariance[-1, -1] = (0.5 * sigma) ** 2
     form = np.zeros((len(POINTS), 3, 3))
-    return Task(tuple(asked), RULE, tuple(POINTS), _actual(POINTS, JOB_FEATURES), covariance, form)
+    factors = factors_of_matrix(covariance)
+    return Task(tuple(asked), RULE, tuple(POINTS), _actual(POINTS, JOB_FEATURES), factors, form)
 
 
 def test_quick_trials_are_the_slow_ones() -> None:
     task = _task(ASKED)
     model = quick_model(task)
     assert list(model.values) == [item.name for item in ASKED]
-    deviations = np.random.default_rng(5).standard_normal((3, len(factor_of(task))))
-    deviations = deviations @ factor_of(task)
+    deviations = task.factors.draws()(np.random.default_rng(5), 3)
     quick, failed = model.trials(deviations)
     slow, lost = slow_trials(task, [item.name for item in ASKED], deviations)
     assert (failed, lost) == (0, 0)

@@ -47,13 +47,13 @@ def _images(leds_world: Float) -> Float:
 def test_a_hidden_led_counts_as_if_the_body_had_none(hidden: int, seed: int) -> None:
     rng = np.random.default_rng(seed)
     ideal = _images(LEDS + ORIGIN) + rng.normal(0.0, SIGMA_PX / PX_PER_MM, (2, 6, 2))
-    slopes = np.zeros((2, 6, 4))
-    slopes[..., 0] = slopes[..., 3] = PX_PER_MM
+    jacobian = np.zeros((2, 6, 4))
+    jacobian[..., 0] = jacobian[..., 3] = PX_PER_MM
     seen = np.ones((2, 6), dtype=np.bool_)
     seen[:, hidden] = False
     rotation, origin = np.eye(3), ORIGIN.copy()
     h, g = np.empty((6, 6)), np.empty(6)
-    normal_equations(ideal, slopes, seen, CAMERAS, LEDS, rotation, origin, h, g)
+    normal_equations(ideal, jacobian, seen, CAMERAS, LEDS, rotation, origin, h, g)
     assert cholesky(h)
     forward(h, g)
     backward(h, g)
@@ -62,10 +62,10 @@ def test_a_hidden_led_counts_as_if_the_body_had_none(hidden: int, seed: int) -> 
     there = np.arange(6) != hidden
     expected = ambiguity_score(
         np.ascontiguousarray(ideal[:, there]),
-        np.ascontiguousarray(slopes[:, there]),
+        np.ascontiguousarray(jacobian[:, there]),
         np.ascontiguousarray(seen[:, there]),
         CAMERAS, LEDS[there], rotation, origin, SIGMA_PX,
     )  # fmt: skip
-    found = ambiguity_score(ideal, slopes, seen, CAMERAS, LEDS, rotation, origin, SIGMA_PX)
+    found = ambiguity_score(ideal, jacobian, seen, CAMERAS, LEDS, rotation, origin, SIGMA_PX)
     # The same sums with zeros among them: a thousandth leaves room for any order of rounding.
     assert found == pytest.approx(expected, rel=1e-3)

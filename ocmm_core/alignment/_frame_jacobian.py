@@ -1,0 +1,87 @@
+"""How a frame answers to the points of the job."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ocmm_core.alignment._datums import frame_of
+from ocmm_core.alignment._rules import (
+    AnyAlignment,
+    BestFit,
+    BoundAlignment,
+    ReferencePoints,
+    Relocation,
+)
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, RADIUS, SECOND
+from ocmm_core.geometry import Float, RigidTransform
+
+_POINT_PLACES = range(POINT.start, POINT.stop)
+
+_STEPS = np.full(GEOMETRY_SIZE, 1e-5)
+_STEPS[[0, 1, 2, RADIUS, SECOND]] = 1e-3
+"""Steps of the central differences, mm, and for directions and angles rad.
+
+Places in the world are a few metres at most: rounding of 1e-12 mm in them is 1e-9 in a slope. What
+curves enough to matter over a step has a lever of less than a millimetre, and is refused.
+"""
+
+
+def frame_jacobian(
+    rule: AnyAlignment, actual: Mapping[str, ActualFeature], T_part_from_world: RigidTransform
+) -> Float:
+    """Return how the part frame moves with the points, (6, 3 N + 1).
+
+    Rows are a small turn, rad, about the axes of the part frame through its origin, and a shift,
+    mm, along them, of the measured part in its frame.
+
+    Parameters
+    ----------
+    rule
+        Of the frame, its senses settled.
+    actual
+        All features that it rests on.
+    T_part_from_world
+        The frame itself (`alignment.datums.frame_of`).
+    """
+    geometries = {name: feature.fit.geometry for name, feature in actual.items()}
+    columns = next(iter(actual.values())).jacobian.shape[1] if actual else 0
+    rows = np.zeros((6, columns))
+    back = T_part_from_world.inverse()
+    for name in rule.features:
+        by_geometry = np.zeros((6, GEOMETRY_SIZE))
+        for place in np.flatnonzero(np.any(actual[name].jacobian, axis=1)):
+            if place not in _POINT_PLACES and _only_points(rule, name):
+                continue
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = geometries[name].copy()
+                moved[place] += sign * _STEPS[place]
+                frame = frame_of(rule, {**geometries, name: moved})
+                ends.append(_small_motion(frame.compose(back)))
+            by_geometry[:, place] = (ends[0] - ends[1]) / (2.0 * _STEPS[place])
+        rows += by_geometry @ actual[name].jacobian
+    return rows
+
+
+def _only_points(rule: AnyAlignment, name: str) -> bool:
+    """Return whether a frame rests on the place of a feature and on nothing else of it."""
+    kind = rule.rule if isinstance(rule, BoundAlignment) else rule
+    if isinstance(kind, (BestFit, ReferencePoints)):
+        return kind.start is None or name not in kind.start.features
+    return isinstance(kind, Relocation)
+
+
+def _small_motion(motion: RigidTransform) -> Float:
+    """Return turn (rad) and shift (mm) of a motion near to none, (6,)."""
+    rotation = motion.rotation
+    turn = 0.5 * np.array(
+        [
+            rotation[2, 1] - rotation[1, 2],
+            rotation[0, 2] - rotation[2, 0],
+            rotation[1, 0] - rotation[0, 1],
+        ]
+    )
+    return np.concatenate([turn, motion.translation])

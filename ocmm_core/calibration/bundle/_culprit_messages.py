@@ -1,0 +1,216 @@
+"""Who lied, in words for people: what was found, and what to do that does not lead round it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.calibration.bundle._culprit import LEAST_PX, Culprit, CulpritVerdict, Suspect
+from ocmm_core.calibration.records import Finding
+from ocmm_core.geometry import Float
+
+EXPANSION = 12e-6
+"""Of steel, 1/K; only to say what a difference would be as a temperature."""
+
+_PLAUSIBLE_K = 30.0
+
+LEAST_CONE_MM = 0.02
+"""Less than this a ball moves in its cone whenever it is turned."""
+
+
+@dataclass(frozen=True, slots=True)
+class Names:
+    """What people call the things of a session.
+
+    Attributes
+    ----------
+    cameras, bars
+        Their names.
+    procedure
+        What is to be done again, as "the relocation".
+    moment
+        Words for the first observation of a block of the history, as "pose 94".
+    """
+
+    cameras: tuple[str, ...]
+    bars: tuple[str, ...]
+    procedure: str
+    moment: Callable[[int], str]
+
+
+def accuse(verdict: CulpritVerdict, names: Names) -> Finding | None:
+    """Return the finding that names who lied; None where nobody did."""
+    if not verdict.named:
+        return None
+    best = verdict.named[0]
+    told = [_told(one, verdict, names) for one in verdict.named]
+    code = f"{'relocation' if names.bars else 'pivot'}.{_CODES[best.cause]}"
+    during = all(one.profile is not None for one in verdict.named)
+    return Finding(
+        code,
+        _sentence(told, verdict),
+        _remedy(verdict.named, names),
+        refuses=not during or verdict.effect_px > LEAST_PX or _moved_mm(best) > LEAST_CONE_MM,
+    )
+
+
+_CODES = {
+    Culprit.BAR: "bar_contradicts",
+    Culprit.SIZE: "bar_contradicts",
+    Culprit.LED: "probe_changed",
+    Culprit.PROBE: "wrong_probe",
+    Culprit.LENS: "lens_changed",
+    Culprit.RIG: "wrong_rig",
+    Culprit.CAMERA: "camera_moved",
+    Culprit.LOOSE: "led_loose",
+    Culprit.WARMING: "warming",
+    Culprit.CONE: "moved",
+    Culprit.PLACE: "camera_elsewhere",
+}
+
+
+def _moved_mm(suspect: Suspect) -> float:
+    """Return how far the cone moved, mm; zero for every other cause."""
+    if suspect.cause is not Culprit.CONE:
+        return 0.0
+    return float(np.linalg.norm(suspect.score.size))
+
+
+def _sentence(told: Sequence[str], verdict: CulpritVerdict) -> str:
+    if len(told) == 1:
+        text = f"{told[0]}."
+    elif len(told) == 2:
+        text = f"Either {told[0]}, or {told[1]}: the observations cannot tell which."
+    else:
+        listed = ", or ".join(told)
+        text = f"One of these is wrong, and the observations cannot tell which: {listed}."
+    text = text[0].upper() + text[1:]
+    if not verdict.explained:
+        text += (
+            f" That explains most, but the residuals are still {np.sqrt(verdict.misfit):.1f} "
+            "times their sigmas: something else may be wrong too."
+        )
+    return text
+
+
+def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
+    state, cause, index = verdict.history.state, suspect.cause, suspect.subject
+    size = suspect.score.size
+    if cause is Culprit.BAR:
+        off = float(size[0])
+        return (
+            f"bar '{names.bars[index]}' is {1e3 * abs(off):.0f} um "
+            f"{'longer' if off > 0.0 else 'shorter'} than certified"
+            f"{_as_temperature(off / state.lengths[index])}"
+        )
+    if cause in (Culprit.SIZE, Culprit.WARMING):
+        part = float(size[0])
+        larger = "larger" if part > 0.0 else "smaller"
+        if cause is Culprit.SIZE:
+            return (
+                f"the whole probe is {1e6 * abs(part):.0f} um/m {larger} than its document says"
+                f"{_as_temperature(part)}"
+            )
+        return f"the probe became {1e6 * abs(part):.0f} um/m {larger} during the session"
+    if cause is Culprit.LED:
+        return (
+            f"LED {index + 1} of the probe is {_um(size)} from its document position, all "
+            "others are in place"
+        )
+    if cause is Culprit.PROBE:
+        places = size.reshape(-1, 3)
+        rms = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
+        return (
+            f"the LEDs deviate from their document positions, {1e3 * rms:.0f} um RMS, and no "
+            "single one explains it"
+        )
+    if cause is Culprit.LENS:
+        return (
+            f"the lens of camera '{names.cameras[index]}' does not match its calibration (focal "
+            f"length {1e3 * size[0]:+.0f} um, middle of the image {size[1]:+.2f} and "
+            f"{size[2]:+.2f} px)"
+        )
+    if cause is Culprit.RIG:
+        listed = ", ".join(f"{1e3 * one:+.0f}" for one in size[::3])
+        return (
+            "the lenses of all cameras do not match the calibration of this rig (focal lengths "
+            f"{listed} um): another rig, or cameras in another order"
+        )
+    if cause is Culprit.CONE:
+        when = "during the sweep"
+        if suspect.moment is not None:
+            when = f"just before {names.moment(suspect.moment)}"
+        return f"the cone, or the ball in it, moved by {_um(size)} {when}"
+    if cause is Culprit.PLACE:
+        return (
+            f"camera '{names.cameras[index]}' is off its calibrated pose by "
+            f"{1e6 * np.linalg.norm(size[:3]):.0f} urad and {_um(size[3:])}"
+        )
+    if cause is Culprit.LOOSE:
+        since = names.moment(suspect.moment or 0)
+        return f"LED {index + 1} of the probe moved by {_um(size)} before {since}"
+    amount = f"by {1e6 * np.linalg.norm(size[:3]):.0f} urad"
+    if len(size) > 3:
+        amount += f" and {_um(size[3:])}"
+    camera = names.cameras[index]
+    if suspect.moment is None:
+        return f"camera '{camera}' drifted evenly, {amount} from the first observation to the last"
+    return f"camera '{camera}' was nudged {amount} just before {names.moment(suspect.moment)}"
+
+
+def _remedy(named: Sequence[Suspect], names: Names) -> str:
+    causes = {one.cause for one in named}
+    again = f"repeat {names.procedure}"
+    if {Culprit.BAR, Culprit.SIZE} <= causes:
+        bar = names.bars[next(one.subject for one in named if one.cause is Culprit.BAR)]
+        return (
+            f"Check the stated temperature and the certified length of '{bar}', then {again} "
+            "with another certified bar. Same result: the probe is wrong and must be calibrated "
+            f"again; otherwise '{bar}' is wrong."
+        )
+    said = {
+        Culprit.BAR: "Check the certified length, and set the bar aside until it is calibrated; "
+        f"{again} with another one.",
+        Culprit.SIZE: "Check the stated temperature and that the right probe is selected; "
+        f"calibrate the probe again, and {again}.",
+        Culprit.LED: "Check this LED for bending or looseness, and fasten it; calibrate the "
+        f"probe again or use another one, and {again}.",
+        Culprit.PROBE: "Select the document of the probe used, or calibrate that probe again; "
+        f"then {again}.",
+        Culprit.LENS: "Check this lens for looseness, and fasten it; then calibrate the cameras "
+        "from known points.",
+        Culprit.RIG: "Select the rig with these cameras, in document order; if it is already "
+        "the right one, calibrate the cameras from known points.",
+        Culprit.LOOSE: f"Fasten this LED, calibrate the probe again, and {again}.",
+        Culprit.CONE: f"Clamp the cone, clean it, press the ball into it evenly, and {again}.",
+        Culprit.PLACE: "Verify the cameras; if that fails, calibrate them again, and only then the "
+        "probe.",
+        Culprit.WARMING: "Let probe, artefacts and room reach one temperature, and do not use a "
+        f"hand-warm probe; then {again}.",
+    }
+    parts = [text for cause, text in said.items() if cause in causes]
+    if Culprit.CAMERA in causes:
+        who = " and ".join(
+            f"'{names.cameras[one.subject]}'" for one in named if one.cause is Culprit.CAMERA
+        )
+        drifts = all(one.moment is None for one in named if one.cause is Culprit.CAMERA)
+        parts.append(
+            "Let cameras and frame reach their temperature, keep draughts and sun away, check "
+            f"the mount of {who}, and {again}."
+            if drifts
+            else f"Tighten the mount of {who}, touch nothing afterwards, and {again}."
+        )
+    return " Or: ".join(parts)
+
+
+def _as_temperature(part: float) -> str:
+    kelvin = abs(part) / EXPANSION
+    if kelvin > _PLAUSIBLE_K:
+        return ""
+    return f" (as steel would be that is {kelvin:.0f} K {'warmer' if part > 0.0 else 'colder'})"
+
+
+def _um(vector: Float) -> str:
+    return f"{1e3 * float(np.linalg.norm(vector)):.0f} um"

@@ -1,0 +1,206 @@
+"""What looks say about a calibration in use: nothing has changed, or what, and who it was.
+
+Two cameras that see one probe know only how they stand to each other: which of them has moved
+shows where there are three, where a lens changed, or where the ball rests in nests whose places
+are known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+from scipy.special import chdtrc
+
+from ocmm_core.calibration.monitor._drift_design_matrix import Belief
+from ocmm_core.calibration.monitor._drift_messages import (
+    describe_common,
+    describe_led,
+    describe_lens,
+    describe_motion,
+    join_words,
+)
+from ocmm_core.calibration.monitor._drift_statistic import PossibleChange, Scores, score_changes
+from ocmm_core.calibration.monitor._residual_samples import ResidualSample
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
+from ocmm_core.tracking import ProbeBody
+
+_PLACES, _APART_MM = 5, 10.0
+"""A good check needs looks at so many places of the probe, so far from each other."""
+
+_DECISIVE = 12.0
+"""Twice the logarithm of a likelihood ratio of 400: what is less likely than this is ruled out."""
+
+
+class ChangeCause(Enum):
+    """What has changed since the calibration."""
+
+    NOTHING = "nothing"
+    CAMERA = "camera"
+    PROBE = "probe"
+    COMMON = "common"
+    """All cameras together, or the part with its nests."""
+    UNKNOWN = "unknown"
+
+
+@dataclass(frozen=True, slots=True)
+class MonitorOptions:
+    """How changes are looked for.
+
+    Attributes
+    ----------
+    look_ns
+        Bus time of one look.
+    looks, every
+        So many of the latest looks are examined together, each time that ``every`` new ones came.
+    sparse
+        One look of so many is kept for the slow changes; ``looks`` of them are examined together.
+    floor_px
+        See `score_changes`.
+    false_alarm
+        Probability of an alarm of one kind in one examination of a rig to which nothing happened.
+    good
+        Whatever chance explains with more than this probability is a good check.
+    worst_chi2
+        Squared residuals per degree of freedom above which something is wrong that has no name.
+    unfit_ns
+        After so much bus time in which the spots fit no pose, though they are seen, something is
+        wrong, too.
+    """
+
+    look_ns: int = 50_000_000
+    looks: int = 40
+    every: int = 10
+    sparse: int = 30
+    floor_px: float = 0.0004
+    false_alarm: float = 1e-7
+    good: float = 0.01
+    worst_chi2: float = 2.0
+    unfit_ns: int = 2_000_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class DriftReport:
+    """What some looks, or none, say about the calibration.
+
+    Attributes
+    ----------
+    time_ns
+        Bus time of the last frame that went into it.
+    cause
+        What has changed.
+    cameras
+        Names of those that may have changed, the likeliest first.
+    what
+        One sentence for people; empty where nothing has changed.
+    good
+        Nothing has changed, and the looks were enough to say so.
+    since_ns
+        Until this bus time all was well, as far as is known; None where it was never checked.
+    scores
+        The numbers; None where the spots fit no pose.
+    """
+
+    time_ns: int
+    cause: ChangeCause
+    cameras: tuple[str, ...]
+    what: str
+    good: bool
+    since_ns: int | None
+    scores: Scores | None
+
+    @property
+    def alarm(self) -> bool:
+        """Return whether the calibration is in doubt."""
+        return self.cause is not ChangeCause.NOTHING
+
+
+def examine(
+    looks: Sequence[ResidualSample],
+    rig: Rig,
+    body: ProbeBody,
+    belief: Belief,
+    options: MonitorOptions,
+) -> DriftReport:
+    """Return what looks say about the calibration, ``since_ns`` left open.
+
+    Looks into nests whose place is known (`ResidualSample.known_tip_world`), at least three of
+    them, tell also who has moved.
+    """
+    scores = score_changes(list(looks), rig, body, belief, options.floor_px)
+    cause, cameras, what = _judge(scores, rig, options)
+    enough = len(looks) >= options.looks // 2 and _places(looks) >= _PLACES
+    calm = all(_chance(item) > options.good for item in _changes(scores))
+    return DriftReport(
+        time_ns=max(look.last_ns for look in looks),
+        cause=cause,
+        cameras=cameras,
+        what=what,
+        good=cause is ChangeCause.NOTHING and enough and calm,
+        since_ns=None,
+        scores=scores,
+    )
+
+
+def _judge(
+    scores: Scores, rig: Rig, options: MonitorOptions
+) -> tuple[ChangeCause, tuple[str, ...], str]:
+    if min(_chance(item) for item in _changes(scores)) > options.false_alarm:
+        if scores.chi2 > options.worst_chi2 * scores.dof:
+            return (
+                ChangeCause.UNKNOWN,
+                (),
+                "The spots fit the probe much worse than the calibration predicts; no single "
+                "moved camera or LED explains it.",
+            )
+        return ChangeCause.NOTHING, (), ""
+    motions = [_worth(item) for item in scores.motions]
+    lenses = [_worth(item) for item in scores.lenses]
+    leds = [_worth(item) for item in scores.leds]
+    common = -np.inf if scores.common is None else _worth(scores.common)
+    best = max(*motions, *lenses, *leds, common)
+    if common == best:
+        assert scores.common is not None  # noqa: S101 - it is the best one
+        return ChangeCause.COMMON, (), describe_common(scores.common)
+    if max(leds) == best:
+        led = int(np.argmax(leds))
+        return ChangeCause.PROBE, (), describe_led(led, scores.leds[led])
+    # Looks of which some are from before the change fit none well, and then small leads mean less.
+    misfit = max(1.0, (scores.chi2 - best) / scores.dof)
+    decisive = _DECISIVE * misfit
+    lens = max(lenses) > max(motions) + decisive
+    worths = lenses if lens else motions
+    order = sorted(range(len(worths)), key=lambda c: -worths[c])
+    suspects = [c for c in order if worths[c] > worths[order[0]] - decisive]
+    names = tuple(rig.cameras[c].name for c in suspects)
+    who = join_words([f"camera {name}" for name in names], "or")
+    how = describe_lens(scores, suspects[0]) if lens else describe_motion(scores, suspects[0])
+    sentence = f"{who[0].upper()}{who[1:]} has changed since the calibration: {how}."
+    return ChangeCause.CAMERA, names, sentence
+
+
+def _changes(scores: Scores) -> tuple[PossibleChange, ...]:
+    common = () if scores.common is None else (scores.common,)
+    return (*scores.cameras, *scores.leds, *common)
+
+
+def _chance(change: PossibleChange) -> float:
+    """Return the probability of a score as high where nothing has changed."""
+    return float(chdtrc(change.dof, change.score))
+
+
+def _worth(change: PossibleChange) -> float:
+    """Return the score less what free numbers win by chance (H. Akaike, IEEE TAC 19, 1974)."""
+    return change.score - 2.0 * change.dof
+
+
+def _places(looks: Sequence[ResidualSample]) -> int:
+    """Return at how many places at least `_APART_MM` from each other the probe was."""
+    places: list[Float] = []
+    for look in looks:
+        if all(np.linalg.norm(look.origin_world - place) > _APART_MM for place in places):
+            places.append(look.origin_world)
+    return len(places)

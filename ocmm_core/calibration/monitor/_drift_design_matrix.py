@@ -1,0 +1,132 @@
+"""What moves the spots of looks: poses, cameras, LEDs - and what is believed of their errors."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.calibration.monitor._residual_samples import ResidualSample, leds_world_of
+from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, project, projection_jacobians
+from ocmm_core.geometry import Float, Int, Pixels, skew
+from ocmm_core.tracking import ProbeBody
+
+CAMERA_CHANGES = (
+    "pitch", "yaw", "roll", "sideways", "vertical", "axial", "focal length",
+    "principal point u", "principal point v",
+)  # fmt: skip
+"""What can happen to a camera: turns (rad) about its own axes through its projection centre - x to
+the right of the image, y down it, z along the view -, shifts (mm) of that centre along them, focal
+length (mm) and principal point (px)."""
+
+N_MOTIONS = 6
+"""The first of them are motions."""
+
+
+@dataclass(frozen=True, slots=True)
+class Belief:
+    """What is believed of the errors of cameras and probe, while nothing changes.
+
+    Attributes
+    ----------
+    mean
+        (14 C + 3 L + 3,): truth minus documents; parameters of all cameras, then the probe as in
+        `ProbeBody.geometry_covariance`.
+    covariance
+        Of it.
+    """
+
+    mean: Float
+    covariance: Float
+
+    @classmethod
+    def of_documents(cls, rig: Rig, body: ProbeBody) -> Belief:
+        """Return what the calibration of the cameras and that of the probe say."""
+        n_cameras = len(rig.parameter_covariance)
+        size = n_cameras + len(body.geometry_covariance)
+        covariance = np.zeros((size, size))
+        covariance[:n_cameras, :n_cameras] = rig.parameter_covariance
+        covariance[n_cameras:, n_cameras:] = body.geometry_covariance
+        return cls(np.zeros(size), covariance)
+
+    def factor(self) -> Float:
+        """Return F with F F' = covariance."""
+        # Units differ widely, and parameters that were held have no variance at all.
+        scale = np.sqrt(np.diag(self.covariance))
+        scale = np.where(scale > 0.0, scale, 1.0)
+        values, vectors = np.linalg.eigh(self.covariance / np.outer(scale, scale))
+        factor: Float = scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))
+        return factor
+
+
+@dataclass(frozen=True, slots=True)
+class SpotRows:
+    """The n spots of one camera in some looks, and what moves them.
+
+    Attributes
+    ----------
+    look, led
+        (n,).
+    uv, residuals
+        (n, 2), px: where they are, and as in `ResidualSample`.
+    white_px, pattern_px
+        (n,): standard deviations, as in `ResidualSample`.
+    by_pose
+        (n, 2, 6): turn about the ball (rad), shift of the ball (mm), world.
+    by_camera
+        (n, 2, 14): in the order of `camera.model.PARAMETERS`.
+    by_led
+        (n, 2, 3): place of the LED, mm, probe frame.
+    """
+
+    look: Int
+    led: Int
+    uv: Pixels
+    residuals: Pixels
+    white_px: Float
+    pattern_px: Float
+    by_pose: Float
+    by_camera: Float
+    by_led: Float
+
+
+def spot_rows(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, c: int) -> SpotRows:
+    """Return the spots of camera ``c`` in the looks."""
+    camera = rig.cameras[c]
+    residuals = np.stack([look.residuals[c] for look in looks])
+    k, led = np.nonzero(np.isfinite(residuals[..., 0]))
+    points = leds_world_of(looks, body)[k, led]
+    d_point, d_parameters = projection_jacobians(camera, points)
+    rotations = np.stack([look.rotation_world_from_probe for look in looks])
+    arms = points - tips_world(looks, body)[k]
+    return SpotRows(
+        look=k.astype(np.int64),
+        led=led.astype(np.int64),
+        uv=project(camera, points),
+        residuals=residuals[k, led],
+        white_px=np.array([look.white_px for look in looks])[k],
+        pattern_px=np.stack([look.pattern_px[c] for look in looks])[k, led],
+        by_pose=np.concatenate([np.cross(arms[:, None], d_point), d_point], axis=2),
+        by_camera=d_parameters,
+        by_led=d_point @ rotations[k],
+    )
+
+
+def camera_changes(camera: CameraModel) -> Float:
+    """Return d(parameters)/d(change), (14, 9): `camera.model.PARAMETERS` by `CAMERA_CHANGES`."""
+    columns = np.zeros((N_PARAMETERS, len(CAMERA_CHANGES)))
+    # The parameters turn what is seen, about the origin of the world; a camera that turns about
+    # its projection centre turns it the other way and takes the translation along.
+    columns[0:3, 0:3] = -np.eye(3)
+    columns[3:6, 0:3] = skew(camera.T_camera_from_world.translation)
+    columns[3:6, 3:6] = -np.eye(3)
+    columns[6, 6] = columns[8, 7] = columns[9, 8] = 1.0
+    return columns
+
+
+def tips_world(looks: Sequence[ResidualSample], body: ProbeBody) -> Float:
+    """Return where the ball of each look is by its pose, (K, 3), mm, world."""
+    return np.stack(
+        [look.rotation_world_from_probe @ body.tip_probe + look.origin_world for look in looks]
+    )

@@ -1,0 +1,294 @@
+"""How strongly looks speak for a change of one camera, of the probe, or of the place of the part.
+
+The residuals of some looks are modelled as what every honest look shows - poses that nobody knows,
+the uncertain calibration, the uncertain probe, the pattern of the sensor, white noise - and tested
+for more: the generalised likelihood ratio of "this has changed by an unknown amount" against
+"nothing has". White noise is small in a look. The pattern is not: it stays at its place of the
+sensor, so it enters with its covariance over the sensor, and a probe that rests adds no certainty
+however long it rests. A floor, alike for all looks of one LED in one camera, stands for what no
+model holds, so that certainty ends there too.
+
+All changes are of first order. With uncertain calibration and probe as prior this is the score
+test in a linear model with normal errors (C. R. Rao, Proc. Camb. Phil. Soc. 44, 1948).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve, solve_triangular
+
+from ocmm_core.calibration.monitor._drift_design_matrix import (
+    CAMERA_CHANGES,
+    N_MOTIONS,
+    Belief,
+    SpotRows,
+    camera_changes,
+    spot_rows,
+    tips_world,
+)
+from ocmm_core.calibration.monitor._residual_samples import ResidualSample
+from ocmm_core.calibration.monitor._spot_groups import REACH_LENGTHS, independent_groups
+from ocmm_core.camera import N_PARAMETERS, Rig
+from ocmm_core.geometry import Float, skew
+from ocmm_core.tracking import ProbeBody
+
+_UNITS = np.array([1e-5] * 3 + [0.01] * 3 + [1e-3] + [0.01] * 2)
+"""Changes of about the size that matters, so that all weigh alike in the numerics."""
+_LED_UNIT = 0.01
+_BOUND = 1e3
+"""Nothing changes by more units than this; keeps apart what some looks cannot tell apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class PossibleChange:
+    """One thing that may have changed.
+
+    Attributes
+    ----------
+    score
+        Twice the logarithm of the likelihood ratio; a chi-square of ``dof`` degrees of freedom
+        where nothing has changed.
+    dof
+        Numbers that the change has.
+    size
+        (dof,): its most likely amount.
+    covariance
+        (dof, dof) of that.
+    """
+
+    score: float
+    dof: int
+    size: Float
+    covariance: Float
+
+
+@dataclass(frozen=True, slots=True)
+class Scores:
+    """What some looks say.
+
+    Attributes
+    ----------
+    chi2, dof
+        Squared residuals after everything that an honest look shows; a chi-square.
+    cameras
+        Change of each camera, sizes in the order of `CAMERA_CHANGES`.
+    motions, lenses
+        The same, of the first six of these alone and of the others alone.
+    axes
+        (C, 9): score of each of these changes alone.
+    axis_sizes
+        (C, 9): most likely amount of each of them alone.
+    leds
+        Change of the place of each LED in the probe frame, (3,), mm.
+    common
+        Motion of all cameras together against the known places of the ball: a turn (rad) about
+        the origin of the world, then a shift (mm), both of the places; None where no look has a
+        known place.
+    """
+
+    chi2: float
+    dof: int
+    cameras: tuple[PossibleChange, ...]
+    motions: tuple[PossibleChange, ...]
+    lenses: tuple[PossibleChange, ...]
+    axes: Float
+    axis_sizes: Float
+    leds: tuple[PossibleChange, ...]
+    common: PossibleChange | None
+
+
+def score_changes(
+    looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, belief: Belief, floor_px: float
+) -> Scores:
+    """Return what looks say about changes since the calibration.
+
+    Parameters
+    ----------
+    looks
+        At least one.
+    rig, body
+        That they were tracked with.
+    belief
+        How wrong these are since ever.
+    floor_px
+        Standard deviation of what stays alike for one LED in one camera, per axis.
+    """
+    system = _System.of(looks, rig, body, belief, floor_px)
+    normal = system.without_poses()
+    n_poses = system.blocks["poses"].stop
+    first_of = {name: block.start - n_poses for name, block in system.blocks.items()}
+    nuisance = slice(first_of["cameras"], first_of["common"])
+    # Uncertain calibration and probe in units of their own prior: x = factor z, z ~ N(0, 1).
+    factor = belief.factor()
+    inner = factor.T @ normal[nuisance, nuisance] @ factor + np.eye(factor.shape[1])
+    outer = normal[:, nuisance] @ factor
+    marginal = normal - outer @ cho_solve(cho_factor(inner), outer.T)
+
+    def change(first: int, columns: Float, units: Float) -> PossibleChange:
+        rows = slice(first, first + len(columns))
+        scaled = columns * units
+        information = scaled.T @ marginal[rows, rows] @ scaled
+        return _change(information, scaled.T @ marginal[rows, -1], units)
+
+    cameras, motions, lenses, axes = [], [], [], []
+    for c, camera in enumerate(rig.cameras):
+        first = first_of["cameras"] + c * N_PARAMETERS
+        columns = camera_changes(camera)
+        cameras.append(change(first, columns, _UNITS))
+        motions.append(change(first, columns[:, :N_MOTIONS], _UNITS[:N_MOTIONS]))
+        lenses.append(change(first, columns[:, N_MOTIONS:], _UNITS[N_MOTIONS:]))
+        axes.append(
+            [change(first, columns[:, [j]], _UNITS[[j]]) for j in range(len(CAMERA_CHANGES))]
+        )
+    place = np.full(3, _LED_UNIT)
+    common = None
+    if system.anchored:
+        common = change(first_of["common"], np.eye(N_MOTIONS), _UNITS[:N_MOTIONS])
+    return Scores(
+        chi2=float(marginal[-1, -1]),
+        dof=system.rows - 6 * len(looks),
+        cameras=tuple(cameras),
+        motions=tuple(motions),
+        lenses=tuple(lenses),
+        axes=np.array([[item.score for item in row] for row in axes]),
+        axis_sizes=np.array([[item.size[0] for item in row] for row in axes]),
+        leds=tuple(
+            change(first_of["probe"] + 3 * led, np.eye(3), place) for led in range(body.n_leds)
+        ),
+        common=common,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _System:
+    """Normal equations of all unknowns, the residuals as last column.
+
+    Unknowns: 6 for the pose of each look (turn about the ball, shift of the ball), 14 for each
+    camera, the probe as in `ProbeBody.geometry_covariance`, 6 for the common motion.
+    """
+
+    normal: Float
+    blocks: dict[str, slice]
+    rows: int
+    anchored: bool
+
+    @classmethod
+    def of(
+        cls,
+        looks: Sequence[ResidualSample],
+        rig: Rig,
+        body: ProbeBody,
+        belief: Belief,
+        floor_px: float,
+    ) -> _System:
+        sizes = {
+            "poses": 6 * len(looks),
+            "cameras": N_PARAMETERS * len(rig.cameras),
+            "probe": 3 * body.n_leds + 3,
+            "common": 6,
+        }
+        ends = np.cumsum(list(sizes.values())).tolist()
+        blocks = {
+            name: slice(end - size, end)
+            for (name, size), end in zip(sizes.items(), ends, strict=True)
+        }
+        width = ends[-1] + 1
+        normal = np.zeros((width, width))
+        rows = 0
+        for c in range(len(rig.cameras)):
+            spots = spot_rows(looks, rig, body, c)
+            _add_camera(normal, spots, rig, c, floor_px, blocks)
+            rows += 2 * len(spots.look)
+        anchored = False
+        for k, look in enumerate(looks):
+            if look.known_tip_world is None or look.known_tip_covariance is None:
+                continue
+            anchored = True
+            whitened = _anchor_rows(look, body, k, blocks, width)
+            normal += whitened.T @ whitened
+            rows += len(whitened)
+        # What is believed already is taken off the residuals: y - X mean, in the normal equations.
+        known = slice(blocks["cameras"].start, blocks["probe"].stop)
+        normal[:, -1] -= normal[:, known] @ belief.mean
+        normal[-1] -= belief.mean @ normal[known]
+        return cls(normal, blocks, rows, anchored)
+
+    def without_poses(self) -> Float:
+        """Return the normal equations of the others after the poses were eliminated."""
+        poses = self.blocks["poses"]
+        scale = 1.0 / np.sqrt(np.diag(self.normal)[poses])
+        own = self.normal[poses, poses] * np.outer(scale, scale)
+        others = self.normal[poses, poses.stop :] * scale[:, None]
+        rest = self.normal[poses.stop :, poses.stop :]
+        reduced: Float = rest - others.T @ cho_solve(cho_factor(own), others)
+        return reduced
+
+
+def _add_camera(
+    normal: Float, spots: SpotRows, rig: Rig, c: int, floor_px: float, blocks: dict[str, slice]
+) -> None:
+    """Add the spots of one camera to the normal equations, one independent group after another."""
+    first = blocks["cameras"].start + c * N_PARAMETERS
+    probe = blocks["probe"]
+    columns = np.concatenate(
+        [np.arange(first, first + N_PARAMETERS), np.arange(probe.start, probe.stop), [-1]]
+    )
+    poses = blocks["poses"]
+    for some in independent_groups(spots, REACH_LENGTHS * rig.noise.pattern_length_px):
+        n = len(some)
+        uv, led, pattern = spots.uv[some], spots.led[some], spots.pattern_px[some]
+        apart = np.sum((uv[:, None] - uv[None]) ** 2, axis=2)
+        alike = np.exp(-0.5 / rig.noise.pattern_length_px**2 * apart)
+        covariance = alike * np.outer(pattern, pattern)
+        covariance += floor_px**2 * (led[:, None] == led[None])
+        covariance[np.arange(n), np.arange(n)] += spots.white_px[some] ** 2
+        # K = L L': rows times L^-1 are independent, of variance one.
+        lower = np.linalg.cholesky(covariance)
+        # A pose moves the spots of its look only: its columns are those of the looks in the group.
+        looks, of_look = np.unique(spots.look[some], return_inverse=True)
+        width = 6 * len(looks)
+        rows = np.zeros((2, n, width + len(columns)))
+        at = np.arange(n)
+        for i in range(6):
+            rows[:, at, 6 * of_look + i] = spots.by_pose[some, :, i].T
+        rows[:, :, width : width + N_PARAMETERS] = spots.by_camera[some].transpose(1, 0, 2)
+        for i in range(3):
+            rows[:, at, width + N_PARAMETERS + 3 * led + i] = spots.by_led[some, :, i].T
+        rows[:, :, -1] = spots.residuals[some].T
+        both = np.concatenate([rows[0], rows[1]], axis=1)
+        whitened = solve_triangular(lower, both, lower=True, check_finite=False)
+        split = whitened.reshape(n, 2, -1).transpose(1, 0, 2).reshape(2 * n, -1)
+        own = (poses.start + 6 * looks[:, None] + np.arange(6)).ravel()
+        where = np.concatenate([own, columns])
+        normal[np.ix_(where, where)] += split.T @ split
+
+
+def _anchor_rows(
+    look: ResidualSample, body: ProbeBody, k: int, blocks: dict[str, slice], width: int
+) -> Float:
+    """Return the whitened rows that say where the ball of a look is known to be."""
+    known, covariance = look.known_tip_world, look.known_tip_covariance
+    assert known is not None  # noqa: S101 - the caller has looked
+    assert covariance is not None  # noqa: S101 - as above
+    rows = np.zeros((3, width))
+    rows[:, 6 * k + 3 : 6 * k + 6] = np.eye(3)
+    rows[:, blocks["probe"].stop - 3 : blocks["probe"].stop] = look.rotation_world_from_probe
+    rows[:, blocks["common"]] = -np.hstack([-skew(known), np.eye(3)])
+    rows[:, -1] = known - tips_world([look], body)[0]
+    whitened: Float = solve_triangular(np.linalg.cholesky(covariance), rows, lower=True)
+    return whitened
+
+
+def _change(information: Float, score: Float, units: Float) -> PossibleChange:
+    """Return the change that information and score, both for one unit of each number, imply."""
+    covariance = np.linalg.inv(information + np.eye(len(units)) / _BOUND**2)
+    size = covariance @ score
+    return PossibleChange(
+        score=float(score @ size),
+        dof=len(units),
+        size=size * units,
+        covariance=covariance * np.outer(units, units),
+    )

@@ -1,0 +1,164 @@
+"""What a touch is meant for: the active feature, the one that a script says, or the touched one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.evaluation import (
+    Progress,
+    SessionOptions,
+    aligned_nominals,
+    checked_features,
+    nearness,
+)
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.inspection.session._acceptance import Acceptance, TouchAssignment
+from ocmm_core.inspection.session._any_order import SEARCH_MM, Contact, touched_feature
+from ocmm_core.inspection.session._ledger import JobLedger
+from ocmm_core.inspection.session._side_choice import method_of
+from ocmm_core.measuring import (
+    MeasuredPoint,
+    Refusal,
+    RefusalCode,
+    StablePoint,
+    Touch,
+    reported_points,
+)
+
+
+@dataclass(frozen=True, slots=True)
+class NominalPlace:
+    """Where the nominals lie, found from the points of the datums.
+
+    Attributes
+    ----------
+    plan
+        Names the datums.
+    points
+        That count by now.
+    options
+        Of the session.
+    """
+
+    plan: Plan
+    points: Sequence[MeasuredPoint]
+    options: SessionOptions
+
+    def find(self) -> RigidTransform | None:
+        """Return the motion from the world to their frame; None while datums are not measured."""
+        points = reported_points(self.points, self.options.climate.part)
+        return aligned_nominals(self.plan, checked_features(self.plan, points, self.options))
+
+
+class TouchAssigner:
+    """Say what a touch is meant for, and hand it on; the second of three steps.
+
+    Parameters
+    ----------
+    ledger
+        Says what is touched next.
+    radius
+        Of the ball, mm.
+    options
+        Of the session.
+    acceptance
+        The step that follows.
+    """
+
+    def __init__(
+        self, ledger: JobLedger, radius: float, options: SessionOptions, acceptance: Acceptance
+    ) -> None:
+        self._ledger, self._radius, self._options = ledger, radius, options
+        self._acceptance = acceptance
+
+    def take(
+        self, touch: Touch, stable: StablePoint, ways: tuple[Float, ...], wanted: str | None
+    ) -> MeasuredPoint | Refusal:
+        """Return the point that a touch has become, or why it has become none.
+
+        Parameters
+        ----------
+        stable
+            Its ball at rest.
+        ways
+            Each (3,), unit, world: how the ball came and how it was pulled off, where known.
+        wanted
+            Feature that a script means; None where a person touches.
+        """
+        ledger, progress = self._ledger, self._ledger.progress
+        meant = assign_touch(
+            ledger.plan,
+            progress,
+            Contact(stable.tip_world, ways, self._radius, stable.time_s),
+            NominalPlace(ledger.plan, ledger.points.counting, self._options),
+            wanted=wanted,
+            selected=ledger.selected if ledger.selected == progress.active else "",
+        )
+        if isinstance(meant, Refusal):
+            return meant
+        return self._acceptance.take(touch, stable, meant)
+
+
+def assign_touch(
+    plan: Plan,
+    progress: Progress,
+    contact: Contact,
+    nominals: NominalPlace,
+    *,
+    wanted: str | None,
+    selected: str,
+) -> TouchAssignment | Refusal:
+    """Return the feature that gets a touch and how its side is found, or why that is not clear.
+
+    Parameters
+    ----------
+    contact
+        The ball at rest.
+    nominals
+        Where the nominals lie: only found where that matters.
+    wanted
+        Feature that a script means; None where a person touches.
+    selected
+        Feature that the inspector selected for this touch; empty where none was.
+    """
+    if wanted is not None and wanted not in progress.names:
+        return Refusal(
+            RefusalCode.NO_FEATURE,
+            f"The touch was intended for {wanted}, which is not in the plan.",
+            "Touch a feature of the plan.",
+            contact.time_s,
+        )
+    name = progress.active if wanted is None else wanted
+    place = None
+    if progress.probing == "any":
+        place = nominals.find()
+    if place is not None:
+        found = touched_feature(plan, place, contact, progress, selected)
+        if isinstance(found, Refusal):
+            return found
+        if found in progress.done and found != progress.active:
+            return Refusal(
+                RefusalCode.NO_FEATURE,
+                f"{found} has all its points.",
+                "Touch another feature. To add points, select this one and reopen it.",
+                contact.time_s,
+            )
+        name = found
+    if not name:
+        return TouchAssignment("", "approach")
+    method, normal = method_of(plan, progress, name), None
+    if method == "nominal":
+        place = place or nominals.find()
+        normal = None if place is None else _normal(plan, name, place, contact)
+    return TouchAssignment(name, method, normal)
+
+
+def _normal(
+    plan: Plan, name: str, T_nominal_from_world: RigidTransform, contact: Contact
+) -> Float | None:
+    """Return the normal of the nominal surface at a ball, world; None far from it."""
+    ball = T_nominal_from_world.apply(contact.tip_world)
+    near = nearness(plan.feature(name), ball, contact.radius)
+    return T_nominal_from_world.rotation.T @ near.normal if near.gap <= SEARCH_MM else None

@@ -1,0 +1,150 @@
+"""Doing to the software cameras what `faults.Deed` names."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ocmm_core.fieldbus.device import (
+    DATA_CRC,
+    DATA_CRC_AT,
+    INPUT_DTYPE,
+    INPUT_START,
+    CameraIdentity,
+    data_crc,
+)
+from ocmm_core.simulation.bus._chain import Chain, Unit
+from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, DeedAnswer, FaultKind
+from ocmm_core.simulation.slave import AL_STATUS, STATION_ADDRESS
+
+_CLOCK_STEP_NS = 1_234_567_891
+"""What the clock of a restarted camera shows more than the time before."""
+_SPOILED_BYTES = 160
+"""Header and first two frames of a camera's inputs: always used, unlike the last frames."""
+_TIMES_BYTES = 16
+"""Frame counter, exposure time and period: the begin of the header."""
+
+
+class FaultCommands:
+    """Does one deed after the other to the cameras of a chain.
+
+    Parameters
+    ----------
+    chain
+        The cameras.
+    seed
+        Which bits of a spoiled answer are wrong.
+    """
+
+    def __init__(self, chain: Chain, seed: int = 0) -> None:
+        self._chain = chain
+        self._random = np.random.default_rng(seed)
+        self._to_unit: dict[FaultKind, Callable[[Unit, CameraDeed, int], object]] = {
+            FaultKind.NOTHING: lambda _unit, _command, _now: None,
+            FaultKind.POWER_OFF: lambda unit, _command, _now: setattr(unit, "powered", False),
+            FaultKind.POWER_ON: lambda unit, _command, _now: _restart(unit),
+            FaultKind.RESTART: lambda unit, _command, _now: _restart(unit),
+            FaultKind.MUTE: lambda unit, command, _now: setattr(unit, "muted", bool(command.value)),
+            FaultKind.FREEZE: lambda unit, command, _now: setattr(
+                unit.camera, "frozen", bool(command.value)
+            ),
+            FaultKind.FALL_BACK: lambda unit, command, _now: unit.camera.esc.fall_back(
+                command.value, command.code
+            ),
+            FaultKind.STATION: lambda unit, command, _now: unit.camera.esc.write(
+                STATION_ADDRESS, command.value.to_bytes(2, "little")
+            ),
+            FaultKind.SERIAL: lambda unit, command, _now: _exchange(
+                unit, replace(unit.identity, serial=command.value)
+            ),
+            FaultKind.ALIAS: lambda unit, command, _now: _exchange(
+                unit, replace(unit.identity, alias=command.value)
+            ),
+            FaultKind.SWAP: self._swap,
+            FaultKind.UNPLUG: lambda unit, _command, _now: setattr(unit, "plugged", False),
+            FaultKind.PLUG: _plug,
+            FaultKind.CLOCK_JUMP: _jump,
+            FaultKind.CLOCK_RATE: lambda unit, command, now: unit.camera.esc.clock.set_rate(
+                command.value, now
+            ),
+            FaultKind.HANG_MAILBOX: lambda unit, command, _now: setattr(
+                unit.camera, "mailbox_hangs", bool(command.value)
+            ),
+            FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(command.value),
+            FaultKind.FRAME_PERIOD: lambda unit, command, _now: setattr(
+                unit.camera, "period_override", command.value
+            ),
+            FaultKind.CORRUPT: self._corrupt,
+            FaultKind.REMAP: lambda unit, command, _now: unit.camera.remap(
+                command.value, command.code
+            ),
+            FaultKind.LINK_ERRORS: lambda unit, command, _now: unit.camera.esc.count_link_errors(
+                0, command.value
+            ),
+            FaultKind.BREAK: lambda unit, command, _now: setattr(
+                unit, "broken_behind", bool(command.value)
+            ),
+        }
+
+    def do(self, command: CameraDeed, now_ns: int) -> DeedAnswer:
+        """Do it and return how things stand then."""
+        units = self._chain.units
+        error = ""
+        utc_ns = time.time_ns()
+        if not 0 <= command.camera < len(units):
+            error = f"there is no camera {command.camera}"
+        else:
+            self._to_unit[command.do](units[command.camera], command, now_ns)
+            self._chain.lay()
+        return DeedAnswer(
+            monotonic_ns=now_ns,
+            utc_ns=utc_ns,
+            order=tuple(number for number in self._chain.order if units[number].plugged),
+            states=tuple(
+                unit.camera.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units
+            ),
+            boots=tuple(unit.boots for unit in units),
+            error=error,
+        )
+
+    def _swap(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
+        order, other = self._chain.order, self._chain.units[command.value]
+        one, two = order.index(command.camera), order.index(command.value)
+        order[one], order[two] = order[two], order[one]
+        _restart(unit)
+        _restart(other)
+
+    def _corrupt(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
+        def spoil(memory: bytearray) -> None:
+            with_sum = command.value == CORRUPT_WITH_SUM
+            bit = int(self._random.integers(8 * (_TIMES_BYTES if with_sum else _SPOILED_BYTES)))
+            memory[INPUT_START + bit // 8] ^= 1 << bit % 8
+            if with_sum:
+                inputs = memory[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
+                DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, data_crc(inputs))
+
+        unit.camera.esc.spoil = spoil if command.value else None
+
+
+def _restart(unit: Unit) -> None:
+    unit.switch_on(_CLOCK_STEP_NS * unit.boots)
+
+
+def _jump(unit: Unit, command: CameraDeed, now_ns: int) -> None:
+    esc = unit.camera.esc
+    esc.clock.jump(command.value)
+    esc.now_ns = now_ns
+    unit.camera.buffer.look_again(esc.system_time_ns)
+
+
+def _plug(unit: Unit, _deed: CameraDeed, _now_ns: int) -> None:
+    unit.plugged = True
+    _restart(unit)
+
+
+def _exchange(unit: Unit, identity: CameraIdentity) -> None:
+    unit.identity = identity
+    _restart(unit)

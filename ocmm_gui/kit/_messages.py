@@ -1,0 +1,318 @@
+"""Numbers and sentences as the inspector reads them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ocmm_core.features.shapes import CRITERIA, MINIMUM_POINTS, Shape
+from ocmm_core.inspection.evaluation import (
+    FeatureState,
+    FeatureView,
+    JobView,
+    LiveView,
+    StatusWord,
+    job_states,
+)
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, VerdictSummary
+from ocmm_core.tolerances.kinds import spec_of
+
+DASHES = "———"
+"""Stands for every number that is not known or not trusted."""
+
+
+def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3) -> str:
+    """Return a length, mm, with a point as decimal sign; dashes where there is none."""
+    if value is None or not np.isfinite(value):
+        return DASHES
+    rounded = round(value, decimals) + 0.0  # adding zero turns -0.0 into 0.0
+    return f"{rounded:+.{decimals}f}" if signed else f"{rounded:.{decimals}f}"
+
+
+def shape_word(shape: Shape) -> str:
+    """Return a shape as people write it: ``Round slot`` for ``RoundSlot``."""
+    return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
+
+
+_LONG_NAME = 16
+
+
+def feature_title(feature: FeatureView) -> str:
+    """Return shape and name; of a long name nothing but the name, or nobody could read it."""
+    if len(feature.name) > _LONG_NAME:
+        return feature.name
+    return f"{shape_word(feature.shape)} {feature.name}"
+
+
+def form_words(feature: FeatureView) -> str:
+    """Return the form deviation, mm; dashes where any points would lie on the element."""
+    fit = feature.fit
+    if fit is None or feature.shape is Shape.POINT:
+        return DASHES
+    known = len(feature.points) > MINIMUM_POINTS[feature.shape]
+    return millimetres(fit.form if known else None)
+
+
+def led_name(number: int) -> str:
+    """Return what an LED is called on the screen; like the core's sentences it counts from one."""
+    return f"L{number + 1}"
+
+
+def reference_led_name(number: int) -> str:
+    """Return what an LED of the reference body is called on the screen, counting from one."""
+    return f"R{number + 1}"
+
+
+def slot_names(live: LiveView, camera: int) -> tuple[str, ...]:
+    """Return what each slot of a camera follows, as written beside its spot; '?' if unknown."""
+    leds = [led_name(int(led)) if led >= 0 else "?" for led in live.slot_leds[camera]]
+    if live.slot_references is None:
+        return tuple(leds)
+    references = live.slot_references[camera]
+    return tuple(
+        reference_led_name(int(other)) if other >= 0 else led
+        for led, other in zip(leds, references, strict=True)
+    )
+
+
+_MOVED_MM, _MOVED_RAD = 0.1, 2e-4
+
+
+def reference_words(live: LiveView) -> str:
+    """Return that part and cameras moved against each other, once they have; else nothing."""
+    reference = live.reference
+    if reference is None or reference.moved_mm is None or reference.turned_rad is None:
+        return ""
+    if reference.moved_mm < _MOVED_MM and reference.turned_rad < _MOVED_RAD:
+        return ""
+    return (
+        f"Part and cameras have moved {reference.moved_mm:.1f} mm and "
+        f"{np.degrees(reference.turned_rad):.2f}° relative to each other since the job started. "
+        f"Points follow the reference body '{reference.name}'."
+    )
+
+
+def seen_cameras(live: LiveView) -> int:
+    """Return how many cameras see at least one spot that is not of the reference body."""
+    seen = _seen(live)
+    if live.slot_references is not None:
+        seen = seen & (live.slot_references < 0)
+    return int(np.count_nonzero(seen.any(axis=1)))
+
+
+def seen_targets(live: LiveView) -> int:
+    """Return how many identified LEDs at least two cameras see."""
+    leds = live.slot_leds[_seen(live) & (live.slot_leds >= 0)]
+    return int(np.count_nonzero(np.bincount(leds) >= 2)) if leds.size else 0
+
+
+def _seen(live: LiveView) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
+    return np.asarray(np.isfinite(live.spots).all(axis=2))
+
+
+def active_feature(job: JobView) -> FeatureView | None:
+    """Return the feature that takes the next point; None when all are done."""
+    return next((item for item in job.features if item.name == job.active), None)
+
+
+def characteristics_of(job: JobView, feature: str) -> tuple[CharacteristicResult, ...]:
+    """Return the characteristics that rest on a feature, in the order of the plan."""
+    return tuple(item for item in job.characteristics if feature in item.features)
+
+
+CRITERION_WORDS = {criterion: word for word, criterion in CRITERIA.items()}
+
+
+def quantity(result: CharacteristicResult, value: float | None, *, signed: bool = False) -> str:
+    """Return a value of a characteristic in its unit: mm without a word, degrees with their sign.
+
+    Angles get a digit more than a hundredth of a degree is long at 50 mm.
+    """
+    if result.unit != "deg":
+        return millimetres(value, signed=signed)
+    text = millimetres(value, signed=signed, decimals=4)
+    return text if text == DASHES else f"{text}°"
+
+
+def limit_words(result: CharacteristicResult) -> str:
+    """Return the limits of the deviation; one of them for a zone."""
+    upper = quantity(result, result.upper, signed=True)
+    if spec_of(result.kind).one_sided and result.lower <= 0.0:
+        return f"≤ {upper.lstrip('+')}"
+    if result.lower == -result.upper:
+        return f"±{upper.lstrip('+')}"
+    return f"{quantity(result, result.lower, signed=True)} {upper}"
+
+
+def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> str:
+    """Return by which association and in which frame the numbers of a feature are."""
+    if feature.fit is None:
+        return ""
+    words = CRITERION_WORDS[feature.fit.criterion]
+    frame = ""
+    if result is not None:
+        words, frame = result.association or words, result.frame
+    return f"{words}, {frame}" if frame else words
+
+
+def outlier_count(feature: FeatureView) -> str:
+    """Return that points lie far off, for who stands far off; empty where none does."""
+    count = len(feature.outliers)
+    if not count:
+        return ""
+    return "1 outlier." if count == 1 else f"{count} outliers."
+
+
+def outlier_words(feature: FeatureView, chosen: int) -> str:
+    """Return the outliers of a feature and the point that is chosen, in one sentence each."""
+    lines = []
+    residuals = {} if feature.fit is None else dict(
+        zip((point.number for point in feature.points), feature.fit.residuals.tolist(),
+            strict=False)
+    )  # fmt: skip
+    if feature.outliers:
+        named = ", ".join(_off(number, residuals) for number in feature.outliers)
+        lines.append(f"Outliers: {named}. Still used in the fit. Delete to exclude.")
+    if chosen in {point.number for point in feature.points}:
+        lines.append(f"Selected: {_off(chosen, residuals)}. Del deletes it.")
+    if feature.deleted:
+        out = ", ".join(str(item.point.number) for item in feature.deleted)
+        lines.append(f"Point {out} deleted. Ins restores it.")
+    return "\n".join(lines)
+
+
+def _off(number: int, residuals: Mapping[int, float]) -> str:
+    if number not in residuals:
+        return f"point {number}"
+    return f"point {number} ({millimetres(residuals[number], signed=True)} mm)"
+
+
+PAUSED = "PAUSED"
+"""Stands for the state of a machine that is ready while touches are not taken."""
+
+
+def is_held(job: JobView | None, live: LiveView) -> bool:
+    """Return whether the machine is ready and the job takes no touches all the same."""
+    ready = live.status in (StatusWord.READY, StatusWord.MEASURING)
+    return job is not None and job.paused and ready
+
+
+def has_failed(live: LiveView | None) -> bool:
+    """Return whether nothing is measured any more until a new start."""
+    return live is not None and live.status is StatusWord.FAILED
+
+
+def next_step(job: JobView, live: LiveView | None = None) -> str:
+    """Return the sentence that says what to do now."""
+    if has_failed(live):
+        return "Restart OCMM. Then resume the job."
+    if job.paused:
+        return "Paused. Press Z to resume."
+    looked_at = job.shown if job.looked_at else None
+    if looked_at is not None:
+        state = "skipped" if looked_at.skipped else "done"
+        return f"{looked_at.name} is {state}. Press F6 to reopen it, PgDown to go on."
+    feature = active_feature(job)
+    if feature is None:
+        if not job.part_verdict.complete:
+            return "Select and measure what is missing, or press E to write the report."
+        return "All features measured. Press E to write the report."
+    if job.probing == "any" and not feature.points:
+        return "Touch any feature; it is identified by position."
+    missing = feature.needed - len(feature.points)
+    if missing <= 0:
+        return f"{feature.name} has all its points. Press Return to finish it."
+    points = "one point" if missing == 1 else f"{missing} points"
+    if feature.points:
+        return f"Touch {points.replace('point', 'more point')} on {feature.name}."
+    return f"Next: touch {points} on {feature.name}."
+
+
+def header_words(job: JobView) -> str:
+    """Return who measures which part, in one line."""
+    header = job.header
+    parts = [header.operator or job.operator]
+    if header.serial:
+        parts.append(f"serial {header.serial}")
+    if header.order:
+        parts.append(f"order {header.order}")
+    if header.batch:
+        parts.append(f"batch {header.batch}")
+    return ", ".join(part for part in parts if part)
+
+
+def step_text(job: JobView) -> str:
+    """Return the words of the plan for the step, and the core's warning about the spread."""
+    feature = active_feature(job)
+    if feature is None or job.looked_at:
+        return ""
+    # While points are missing anyway the next target says where.
+    late = feature.coverage is not None and len(feature.points) >= feature.needed - 1
+    warning = feature.coverage.warning if late and feature.coverage is not None else ""
+    return f"{feature.text} {warning}".strip()
+
+
+def mode_words(job: JobView) -> str:
+    """Return the order of probing, and how the side of the material is found."""
+    order = "Plan order" if job.probing == "plan" else "Any order"
+    feature = active_feature(job)
+    if feature is None:
+        return f"{order}."
+    side = COMPENSATION_WORDS.get(feature.compensation, feature.compensation)
+    return f"{order}. Side: {side}."
+
+
+def approach_words(job: JobView | None, live: LiveView | None) -> str:
+    """Return how far the ball is from the next place; empty where that is not known."""
+    if job is None or job.target is None or live is None or live.tip_world is None:
+        return ""
+    roughly = "about " if job.target.approximate else ""
+    return f"{roughly}{job.target.distance(live.tip_world):.0f} mm to the next point"
+
+
+COMPENSATION_WORDS = {
+    "approach": "approach direction",
+    "pulled": "pull away after the touch",
+    "shank": "along the shank",
+    "nominal": "as the plan says",
+}
+"""How the side of the material is found, as the inspector reads it."""
+
+
+def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
+    """Return what stands in the way: the machine's own reason, then why a touch was refused."""
+    lines = []
+    if live is not None and live.status not in (StatusWord.READY, StatusWord.MEASURING):
+        lines.append(f"{live.status.value}: {live.reason}")
+    told = live.reason if lines and live is not None else ""
+    if job is not None and job.refusal is not None and job.refusal.what not in told:
+        lines.append(f"No point: {job.refusal.what} {job.refusal.remedy}".strip())
+    return tuple(lines)
+
+
+def progress_word(feature: FeatureView, verdict: Verdict | None) -> str:
+    """Return the word behind a feature of the plan; ``verdict`` is that of the feature."""
+    if feature.state is FeatureState.ACTIVE:
+        return "ACTIVE"
+    if feature.state is FeatureState.PENDING:
+        return "OPEN"
+    if feature.state is FeatureState.SKIPPED:
+        return "SKIPPED"
+    return "DONE" if verdict is None else str(verdict.value)
+
+
+def verdict_line(summary: VerdictSummary) -> str:
+    """Return the verdict of a feature, counted where several characteristics make it."""
+    if summary.verdict is None:
+        return "NO TOLERANCE"
+    return summary.words or str(summary.verdict.value)
+
+
+def counted_line(job: JobView) -> str:
+    """Return the verdict on the part with all counts, behind what the job must not be taken for."""
+    part = job.part_verdict
+    counted = part.summary.counted or "No characteristics in the plan"
+    states = ", ".join(job_states(job))
+    words = f"{part.word.value}: {counted}"
+    return f"{states}. {words}" if states else words

@@ -1,0 +1,220 @@
+"""What the pages about calibrations and about the probe have in common."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Generic, TypeVar
+
+from PySide6.QtCore import Qt, QTimer
+from PySide6.QtGui import QHideEvent, QShowEvent
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+
+from ocmm_core.calibration.records import Blocker, CalibrationStatus, CalibrationView, ProbeView
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    FitText,
+    Mark,
+    Theme,
+    mark_colour,
+    panel,
+    sentence_label,
+    text_font,
+    value_label,
+)
+from ocmm_gui.maintain._calibration_table import local_time
+
+REFRESH_MS = 500
+
+_MARKS = {
+    CalibrationStatus.VALID: Mark.GOOD,
+    CalibrationStatus.DESIGN: Mark.DONE,
+    CalibrationStatus.DUE: Mark.DOUBT,
+    CalibrationStatus.SUSPECT: Mark.DOUBT,
+}
+
+
+V = TypeVar("V", CalibrationView, ProbeView)
+H = TypeVar("H")
+"""What the store holds: history and trends."""
+
+
+class StatusPage(QWidget, Generic[V, H]):
+    """A large word, what it means, and facts; refreshed while it is seen.
+
+    Parameters
+    ----------
+    name
+        Of the page.
+    of
+        Whose standing it is.
+    facts
+        Captions with what they mean.
+    pull
+        Returns what is to be said now.
+    pull_overview
+        Returns what the store holds; asked for when the page is opened and when the standing
+        changed, for it reads many files.
+    in_order, design
+        What is said where nothing is the matter, and of a virtual rig.
+    in_doubt
+        What leads to the jobs whose points are in doubt.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        of: str,
+        facts: Sequence[tuple[str, str]],
+        pull: Callable[[], V],
+        pull_overview: Callable[[], H],
+        *,
+        in_order: str,
+        design: str,
+        in_doubt: str = "",
+    ) -> None:
+        super().__init__()
+        self._pull: Callable[[], V] = pull
+        self._pull_overview = pull_overview
+        self._in_order, self._design = in_order, design
+        self._in_doubt = in_doubt
+        self._view: V | None = None
+        self.setAccessibleName(name)
+        self._theme = THEMES[DEFAULT_THEME]
+        self._mark = Mark.OPEN
+        self._word = FitText(f"Status of the {of}", limit=34)
+        self._word.setFixedHeight(44)
+        self._sentence = sentence_label("Meaning of the status", 15)
+        self._notes = sentence_label("Watch list", 14)
+        self.facts = {name: value_label(name, tip) for name, tip in facts}
+        self._empty = sentence_label("Why no history is shown", 20)
+        self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
+        self._empty.setMargin(30)
+        self._timer = QTimer(self)
+        self._timer.setInterval(REFRESH_MS)
+        self._timer.timeout.connect(self.refresh)
+
+    def refresh(self) -> None:
+        """Show what is known now."""
+        view = self._pull()
+        if view != self._view:
+            self._view = view
+            self._show_overview(view, self._pull_overview())
+            self._show_status(view)
+
+    def forget(self) -> None:
+        """Read everything anew at the next `refresh`."""
+        self._view = None
+
+    def _show_overview(self, view: V, found: H) -> None:
+        """Show facts, history and trends."""
+        raise NotImplementedError
+
+    def word(self) -> str:
+        """Return the large word."""
+        return self._word.text()
+
+    def sentence(self) -> str:
+        """Return what stands below the word."""
+        return self._sentence.text()
+
+    def notes(self) -> str:
+        """Return what to watch."""
+        return self._notes.text()
+
+    def fault(self) -> str:
+        """Return why history or trends cannot be shown; empty where they are."""
+        return self._empty.text()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint_word(self._word.text())
+
+    def showEvent(self, event: QShowEvent) -> None:
+        """Begin to refresh, with all files read anew."""
+        super().showEvent(event)
+        self.forget()
+        self.refresh()
+        self._timer.start()
+
+    def hideEvent(self, event: QHideEvent) -> None:
+        """Stop refreshing."""
+        self._timer.stop()
+        super().hideEvent(event)
+
+    def _show_status(self, view: V) -> None:
+        bad = view.uncalibrated or (
+            view.word is CalibrationStatus.DESIGN and view.blocker is not None
+        )
+        self._mark = Mark.BAD if bad else _MARKS.get(view.word, Mark.BAD)
+        self._paint_word("UNCALIBRATED" if view.uncalibrated else view.word.value)
+        in_order = self._design if view.word is CalibrationStatus.DESIGN else self._in_order
+        self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
+        notes = list(view.warnings)
+        if view.since_utc:
+            notes.append(
+                f"Points since {local_time(view.since_utc)} are suspect, also in older "
+                f"jobs.{self._in_doubt}"
+            )
+        self._notes.setText("  ".join(notes))
+        self._notes.setVisible(bool(notes))
+
+    def _show_facts(self, words: dict[str, str]) -> None:
+        for name, label in self.facts.items():
+            label.setText(words[name])
+            label.setToolTip(words[name])
+
+    def _show_fault(self, why: str) -> None:
+        self._empty.setText(why)
+        self._empty.setVisible(bool(why))
+
+    def _head(self) -> QHBoxLayout:
+        """Return word and sentences beside the facts."""
+        words = QVBoxLayout()
+        words.addWidget(self._word)
+        words.addWidget(self._sentence, 1)
+        words.addWidget(self._notes)
+        head = QHBoxLayout()
+        head.setSpacing(8)
+        head.addWidget(panel(words), 2)
+        head.addWidget(panel(self._fact_grid()), 3)
+        return head
+
+    def _fact_grid(self) -> QGridLayout:
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(10)
+        grid.setVerticalSpacing(1)
+        half = (len(self.facts) + 1) // 2
+        for index, (name, label) in enumerate(self.facts.items()):
+            caption = QLabel(name)
+            caption.setProperty("role", "muted")
+            caption.setFont(text_font(13))
+            row, column = index % half, 2 * (index // half)
+            grid.addWidget(caption, row, column)
+            grid.addWidget(label, row, column + 1)
+        for column in (1, 3):
+            grid.setColumnStretch(column, 1)
+        return grid
+
+    def _paint_word(self, word: str) -> None:
+        self._word.show_text(word, mark_colour(self._theme, self._mark), self._mark)
+
+
+def in_a_row(*panels: QVBoxLayout) -> QWidget:
+    """Return panels side by side, equally wide."""
+    whole = QWidget()
+    row = QHBoxLayout(whole)
+    row.setContentsMargins(0, 0, 0, 0)
+    row.setSpacing(8)
+    for one in panels:
+        row.addWidget(panel(one), 1)
+    return whole
+
+
+def _sentence(blocker: Blocker | None, in_order: str, *, uncalibrated: bool) -> str:
+    """Return what a standing means for who measures."""
+    if uncalibrated:
+        why = f" {blocker}" if blocker is not None else ""
+        return f"Points are taken but prove nothing: every verdict is NOT PROVEN.{why}"
+    return in_order if blocker is None else f"No points are taken. {blocker}"

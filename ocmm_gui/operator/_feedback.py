@@ -1,0 +1,82 @@
+"""What is heard and flashes when a point is taken or refused, or a feature is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import FeatureState, JobView, Target
+from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.tolerances.decisions import Verdict
+from ocmm_gui.kit import Approach, NoticeCentre, Sound, SoundPlayer, verdict_sound
+from ocmm_gui.operator._readout import Readout
+
+
+class Feedback:
+    """Sounds for hands and eyes that are busy, and the same as a flash of the readout.
+
+    Parameters
+    ----------
+    sounds
+        Player, or None for silence.
+    notices
+        Where it is told that the tone is on or off.
+    readout
+        Gives the readout that is seen now.
+    """
+
+    def __init__(
+        self,
+        sounds: SoundPlayer | None,
+        notices: NoticeCentre,
+        readout: Callable[[], Readout],
+    ) -> None:
+        self._sounds, self._notices, self._readout = sounds, notices, readout
+        self._approach = Approach(sounds)
+
+    def play(self, sound: Sound) -> None:
+        """Play a sound where one can be played."""
+        if self._sounds is not None:
+            self._sounds.play(sound)
+
+    def taken(self, point: MeasuredPoint) -> None:
+        """Say that a point was taken."""
+        self.play(Sound.TAKEN)
+        self._readout().flash(good=True)
+
+    def refused(self, refusal: Refusal) -> None:
+        """Say that a touch gave no point."""
+        self.play(Sound.REFUSED)
+        self._readout().flash(good=False)
+
+    def announce(self, previous: JobView, job: JobView) -> None:
+        """Say what of a job is done now that was not before; another job says nothing."""
+        if previous.job != job.job:
+            return
+        if job.complete and not previous.complete:
+            # The last feature is part of the part: its verdict is never worse than that.
+            self._tell(job.part_verdict.verdict)
+            return
+        before = {feature.name: feature.state for feature in previous.features}
+        for feature in job.features:
+            state = before.get(feature.name)
+            if feature.state is FeatureState.DONE and state is not FeatureState.DONE:
+                self._tell(job.verdict_of(feature.name).verdict)
+
+    def _tell(self, verdict: Verdict | None) -> None:
+        self.play(verdict_sound(verdict))
+        self._readout().flash(good=verdict in (None, Verdict.CONFORM))
+
+    def way(self, target: Target | None, tip_world: Float | None) -> None:
+        """Sound how the ball, (3,) mm, comes nearer to the next place."""
+        self._approach.feed(target, tip_world)
+
+    def toggle_tone(self) -> None:
+        """Turn the approach tone on or off."""
+        self._approach.enabled = not self._approach.enabled
+        self._notices.inform(f"Approach tone {'on' if self._approach.enabled else 'off'}.")
+
+    def close(self) -> None:
+        """Stop what still plays."""
+        if self._sounds is not None:
+            self._sounds.close()

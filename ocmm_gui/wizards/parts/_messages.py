@@ -1,0 +1,52 @@
+"""What the wizards are called, what they are for, and what they say when they end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class EndTexts:
+    """How a wizard ends.
+
+    Attributes
+    ----------
+    accept, keep
+        On the buttons that end it.
+    accepts, keeps
+        What is asked before it ends.
+    """
+
+    accept: str
+    keep: str
+    accepts: str
+    keeps: str
+
+
+CALIBRATION_ENDS = EndTexts(
+    "Accept the new", "Keep the old",
+    "Activate this calibration?", "End and keep the old calibration?",
+)  # fmt: skip
+VERDICT_ENDS = EndTexts(
+    "Store the verdict", "Discard", "Store this verdict?", "End without a verdict?"
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WizardTexts:
+    """The words of one wizard.
+
+    Attributes
+    ----------
+    title, purpose
+        A few words, and what it is for.
+    ends
+        How it ends.
+    accepted
+        What is so after the result was accepted.
+    """
+
+    title: str
+    purpose: str
+    ends: EndTexts
+    accepted: str
