@@ -289,18 +289,22 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
         relocation(document, 0.1)
 
 
-def test_the_start_of_reference_points_is_looked_at_and_may_be_left_out() -> None:
-    assert alignment_fault(SIX, SHAPES) is None
+def test_a_start_is_looked_at_and_may_be_left_out() -> None:
     wrong = PlaneAxisPoint(plane="H", axis="X", point="S")
-    begun = ReferencePoints(conditions=SIX.conditions, start=wrong)
-    fault = alignment_fault(begun, SHAPES)
-    assert fault is not None
-    assert fault[0] == "alignment.start.plane"
+    points = ("H", "G", "S")
+    for left_out, begun in (
+        (SIX, ReferencePoints(conditions=SIX.conditions, start=wrong)),
+        (BestFit(points=points), BestFit(points=points, start=wrong)),
+    ):
+        assert alignment_fault(left_out, SHAPES) is None
+        fault = alignment_fault(begun, SHAPES)
+        assert fault is not None
+        assert fault[0] == "alignment.start.plane"
 
 
 def test_a_report_names_the_frame() -> None:
     assert frame_name(BestFit(points=("H", "G", "S"))) == "part frame, best fit of 3 points"
-    assert frame_name(SIX) == "part frame of 3 reference points (RPS)"
+    assert frame_name(SIX) == "part frame of 4 reference points (RPS)"
     assert frame_name(DatumAlignment(primary="A", secondary=("X", "S"), origin="S")) == (
         "part frame 3-2-1 of A|X to S|S"
     )
@@ -324,7 +328,7 @@ def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
 
     assert fault_of(turned) is None
     # A scale of 1e-6 is a micrometre on a metre: no rounding.
-    expected = ("alignment.rotation", "is no rotation")
+    expected = ("alignment.rotation", "is not a rotation")
     assert fault_of((1.0 + 1e-6) * turned) == fault_of(-turned) == expected
 
 
