@@ -25,6 +25,7 @@ from ocmm_core.alignment import (
     fit_points,
     fit_points_locked,
     frame_document,
+    frame_name,
     frame_of,
     load_frame,
     relocation,
@@ -288,6 +289,28 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
         relocation(document, 0.1)
 
 
+def test_a_start_is_looked_at_and_may_be_left_out() -> None:
+    wrong = PlaneAxisPoint(plane="H", axis="X", point="S")
+    points = ("H", "G", "S")
+    for left_out, begun in (
+        (SIX, ReferencePoints(conditions=SIX.conditions, start=wrong)),
+        (BestFit(points=points), BestFit(points=points, start=wrong)),
+    ):
+        assert alignment_fault(left_out, SHAPES) is None
+        fault = alignment_fault(begun, SHAPES)
+        assert fault is not None
+        assert fault[0] == "alignment.start.plane"
+
+
+def test_a_report_names_the_frame() -> None:
+    assert frame_name(BestFit(points=("H", "G", "S"))) == "part frame, best fit of 3 points"
+    assert frame_name(SIX) == "part frame of 4 reference points (RPS)"
+    assert frame_name(DatumAlignment(primary="A", secondary=("X", "S"), origin="S")) == (
+        "part frame 3-2-1 of A|X to S|S"
+    )
+    assert frame_name(PlaneAxisPoint(plane="A", axis="X", point="S")) == "part frame of A|X|S"
+
+
 def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
     turned = Rotation.from_rotvec([0.3, -0.2, 1.1]).as_matrix()
 
@@ -298,13 +321,14 @@ def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
             digest="",
             rotation=((a, b, c), (d, e, f), (g, h, i)),
             translation=(1.0, 2.0, 3.0),
-            covariance=tuple(tuple(row) for row in (1e-6 * np.eye(6)).tolist()),
+            # One motion is held for certain; nothing is divided by its zero.
+            covariance=tuple(tuple(row) for row in np.diag([0.0, *[1e-6] * 5]).tolist()),
         )
         return alignment_fault(rule, SHAPES)
 
     assert fault_of(turned) is None
     # A scale of 1e-6 is a micrometre on a metre: no rounding.
-    expected = ("alignment.rotation", "is no rotation")
+    expected = ("alignment.rotation", "is not a rotation")
     assert fault_of((1.0 + 1e-6) * turned) == fault_of(-turned) == expected
 
 
