@@ -42,7 +42,7 @@ from ocmm_core.inspection.evaluation import (
     whereabouts,
 )
 from ocmm_core.inspection.plan import Material, Plan
-from ocmm_core.measuring import joint_covariance
+from ocmm_core.measuring import joint_factors
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tracking import tip_sensitivity
 
@@ -138,19 +138,16 @@ def _make_good(scene: Scene, rng: np.random.Generator) -> None:
         size = rng.normal(0.0, PLACES_MM) if feature.diameter else 0.0
         off = normals @ place + size + rng.normal(0.0, FORM_MM, len(rows))
         scene.shifts[rows] += off[:, None] * normals
-    errors = _factor() @ rng.normal(size=len(_factor()))
-    scene.shifts += errors[:-1].reshape(-1, 3)
+    scene.shifts += _draws()(rng, 1)[0, :-1].reshape(-1, 3)
 
 
 @cache
-def _factor() -> Float:
+def _draws() -> Callable[[np.random.Generator, int], Float]:
     with_all = station()
-    covariance = joint_covariance(
+    factors = joint_factors(
         with_all.points, with_all.sensitivities, with_all.rig, with_all.body, None, None
     )
-    steadied = covariance + 1e-15 * np.eye(len(covariance))
-    factor: Float = np.asarray(np.linalg.cholesky(steadied), dtype=np.float64)
-    return factor
+    return factors.draws()
 
 
 def _measured(scene: Scene) -> tuple[EvaluatedJob, JobView]:

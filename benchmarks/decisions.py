@@ -39,7 +39,7 @@ from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import OcmmError
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint, factors_of_matrix
 from ocmm_core.tolerances.decisions import RULES, Verdict, decide
 from ocmm_core.tolerances.kinds import evaluate, spec_of
 from ocmm_core.tolerances.uncertainty import (
@@ -116,7 +116,8 @@ def run_first_order(seed: int, parts: int) -> Counts:
     actual = _actual(group, group.points)
     covariance = group.covariance
     factor = np.linalg.cholesky(covariance + 1e-18 * np.eye(len(covariance)))
-    exact = {item.feature: item for item in form_samples(actual, covariance)}
+    factors = factors_of_matrix(covariance)
+    exact = {item.feature: item for item in form_samples(actual, factors)}
     by_points = {name: actual[name].residual_jacobian for name in exact}
     noise = {name: by @ covariance @ by.T for name, by in by_points.items()}
     evaluations = [evaluate(item, actual, group.alignment) for item in group.characteristics]
@@ -143,7 +144,7 @@ def run_first_order(seed: int, parts: int) -> Counts:
             if true.components is not None and true.component_gradients is not None:
                 vector = true.components + true.component_gradients @ moved
                 found = replace(true, value=float(np.linalg.norm(vector)), components=vector)
-            spread = spreads_of(item, found, actual, covariance, samples).of_value
+            spread = spreads_of(item, found, actual, factors, samples).of_value
             count = counts.setdefault((item.name, with_form), Count())
             _count(count, spread, found.value, true.value)
     return counts
@@ -198,7 +199,8 @@ def _measure(
     counts: Counts,
 ) -> None:
     actual = _actual(group, points)
-    samples = form_samples(actual, group.covariance)
+    factors = factors_of_matrix(group.covariance)
+    samples = form_samples(actual, factors)
     for item in group.characteristics:
         count = counts.setdefault((item.name, with_form), Count())
         try:
@@ -207,7 +209,7 @@ def _measure(
             count.parts += 1
             count.failed += 1
             continue
-        spreads = spreads_of(item, evaluation, actual, group.covariance, samples)
+        spreads = spreads_of(item, evaluation, actual, factors, samples)
         if not np.isfinite(spreads.growth):
             count.refused += 1
             continue

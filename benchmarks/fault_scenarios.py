@@ -325,7 +325,7 @@ SCENARIOS: tuple[Scenario, ...] = (
     _cable("requests lost 2 %", LineRule(do=Trick.DROP, way=Way.REQUEST, share=0.02), _LOST),
     _cable("duplicates 20 %", LineRule(do=Trick.DUPLICATE, share=0.2), ()),
     _cable("late answers", LineRule(do=Trick.DELAY, value=1500, share=0.1, kinds=_PROCESS), _LATE),
-    _cable("reordered answers", LineRule(do=Trick.HOLD, share=0.1), _LATE),
+    _cable("out-of-order answers", LineRule(do=Trick.HOLD, share=0.1), _LATE),
     _cable("reordered requests", LineRule(do=Trick.HOLD, share=0.1, way=Way.REQUEST), _LATE),
     _cable("old answers again", LineRule(do=Trick.REPLAY, share=0.1, kinds=_PROCESS), _LATE),
     _cable("working counter too high", LineRule(do=Trick.COUNTER, share=0.2, kinds=_PROCESS),

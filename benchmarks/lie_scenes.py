@@ -282,7 +282,7 @@ def swapped_points(scene: Scene) -> tuple[tuple[str, str], ...]:
     scene.touched[first], scene.touched[second] = second, first
     low, high = sorted((first, second))
     scene.lie = f"{NAMES[low]} for {NAMES[high]}"
-    return (("relocation.points_moved", f"'{NAMES[low]}' and '{NAMES[high]}' were touched"),)
+    return (("relocation.points_moved", f"'{NAMES[low]}' and '{NAMES[high]}' were swapped"),)
 
 
 def moved_point(scene: Scene) -> tuple[tuple[str, str], ...]:
@@ -291,7 +291,7 @@ def moved_point(scene: Scene) -> tuple[tuple[str, str], ...]:
     index, off = int(scene.rng.integers(len(NAMES))), _log_uniform(scene, 0.05, 2.0)
     scene.places[index] += off * _direction(scene)
     scene.lie = f"{NAMES[index]} by {1e3 * off:.0f} um"
-    return (("relocation.points_moved", f"'{NAMES[index]}' is not where it was"),)
+    return (("relocation.points_moved", f"'{NAMES[index]}' has moved"),)
 
 
 LIES = (

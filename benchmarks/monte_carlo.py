@@ -24,12 +24,11 @@ from ocmm_core.blas import use_one_thread
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, perpendicular_pair, unit
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint, factors_of_matrix
 from ocmm_core.tolerances.monte_carlo import (
     MonteCarloOptions,
     MonteCarloReport,
     Task,
-    factor_of,
     simulate_elsewhere,
 )
 from ocmm_core.tolerances.zones import Characteristic
@@ -86,7 +85,8 @@ def job(seed: int) -> Task:
     covariance[:-1, :-1] = np.kron(np.full((n, n), COMMON_MM**2), np.eye(3))
     covariance[:-1, :-1] += WHITE_MM**2 * np.eye(3 * n)
     covariance[-1, -1] = 0.001**2
-    return Task(characteristics(), _RULE, tuple(points), actual, covariance, np.zeros((n, 3, 3)))
+    factors = factors_of_matrix(covariance)
+    return Task(characteristics(), _RULE, tuple(points), actual, factors, np.zeros((n, 3, 3)))
 
 
 def _features() -> list[NominalFeature]:
@@ -126,13 +126,13 @@ def _asked(
 
 def loop_seconds(task: Task, trials: int) -> float:
     """Return the processor time of one trial in a plain loop of numpy and scipy, s."""
-    factor = factor_of(task)
+    draws = task.factors.draws()
     rng = np.random.default_rng(0)
     tips = {name: item.touches.tips for name, item in task.actual.items() if item.touches}
     places = {name: item.touches.places for name, item in task.actual.items() if item.touches}
     begun = time.process_time()
     for _ in range(trials):
-        by = (rng.standard_normal(len(factor)) @ factor)[:-1].reshape(-1, 3)
+        by = draws(rng, 1)[0, :-1].reshape(-1, 3)
         moved = {name: points + by[list(places[name])] for name, points in tips.items()}
         top = moved["TOP"] - moved["TOP"].mean(axis=0)
         normal = np.linalg.svd(top, full_matrices=False)[2][2]

@@ -244,7 +244,7 @@ def report_cost(bench: Bench) -> None:
                 pipeline.process(block)
             times.append((time.thread_time() - begin) / FRAMES)
         name = "with" if reference is not None else "without"
-        print(f"tracking {name} reference body: {1e6 * min(times[2:]):.1f} us a frame")
+        print(f"tracking {name} reference body: {1e6 * min(times[2:]):.1f} us per frame")
 
 
 def _rms(values: list[Float]) -> float:

@@ -3,7 +3,9 @@
     python -m benchmarks.zones [SETS]
 
 All of it is seeded. The peer is the sequence of linear programmes that scipy offers without
-writing a solver: `linprog` (HiGHS) on all points, restarted from each step, same first element.
+writing a solver: `linprog` (HiGHS) on all points, restarted from each step, same first element. The
+limit: a zone of 1,000 points, all its starts and its proof, takes no longer than the first of these
+programmes. Times are process times, the least of some.
 """
 
 from __future__ import annotations
@@ -48,19 +50,19 @@ def _best_time(call: Callable[[], object], runs: int = 7) -> float:
     call()
     times = []
     for _ in range(runs):
-        begin = time.perf_counter()
+        begin = time.process_time()
         call()
-        times.append(time.perf_counter() - begin)
+        times.append(time.process_time() - begin)
     return min(times)
 
 
-def peer(start: Fit, points: Points3) -> float:
+def peer(start: Fit, points: Points3, programmes: int = 30) -> float:
     """Return the zone, mm, that a plain sequence of linear programmes reaches."""
     task = task_of(start, points, ZONES[start.shape])
     free, placed, n = list(task.surface.free), task.start, len(points)
     ones = np.ones((n, 1))
     width = np.inf
-    for _ in range(30):
+    for _ in range(programmes):
         found, jacobian = distances(task.surface, placed.local(task.points), placed.sizes)
         if width - np.ptp(found) < 1e-13:
             break
@@ -91,6 +93,8 @@ def times() -> None:
             theirs = _best_time(partial(peer, start, points), 3)
             gap = peer(start, points) - fit_zone(start, points).form
             text += f"; linprog, one start {1e3 * theirs:6.1f} ms ({theirs / zone:4.1f} times)"
+            once = _best_time(partial(peer, start, points, 1), 5)
+            text += f", one programme {1e3 * once:6.1f} ms ({once / zone:4.1f} times)"
             text += f", wider by {gap:.1e} mm"
         print(text)
 

@@ -119,7 +119,7 @@ class ChainFile(Generic[T]):
             raise StorageError(
                 "chain.unwritable",
                 f"{self.path}: a line could not be stored ({error.strerror}).",
-                "Free the disk or restore the right to write, then do it again.",
+                "Free disk space or restore write permission, then repeat.",
             ) from error
         self._length += len(content)
         self.torn = False
@@ -139,6 +139,6 @@ def _link_of(number: int, previous: str, item: bytes) -> str:
 def _broken(path: Path, number: int) -> StorageError:
     return StorageError(
         "chain.broken",
-        f"{path}: line {number} is not as it was written.",
-        "Restore the file from a backup; it is not used as it is.",
+        f"{path}: line {number} was changed after it was written.",
+        "Restore the file from a backup; it is not used in this state.",
     )

@@ -73,7 +73,7 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
     except (tomllib.TOMLDecodeError, RecursionError) as error:
         raise InputError(
             "document.syntax",
-            f"{path}: the file is not complete TOML: {error}.",
+            f"{path}: the file is not valid TOML: {error}.",
             "Correct that line, or restore the file from a good copy.",
         ) from error
     found = data.get("schema")
@@ -96,7 +96,7 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
         raise InputError(
             "document.field",
             f"{path}: {error}.",
-            "Correct that field; the documents in the resources folder show every field.",
+            "Correct that field; see the documents in the resources folder for all fields.",
         ) from error
 
 
@@ -106,13 +106,13 @@ def read_bytes(path: Path) -> bytes:
         return path.read_bytes()
     except FileNotFoundError as error:
         raise InputError(
-            "document.missing", f"{path}: there is no such file.", "Check the name and the folder."
+            "document.missing", f"{path}: file not found.", "Check the name and the folder."
         ) from error
     except OSError as error:
         raise InputError(
             "document.unreadable",
             f"{path}: the file cannot be read ({error.strerror}).",
-            "Check that it is a file and that you may read it.",
+            "Check that it is a file and that you have read permission.",
         ) from error
 
 
@@ -173,6 +173,6 @@ def _refuse_non_finite(path: Path, value: Any, field: str) -> None:
     elif isinstance(value, float) and not math.isfinite(value):
         raise InputError(
             "document.not_finite",
-            f"{path}: field '{field}' is {value}, which is not a number one can measure with.",
+            f"{path}: field '{field}' is {value}, which is not a usable number.",
             "Give a finite number.",
         )

@@ -10,15 +10,13 @@ from __future__ import annotations
 import itertools
 import os
 import platform
+import sys
 import threading
 import traceback
 from collections.abc import Callable
 from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
-
-import platformdirs
-from psygnal import EmitLoopError
 
 from ocmm_core import __version__
 from ocmm_core.documents import write_atomic
@@ -66,13 +64,19 @@ def described(error: BaseException, part: str, safe: str = "") -> OcmmError:
 
 def cause_of(error: BaseException) -> BaseException:
     """Return what a listener of a signal raised, or the exception itself."""
-    while isinstance(error, EmitLoopError) and error.__cause__ is not None:
+    # Where it was never loaded nobody raised it; a help does not pay for loading it.
+    signals = sys.modules.get("psygnal")
+    if signals is None:
+        return error
+    while isinstance(error, signals.EmitLoopError) and error.__cause__ is not None:
         error = error.__cause__
     return error
 
 
 def log_folder() -> Path:
     """Return the folder of the log files of failures."""
+    import platformdirs
+
     return platformdirs.user_log_path("ocmm")
 
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from ocmm_gui.window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
-_SAFE = "Every point that was taken is in its job file."
+_SAFE = "All points taken are saved in the job file."
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ def make_application() -> QApplication:
         # Qt would end the program with a message about its plugins.
         raise InputError(
             "window.no_display",
-            "There is no screen to show the window on.",
+            "No display available for the window.",
             "Start OCMM on a desktop, or measure without a window: ocmm demo --headless.",
         )
     # Threads that track and simulate give way to the window after 1 ms instead of 5: the p99 of
@@ -249,7 +249,7 @@ def _size(text: str) -> tuple[int, int]:
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="ocmm-window",
-        description="The window of OCMM: measure a part by a plan, from real or virtual cameras.",
+        description="The OCMM window: measure a part to a plan, with real or virtual cameras.",
         formatter_class=argparse.ArgumentDefaultsHelpFormatter,
     )
     add = parser.add_argument
@@ -263,40 +263,51 @@ def _parser() -> argparse.ArgumentParser:
     )  # fmt: skip
     add(
         "--source", default=DEFAULT_SOURCE,
-        help="where frames come from, as 'ocmm measure --help' lists it",
+        help="source of frames, see 'ocmm measure --help'",
     )  # fmt: skip
     add("--seed", type=int, default=3, help="seed of the virtual rig")
     add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")
     add("--operator", default="demo", help="who measures")
     add("--serial", help="serial number of the part; asked in the window for real cameras")
     add("--out", type=Path, help="folder of the job file and the report; asked when exporting")
-    add("--force", action="store_true", help="use a network interface that the computer needs")
+    add(
+        "--force",
+        action="store_true",
+        help="use a network interface although the computer itself uses it",
+    )
     add(
         "--calibrations", type=Path,
-        help="folder of calibrations; that of this user for real cameras, none for virtual ones",
+        help="calibration folder; default: this user's for real cameras, none for virtual ones",
     )  # fmt: skip
-    add("--uncalibrated", action="store_true", help="take points that prove nothing")
+    add(
+        "--uncalibrated",
+        action="store_true",
+        help="measure without a calibration: every verdict is NOT PROVEN",
+    )
     add_climate(parser)
     add(
         "--probes", type=Path,
-        help="folder of records of probes; that of this user for real cameras, none for virtual "
-        "ones",
+        help="probe record folder; default: this user's for real cameras, none for virtual ones",
     )  # fmt: skip
-    add("--tip", help="name of the tip that is on the probe now; without, the one of the records")
+    add("--tip", help="name of the mounted tip; default: from the records")
     add(
         "--check-after", type=float, default=8.0, metavar="HOURS",
-        help="without a point or a check for so long the tip must be checked",
+        help="hours without a point or check after which the tip must be checked",
     )  # fmt: skip
-    add("--stream", type=int, metavar="PORT", help="give points and poses to other programs")
-    add("--stream-host", default="127.0.0.1", help="address of the stream; others need a token")
+    add("--stream", type=int, metavar="PORT", help="stream points and poses to other programs")
+    add(
+        "--stream-host",
+        default="127.0.0.1",
+        help="address of the stream; non-local ones need a token",
+    )
     add("--stream-token", type=Path, help="file with the token of the stream")
-    add("--theme", choices=tuple(THEMES), default=DEFAULT_THEME, help="looks; T changes it")
-    add("--far", action="store_true", help="begin with the far view; F11 changes it")
-    add("--size", type=_size, help="of the window, e.g. 1280x720; maximised without")
+    add("--theme", choices=tuple(THEMES), default=DEFAULT_THEME, help="colour theme; T changes it")
+    add("--far", action="store_true", help="start in the far view; F11 changes it")
+    add("--size", type=_size, help="of the window, e.g. 1280x720; default: maximised")
     add("--silent", action="store_true", help="no sounds")
-    add("--quit-after", type=float, default=0.0, metavar="SECONDS", help="close by itself")
+    add("--quit-after", type=float, default=0.0, metavar="SECONDS", help="close automatically")
     add(
         "--screenshot", type=Path, nargs="+", default=[], metavar="FILE",
-        help="picture of the window when it closes by itself",
+        help="save a picture of the window when it closes automatically",
     )  # fmt: skip
     return parser

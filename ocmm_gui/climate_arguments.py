@@ -17,11 +17,11 @@ def add_climate(parser: argparse.ArgumentParser) -> None:
     add("--probe-temperature", type=float, metavar="°C", help="of the probe now")
     add(
         "--compensate-probe", action="store_true",
-        help="measure with the probe's geometry at its present temperature",
+        help="compensate the probe geometry for its temperature",
     )  # fmt: skip
     add("--part-temperature", type=float, metavar="°C", help="of the part now")
-    add("--part-expansion", type=float, metavar="PPM", help="1e-6/K; that of the plan without")
-    add("--compensate-part", action="store_true", help="report coordinates as at 20 °C")
+    add("--part-expansion", type=float, metavar="PPM", help="1e-6/K; default: from the plan")
+    add("--compensate-part", action="store_true", help="report coordinates at 20 °C")
     add("--temperature-sigma", type=float, default=0.5, metavar="K", help="of each temperature")
 
 

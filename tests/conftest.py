@@ -36,6 +36,8 @@ if "numpy" in sys.modules:
     # product's own processes.
     raise ImportError("numpy was loaded before the tests could set the threads of its BLAS")
 
+from tests.compiled import CompileWatch  # noqa: E402 - it loads numpy
+
 # The same result on every machine: windows are drawn in memory unless somebody wants to look.
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 
@@ -118,6 +120,26 @@ def _leaves_nothing_behind(request: pytest.FixtureRequest) -> Iterator[None]:
         yield
     if findings and request.node.stash.get(_PASSED, False):
         pytest.fail("The test left behind:\n" + "\n".join(findings), pytrace=False)
+
+
+@pytest.fixture(scope="session")
+def _compile_watch() -> CompileWatch:
+    return CompileWatch()
+
+
+@pytest.fixture(autouse=True)
+def _compiles_nothing(
+    request: pytest.FixtureRequest, _compile_watch: CompileWatch
+) -> Iterator[None]:
+    """Whatever a test calls was compiled by the set-up, whichever command or page called it."""
+    yield
+    lines = _compile_watch.unlisted()
+    if lines and request.node.stash.get(_PASSED, False):
+        pytest.fail(
+            "Not in ocmm_core/composition/_kernels.py, so that a user would wait for it:\n"
+            + "\n".join(lines),
+            pytrace=False,
+        )
 
 
 @pytest.fixture(scope="session")

@@ -124,7 +124,7 @@ def _result(
     if any(one.state is not FeatureState.DONE for one in below):
         if not any(one.points for one in below):
             return not_measured(item, "Waits for a feature.")
-        return provisional(made, "Provisional: a feature has not all its points yet.")
+        return provisional(made, "Provisional: a feature is incomplete.")
     if unproven:
         return not_proven(made, unproven)
     if rng.random() < 0.1:

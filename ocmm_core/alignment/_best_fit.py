@@ -54,8 +54,8 @@ def best_fit(
     if missing:
         raise FitError(
             "alignment.no_nominal",
-            f"The best fit needs the nominal place of {missing[0]}, which is not known.",
-            f"Give {missing[0]} a nominal, or leave it out of the best fit.",
+            f"The best fit needs the nominal position of {missing[0]}, which is unknown.",
+            f"Give {missing[0]} a nominal, or exclude it from the best fit.",
         )
     measured, wanted = _places(rule.points, geometries), _places(rule.points, nominals)
     weights = np.array(rule.weights) if rule.weights else np.ones(len(wanted))
@@ -80,9 +80,9 @@ def relocated(rule: Relocation, geometries: Mapping[str, Float]) -> RigidTransfo
     if off[worst] > rule.limit:
         raise FitError(
             "alignment.relocation",
-            f"After the best fit of the control points {rule.control[worst].feature} lies "
-            f"{off[worst]:.3f} mm off, more than the limit of {rule.limit:.3f} mm.",
-            "Touch the control points again; if it stays, one of them has moved on the part.",
+            f"After the best fit of the control points, {rule.control[worst].feature} is "
+            f"{off[worst]:.3f} mm off; the limit is {rule.limit:.3f} mm.",
+            "Re-probe the control points. If it persists, one of them has moved on the part.",
         )
     return T_frame_from_world
 
@@ -164,8 +164,8 @@ def fit_points_locked(
     else:
         raise FitError(
             "alignment.no_end",
-            "The best fit with locked motions finds no end.",
-            "Lock less, or begin with an alignment that brings the part nearer to its nominal.",
+            "The best fit with locked motions does not converge.",
+            "Lock fewer motions, or start with an alignment closer to nominal.",
         )
     change = RigidTransform(rotation_from_vector(motion[:3]), motion[3:])
     return change.compose(start)
@@ -220,6 +220,6 @@ def _check_held(free: Sequence[int], by_motion: Float) -> None:
         name = _MOTIONS[free[turns[int(np.argmax(np.abs(ways[-1])))]]]
         raise FitError(
             "alignment.open",
-            f"The points leave the motion {name} open.",
-            f"Lock {name}, or take points that hold it.",
+            f"The points do not constrain the motion {name}.",
+            f"Lock {name}, or take points that constrain it.",
         )

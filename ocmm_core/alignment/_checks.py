@@ -80,7 +80,7 @@ def _three_two_one(rule: DatumAlignment, shapes: Mapping[str, Shape], field: str
     wrong = wrong or _need(shapes, f"{field}.origin", rule.origin, CENTRED)
     if rule.towards:
         if len(rule.secondary) == 2:
-            return f"{field}.towards", "is given, but two centres say themselves how x runs"
+            return f"{field}.towards", "is given, but two centres already define x"
         wrong = wrong or _need(shapes, f"{field}.towards", rule.towards, CENTRED)
     if rule.primary_axis[-1] == rule.secondary_axis[-1]:
         return f"{field}.secondary_axis", "is the axis that the primary gives"
@@ -96,7 +96,7 @@ def _best_fit(rule: BestFit, shapes: Mapping[str, Shape], field: str) -> Fault |
     if any(not weight > 0.0 for weight in rule.weights):
         return f"{field}.weights", "holds a number that is not greater than zero"
     if rule.locked and rule.start is None:
-        return f"{field}.start", "is missing: it says where the locked motions stay"
+        return f"{field}.start", "is missing: it fixes the locked motions"
     if rule.start is not None:
         wrong = alignment_fault(rule.start, shapes, f"{field}.start")
         if wrong:
@@ -112,7 +112,7 @@ def _reference_points(
     if len(rule.conditions) != CONDITIONS:
         return (
             f"{field}.conditions",
-            f"has {len(rule.conditions)}, but six hold a part: no more, no fewer",
+            f"has {len(rule.conditions)}, but exactly six constrain a part",
         )
     for index, item in enumerate(rule.conditions):
         at = f"{field}.conditions[{index}]"
@@ -125,20 +125,20 @@ def _reference_points(
         return alignment_fault(rule.start, shapes, f"{field}.start")
     names = tuple(dict.fromkeys(item.feature for item in rule.conditions))
     if len(names) < LEAST_POINTS:
-        return f"{field}.start", "is missing: fewer than three points do not say where to begin"
+        return f"{field}.start", "is missing: fewer than three points give no starting position"
     return None
 
 
 def _rigid(rule: SavedFrame, field: str) -> Fault | None:
     rotation = np.array(rule.rotation)
     if np.abs(rotation @ rotation.T - np.eye(3)).max() > 1e-9 or np.linalg.det(rotation) < 0.0:
-        return f"{field}.rotation", "is no rotation"
+        return f"{field}.rotation", "is not a rotation"
     if not rule.covariance:
         return None
     if any(len(row) != len(rule.covariance) for row in rule.covariance):
         return f"{field}.covariance", "has rows of unequal length"
     if not is_covariance(np.array(rule.covariance)):
-        return f"{field}.covariance", "is no covariance of a turn and a shift"
+        return f"{field}.covariance", "is not a covariance of rotation and translation"
     return None
 
 

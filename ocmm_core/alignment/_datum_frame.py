@@ -164,7 +164,7 @@ def _element(
     if name not in nominals:
         raise FitError(
             "alignment.no_nominal",
-            f"The part frame needs the nominal geometry of {name}, which is not known.",
+            f"The part frame needs the nominal geometry of {name}, which is unknown.",
             f"Give {name} a nominal point and direction.",
         )
     measured, nominal = geometries[name].copy(), nominals[name].copy()

@@ -86,7 +86,7 @@ def nominal_frame(bound: BoundAlignment) -> RigidTransform:
         if name not in bound.nominals:
             raise FitError(
                 "alignment.no_nominal",
-                f"The nominal geometry of {name} is not known.",
+                f"The nominal geometry of {name} is unknown.",
                 f"Give {name} a nominal point and direction.",
             )
     return three_two_one_of_nominals(bound.rule, bound)

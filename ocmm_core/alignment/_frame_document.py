@@ -137,7 +137,7 @@ def save_frame(path: Path, document: FrameDocument) -> None:
     if path.exists():
         raise StorageError(
             "frame.exists",
-            f"{path}: there is such a file already; a frame is never written over.",
+            f"{path}: this file already exists; a frame is never overwritten.",
             "Give another name.",
         )
     try:
@@ -146,7 +146,7 @@ def save_frame(path: Path, document: FrameDocument) -> None:
         raise StorageError(
             "frame.unwritable",
             f"{path}: the frame cannot be written ({error.strerror}).",
-            "Free the disk or give a folder that you may write.",
+            "Free disk space or give a writable folder.",
         ) from error
 
 
@@ -164,14 +164,14 @@ def load_frame(path: Path) -> FrameDocument:
     if content_hash(document) != document.sha256:
         raise InputError(
             "frame.changed",
-            f"{path}: the content does not fit its hash: a byte was changed after it was saved.",
-            "Restore the file from a good copy, or save the frame anew.",
+            f"{path}: the content does not match its hash: the file was changed after saving.",
+            "Restore the file from a good copy, or save the frame again.",
         )
     if skewed > _ROTATION_FAULT or np.linalg.det(rotation) < 0.0:
         raise InputError(
             "frame.no_rotation",
-            f"{path}: field 'rotation' is no rotation.",
-            "Save the frame anew.",
+            f"{path}: field 'rotation' is not a rotation.",
+            "Save the frame again.",
         )
     if document.covariance and (
         any(len(row) != len(document.covariance) for row in document.covariance)
@@ -179,8 +179,8 @@ def load_frame(path: Path) -> FrameDocument:
     ):
         raise InputError(
             "frame.no_covariance",
-            f"{path}: field 'covariance' is no covariance of a turn and a shift.",
-            "Save the frame anew.",
+            f"{path}: field 'covariance' is not a covariance of rotation and translation.",
+            "Save the frame again.",
         )
     return document
 
@@ -220,9 +220,9 @@ def relocation(document: FrameDocument, limit: float) -> Relocation:
     if len(document.control) < 3:
         raise InputError(
             "frame.no_control",
-            f"The frame {document.name} has {len(document.control)} control point(s); three are "
-            "needed to find it again.",
-            "Save it with at least three features that can be touched after the part is moved.",
+            f"Frame {document.name} has {len(document.control)} control point(s); relocation "
+            "needs three.",
+            "Save it with at least three features that can be probed after the part is moved.",
         )
     return Relocation(
         name=document.name,

@@ -64,15 +64,15 @@ class Freedom:
     def words(self) -> tuple[str, ...]:
         """Return what is open as the inspector reads it; empty where nothing is."""
         if len(self.turn) == 3:
-            turning = ["turning about any axis"]
+            turning = ["rotation about any axis"]
         else:
-            turning = [f"turning about {_axis_word(axis)}" for axis in self.turn]
+            turning = [f"rotation about {_axis_word(axis)}" for axis in self.turn]
         if len(self.slide) == 3:
-            return (*turning, "shifting in any direction")
+            return (*turning, "translation in any direction")
         if len(self.slide) == 2:
             across = _axis_word(cross(*self.slide))
-            return (*turning, f"shifting square to {across}")
-        return (*turning, *(f"shifting along {_axis_word(way)}" for way in self.slide))
+            return (*turning, f"translation square to {across}")
+        return (*turning, *(f"translation along {_axis_word(way)}" for way in self.slide))
 
 
 @dataclass(frozen=True, slots=True)
@@ -254,6 +254,6 @@ def _axis_word(direction: Float) -> str:
 def _nearly(name: str) -> FitError:
     return FitError(
         "alignment.degenerate",
-        f"{name} hardly says how the part lies: what it should fix is nearly free of it.",
-        "Choose a datum that stands at a clear angle, or farther off.",
+        f"{name} hardly constrains the part: the motion it should fix stays nearly free.",
+        "Choose a datum at a clear angle, or farther away.",
     )

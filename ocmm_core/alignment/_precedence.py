@@ -64,9 +64,9 @@ class ConstrainedAssociation:
     def note(self) -> str:
         """Return what to do about datums that lean; empty where none does to speak of."""
         said = [
-            f"{name} leans: fitted under the datums before it, it turns by {by:.3f} mm over its "
-            "points more than alone. That rests on where it was touched: spread its points evenly "
-            "over the face."
+            f"{name} leans: fitted under the preceding datums, it rotates by {by:.3f} mm over "
+            "its points more than alone. This depends on where it was probed: spread its points "
+            "evenly over the face."
             for name, by in self.turned.items()
             if by > SEEN_MM
         ]

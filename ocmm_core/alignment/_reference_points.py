@@ -50,7 +50,7 @@ def reference_points(
         if name not in nominals:
             raise FitError(
                 "alignment.no_nominal",
-                f"The reference points need the nominal place of {name}, which is not known.",
+                f"The reference points need the nominal position of {name}, which is unknown.",
                 f"Give {name} a nominal.",
             )
     measured = np.array([geometries[item.feature][POINT] for item in rule.conditions])
@@ -71,8 +71,8 @@ def reference_points(
         if values[-1] < LEAST_HOLD * values[0]:
             raise FitError(
                 "alignment.open",
-                f"The six conditions leave a motion of the part open: {_open_words(rows)}.",
-                "Spread the points, or let another direction count.",
+                f"The six conditions do not constrain the part: {_open_words(rows)}.",
+                "Spread the points, or use another direction.",
             )
         if float(np.abs(off).max()) < _CONVERGED * max(size, 1000.0):
             return T
@@ -82,8 +82,8 @@ def reference_points(
         T = about.compose(T)
     raise FitError(
         "alignment.no_end",
-        "No place of the part meets all six conditions.",
-        "Check the nominal places and which feature was touched for which.",
+        "No position of the part meets all six conditions.",
+        "Check the nominal positions and which feature was probed for which.",
     )
 
 
@@ -92,5 +92,5 @@ def _open_words(rows: Float) -> str:
     turn, shift = way[:3], way[3:]
     most = int(np.argmax(np.abs(way)))
     if most < 3:
-        return f"it turns about {'xyz'[int(np.argmax(np.abs(turn)))]}"
-    return f"it shifts along {'xyz'[int(np.argmax(np.abs(shift)))]}"
+        return f"rotation about {'xyz'[int(np.argmax(np.abs(turn)))]}"
+    return f"translation along {'xyz'[int(np.argmax(np.abs(shift)))]}"

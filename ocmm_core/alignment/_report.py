@@ -23,7 +23,7 @@ from ocmm_core.alignment._rules import (
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform, skew
-from ocmm_core.measuring import COVERAGE_FACTOR
+from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors
 
 _SEEN_MM = 1e-3
 """Residuals that would be printed as nothing say nothing."""
@@ -69,7 +69,7 @@ class AlignmentReport:
 def preview_alignment(
     bound: BoundAlignment,
     actual: Mapping[str, ActualFeature | FitError],
-    covariance: Float | None = None,
+    factors: PointFactors | None = None,
 ) -> AlignmentReport:
     """Return what the features measured so far make of an alignment.
 
@@ -79,8 +79,8 @@ def preview_alignment(
         The rule with nominals (`inspection.plan.Plan.bound_alignment`).
     actual
         Features as measured or constructed, or why they are not.
-    covariance
-        (3 N + 1, 3 N + 1), mm^2: of all ball centres and the tip radius.
+    factors
+        Of all ball centres and the tip radius.
     """
     measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
     geometries = geometries_of(measured)
@@ -99,12 +99,10 @@ def preview_alignment(
         return AlignmentReport(bound.frame, None, None, (), (), None, None, said)
     T_nominal_from_world = T_nominal_from_part.compose(T_part_from_world)
     residuals = residuals_of(
-        bound, measured, T_nominal_from_world, _turned(jacobian, T_nominal_from_part), covariance
+        bound, measured, T_nominal_from_world, _turned(jacobian, T_nominal_from_part), factors
     )
     free = _free(bound, geometries)
-    spread = (
-        None if covariance is None or not len(bound.features) else _spread(jacobian, covariance)
-    )
+    spread = None if factors is None or not len(bound.features) else _spread(jacobian, factors)
     return AlignmentReport(
         frame=bound.frame,
         T_part_from_world=T_part_from_world,
@@ -145,7 +143,7 @@ def _to_nominals(bound: BoundAlignment) -> RigidTransform:
         return nominal_frame(bound).inverse()
     except FitError as error:
         raise FitError(
-            error.code, f"The nominals cannot be compared: {error.what}", error.remedy
+            error.code, f"Nominals cannot be compared: {error.what}", error.remedy
         ) from error
 
 
@@ -157,8 +155,8 @@ def _turned(jacobian: Float, T_nominal_from_part: RigidTransform) -> Float:
     return moved
 
 
-def _spread(jacobian: Float, covariance: Float) -> Float:
-    variances = np.einsum("ij,jk,ik->i", jacobian, covariance, jacobian, optimize=True)
+def _spread(jacobian: Float, factors: PointFactors) -> Float:
+    variances = np.diagonal(factors.of(jacobian))
     spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
     return spread
 
@@ -188,25 +186,25 @@ def _advice(
     rule, said = bound.rule, []
     if free:
         said.append(
-            f"The datums leave open: {', '.join(free)}. What depends on it means nothing: add a "
-            "datum, or tolerance only what does not."
+            f"Not constrained by the datums: {', '.join(free)}. Results that depend on it are "
+            "meaningless: add a datum, or tolerance only what does not depend on it."
         )
     aligned = [item for item in residuals if item.aligned]
     deep = [name for name in brought_together(rule) if _lies_as_touched(measured[name])]
     if deep:
         said.append(
-            f"{', '.join(deep)}: a circle or slot lies as deep as it was touched. Unless that is "
-            "meant, construct its projection onto a face and align to that."
+            f"{', '.join(deep)}: the depth of a circle or slot is where it was probed. Unless "
+            "intended, construct its projection onto a face and align to that."
         )
     count = {BestFit: 3, Relocation: 3}.get(type(rule))
     if count is not None and len(rule.features) <= count:
-        said.append("Three points check each other hardly: take a fourth.")
+        said.append("Three points hardly check each other: take a fourth.")
     if isinstance(rule, ReferencePoints) and len(residuals) == len(aligned):
-        said.append("Nothing checks the six conditions: measure one more feature and look at it.")
+        said.append("Nothing checks the six conditions: measure one more feature and review it.")
     if isinstance(rule, SavedFrame):
         said.append(
-            "The frame is taken as it was saved: whether the part still lies there, only features "
-            "with known places show."
+            "The frame is used as saved: only features with known positions show whether the "
+            "part is still there."
         )
     worst = max(residuals, key=lambda item: item.distance, default=None)
     if worst is not None:
@@ -214,7 +212,7 @@ def _advice(
         doubt = "" if sure is None else f", U {sure:.3f} mm"
         beyond = worst.distance > (_SEEN_MM if sure is None else sure)
         said.append(
-            f"{worst.feature} lies farthest from its nominal: {worst.distance:.3f} mm{doubt}."
-            + (" Touch it again if that is more than the part can be off." if beyond else "")
+            f"Largest residual: {worst.feature} {worst.distance:.3f} mm{doubt}."
+            + (" Re-probe it if the part should be better." if beyond else "")
         )
     return tuple(said)

@@ -17,7 +17,7 @@ from ocmm_core.alignment._rules import (
 from ocmm_core.features.measured import ActualFeature, gauge_point
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, Shape, element
 from ocmm_core.geometry import Float, RigidTransform, skew, unit
-from ocmm_core.measuring import COVERAGE_FACTOR
+from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,7 +35,7 @@ class Residual:
     distance
         mm: length of ``offset``.
     distance_uncertainty
-        mm, k = 2, in the least certain direction; None while the points have no covariance.
+        mm, k = 2, in the least certain direction; None while that of the points is unknown.
     angle, angle_uncertainty
         rad, of its direction; zero where it has none, and k = 2.
     """
@@ -54,7 +54,7 @@ def residuals_of(
     measured: Mapping[str, ActualFeature],
     T_nominal_from_world: RigidTransform,
     frame_jacobian: Float,
-    covariance: Float | None,
+    factors: PointFactors | None,
 ) -> tuple[Residual, ...]:
     """Return how far all measured features lie from their nominals, those of the frame first.
 
@@ -66,8 +66,8 @@ def residuals_of(
         Features that are known; those without a nominal have no residual.
     frame_jacobian
         (6, 3 N + 1): how the frame of the nominals moves (`alignment.frame_jacobian`).
-    covariance
-        (3 N + 1, 3 N + 1), mm^2, of the points, or None.
+    factors
+        Of the points, or None.
     """
     nominals = _compared_with(bound)
     points = brought_together(bound.rule)
@@ -79,7 +79,7 @@ def residuals_of(
             nominals[name],
             T_nominal_from_world,
             frame_jacobian,
-            covariance,
+            factors,
             aligned=name in first,
             whole=name in points,
         )
@@ -113,7 +113,7 @@ def _residual(
     nominal: Float,
     T_nominal_from_world: RigidTransform,
     frame_jacobian: Float,
-    covariance: Float | None,
+    factors: PointFactors | None,
     *,
     aligned: bool,
     whole: bool,
@@ -141,9 +141,9 @@ def _residual(
         aligned=aligned,
         offset=offset,
         distance=float(np.linalg.norm(offset)),
-        distance_uncertainty=_worst(keep @ moved, covariance),
+        distance_uncertainty=_worst(keep @ moved, factors),
         angle=angle,
-        angle_uncertainty=_worst(tilted, covariance),
+        angle_uncertainty=_worst(tilted, factors),
     )
 
 
@@ -168,9 +168,9 @@ def _directions(shape: Shape, nominal: Float) -> Float:
     return own if located == "along" else np.eye(3) - own
 
 
-def _worst(rows: Float, covariance: Float | None) -> float | None:
+def _worst(rows: Float, factors: PointFactors | None) -> float | None:
     """Return U (k = 2) of a vector with Jacobian (3, 3 N + 1) in its least certain direction."""
-    if covariance is None:
+    if factors is None:
         return None
-    values = np.linalg.eigvalsh(rows @ covariance @ rows.T)
+    values = np.linalg.eigvalsh(factors.of(rows))
     return COVERAGE_FACTOR * float(np.sqrt(max(values[-1], 0.0)))

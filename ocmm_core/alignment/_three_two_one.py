@@ -59,9 +59,9 @@ def three_two_one(
     if not best < _PLAINLY * second:
         raise FitError(
             "alignment.no_sense",
-            f"Nothing says which way the axes run along {', '.join(rule.features)}.",
-            "Name a feature at the positive side of x as 'towards' in the alignment, or give the "
-            "features nominals in the part frame.",
+            f"The direction of the axes along {', '.join(rule.features)} is undefined.",
+            "Name a feature on the positive side of x as 'towards' in the alignment, or give "
+            "the features nominals in the part frame.",
         )
     choice = int(np.argmin(misfits))
     return frames[choice], choice
@@ -116,8 +116,8 @@ def _side(rule: DatumAlignment, geometries: Mapping[str, Float], x: Float) -> fl
     if abs(side) < SHORTEST_MM:
         raise FitError(
             "alignment.no_sense",
-            f"{rule.towards} lies beside {rule.origin}, not along {rule.secondary[0]}.",
-            "Name a feature as 'towards' that lies clearly at the positive side.",
+            f"{rule.towards} is beside {rule.origin}, not along {rule.secondary[0]}.",
+            "Name a feature as 'towards' that is clearly on the positive side.",
         )
     return float(np.sign(side))
 
@@ -166,6 +166,6 @@ def _no_direction(rule: DatumAlignment) -> FitError:
         )
     return FitError(
         "alignment.degenerate",
-        f"{rule.secondary[0]} runs nearly as {rule.primary} does and gives no second direction.",
-        "Choose a feature that runs across the first.",
+        f"{rule.secondary[0]} is nearly parallel to {rule.primary} and gives no second direction.",
+        "Choose a feature across the first one.",
     )

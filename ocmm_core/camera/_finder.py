@@ -164,7 +164,7 @@ def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:
         raise InputError(
             "camera.windows",
             f"There are {len(start)} windows, but a camera has {MAX_SLOTS}.",
-            "Leave windows out.",
+            "Remove windows.",
         )
     for window in start:
         if (

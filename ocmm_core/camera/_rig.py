@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
@@ -127,10 +128,16 @@ class Rig:
     volume_world: Float
     parameter_covariance: Float
     identity: str
+    # Every call of a kernel takes it, and making it takes longer than a single tip.
+    _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        packed = np.stack([camera.packed() for camera in self.cameras])
+        object.__setattr__(self, "_packed", packed)
 
     def packed(self) -> Float:
-        """Return all cameras as the kernel takes them, (C, 21)."""
-        return np.stack([camera.packed() for camera in self.cameras])
+        """Return all cameras as the kernels take them, (C, 21); one array for all who ask."""
+        return self._packed
 
 
 def load_rig(path: Path | str) -> Rig:

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -27,17 +26,10 @@ from ocmm_core.cli.calibrate import (
 from ocmm_core.cli.measure import (
     align_command,
     align_plan_command,
-    await_part,
     compare_command,
-    exit_code,
-    missing_sentences,
     plan_app,
-    print_explanations,
-    print_table,
-    print_verdict,
     recall_command,
     report_command,
-    run_job,
 )
 from ocmm_core.cli.study import (
     fit_command,
@@ -82,29 +74,24 @@ from ocmm_core.composition import (
     DEMO_PLAN,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
-    ClimateRequest,
-    Origin,
-    StationRequest,
-    build_station,
-    origin_of,
-    stream_options,
-    true_values,
 )
 from ocmm_core.errors import InputError, OcmmError
-from ocmm_core.inspection.archive import next_serial
+
+if TYPE_CHECKING:
+    from ocmm_core.composition import StationRequest
+
 
 app = typer.Typer(
     name="ocmm",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
-    help="Measure parts with an optical coordinate measuring machine.\n\n"
-    "Cameras watch the LEDs of a hand-held probe; OCMM computes where its ball is, fits features "
-    "to the points that are touched and decides over their tolerances.\n\n"
-    "Exit codes: 0 every characteristic conforms, 1 one does not or is not proven to, "
-    "2 could not measure, or not all, 3 the program failed: the message names the cause and a log "
-    "file.",
-    epilog="A first look: ocmm demo. The documents of rigs, probes, parts and plans in the "
-    "resources folder are examples for your own.",
+    help="Measure parts with an optical coordinate measuring machine.\n\nCameras track the LEDs "
+    "of a hand-held probe; OCMM computes the position of its ball, fits features to the "
+    "probed points and evaluates their tolerances.\n\nExit codes: 0 every characteristic "
+    "conforms, 1 one does not or is not proven to, 2 not or not completely measured, 3 "
+    "program failure: the message names the cause and a log file.",
+    epilog="To try it: ocmm demo. The rig, probe, part and plan documents in the resources "
+    "folder are templates for your own.",
 )
 app.command(name="align")(align_command)
 app.command(name="align-plan")(align_plan_command)
@@ -188,13 +175,18 @@ def demo(
     Opens the window where there is a display. Without one, or with --headless, measures the whole
     part and prints the table with the true values beside the measured ones.
     """
+    from ocmm_core.composition import StationRequest
+
     if not headless and _has_display():
         command = [
             sys.executable, "-m", "ocmm_gui", "--source", source, "--plan", str(plan),
             "--out", str(out), "--seed", str(seed), "--theme", theme.value,
             "--speed", str(1.0 if speed is None else speed),
         ]  # fmt: skip
-        raise typer.Exit(subprocess.run(command, check=False).returncode)  # noqa: S603 - our own interpreter and module
+        # In the place of this process: whoever ends or kills it ends or kills the window, and
+        # nobody waits in between.
+        sys.stdout.flush()
+        os.execv(command[0], command)  # noqa: S606 - our own interpreter and module
     request = StationRequest(plan=plan, out=out, source=source, seed=seed, speed=speed or 0.0)
     _measure(request, with_truth=True, incomplete=incomplete)
 
@@ -209,7 +201,7 @@ def measure(
         Path | None,
         typer.Option(
             "--out",
-            help="Folder for the job file and the report; that of the job for --continue.",
+            help="Folder for job file and report; with --continue: that of the job.",
         ),
     ] = None,
     source: SourceOption = DEFAULT_SOURCE,
@@ -219,10 +211,10 @@ def measure(
     part: PartOption = DEMO_PART,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
-    operator: Annotated[str, typer.Option("--operator", help="Who measures.")] = "unnamed",
+    operator: Annotated[str, typer.Option("--operator", help="Operator name.")] = "unnamed",
     serial: Annotated[str, typer.Option("--serial", help="Serial number of the part.")] = "-",
     order_number: Annotated[
-        str, typer.Option("--order-number", help="Number of the order, for the report.")
+        str, typer.Option("--order-number", help="Order number, for the report.")
     ] = "",
     batch: Annotated[str, typer.Option("--batch", help="Batch that the part belongs to.")] = "",
     parts: Annotated[
@@ -230,27 +222,29 @@ def measure(
         typer.Option(
             "--parts",
             min=1,
-            help="Measure so many parts one after the other, a job file each; the serial number is "
-            "counted on. Before each further one it is waited for Enter, so that the part can be "
-            "changed; virtual rigs change it themselves.",
+            help="Measure this many parts in sequence, one job file each; the serial number is "
+            "incremented. Waits for Enter between parts so that the part can be changed; "
+            "virtual rigs change it themselves.",
         ),
     ] = 1,
     go_on: Annotated[
         Path | None,
         typer.Option(
             "--continue",
-            help="Go on with this job file, by the plan it was begun with, instead of a new job.",
+            help="Resume this job file, with its own plan, instead of starting a new job.",
         ),
     ] = None,
     order: Annotated[
-        Order, typer.Option("--order", help="Probe in the order of the plan, or in any.")
+        Order, typer.Option("--order", help="Probe in plan order or in any order.")
     ] = Order.PLAN,
     record: Annotated[
         Path | None, typer.Option("--record", help="Keep all raw frames in this file as well.")
     ] = None,
     thesis: Annotated[
         bool,
-        typer.Option("--thesis", help="Compute poses by the method of the thesis, to compare."),
+        typer.Option(
+            "--thesis", help="Compute poses with the method of the thesis, for comparison."
+        ),
     ] = False,
     calibrations: CalibrationsOption = None,
     uncalibrated: UncalibratedOption = False,
@@ -277,17 +271,19 @@ def measure(
     cloud and a macro. Their names say SIMULATED and INCOMPLETE where that is so. Without
     --incomplete no report is written of a job that lacks something.
     """
+    from ocmm_core.composition import ClimateRequest, StationRequest, stream_options
+
     if plan is None and go_on is None:
         raise InputError(
             "measure.plan",
-            "Neither a plan nor a job to go on with is given.",
+            "No plan and no job to resume given.",
             "Give --plan FILE, or --continue JOB.",
         )
     if parts > 1 and go_on is not None:
         raise InputError(
             "measure.parts",
-            "One job is gone on with, but --parts wants several.",
-            "Go on with the job first, then measure the other parts.",
+            "--continue resumes one job, but --parts asks for several.",
+            "Resume the job first, then measure the other parts.",
         )
     request = StationRequest(
         plan=plan or DEMO_PLAN, out=out or (go_on.parent if go_on is not None else _OUT), rig=rig,
@@ -321,7 +317,9 @@ def record(
     speed: SpeedOption = 0.0,
     seconds: Annotated[
         float | None,
-        typer.Option("--seconds", min=0.1, help="Stop after this much bus time; else at the end."),
+        typer.Option(
+            "--seconds", min=0.1, help="Stop after this much bus time; default: at the end."
+        ),
     ] = None,
     force: ForceOption = False,
 ) -> None:
@@ -331,6 +329,7 @@ def record(
     Stop a live source with --seconds or Ctrl-C.
     """
     from ocmm_core.cli.measure import record_source
+    from ocmm_core.composition import StationRequest
 
     request = StationRequest(
         plan=plan, out=out.parent, rig=rig, probe=probe, part=part, source=source, seed=seed,
@@ -343,12 +342,12 @@ def record(
 def bench(
     *,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=0.2, help="How long each figure is measured.")
+        float, typer.Option("--seconds", min=0.2, help="Duration of each measurement.")
     ] = 2.0,
     memory: Annotated[
         float,
         typer.Option(
-            "--memory", min=0.0, help="Also run the whole chain for so many minutes of bus time."
+            "--memory", min=0.0, help="Also run the whole chain for this many minutes of bus time."
         ),
     ] = 0.0,
 ) -> None:
@@ -365,9 +364,37 @@ def bench(
         print_run(run_for(60.0 * memory, console), 60.0 * memory, console)
 
 
+@app.command(name="compile", hidden=True)
+def compile_command(
+    processes: Annotated[
+        int | None, typer.Option("--processes", min=1, help="Default: one a core.")
+    ] = None,
+) -> None:
+    """Compile what is computed most, so that nobody waits for it later; the set-up does it.
+
+    What is there already is not compiled again. Another processor needs it anew.
+    """
+    from ocmm_core.composition import compile_all
+
+    done = compile_all(processes)
+    typer.echo(f"{done.listed} compiled functions are ready, {done.compiled} were compiled now.")
+
+
 def _measure(
     request: StationRequest, *, with_truth: bool, parts: int = 1, incomplete: bool = False
 ) -> None:
+    from ocmm_core.cli.measure import (
+        await_part,
+        exit_code,
+        missing_sentences,
+        print_explanations,
+        print_table,
+        print_verdict,
+        run_job,
+    )
+    from ocmm_core.composition import Origin, build_station, origin_of, true_values
+    from ocmm_core.inspection.archive import next_serial
+
     console = make_console()
     code = 0
     beside: list[OcmmError] = []

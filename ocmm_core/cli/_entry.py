@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import os
+import select
+import stat
 import sys
 from typing import NoReturn
 
@@ -11,12 +14,15 @@ from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained
 
 COULD_NOT_MEASURE = 2
+NOBODY_READS = 141
+"""128 and SIGPIPE, as of any program whose reader has left: ``ocmm --help | head -1``."""
 
-_SAFE = "Every point that was taken is in its job file."
+_SAFE = "All points taken are saved in the job file."
 
 
 def main() -> None:
     """Run the command line; every fault, also one nobody foresaw, is a sentence and its remedy."""
+    piped = _is_piped()
     with ThreadNet(_tell) as threads:
         try:
             _run()
@@ -27,13 +33,13 @@ def main() -> None:
             if end.code == 1 and isinstance(cause, Exception) and _is_crash(cause):
                 # typer calls the end of a pipe or of a file "aborted", with the code of a part
                 # that does not conform.
-                _give_up(cause.__cause__ or cause)
+                _give_up(cause.__cause__ or cause, piped=piped)
             raise
         except KeyboardInterrupt:
-            sys.stderr.write("ocmm: stopped; every point that was taken is in the job file.\n")
+            sys.stderr.write("ocmm: stopped; all points taken are saved in the job file.\n")
             sys.exit(130)
         except Exception as error:
-            _give_up(error)
+            _give_up(error, piped=piped)
         if threads.caught:
             sys.exit(EXIT_INTERNAL)
 
@@ -52,10 +58,34 @@ def _is_crash(error: Exception) -> bool:
     return type(error).__name__ != "Exit"
 
 
-def _give_up(error: BaseException) -> NoReturn:
+def _give_up(error: BaseException, *, piped: bool) -> NoReturn:
+    if isinstance(error, BrokenPipeError) and piped and _is_unread():
+        # Nothing failed. What is left in the buffer would be complained about at the very end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(NOBODY_READS)
     told = contained(error, "The command", _SAFE)
     _tell(told)
     sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else COULD_NOT_MEASURE)
+
+
+def _is_piped() -> bool:
+    """Return whether what is printed goes to another program."""
+    try:
+        return stat.S_ISFIFO(os.fstat(sys.stdout.fileno()).st_mode)
+    except (OSError, ValueError):
+        return False
+
+
+def _is_unread() -> bool:
+    """Return whether the program that what is printed went to has left.
+
+    rich puts the null device in the place of a pipe whose reader has left.
+    """
+    if not _is_piped():
+        return True
+    looking = select.poll()
+    looking.register(sys.stdout.fileno(), 0)
+    return any(event & select.POLLERR for _, event in looking.poll(0))
 
 
 def _tell(error: OcmmError) -> None:

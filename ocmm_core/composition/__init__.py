@@ -5,8 +5,8 @@ Out: a source made ready, the calibration that belongs to it, and a station read
 
 Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
-source), `_climate`, `_stream_options`, `_defaults`. `_calibrate_scenes`, `_tip_scenes` and `_truth`
-are what the virtual rig needs.
+source), `_climate`, `_stream_options`, `_defaults`. `_kernels` lists what is compiled, `_compile`
+does it. `_calibrate_scenes`, `_tip_scenes` and `_truth` are what the virtual rig needs.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         choose_probe,
     )
     from ocmm_core.composition._climate import ClimateRequest, climate_in_use
+    from ocmm_core.composition._compile import compile_all
     from ocmm_core.composition._compose import BuiltStation, build_station, calibration_of
     from ocmm_core.composition._defaults import (
         DEFAULT_SEED,
@@ -40,6 +41,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._feed_makers import identities, script_of, segment_of
     from ocmm_core.composition._feeds import Feed, StationRequest
+    from ocmm_core.composition._kernels import kernel_groups
     from ocmm_core.composition._sources import (
         SOURCES,
         NamedSource,
@@ -62,10 +64,12 @@ else:
         ),
         _calibration_choice="checked_for_replay choose_calibration choose_probe",
         _climate="ClimateRequest climate_in_use",
+        _compile="compile_all",
         _compose="BuiltStation build_station calibration_of",
         _defaults="DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
         _feed_makers="identities script_of segment_of",
         _feeds="Feed StationRequest",
+        _kernels="kernel_groups",
         _sources=(
             "NamedSource Origin SOURCES SourceSpec make_feed names_in_words origin_of source_help "
             "source_of"
@@ -97,7 +101,9 @@ __all__ = [
     "choose_calibration",
     "choose_probe",
     "climate_in_use",
+    "compile_all",
     "identities",
+    "kernel_groups",
     "make_feed",
     "names_in_words",
     "origin_of",

@@ -82,8 +82,8 @@ def choose_probe(
     if tip is not None:
         raise InputError(
             "probe.tip",
-            f"Tip {tip!r} is asked for, but a virtual probe is measured with its document.",
-            "Give the folder of records of probes, --probes, or leave --tip out.",
+            f"Tip {tip!r} is requested, but a virtual probe uses its document.",
+            "Give the probe record folder, --probes, or omit --tip.",
         )
     return open_probe_design(probe, uncalibrated=uncalibrated)
 
@@ -107,8 +107,11 @@ def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> Calibrat
     if not is_design or not _is_recorded_real(recorded):
         return calibration
     why = Blocker(
-        f"The recording is of real cameras ({recorded}), and a rig document is no calibration.",
-        "Give the folder of their calibrations: --calibrations.",
+        (
+            f"The recording is from real cameras ({recorded}), and a rig document is not a "
+            "calibration."
+        ),
+        "Give their calibration folder: --calibrations.",
     )
     return replace(calibration, fault=(CalibrationStatus.NONE, why))
 
@@ -119,8 +122,11 @@ def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
     if not is_design or not _is_recorded_real(recorded):
         return probe
     why = Blocker(
-        f"The recording is of a real probe ({recorded}), and a probe document is no calibration.",
-        "Give the folder of its records: --probes.",
+        (
+            f"The recording is from a real probe ({recorded}), and a probe document is not a "
+            "calibration."
+        ),
+        "Give its record folder: --probes.",
     )
     return replace(probe, fault=(CalibrationStatus.NONE, why))
 

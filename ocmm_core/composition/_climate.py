@@ -106,8 +106,7 @@ def climate_in_use(
         if request.compensate_probe:
             raise InputError(
                 "temperature.design_unknown",
-                "The probe is to be compensated for its temperature, but it is not known what it "
-                "is built of.",
+                "Compensating the probe needs its materials, which are unknown.",
                 "Give its design with --probe-design, or measure without --compensate-probe.",
             )
         return ClimateInUse(Climate(TemperatureState(now), part), body, None)
@@ -134,7 +133,7 @@ def _expansion(given_ppm: float | None, plan: Plan) -> Expansion | None:
         if not abs(given_ppm) <= MAX_EXPANSION_PPM:
             raise InputError(
                 "temperature.expansion",
-                f"The expansion of the part is given as {given_ppm:g} millionths for a kelvin.",
+                f"The expansion of the part is given as {given_ppm:g} 1e-6/K.",
                 "Give --part-expansion in 1e-6/K, e.g. 11.5 for steel or 23.1 for aluminium.",
             )
         return Expansion(_GIVEN, _PPM * given_ppm, _PPM * _SIGMA_PPM)

@@ -243,13 +243,13 @@ def _job_path(folder: Path, plan: Plan) -> Path:
     except OSError as error:
         raise StorageError(
             "out.folder",
-            f"{folder}: the output folder cannot be made ({error.strerror}).",
-            "Give --out a folder that you may write to.",
+            f"{folder}: the output folder cannot be created ({error.strerror}).",
+            "Give --out a writable folder.",
         ) from error
     if not os.access(folder, os.W_OK):
         raise StorageError(
             "out.folder",
-            f"{folder}: the output folder cannot be written to.",
-            "Give --out a folder that you may write to.",
+            f"{folder}: the output folder is not writable.",
+            "Give --out a writable folder.",
         )
     return free_path(folder, plan)

@@ -8,6 +8,10 @@ DEFAULT_SEED = 3
 
 DEFAULT_SOURCE = "simulated"
 
+IN_PROCESS, VIRTUAL_WIRE = "simulated", "EtherCAT, virtual wire"
+REAL_WIRE, SERVICE = "EtherCAT on", "EtherCAT, service of this computer"
+"""How the names begin by which sources go into recordings."""
+
 DEMO_PLAN = resource("plans", "demo.toml")
 
 RECOMMENDED_RIG = resource("rigs", "recommended.toml")

@@ -14,6 +14,7 @@ from ocmm_core.acquisition.bus_process import BusConfig, BusProcess, ServiceBus
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.acquisition.recording import ReplaySource
 from ocmm_core.camera import Rig
+from ocmm_core.composition._defaults import REAL_WIRE, SERVICE, VIRTUAL_WIRE
 from ocmm_core.composition._feeds import Feed, StationRequest
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.wire import is_virtual_interface
@@ -21,10 +22,6 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
 from ocmm_core.simulation.calibration_scenes import CalibratingScript, CalibratingSource
 from ocmm_core.simulation.scene import PixelScript, RigScript, SensorOptions, SimulatedSource
-
-IN_PROCESS, VIRTUAL_WIRE = "simulated", "EtherCAT, virtual wire"
-REAL_WIRE, SERVICE = "EtherCAT on", "EtherCAT, service of this computer"
-"""How the names begin by which sources go into recordings."""
 
 _AHEAD_S = 0.2
 """A source that waits for its reader runs at most this far ahead of it, so that an operator who
@@ -139,7 +136,7 @@ def _on_wire(rig: Rig, seed: int, frame_period_ns: int, segment: SegmentConfig) 
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", frame_period_ns, force=False)
     name = f"{VIRTUAL_WIRE} ({rig.name}, seed {seed})"
-    description = _bus_description(name, rig, bus, simulated=True)
+    description = replace(_bus_description(name, rig, bus, simulated=True), stretched=True)
     return Feed(VirtualBus(bus, segment, ring), ring, description, live=True)
 
 

@@ -5,30 +5,24 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, auto
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
-from ocmm_core.camera import Rig
-from ocmm_core.composition._defaults import DEFAULT_SOURCE
-from ocmm_core.composition._feed_makers import (
+from ocmm_core.composition._defaults import (
+    DEFAULT_SOURCE,
     IN_PROCESS,
     REAL_WIRE,
     SERVICE,
     VIRTUAL_WIRE,
-    cameras_feed,
-    pixel_feed,
-    pixel_segment_of,
-    recording_feed,
-    scenes_feed,
-    scenes_wire_feed,
-    segment_of,
-    service_feed,
-    virtual_rig_feed,
-    wire_feed,
 )
-from ocmm_core.composition._feeds import Feed, StationRequest
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.plan import Plan
-from ocmm_core.simulation.bus import SegmentConfig
-from ocmm_core.simulation.calibration_scenes import CalibratingScript
+
+if TYPE_CHECKING:
+    from ocmm_core.camera import Rig
+    from ocmm_core.composition._feeds import Feed, StationRequest
+    from ocmm_core.inspection.plan import Plan
+    from ocmm_core.simulation.bus import SegmentConfig
+    from ocmm_core.simulation.calibration_scenes import CalibratingScript
 
 
 class Origin(Enum):
@@ -91,6 +85,17 @@ class NamedSource:
     value: str
 
 
+def _late(maker: str) -> Callable[..., Any]:
+    """Return a function of `_feed_makers` that loads it when called: names and help come before."""
+
+    def make(*given: object) -> object:
+        made: object = getattr(import_module("ocmm_core.composition._feed_makers"), maker)(*given)
+        return made
+
+    make.__name__ = maker
+    return make
+
+
 SOURCES: tuple[SourceSpec, ...] = (
     SourceSpec(
         prefix=DEFAULT_SOURCE,
@@ -100,9 +105,9 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=False,
         on_bus=False,
         recorded_as=IN_PROCESS,
-        make=virtual_rig_feed,
+        make=_late("virtual_rig_feed"),
         segment=None,
-        scenes=scenes_feed,
+        scenes=_late("scenes_feed"),
     ),
     SourceSpec(
         prefix="ethercat:virtual",
@@ -118,17 +123,17 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=True,
         on_bus=True,
         recorded_as=VIRTUAL_WIRE,
-        make=wire_feed,
-        segment=segment_of,
-        scenes=scenes_wire_feed,
+        make=_late("wire_feed"),
+        segment=_late("segment_of"),
+        scenes=_late("scenes_wire_feed"),
     ),
     SourceSpec(
         prefix="ethercat:pixels",
         forms=(
             (
                 "ethercat:pixels",
-                "the same, and the cameras compute their pictures pixel by pixel and find the "
-                "spots in them; 1 kHz",
+                "the same, with cameras that render images pixel by pixel and find the spots in "
+                "them; 1 kHz",
             ),
         ),
         takes_value=False,
@@ -136,8 +141,8 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=True,
         on_bus=True,
         recorded_as=VIRTUAL_WIRE,
-        make=pixel_feed,
-        segment=pixel_segment_of,
+        make=_late("pixel_feed"),
+        segment=_late("pixel_segment_of"),
         scenes=None,
     ),
     SourceSpec(
@@ -155,7 +160,7 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=True,
         on_bus=True,
         recorded_as=REAL_WIRE,
-        make=cameras_feed,
+        make=_late("cameras_feed"),
         segment=None,
         scenes=None,
     ),
@@ -164,8 +169,8 @@ SOURCES: tuple[SourceSpec, ...] = (
         forms=(
             (
                 "ethercat:service",
-                "real cameras by a service of this computer, so that nobody who measures needs "
-                "rights",
+                "real cameras through a service of this computer, so that operators need no "
+                "special rights",
             ),
         ),
         takes_value=False,
@@ -173,7 +178,7 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=True,
         on_bus=True,
         recorded_as=SERVICE,
-        make=service_feed,
+        make=_late("service_feed"),
         segment=None,
         scenes=None,
     ),
@@ -185,7 +190,7 @@ SOURCES: tuple[SourceSpec, ...] = (
         live=False,
         on_bus=False,
         recorded_as="",
-        make=recording_feed,
+        make=_late("recording_feed"),
         segment=None,
         scenes=None,
     ),
@@ -214,7 +219,7 @@ def source_of(name: str) -> NamedSource:
             return NamedSource(spec, name.removeprefix(spec.prefix))
     raise InputError(
         "source.unknown",
-        f"--source is {name!r}, which is no source of frames.",
+        f"--source is {name!r}, which is not a frame source.",
         f"Give {names_in_words(SOURCES)}.",
     )
 

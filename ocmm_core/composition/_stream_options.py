@@ -33,7 +33,7 @@ def _first_line(path: Path) -> str:
     except UnicodeDecodeError as error:
         raise InputError(
             "stream.token_file",
-            f"{path}: the token has signs that are not ASCII.",
+            f"{path}: the token has non-ASCII characters.",
             "Use letters and digits.",
         ) from error
     return lines[0].strip() if lines else ""

@@ -55,9 +55,9 @@ def write_together(
         raise StorageError(
             "export.not_writable",
             f"{path}: the file cannot be written ({error.strerror}).",
-            "Make room on that disk, or choose a folder on another one."
+            "Free space on that disk, or choose a folder on another one."
             if full
-            else "Choose a folder that you may write to, and close programs that use the file.",
+            else "Choose a writable folder, and close programs that use the file.",
         ) from error
     finally:
         for temporary in staged.values():

@@ -115,7 +115,7 @@ def write_report(
                 raise StorageError(
                     "export.twice",
                     f"Two jobs would be written to {folder / name}.",
-                    "Report jobs of the same name into folders of their own.",
+                    "Report jobs of the same name to separate folders.",
                 )
             taken.add(name.lower())
             contents[folder / name] = content
@@ -168,9 +168,7 @@ def _parts(
     """Yield every format with the jobs that it takes at a time."""
     jobs = [data] if isinstance(data, ReportData) else list(data)
     if not jobs or not formats:
-        raise InputError(
-            "export.nothing", "There is nothing to report.", "Name a job and a format."
-        )
+        raise InputError("export.nothing", "Nothing to report.", "Name a job and a format.")
     for name in dict.fromkeys(formats):
         if name not in EXPORTERS:
             raise _no_format(name, EXPORTERS)
@@ -182,8 +180,8 @@ def _parts(
 def _no_format(name: str, known: Iterable[str]) -> InputError:
     return InputError(
         "export.format",
-        f"There is no format {name!r} of a report.",
-        f"Choose among {', '.join(known)}.",
+        f"Unknown report format {name!r}.",
+        f"Choose from {', '.join(known)}.",
     )
 
 
@@ -194,5 +192,5 @@ def _require_same(exporter: Exporter, differences: Sequence[str]) -> None:
             "export.differs",
             f"The report for {exporter.title} was read back and differs from the job: {told}",
             "Nothing was written. Report the job into another folder; if it happens again, send "
-            "the job file to who maintains this program.",
+            "the job file to the maintainers of this program.",
         )

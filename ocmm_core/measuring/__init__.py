@@ -1,12 +1,14 @@
 """Tips to measured points, or the reason why there is none.
 
 In: tracked frames, triggers, temperatures, and the covariance of rig and probe.
-Out: a point with probe side and compensation, or a refusal; the joint covariance of all points.
+Out: a point with probe side and compensation, or a refusal; the joint uncertainty of all points as
+factors.
 
 Read `_trigger` (when a point is asked for), `_stable_point` (from a window of frames to one ball
 centre), `_point` (what is kept of it), `_compensation` (from which side the ball touched),
 `_temperature`, then `_uncertainty` and `_contributions` (what each error does to all points) with
-`_contact`. `_probe_report`, `_probe_budget` and `_probe_maps` say it before anything is measured.
+`_contact`, `_factors` and `_pattern_field` (how it is kept). `_probe_report`, `_probe_budget` and
+`_probe_maps` say it before anything is measured.
 It must not know features or plans: a point does not know what it is for.
 """
 
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
         contributions,
         rigid_movement,
     )
+    from ocmm_core.measuring._factors import PointFactors, factors_of, factors_of_matrix
     from ocmm_core.measuring._missing_tip import explain, explain_reference
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
     from ocmm_core.measuring._probe_budget import BudgetTerm
@@ -48,9 +51,8 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._trigger import Touch, TouchCollector, approach_direction
     from ocmm_core.measuring._uncertainty import (
         COVERAGE_FACTOR,
-        joint_covariance,
+        joint_factors,
         point_uncertainty,
-        sum_of,
         systematic_covariance,
     )
 else:
@@ -61,6 +63,7 @@ else:
             "CAMERAS Contribution FRAME FrameDoubt IMAGE_NOISE ProbeState TIP_RADIUS "
             "contributions rigid_movement"
         ),
+        _factors="PointFactors factors_of factors_of_matrix",
         _missing_tip="explain explain_reference",
         _point="MeasuredPoint Refusal RefusalCode",
         _probe_budget="BudgetTerm",
@@ -73,9 +76,7 @@ else:
             "reported_points"
         ),
         _trigger="Touch TouchCollector approach_direction",
-        _uncertainty=(
-            "COVERAGE_FACTOR joint_covariance point_uncertainty sum_of systematic_covariance"
-        ),
+        _uncertainty=("COVERAGE_FACTOR joint_factors point_uncertainty systematic_covariance"),
     )
 
 __all__ = [
@@ -94,6 +95,7 @@ __all__ = [
     "MeasuredPoint",
     "Mechanics",
     "PartTemperature",
+    "PointFactors",
     "PointOptions",
     "ProbeReport",
     "ProbeState",
@@ -112,7 +114,9 @@ __all__ = [
     "examine",
     "explain",
     "explain_reference",
-    "joint_covariance",
+    "factors_of",
+    "factors_of_matrix",
+    "joint_factors",
     "label_verdict",
     "label_words",
     "map_range",
@@ -122,6 +126,5 @@ __all__ = [
     "reported_points",
     "rigid_movement",
     "side_of",
-    "sum_of",
     "systematic_covariance",
 ]

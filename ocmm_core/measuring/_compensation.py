@@ -74,7 +74,7 @@ def side_of(
         case "approach":
             if came is None:
                 return _refused(
-                    "It is not known from which side the ball came to the surface.",
+                    "The approach direction of the ball is unknown.",
                     f"Move it away by {approach_mm:g} mm or more and touch again.",
                     time_s,
                 )
@@ -83,8 +83,8 @@ def side_of(
             pulled = approach_direction(touch.pull_world[::-1], tip_world, approach_mm)
             if pulled is None:
                 return _refused(
-                    "The ball was not pulled straight away from the surface after the touch.",
-                    f"Touch again, and when the point is taken pull the ball away by "
+                    "The ball was not retracted square to the surface after the touch.",
+                    "Touch again and, once the point is taken, retract the ball by "
                     f"{4.0 * approach_mm:g} mm, square to the surface.",
                     time_s,
                 )
@@ -94,17 +94,20 @@ def side_of(
         case _:
             if nominal_normal is None or not np.any(nominal_normal):
                 return _refused(
-                    "The nominal direction of the surface is not known here: the part frame is not "
+                    "The nominal surface direction is unknown here: the part frame is not "
                     "measured yet, or the ball is far from the nominal surface.",
-                    "Measure the datum features first, or choose the way of approach instead.",
+                    "Measure the datum features first, or choose the approach direction instead.",
                     time_s,
                 )
             direction = nominal_normal
     if came is not None and float(came @ direction) < 0.0:
-        which = "the probe points" if method == "shank" else "the nominal surface looks"
+        which = "the probe points" if method == "shank" else "the nominal surface faces"
         return _refused(
-            f"The ball came from the side away from which {which}: one of the two is wrong.",
-            "Touch again from outside the material, or choose the way of approach instead.",
+            (
+                f"The ball approached from the side opposite to where {which}: one of the "
+                "two is wrong."
+            ),
+            "Touch again from outside the material, or choose the approach direction instead.",
             time_s,
         )
     return Side(direction, WORDS[method])

@@ -1,13 +1,13 @@
 """The named parts of the joint covariance of measured points: what each error does to all of them.
 
 Each part is kept in the form in which it arises, so that the variance that it gives a result costs
-little and its matrix is made only where it is wanted:
+little and its matrix is never made:
 
 - quantities common to all points (cameras, probe geometry, ...), with how each point answers;
 - what each point has alone (the scatter of its window);
 - the field of the sensors' patterns, which near points share.
 
-Their sum is `measuring.uncertainty.joint_covariance`.
+Their sum is `measuring.joint_factors`.
 """
 
 from __future__ import annotations
@@ -28,6 +28,7 @@ from ocmm_core.calibration.probe_design import (
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, RigidTransform, skew
 from ocmm_core.measuring._contact import contact_movement
+from ocmm_core.measuring._pattern_field import PatternField, pattern_field
 from ocmm_core.measuring._point import MeasuredPoint
 from ocmm_core.measuring._temperature import PartTemperature, scale_movement
 from ocmm_core.tracking import ProbeBody, TipSensitivity
@@ -83,14 +84,14 @@ class Contribution:
     own
         (N, 3, 3): what each point has alone; None where nothing.
     field
-        (3 N, 3 N): what no few quantities describe; None where nothing.
+        What near points share of the sensors' patterns; None where nothing.
     """
 
     source: Source
     by: Float | None = None
     covariance: Float | None = None
     own: Float | None = None
-    field: Float | None = None
+    field: PatternField | None = None
 
     def of(self, gradients: Float) -> Float:
         """Return what it gives to k values, (k, k), from their gradients (k, 3 N + 1)."""
@@ -102,22 +103,9 @@ class Contribution:
             of_points = gradients[:, :-1].reshape(len(gradients), -1, 3)
             total += np.einsum("ani,nij,bnj->ab", of_points, self.own, of_points, optimize=True)
         if self.field is not None:
-            total += gradients[:, :-1] @ self.field @ gradients[:, :-1].T
+            answers = self.field.answers(gradients[:, :-1].reshape(len(gradients), -1, 3))
+            total += answers @ answers.T
         return total
-
-    def matrix(self, count: int) -> Float:
-        """Return it for all ``count`` points and the radius, (3 N + 1, 3 N + 1)."""
-        size = 3 * count
-        matrix = np.zeros((size + 1, size + 1))
-        if self.by is not None and self.covariance is not None:
-            matrix += self.by @ self.covariance @ self.by.T
-        if self.own is not None:
-            for index, block in enumerate(self.own):
-                place = slice(3 * index, 3 * index + 3)
-                matrix[place, place] += block
-        if self.field is not None:
-            matrix[:size, :size] += self.field
-        return matrix
 
 
 @dataclass(frozen=True, slots=True)
@@ -219,12 +207,8 @@ def systematic_contributions(
     by_cameras = _with_radius(np.vstack([item.by_cameras for item in sensitivities]))
     by_geometry = _with_radius(np.vstack([item.by_geometry for item in sensitivities]))
     by_common = _with_radius(np.vstack([item.by_common for item in sensitivities]))
-    field = sum(
-        (_pattern_covariance(sensitivities, rig, camera) for camera in range(len(rig.cameras))),
-        np.zeros((3 * len(sensitivities),) * 2),
-    )
     found = [
-        Contribution(PATTERN, field=field),
+        Contribution(PATTERN, field=pattern_field(sensitivities, rig)),
         Contribution(CAMERAS, by_cameras, rig.parameter_covariance),
     ]
     found += [
@@ -256,29 +240,3 @@ def _of_probe(body: ProbeBody, probe: ProbeState | None) -> list[tuple[Source, F
 def _with_radius(by: Float) -> Float:
     """Return how coordinates answer, with a row of zeros for the radius."""
     return np.vstack([by, np.zeros((1, by.shape[1]))])
-
-
-def _pattern_covariance(sensitivities: Sequence[TipSensitivity], rig: Rig, camera: int) -> Float:
-    """Return what the field of one sensor does to all points, (3 N, 3 N), mm^2.
-
-    Each point answers to its own spots only, so the points are stacked with equal numbers of
-    spots: a spot that was not seen has no weight, and its place does not matter.
-    """
-    n = len(sensitivities)
-    counts = [int(np.count_nonzero(item.camera == camera)) for item in sensitivities]
-    most = max(counts)
-    uv, gain = np.zeros((n, most, 2)), np.zeros((n, 2, 3, most))
-    for index, (item, count) in enumerate(zip(sensitivities, counts, strict=True)):
-        uv[index, :count] = item.uv[item.camera == camera]
-        gain[index, :, :, :count] = item.by_spots[:, item.camera == camera].transpose(2, 0, 1)
-    spots = uv.reshape(-1, 2)
-    apart = np.sum((spots[:, None] - spots[None]) ** 2, axis=2)
-    noise = rig.noise
-    field = noise.pattern_px**2 * np.exp(-0.5 / noise.pattern_length_px**2 * apart)
-    by_point = field.reshape(n, most, n * most)
-    covariance = np.zeros((3 * n, 3 * n))
-    for axis in range(2):
-        left = (gain[:, axis] @ by_point).reshape(3 * n, n, most).transpose(1, 0, 2)
-        both = left @ gain[:, axis].transpose(0, 2, 1)
-        covariance += both.transpose(1, 0, 2).reshape(3 * n, 3 * n)
-    return covariance

@@ -19,20 +19,20 @@ def explain(window: TrackBlock, rig: Rig, time_s: float) -> Refusal:
         return Refusal(
             RefusalCode.DOUBTFUL,
             "The spots do not fit the probe: a reflection, a wrong probe or a moved camera.",
-            "Cover reflections and check the probe; if it stays, verify the cameras.",
+            "Cover reflections and check the probe. If it persists, verify the cameras.",
             time_s,
         )
     if worst is FrameStatus.UNIDENTIFIED:
         return Refusal(
             RefusalCode.UNIDENTIFIED,
-            "The LEDs are seen, but it is not certain which is which.",
+            "The LEDs are seen but cannot be identified uniquely.",
             "Turn the probe so that all its LEDs face the cameras.",
             time_s,
         )
     return Refusal(
         RefusalCode.LOST,
         _who_sees_nothing(window, worst, rig, "the probe", "LED ", ""),
-        "Turn the LEDs towards the cameras and clear the view, then touch again.",
+        "Turn the LEDs towards the cameras and clear the line of sight, then touch again.",
         time_s,
     )
 
@@ -44,7 +44,7 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
     if not len(bad):
         return Refusal(
             RefusalCode.REFERENCE,
-            "The place of the reference body is not known yet.",
+            "The position of the reference body is not known yet.",
             "Let part and cameras come to rest until the machine is ready.",
             time_s,
         )
@@ -54,21 +54,21 @@ def explain_reference(seen: ReferenceTrack, rig: Rig, time_s: float) -> Refusal:
             RefusalCode.REFERENCE,
             "The spots do not fit the reference body: a reflection, another body or a moved "
             "camera.",
-            "Cover reflections and check the reference body; if it stays, verify the cameras.",
+            "Cover reflections and check the reference body. If it persists, verify the cameras.",
             time_s,
         )
     if worst is FrameStatus.UNIDENTIFIED:
         return Refusal(
             RefusalCode.REFERENCE,
-            "The reference body is not recognised among the lights that are seen.",
-            "Clear the view of all its LEDs and cover reflections.",
+            "The reference body is not recognised among the visible lights.",
+            "Clear the line of sight to all its LEDs and cover reflections.",
             time_s,
         )
     who = _who_sees_nothing(body, worst, rig, "the reference body", "", "R")
     return Refusal(
         RefusalCode.REFERENCE,
-        f"The reference body is lost. {who}",
-        "Clear the view of its LEDs, also of hand and probe; then touch again.",
+        f"Reference body not visible. {who}",
+        "Keep hand and probe out of the line of sight to its LEDs, then touch again.",
         time_s,
     )
 

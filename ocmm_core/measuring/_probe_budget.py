@@ -66,7 +66,7 @@ def budget_of(
         BudgetTerm(
             "Pattern of the sensors",
             _rms([systematic_covariance([item], bare_rig, bare_body) for item in found]),
-            f"{rig.noise.pattern_px:g} px, stays at its place of the sensor",
+            f"{rig.noise.pattern_px:g} px, fixed on the sensor",
         ),
         BudgetTerm(
             "Calibration of the cameras",
@@ -95,12 +95,12 @@ def budget_of(
     return (
         *terms,
         BudgetTerm(
-            "Warmth of the probe, not measured",
+            "Temperature of the probe, not measured",
             by_geometry(free),
             f"within ±{design.temperature_range_k:g} K of its calibration",
         ),
         BudgetTerm(
-            "Warmth of the probe, compensated",
+            "Temperature of the probe, compensated",
             by_geometry(left),
             f"instead: {design.temperature_range_k:g} K warmer, known to ±{_KNOWN_SIGMA_K:g} K",
         ),

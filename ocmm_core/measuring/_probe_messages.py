@@ -22,31 +22,28 @@ def label_words(item: WrongLabels) -> str:
 def label_verdict(labels: tuple[WrongLabels, ...], *, coded: bool) -> str:
     """Return whether the LEDs can be confused."""
     if coded:
-        return "The LEDs carry a strobe code, which names them whatever their places."
+        return "The strobe code identifies the LEDs independently of their positions."
     unsafe = [item for item in labels if not item.is_safe]
     if not unsafe:
-        return "The LEDs cannot be taken for one another."
+        return "The LEDs cannot be confused."
     if not unsafe[0].hidden:
-        return "AMBIGUOUS: the LEDs can be taken for one another. Move one by 10 mm."
+        return "AMBIGUOUS: the LEDs can be confused. Move one by 10 mm."
     numbers = ", ".join(str(item.hidden) for item in unsafe)
-    return (
-        f"AMBIGUOUS where LED {numbers} is hidden: the others can be taken for one another. Move "
-        "one by 10 mm."
-    )
+    return f"AMBIGUOUS with LED {numbers} hidden: the others can be confused. Move one by 10 mm."
 
 
 def mechanics_words(found: Mechanics) -> tuple[str, ...]:
     """Return what a design does by itself, in sentences."""
     ball, hand = found.reactions_n
     return (
-        f"Growth: {found.growth_um_per_k:.2f} µm/K over the whole probe; uncorrected it puts the "
-        f"tip {found.tip_um_per_k:.2f} µm/K off. One face of the panel warmer than the other, as "
-        f"by a hand: {found.bow_um_per_k:.2f} µm/K.",
+        f"Growth: {found.growth_um_per_k:.2f} µm/K over the whole probe; uncorrected, the tip "
+        f"is off by {found.tip_um_per_k:.2f} µm/K. With one face of the panel warmer, e.g. by a "
+        f"hand: {found.bow_um_per_k:.2f} µm/K.",
         f"Weight: {found.weight_n:.2f} N; held level the ball carries {ball:.3f} N and the hand "
         f"{hand:.3f} N, and the tip is {found.sag_nm:.1f} nm off.",
-        f"Side force on the ball: it gives way by {found.side_nm_per_n:.0f} nm/N across the panel "
-        f"and {found.side_stiff_nm_per_n:.0f} nm/N along it; the tip is {found.tip_nm_per_n:.0f} "
-        f"nm/N off.",
+        f"Side force on the ball: compliance {found.side_nm_per_n:.0f} nm/N across the panel "
+        f"and {found.side_stiff_nm_per_n:.0f} nm/N along it; the tip is "
+        f"{found.tip_nm_per_n:.0f} nm/N off.",
         f"Force along the probe: {found.axial_nm_per_n:.1f} nm/N. Standing on its ball it is "
         f"{found.upright_nm:.1f} nm shorter.",
     )

@@ -175,7 +175,7 @@ def _moving(motion: BallMotion, time_s: float) -> Refusal:
     return Refusal(
         RefusalCode.MOVING,
         f"The ball {motion.kind.value} by {motion.size_mm:.3f} mm while it was measured.",
-        "Hold the ball still on the surface until the sound.",
+        "Hold the ball still on the surface until the tone.",
         time_s,
     )
 
@@ -183,8 +183,8 @@ def _moving(motion: BallMotion, time_s: float) -> Refusal:
 def _disagreeing(count: int, expected: int, time_s: float) -> Refusal:
     return Refusal(
         RefusalCode.DOUBTFUL,
-        f"Only {count} of {expected} frames agree with each other.",
-        "Keep hands and cables out of the view of the cameras, then touch again.",
+        f"Only {count} of {expected} frames agree.",
+        "Keep hands and cables out of the cameras' view, then touch again.",
         time_s,
     )
 

@@ -114,7 +114,7 @@ class Climate:
     def words(self) -> str:
         """Return what the window and the terminal say."""
         if self.probe.now is None and self.part.now is None:
-            return "Temperatures of probe and part not given; nothing is compensated."
+            return "No temperature compensation (no temperatures given)."
         return f"{_probe_words(self.probe)} {_part_words(self.part)}"
 
     @property
@@ -180,13 +180,13 @@ def check_part(part: PartTemperature) -> None:
     if part.now is None:
         raise InputError(
             "temperature.part_unknown",
-            "Results are to be reported at 20 °C, but the temperature of the part is not known.",
+            "Reporting at 20 °C needs the part temperature, which is not given.",
             "Measure it and give --part-temperature, or measure without --compensate-part.",
         )
     if part.expansion is None:
         raise InputError(
             "temperature.expansion_unknown",
-            "Results are to be reported at 20 °C, but the expansion of the part is not known.",
+            "Reporting at 20 °C needs the expansion of the part, which is unknown.",
             "Write its material into the plan ([material]), or give --part-expansion, e.g. 11.5 "
             "for steel, or measure without --compensate-part.",
         )
@@ -211,7 +211,7 @@ def reported_points(points: Sequence[MeasuredPoint], part: PartTemperature) -> l
 def scale_movement(points: Sequence[MeasuredPoint]) -> Float:
     """Return how all points and the radius answer to the scale of the part, (3 N + 1,), mm.
 
-    In the order of `measuring.uncertainty.joint_covariance`. The scale is one number for all
+    In the order of `measuring.joint_factors`. The scale is one number for all
     points, so its uncertainty grows with lengths, and not with where the part stands.
     """
     movement: Float = np.concatenate([*(p.tip_world for p in points), [points[0].tip_radius]])
@@ -220,7 +220,7 @@ def scale_movement(points: Sequence[MeasuredPoint]) -> Float:
 
 def _probe_words(probe: TemperatureState) -> str:
     if probe.now is None:
-        return "Probe: temperature not given, not compensated."
+        return "Probe: no temperature given, not compensated."
     made = "" if probe.made is None else f", calibrated at {probe.made.celsius:.1f} °C"
     done = "compensated" if probe.compensated else "not compensated"
     return f"Probe: {probe.now.celsius:.1f} ± {probe.now.sigma_k:.1f} °C{made}, {done}."
@@ -228,10 +228,10 @@ def _probe_words(probe: TemperatureState) -> str:
 
 def _part_words(part: PartTemperature) -> str:
     if part.now is None:
-        return "Part: temperature not given, not compensated."
+        return "Part: no temperature given, not compensated."
     warm = f"Part: {part.now.celsius:.1f} ± {part.now.sigma_k:.1f} °C"
     if not part.compensated or part.expansion is None:
-        return f"{warm}, not compensated: results are those of the part as warm as that."
+        return f"{warm}, not compensated: results are at this part temperature."
     growth, sigma = _PPM * part.expansion.per_k, _PPM * part.expansion.sigma_per_k
     return (
         f"{warm}, results reported at 20 °C with {growth:.1f} ± {sigma:.1f} ppm/K "

@@ -17,7 +17,7 @@ Propagated from their own records to all points of a job at once (GUM 5.2.2):
   on features and not on ball centres.
 
 What is common cancels or not depending on the characteristic; a covariance per point alone could
-not know. The parts by name are in `measuring.contributions`.
+not know. It is kept as factors (`_factors`); the parts by name are in `_contributions`.
 """
 
 from __future__ import annotations
@@ -30,11 +30,11 @@ from ocmm_core.calibration.probe_design import ContactForce
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.measuring._contributions import (
-    Contribution,
     FrameDoubt,
     contributions,
     systematic_contributions,
 )
+from ocmm_core.measuring._factors import PointFactors, factors_of
 from ocmm_core.measuring._point import MeasuredPoint
 from ocmm_core.measuring._temperature import PartTemperature
 from ocmm_core.tracking import ProbeBody, TipSensitivity
@@ -43,7 +43,7 @@ COVERAGE_FACTOR = 2.0
 """k of every expanded uncertainty U = k u that the product states."""
 
 
-def joint_covariance(
+def joint_factors(
     points: Sequence[MeasuredPoint],
     sensitivities: Sequence[TipSensitivity],
     rig: Rig,
@@ -51,8 +51,8 @@ def joint_covariance(
     contact: ContactForce | None = None,
     part: PartTemperature | None = None,
     frame: FrameDoubt | None = None,
-) -> Float:
-    """Return the covariance of all ball centres and the tip radius.
+) -> PointFactors:
+    """Return the factors of the covariance of all ball centres and the tip radius.
 
     Parameters
     ----------
@@ -66,31 +66,21 @@ def joint_covariance(
         How warm the part is; None where it is not compensated.
     frame
         Of a saved frame that results are stated in; None where the job measures its own.
-
-    Returns
-    -------
-    numpy.ndarray
-        (3 N + 1, 3 N + 1), mm^2: tip_world of the points in their order (x1 y1 z1 x2 ...), world
-        frame, then the tip radius.
     """
     parts = contributions(points, sensitivities, rig, body, contact, part, frame=frame)
-    return sum_of(parts, len(points))
-
-
-def sum_of(parts: Sequence[Contribution], count: int) -> Float:
-    """Return the joint covariance of ``count`` points that the parts make together."""
-    covariance = np.zeros((3 * count + 1, 3 * count + 1))
-    for part in parts:
-        covariance += part.matrix(count)
-    return covariance
+    return factors_of(parts, len(points))
 
 
 def systematic_covariance(
     sensitivities: Sequence[TipSensitivity], rig: Rig, body: ProbeBody
 ) -> Float:
-    """Return the covariance (3 N, 3 N), mm^2, of what averaging over frames does not remove."""
-    parts = systematic_contributions(sensitivities, rig, body)
-    return sum_of(parts, len(sensitivities))[:-1, :-1]
+    """Return the covariance (3 N, 3 N), mm^2, of what averaging over frames does not remove.
+
+    For a few points only: it is a matrix of all against all.
+    """
+    count = len(sensitivities)
+    factors = factors_of(systematic_contributions(sensitivities, rig, body), count)
+    return factors.of(np.eye(3 * count, 3 * count + 1))
 
 
 def point_uncertainty(

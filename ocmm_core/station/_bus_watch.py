@@ -11,12 +11,12 @@ from ocmm_core.acquisition.frames import FrameRing, RingHeaderField
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.report import BusReport, decode_report, report_text
 
-NO_BUS = "The frames of this job do not come over the bus of the cameras."
+NO_BUS = "The frames of this job do not come from a camera bus."
 NO_BUS_REMEDY = (
-    "Start with --source ethercat:INTERFACE for real cameras, or ethercat:virtual for the virtual "
-    "rig over a whole bus."
+    "Start with --source ethercat:INTERFACE for real cameras, or ethercat:virtual for the "
+    "virtual rig on a complete bus."
 )
-NO_REPORT = "The bus has not reported anything yet."
+NO_REPORT = "No report from the bus yet."
 NO_REPORT_REMEDY = "Wait until the bus process has started."
 
 _LOOK_S = 0.1

@@ -34,7 +34,7 @@ _LOOK_S = 0.05
 _AGAIN_S = 1.0
 
 _NOT_ASKED = Blocker(
-    "The cameras were not asked yet which intrinsics they store.",
+    "The intrinsics stored in the cameras have not been read yet.",
     "Wait until they are in operation.",
 )
 
@@ -124,7 +124,10 @@ class CalibrationWatch:
         if objects is None:
             raise CalibrationError(
                 "calibration.no_cameras",
-                "The frames of this job do not come from cameras that could store anything.",
+                (
+                    "The frames of this job do not come from real cameras, so nothing can be "
+                    "stored in them."
+                ),
                 "Start with --source ethercat:INTERFACE.",
             )
         write_to_cameras(record, objects)

@@ -35,8 +35,8 @@ WHO = "monitor"
 
 _USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 _REMEDIES = {
-    ChangeCause.PROBE: "Check the probe and calibrate it, then begin a new job.",
-    ChangeCause.COMMON: "Align the part anew.",
+    ChangeCause.PROBE: "Check the probe and calibrate it, then start a new job.",
+    ChangeCause.COMMON: "Align the part again.",
 }
 _REMEDY = "Fasten the cameras and verify the calibration; if that fails, calibrate again."
 
@@ -169,7 +169,7 @@ class ChangeWatch:
         """Let the points count again once a verification has lifted the stored doubt."""
         if not self._stored or view.word not in _USABLE:
             return False
-        self._session.held.release("The calibration was verified since.")
+        self._session.held.release("The calibration has since been verified.")
         self._doubt, self._stored = None, False
         self._monitor = self._new_monitor()
         return True

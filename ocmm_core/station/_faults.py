@@ -133,7 +133,7 @@ class StationFaults:
             if part in self._beside:
                 return
             self._beside[part] = Fault(described(error, part), part, time.monotonic())
-        told = _with_words(contained(error, part), "Measuring goes on.")
+        told = _with_words(contained(error, part), "Measuring continues.")
         with self._lock:
             self._beside[part] = replace(self._beside[part], error=told)
         self.tell(told)

@@ -116,7 +116,7 @@ class StationJob:
         if live.status not in (StatusWord.NOT_READY, StatusWord.FAILED):
             self._frames.arm()
             return
-        remedy = "Touch again when it says READY."
+        remedy = "Touch again when READY is shown."
         refuse(
             self._current.now.session,
             Refusal(RefusalCode.NOT_READY, live.reason, remedy, live.time_s),

@@ -19,7 +19,7 @@ from ocmm_core.station._jobs import drop_if_empty, give_back, job_for
 from ocmm_core.station._open_job import CurrentJob, Gear, PlanInUse, open_job
 from ocmm_core.storage import JobFile, JobHead
 
-_NOTHING_CHANGED = "The job before is measured as it was."
+_NOTHING_CHANGED = "The previous job remains active and unchanged."
 
 
 class JobChange:

@@ -99,5 +99,5 @@ def free_path(folder: Path, plan: Plan) -> Path:
         if not path.exists():
             return path
     raise StorageError(
-        "job.names", f"{folder}: no name for a new job is left.", "Choose another folder."
+        "job.names", f"{folder}: no free name for a new job.", "Choose another folder."
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections import deque
 
@@ -34,7 +35,8 @@ _SHOWN_FRAMES = 80
 """The live position is the mean of so many latest frames, 10 ms at 8 kHz."""
 
 _UNCERTAINTY_EVERY_S = 0.2
-"""The uncertainty of the live tip changes slowly and costs milliseconds."""
+"""The uncertainty of the live tip changes slowly, costs milliseconds, and nobody reads it more
+often than five times a second."""
 
 
 class LiveState:
@@ -77,6 +79,8 @@ class LiveState:
         self._collecting = False
         self._uncertainty: float | None = None
         self._uncertainty_at = -np.inf
+        self._uncertainty_lock = threading.Lock()
+        self._last_good: tuple[TrackBlock, int] | None = None
         self._fed_at = -np.inf
         self._disturbed_at = -np.inf
         self._rate: deque[tuple[int, int]] = deque()
@@ -95,9 +99,8 @@ class LiveState:
         while self._rate[-1][0] - self._rate[0][0] > 1_000_000_000:
             self._rate.popleft()
         good = np.flatnonzero(track.status == FrameStatus.OK)
-        if len(good) and now - self._uncertainty_at > _UNCERTAINTY_EVERY_S:
-            self._uncertainty_at = now
-            self._uncertainty = self._uncertainty_of(track, int(good[-1]))
+        if len(good):
+            self._last_good = (track, int(good[-1]))
         if self._reference is not None:
             self._references = pipeline.slot_references()
             self._reference_view = reference_view(track, pipeline, self._reference)
@@ -121,6 +124,7 @@ class LiveState:
             What has failed beside the measuring.
         """
         raw, track, rate = self._raw, self._track, list(self._rate)
+        self._renew_uncertainty()
         word, reason = self._judge(acquisition, track, blocker)
         trusted = word in (StatusWord.READY, StatusWord.MEASURING) and track is not None
         shown = None
@@ -174,9 +178,9 @@ class LiveState:
         if acquisition.internal:
             return StatusWord.FAILED, acquisition.message
         if acquisition.stop_reason is StopReason.FAILED:
-            return StatusWord.NOT_READY, acquisition.message or "The acquisition has failed."
+            return StatusWord.NOT_READY, acquisition.message or "Acquisition failed."
         if acquisition.state is AcquisitionState.STOPPED:
-            return StatusWord.NOT_READY, "The acquisition has stopped."
+            return StatusWord.NOT_READY, "Acquisition stopped."
         if self._bus is not None:
             trouble = self._trouble_of(self._bus, acquisition)
             if trouble:
@@ -191,7 +195,7 @@ class LiveState:
         if status is FrameStatus.LOST:
             return StatusWord.LOST, explain(track, self._rig, 0.0).what
         if status is FrameStatus.UNIDENTIFIED:
-            return StatusWord.LOST, f"Which LED is which is in doubt: {self._reason}."
+            return StatusWord.LOST, f"LED identification is ambiguous: {self._reason}."
         if status is FrameStatus.DOUBTFUL:
             return StatusWord.INACCURATE, "The spots do not fit the probe."
         return self._judge_tip(in_rig(track).tip_world[-1])
@@ -221,10 +225,28 @@ class LiveState:
         if self._uncertainty is None or self._uncertainty > limit:
             return (
                 StatusWord.INACCURATE,
-                f"The position is uncertain by more than {limit:.3f} mm here: turn the probe so "
-                "that more LEDs face both cameras.",
+                f"The position uncertainty exceeds {limit:.3f} mm here: turn the probe so that "
+                "both cameras see more LEDs.",
             )
         return (StatusWord.MEASURING if self._collecting else StatusWord.READY), ""
+
+    def _renew_uncertainty(self) -> None:
+        """Compute the uncertainty of the last good frame, where the one at hand is old.
+
+        It is the reader's thread that does it, so that no frame ever waits for a number to look at;
+        where nobody reads, nothing is computed. A second reader takes the number that is there.
+        """
+        latest, now = self._last_good, time.monotonic()
+        if latest is None or now - self._uncertainty_at <= _UNCERTAINTY_EVERY_S:
+            return
+        if not self._uncertainty_lock.acquire(blocking=self._uncertainty_at == -np.inf):
+            return
+        try:
+            if now - self._uncertainty_at > _UNCERTAINTY_EVERY_S:
+                self._uncertainty = self._uncertainty_of(*latest)
+                self._uncertainty_at = time.monotonic()
+        finally:
+            self._uncertainty_lock.release()
 
     def _uncertainty_of(self, track: TrackBlock, frame: int) -> float | None:
         seen, spots = track.reference, track.uv[frame]

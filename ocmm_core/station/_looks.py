@@ -73,7 +73,7 @@ class Looks:
         status = self.acquisition()
         ended = ""
         if status.state is AcquisitionState.STOPPED:
-            ended = status.message or "The acquisition has ended."
+            ended = status.message or "Acquisition ended."
         return self._bus.view(ended)
 
     def bus_report(self) -> BusReport | None:

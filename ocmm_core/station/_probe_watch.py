@@ -119,8 +119,8 @@ class ProbeWatch:
         if store is None:
             raise CalibrationError(
                 "probe_record.design",
-                "This job is measured with the probe document: it knows one tip only.",
-                "Start with the folder of records of probes: --probes.",
+                "This job uses the probe document, which defines one tip only.",
+                "Start with the probe record folder: --probes.",
             )
         store.mount(tip, self._job.head.operator, self._clock())
         self.forget()
@@ -177,7 +177,7 @@ class ProbeWatch:
         now = self._clock()
         ago_s = float(block.time_ns[-1] - block.time_ns[begun[0]]) * 1e-9
         self._doubt(
-            f"The probe felt a blow at {now.astimezone():%Y-%m-%d %H:%M}.",
+            f"Probe shock detected at {now.astimezone():%Y-%m-%d %H:%M}.",
             now - timedelta(seconds=ago_s),
         )
         return True
@@ -192,15 +192,14 @@ class ProbeWatch:
             return False
         hours = self._pause.total_seconds() / 3600.0
         self._doubt(
-            f"The probe was not used for more than {hours:g} hours: nobody knows whether its tip "
-            "is still as it was.",
+            f"The probe was not used for more than {hours:g} hours: its tip may have changed.",
             known,
         )
         return True
 
     def _doubt(self, reason: str, since: datetime) -> None:
         """Put the mounted tip in doubt; without a history, for as long as the job runs."""
-        self._dropped = Blocker(reason, "Check the probe, then begin a new job.")
+        self._dropped = Blocker(reason, "Check the probe, then start a new job.")
         self.forget()
         if self._store is not None:
             self._store.doubt(MONITOR, reason, since, self._clock())

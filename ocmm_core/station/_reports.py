@@ -50,8 +50,8 @@ class Reports:
                 return found
         raise MeasuringError(
             "export.busy",
-            "The job changes faster than it can be reported.",
-            "Pause it, or write the report when less is probed at a time.",
+            "The job is changing too fast to be reported.",
+            "Pause it, or write the report when probing is slower.",
         )
 
     def export(

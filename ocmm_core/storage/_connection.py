@@ -31,7 +31,7 @@ def new_connection(path: Path) -> Iterator[sqlite3.Connection]:
     except FileExistsError as error:
         raise StorageError(
             "job.exists",
-            f"{path}: there is a file of that name already.",
+            f"{path}: this file already exists.",
             "Choose another name for the job; an existing file is never overwritten.",
         ) from error
     except OSError as error:
@@ -59,7 +59,7 @@ def connection_to(path: Path, *, read_only: bool) -> Iterator[sqlite3.Connection
     """
     if not path.is_file():
         raise StorageError(
-            "job.missing", f"{path}: there is no such file.", "Check the name and the folder."
+            "job.missing", f"{path}: file not found.", "Check the name and the folder."
         )
     mode = "rw"
     if not read_only and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):

@@ -20,13 +20,13 @@ def storage_error(path: Path, error: sqlite3.Error) -> StorageError:
         return StorageError(
             "job.locked",
             f"{path}: the job is in use by another program.",
-            "Close it there and try again.",
+            "Close it there and retry.",
         )
     if code == sqlite3.SQLITE_FULL:
         return StorageError(
             "job.disk_full",
             f"{path}: the disk is full; this was not stored, everything before it is.",
-            "Make room on the disk and repeat the last step.",
+            "Free disk space and repeat the last step.",
         )
     if code in (sqlite3.SQLITE_READONLY, sqlite3.SQLITE_CANTOPEN, sqlite3.SQLITE_PERM):
         return not_writable(path, str(error))
@@ -37,7 +37,9 @@ def storage_error(path: Path, error: sqlite3.Error) -> StorageError:
     if code == sqlite3.SQLITE_IOERR:
         return disk_failed(path)
     return StorageError(
-        "job.refused", f"{path}: the job file refused this ({error}).", "Repeat the last step."
+        "job.refused",
+        f"{path}: the job file rejected this step ({error}).",
+        "Repeat the last step.",
     )
 
 
@@ -46,7 +48,7 @@ def not_writable(path: Path, why: str) -> StorageError:
     return StorageError(
         "job.not_writable",
         f"{path}: the file cannot be opened or written ({why}).",
-        "Choose a folder that exists and that you may write to.",
+        "Choose an existing, writable folder.",
     )
 
 
@@ -70,8 +72,11 @@ def disk_failed(path: Path) -> StorageError:
     """Return the error for a disk that failed while it was written."""
     return StorageError(
         "job.disk",
-        f"{path}: the disk did not take the last point or note; everything before it is stored.",
-        "Save a backup to another disk and go on measuring with that file.",
+        (
+            f"{path}: the last point or note could not be written to disk; everything before "
+            "it is stored."
+        ),
+        "Save a backup to another disk and continue measuring with that file.",
     )
 
 

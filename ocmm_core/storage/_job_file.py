@@ -231,7 +231,7 @@ class JobFile:
         if path.exists():
             raise StorageError(
                 "job.exists",
-                f"{path}: there is a file of that name already.",
+                f"{path}: this file already exists.",
                 "Choose another name for the backup.",
             )
         with self._reading() as db:
@@ -279,7 +279,7 @@ class JobFile:
             if self._read_only:
                 raise StorageError(
                     "job.read_only",
-                    f"{self.path}: the job was opened for reading.",
+                    f"{self.path}: the job was opened read-only.",
                     "Open it for measuring to add to it.",
                 )
             if self._disk_failed:

@@ -63,7 +63,7 @@ def read_steps(db: sqlite3.Connection, path: Path, after: int, most: int) -> lis
         if subject == "annulment":
             steps.append(JobStep(sequence, key, None))
         elif key not in points or digest_row(points[key]) != content:
-            raise damaged(path, f"point {key} is not as it was stored")
+            raise damaged(path, f"point {key} was changed after it was stored")
         else:
             steps.append(JobStep(sequence, key, point_from_row(points[key])))
     return steps

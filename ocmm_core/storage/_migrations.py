@@ -105,9 +105,9 @@ def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = 
     if version > len(steps):
         raise StorageError(
             "job.newer",
-            f"{path}: the job has file version {version}, but this program knows only versions up "
+            f"{path}: the job has file version {version}, but this program supports versions up "
             f"to {len(steps)}.",
-            "Open it with the program that wrote it, or update this one.",
+            "Open it with the program version that wrote it, or update this one.",
         )
     return version
 
@@ -133,8 +133,8 @@ def bring_up_to_date(
     if read_only:
         raise StorageError(
             "job.older",
-            f"{path}: the job has the older file version {version} and was opened for reading.",
-            "Open it once for measuring; it is then brought up to date after a backup.",
+            f"{path}: the job has the older file version {version} and was opened read-only.",
+            "Open it once for measuring; it is then backed up and updated.",
         )
     if version > 0:
         backup = path.with_name(f"{path.name}.v{version}.bak")
@@ -144,7 +144,7 @@ def bring_up_to_date(
             raise StorageError(
                 "job.backup",
                 f"{backup}: the backup before the update cannot be written ({error.strerror}).",
-                "Make room in that folder, or copy the job to a folder that can be written.",
+                "Free space in that folder, or copy the job to a writable folder.",
             ) from error
     for number, step in enumerate(steps[version:], start=version + 1):
         db.execute("BEGIN IMMEDIATE")

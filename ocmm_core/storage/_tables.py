@@ -57,7 +57,7 @@ def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list
     ).fetchall()
     for *row, content in (*rows, *beside):
         if digest_row(row) != content:
-            raise damaged(path, f"point {row[0]} is not as it was stored")
+            raise damaged(path, f"point {row[0]} was changed after it was stored")
     spots = {number: spots_from(shape, blob) for number, shape, blob, _ in beside}
     points = [point_from_row(row) for *row, _ in rows]
     return [replace(point, reference_spots=spots.get(point.number)) for point in points]
@@ -86,7 +86,7 @@ def insert_annulment(db: sqlite3.Connection, path: Path, number: int, reason: st
         (int(number),),
     ).fetchone()
     if known != (1, 0):
-        fault = "is annulled already" if known[0] else "is not in the job"
+        fault = "is already annulled" if known[0] else "is not in the job"
         raise StorageError(
             "job.annulled", f"{path}: point {number} {fault}.", "Choose another point."
         )
@@ -109,8 +109,8 @@ def insert_reference(db: sqlite3.Connection, path: Path, reference: JobReference
     if db.execute("SELECT count(*) FROM reference").fetchone()[0]:
         raise StorageError(
             "job.reference",
-            f"{path}: the job has a reference body already.",
-            "Begin a new job for another one.",
+            f"{path}: the job already has a reference body.",
+            "Start a new job for another one.",
         )
     insert_audited(db, "reference", row_from_reference(reference))
 
@@ -125,5 +125,5 @@ def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
         return None
     *stored, content = row
     if digest_row(stored) != content:
-        raise damaged(path, "the reference body is not as it was stored")
+        raise damaged(path, "the reference body was changed after it was stored")
     return reference_from_row(stored)

@@ -126,8 +126,8 @@ def check_distinct(bodies: Sequence[LedBody]) -> None:
                 if spread < AMBIGUITY_LIMIT_MM:
                     raise InputError(
                         "bodies.alike",
-                        f"LEDs {leds} of '{one.name}' look like LEDs {alike} of '{other.name}': "
-                        f"their distances agree to {spread:.2f} mm.",
+                        f"LEDs {leds} of '{one.name}' can be confused with LEDs {alike} of "
+                        f"'{other.name}': their distances agree to {spread:.2f} mm.",
                         "Use another reference body, or move one of these LEDs by 5 mm.",
                     )
 

@@ -248,9 +248,9 @@ def check_labels(path: Path | str, what: str, body: ProbeBody | LedBody) -> None
         hidden = worst.labels.index(-1)
         raise InputError(
             f"{what}.ambiguous",
-            f"{path}: while one LED is hidden, LEDs taken in the order {worst.labels} (-1: LED "
-            f"{hidden} is not seen) fit the body to {worst.residual_mm:.3f} mm and would put the "
-            f"{point} {worst.tip_error_mm:.1f} mm off.",
+            f"{path}: with one LED hidden, LEDs taken in the order {worst.labels} (-1: LED "
+            f"{hidden} is not seen) fit the body to {worst.residual_mm:.3f} mm and would put "
+            f"the {point} {worst.tip_error_mm:.1f} mm off.",
             remedy,
         )
 

@@ -147,7 +147,7 @@ class BodyTracker:
                 continue
             led_of_slot = self._strobe(block, end)
             if self._reader is not None and led_of_slot is None:
-                self.reason = "the strobe code of its LEDs is being read"
+                self.reason = "reading the strobe code of its LEDs"
                 end += 1
                 continue
             spots = block.uv[end]
@@ -199,7 +199,7 @@ class BodyTracker:
         end = min(end, self._in_step(block.counter[start:stop], seen))
         end = min(end, self._end_of_trust(status))
         if end < len(status):
-            self._forget("all targets are hidden" if len(dark) else "the labels went wrong")
+            self._forget("all targets are hidden" if len(dark) else "LED labels inconsistent")
         if end == 0:
             return start
         self._claims.append((end, labels))

@@ -34,8 +34,8 @@ _REASONS = {
     kernel.NO_FIT: "the spots do not fit the body",
     kernel.AMBIGUOUS: "more than one labelling of the LEDs fits the spots",
     kernel.CONFUSED: "too many spots could be LEDs",
-    kernel.THIN: "too few LEDs are seen to tell them from reflections",
-    kernel.NEAR_RULE: "the body is held too near to what its orientation rules forbid",
+    kernel.THIN: "too few LEDs are seen to distinguish them from reflections",
+    kernel.NEAR_RULE: "the body is held too close to an attitude its orientation rules exclude",
 }
 
 

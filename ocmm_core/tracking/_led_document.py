@@ -67,7 +67,7 @@ def check_leds(
             raise InputError(
                 f"{what}.direction",
                 f"{path}: field '{field}' is a zero vector, which has no direction.",
-                "Give the direction; its length does not matter.",
+                "Give the direction; the length is ignored.",
             )
     positions = np.array([led.position for led in leds])
     distances = np.linalg.norm(positions[:, None] - positions, axis=2) + 1e9 * np.eye(count)
@@ -86,7 +86,10 @@ def check_leds(
         raise InputError(
             f"{what}.leds",
             f"{path}: the LEDs stand within {width:.2f} mm (RMS) of one line.",
-            f"Place them at least {MIN_WIDTH_MM:g} mm from it, or the turn about it stays unknown.",
+            (
+                f"Place them at least {MIN_WIDTH_MM:g} mm from it, or the rotation about it "
+                "stays unknown."
+            ),
         )
 
 

@@ -1,6 +1,6 @@
 """Spots to pose and tip in plain numpy: the reference of the kernel, and its typed front.
 
-`solve_reference` is written for reading and for checking `kernel.solve_frames`; `solve` is what
+`solve_reference` is written for reading and for checking `kernels.solve_frames`; `solve` is what
 the product calls.
 """
 
@@ -27,8 +27,9 @@ class PoseBatch:
     Attributes
     ----------
     status
-        (n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, or LEDs so near to
-        one line that spot noise alone moves the tip by `kernel.MAX_TIP_SIGMA`).
+        (n,) uint8: 0 solved, 1 lost (fewer than three LEDs seen by two cameras, LEDs so near to one
+        line that spot noise alone moves the tip by `kernels.MAX_TIP_SIGMA`, or an LED behind a
+        camera that sees it).
     tip_world
         (n, 3), mm.
     tip_covariance
@@ -175,6 +176,11 @@ def _solve_frame(
     if np.count_nonzero(located) < 3:
         return
     rotation, origin = rigid_fit(body.leds_probe[located], positions[located])
+    leds_world = body.leds_probe @ rotation.T + origin
+    for camera, camera_spots in zip(rig.cameras, spots, strict=True):
+        seen = np.isfinite(camera_spots).all(axis=1)
+        if np.any(camera.T_camera_from_world.apply(leds_world[seen])[:, 2] <= 0.0):
+            return
     residuals, rows = reprojection(rig, body.leds_probe, spots, rotation, origin)
     information = rows.T @ rows
     squares = float(residuals @ residuals)

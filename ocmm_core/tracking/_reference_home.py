@@ -37,7 +37,7 @@ class HomeTaker:
     """
 
     def __init__(self, rig: Rig, reference: ReferenceBody) -> None:
-        self.reason = "its place is being taken"
+        self.reason = "its position is being taken"
         self._rig = rig
         self._reference = reference
         self._spots: list[Float] = []
@@ -70,7 +70,7 @@ class HomeTaker:
                     spots.mean(axis=0), len(spots), self._rig, self._reference
                 )
             if enough:
-                self.reason = "it does not rest, so that its place cannot be taken"
+                self.reason = "it is not at rest, so its position cannot be taken"
         return None
 
     def _begin(self, body: TrackBlock, index: int) -> None:

@@ -116,13 +116,13 @@ class CommandQueue:
         """End after what was asked for before, or at a time of `time.monotonic`."""
         for worker in (self._takes, self._commands):
             if not worker.close(until - time.monotonic()):
-                _log.error("What was asked of the station last may not be done.")
+                _log.error("The last request to the station may not have been carried out.")
 
     def _may_command(self) -> bool:
         if self.begins:
             self._failed(
                 MeasuringError(
-                    "station.beginning", "Another job is being begun.", "Wait until it is there."
+                    "station.beginning", "Another job is starting.", "Wait until it has started."
                 )
             )
         return not (self.closed or self.begins)

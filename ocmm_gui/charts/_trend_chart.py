@@ -131,7 +131,7 @@ def _reach(trend: Trend) -> tuple[float, float]:
 def _description(trend: Trend) -> str:
     values = trend.values
     if not len(values):
-        return f"{trend.name}: no part is counted"
+        return f"{trend.name}: no parts included"
     signals = 0 if trend.chart is None else len(trend.chart.signals)
     return (
         f"{trend.name}: {len(values)} parts, {values.min():.4f} to {values.max():.4f}, "

@@ -50,37 +50,37 @@ class ActionInfo:
 
 ACTIONS = (
     ActionInfo("take", "Take", "Take a point now", TAKE_KEYS, True),
-    ActionInfo("undo", "Undo", "Take the last point back", UNDO_KEYS, True),
-    ActionInfo("finish", "Finish", "Accept this feature and go to the next", FINISH_KEYS, True),
+    ActionInfo("undo", "Undo", "Undo the last point", UNDO_KEYS, True),
+    ActionInfo("finish", "Finish", "Finish this feature and go to the next", FINISH_KEYS, True),
     ActionInfo("flip", "Flip", "Flip the last point to the other side", ("X",)),
-    ActionInfo("previous", "Previous", "Look at the previous feature of the plan", ("PgUp",)),
-    ActionInfo("next", "Next", "Look at the next feature of the plan", ("PgDown",)),
-    ActionInfo("skip", "Skip", "Leave this feature out; it can be measured later", ("S",)),
-    ActionInfo("repeat", "Again", "Measure this feature anew; its points stay in the file", ("A",)),
-    ActionInfo("reopen", "Reopen", "Add points to a feature that is done or skipped", ("F6",)),
-    ActionInfo("order", "Order", "Change between the order of the plan and any order", ("O",)),
+    ActionInfo("previous", "Previous", "Show the previous feature of the plan", ("PgUp",)),
+    ActionInfo("next", "Next", "Show the next feature of the plan", ("PgDown",)),
+    ActionInfo("skip", "Skip", "Skip this feature; it can be measured later", ("S",)),
+    ActionInfo("repeat", "Repeat", "Repeat this feature; its old points stay in the file", ("A",)),
+    ActionInfo("reopen", "Reopen", "Reopen a finished or skipped feature to add points", ("F6",)),
+    ActionInfo("order", "Order", "Switch between plan order and any order", ("O",)),
     ActionInfo("side", "Side", "Change how the probe side is found", ("I",)),
     ActionInfo("pause", "Pause", "Pause or resume", ("Z", "Pause")),
-    ActionInfo("redo", "Redo", "Do again what was undone last", ("Ctrl+Y", "Shift+Backspace")),
-    ActionInfo("point_after", "Next point", "Choose the next point of the feature", (".",)),
-    ActionInfo("point_before", "Point before", "Choose the point before", (",",)),
-    ActionInfo("delete", "Delete point", "Delete the chosen point and say why", ("Del",)),
-    ActionInfo("restore", "Put back", "Put the deleted point back", ("Ins",)),
+    ActionInfo("redo", "Redo", "Redo the last undone step", ("Ctrl+Y", "Shift+Backspace")),
+    ActionInfo("point_after", "Next point", "Select the next point of the feature", (".",)),
+    ActionInfo("point_before", "Previous point", "Select the previous point", (",",)),
+    ActionInfo("delete", "Delete point", "Delete the selected point and give a reason", ("Del",)),
+    ActionInfo("restore", "Restore", "Restore the deleted point", ("Ins",)),
     ActionInfo("tone", "Tone", "Turn the approach tone on or off", ("U",)),
-    ActionInfo("refit", "Refit", "Compute all results again from the raw data", ("Ctrl+R",)),
-    ActionInfo("job", "Job", "Operator, serial number, next part, open jobs", ("J", "F2")),
+    ActionInfo("refit", "Refit", "Recalculate all results from the raw data", ("Ctrl+R",)),
+    ActionInfo("job", "Job", "Operator, serial number, next part, unfinished jobs", ("J", "F2")),
     ActionInfo(
-        "results", "Results", "All characteristics, their uncertainty, and the reports", ("F3",)
+        "results", "Results", "All characteristics, their uncertainty and the reports", ("F3",)
     ),
-    ActionInfo("plan", "Plan", "Write or change a plan", ("F4",)),
+    ActionInfo("plan", "Plan", "Create or edit a plan", ("F4",)),
     ActionInfo("alignment", "Alignment", "Alignment: residuals and free axes", ("F5",)),
-    ActionInfo("view", "Far view", "Change between far view and desk view", ("F11", "V")),
+    ActionInfo("view", "Far view", "Switch between far view and desk view", ("F11", "V")),
     ActionInfo("cameras", "Cameras", "Show or hide the live camera images", ("C",)),
-    ActionInfo("fit", "Fit view", "Show the whole work in the 3-D view", ("F",)),
-    ActionInfo("closeup", "Close-up", "Show the feature being measured in the 3-D view", ("G",)),
+    ActionInfo("fit", "Fit view", "Zoom the 3-D view to the whole part", ("F",)),
+    ActionInfo("closeup", "Close-up", "Zoom the 3-D view to the active feature", ("G",)),
     ActionInfo("export", "Export", "Write the report files", ("E",)),
     ActionInfo(
-        "bus_text", "Bus report", "Write the report of the bus as text, for support", ("B",),
+        "bus_text", "Bus report", "Write the bus report as text, for support", ("B",),
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
@@ -88,11 +88,11 @@ ACTIONS = (
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "relocate", "Relocate", "Calibrate the cameras where they stand now, with the probe and "
-        "the length bar", ("R",), mode=Mode.MAINTAIN,
+        "relocate", "Relocate", "Recalibrate the cameras in place, with the probe and a length "
+                                "bar", ("R",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "verify", "Verify", "Check the calibration with artefacts that it does not rest on",
+        "verify", "Verify", "Verify the calibration with independent artefacts",
         ("Y",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
@@ -100,35 +100,35 @@ ACTIONS = (
         "cameras", ("W",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "recall", "Recall jobs", "Recalculate older jobs whose calibration failed later", ("F12",),
+        "recall", "Recall jobs", "Recalculate older jobs whose calibration later failed", ("F12",),
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "pivot", "Calibrate probe", "Find tip and LEDs of the probe: sweep it about its ball in a "
-        "cone", ("P",), mode=Mode.MAINTAIN,
+        "pivot", "Calibrate probe", "Find tip and LED positions: pivot the probe with its ball "
+                                    "in a cone", ("P",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "qualify", "Qualify tip", "Find the diameter of the ball on a certified sphere", ("Q",),
+        "qualify", "Qualify tip", "Find the ball diameter on a certified sphere", ("Q",),
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "check_tip", "Check tip", "One minute: is the tip still the one that was qualified?",
+        "check_tip", "Check tip", "One-minute check that the tip is still as qualified",
         ("H",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
         "mount", "Mount tip", "Confirm tip change", ("N",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "define", "Define", "Write the document of a new probe", ("D",), mode=Mode.MAINTAIN,
+        "define", "Define", "Define a new probe document", ("D",), mode=Mode.MAINTAIN,
     ),
-    ActionInfo("keys", "Keys", "All keys of the window and what they do", ("F1",)),
+    ActionInfo("keys", "Keys", "All keyboard shortcuts of the window", ("F1",)),
     ActionInfo(
-        "theme", "Theme", "Change between dark, light and high contrast", ("T",), mode=None
+        "theme", "Theme", "Switch between dark, light and high contrast", ("T",), mode=None
     ),
     ActionInfo(
-        "log", "Save log", "Save everything that was reported, for support", ("L",), mode=None
+        "log", "Save log", "Save the message log, for support", ("L",), mode=None
     ),
-    ActionInfo("mode", "Maintain", "Change between Inspect and Maintain", ("M",), mode=None),
+    ActionInfo("mode", "Maintain", "Switch between Inspect and Maintain", ("M",), mode=None),
 )  # fmt: skip
 
 

@@ -87,9 +87,9 @@ def reference_words(live: LiveView) -> str:
     if reference.moved_mm < _MOVED_MM and reference.turned_rad < _MOVED_RAD:
         return ""
     return (
-        f"Part and cameras have moved against each other by {reference.moved_mm:.1f} mm and "
-        f"{np.degrees(reference.turned_rad):.2f}° since the job began: the points follow the "
-        f"reference body '{reference.name}'."
+        f"Part and cameras have moved {reference.moved_mm:.1f} mm and "
+        f"{np.degrees(reference.turned_rad):.2f}° relative to each other since the job started. "
+        f"Points follow the reference body '{reference.name}'."
     )
 
 
@@ -175,10 +175,10 @@ def outlier_words(feature: FeatureView, chosen: int) -> str:
         named = ", ".join(_off(number, residuals) for number in feature.outliers)
         lines.append(f"Outliers: {named}. Still used in the fit. Delete to exclude.")
     if chosen in {point.number for point in feature.points}:
-        lines.append(f"Chosen: {_off(chosen, residuals)}. Del deletes it.")
+        lines.append(f"Selected: {_off(chosen, residuals)}. Del deletes it.")
     if feature.deleted:
         out = ", ".join(str(item.point.number) for item in feature.deleted)
-        lines.append(f"Deleted: point {out}. Ins restores it.")
+        lines.append(f"Point {out} deleted. Ins restores it.")
     return "\n".join(lines)
 
 
@@ -216,10 +216,10 @@ def next_step(job: JobView, live: LiveView | None = None) -> str:
     feature = active_feature(job)
     if feature is None:
         if not job.part_verdict.complete:
-            return "Choose what is missing and measure it, or press E to write the report."
+            return "Select and measure what is missing, or press E to write the report."
         return "All features measured. Press E to write the report."
     if job.probing == "any" and not feature.points:
-        return "Touch any feature. It is found by where you touch."
+        return "Touch any feature; it is identified by position."
     missing = feature.needed - len(feature.points)
     if missing <= 0:
         return f"{feature.name} has all its points. Press Return to finish it."
@@ -255,7 +255,7 @@ def step_text(job: JobView) -> str:
 
 def mode_words(job: JobView) -> str:
     """Return the order of probing, and how the side of the material is found."""
-    order = "Order of the plan" if job.probing == "plan" else "Any order"
+    order = "Plan order" if job.probing == "plan" else "Any order"
     feature = active_feature(job)
     if feature is None:
         return f"{order}."
@@ -312,7 +312,7 @@ def verdict_line(summary: VerdictSummary) -> str:
 def counted_line(job: JobView) -> str:
     """Return the verdict on the part with all counts, behind what the job must not be taken for."""
     part = job.part_verdict
-    counted = part.summary.counted or "The plan has no characteristics"
+    counted = part.summary.counted or "No characteristics in the plan"
     states = ", ".join(job_states(job))
     words = f"{part.word.value}: {counted}"
     return f"{states}. {words}" if states else words

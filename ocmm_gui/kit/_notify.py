@@ -111,12 +111,12 @@ class NoticeCentre(QObject):
         )
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomic(path, (text or "Nothing was reported.\n").encode())
+            write_atomic(path, (text or "No messages.\n").encode())
         except OSError as error:
             raise StorageError(
                 "log.write",
                 f"The log cannot be written to {path} ({error.strerror}).",
-                "Start the window with --out and a folder that you may write to.",
+                "Start OCMM with --out and a writable folder.",
             ) from error
 
 
@@ -197,7 +197,7 @@ class Banner(QFrame):
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._dismiss = QPushButton("Dismiss  [Esc]")
-        self._dismiss.setAccessibleName("Dismiss the notice")
+        self._dismiss.setAccessibleName("Dismiss this message")
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._dismiss.clicked.connect(self.hide)
         layout = QHBoxLayout(self)

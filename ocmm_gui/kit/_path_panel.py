@@ -37,7 +37,7 @@ class PathPanel(QFrame):
         write.setAccessibleName(f"{verb} the {what} now")
         write.setProperty("role", "primary")
         cancel = QPushButton("Cancel")
-        cancel.setAccessibleName("Close and do nothing")
+        cancel.setAccessibleName("Close without changes")
         where = "into" if verb == "Write" else "from"
         label = QLabel(f"{verb} the {what} {where} the {into}")
         label.setBuddy(self._field)

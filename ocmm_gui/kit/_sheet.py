@@ -31,7 +31,7 @@ from ocmm_gui.kit._parts import sentence_label
 from ocmm_gui.kit._path_panel import OwnKeysField
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
 
-LEAVE = ActionInfo("leave", "Back", "Go back to the measuring; nothing is lost", ("Esc",))
+LEAVE = ActionInfo("leave", "Back", "Back to measuring; nothing is lost", ("Esc",))
 _BUTTON_PX = 42
 _MOST_IN_ROW = 10
 

@@ -204,8 +204,8 @@ class SideProcess(QObject):
 
 _DIED = CalibrationError(
     "examination.died",
-    "The calculation ended unexpectedly; the computer may be short of memory.",
-    "Close other programs and calculate again.",
+    "The calculation ended unexpectedly; the computer may be out of memory.",
+    "Close other programs and recalculate.",
 )
 
 

@@ -26,7 +26,7 @@ class WorkLine(QFrame):
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._label = QLabel()
         self._label.setTextFormat(Qt.TextFormat.PlainText)
-        self._label.setAccessibleName(f"{name}: what is done")
+        self._label.setAccessibleName(f"{name}: progress")
         self._label.setFont(text_font(14))
         self._key = QLabel()
         self._key.setFont(text_font(14))

@@ -51,7 +51,7 @@ class WorkSheet(Sheet):
 
     def _fail(self, error: object) -> None:
         self.working.end()
-        self.say("It could not be done; what was shown stays.")
+        self.say("Failed; the previous result is still shown.")
         self.failed.emit(error)
 
     def _finish(self, answer: object) -> None:

@@ -15,7 +15,14 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_core.fieldbus.report import BusPhase, BusReport, microseconds, shares, trouble_words
+from ocmm_core.fieldbus.report import (
+    BusPhase,
+    BusReport,
+    microseconds,
+    pace_words,
+    shares,
+    trouble_words,
+)
 from ocmm_core.station import (
     NO_BUS,
     NO_BUS_REMEDY,
@@ -48,9 +55,9 @@ _OLD_S = 1.0
 
 _FACTS = (
     ("Frames", "frames taken from all cameras"),
-    ("Frames lost", "frames that a camera made and nobody got"),
-    ("Recoveries", "how often operation was reached again"),
-    ("Stray answers", "late, doubled or reordered answers that nobody waited for"),
+    ("Frames lost", "frames lost: sent by a camera, not received"),
+    ("Recoveries", "number of recoveries to operation"),
+    ("Stray answers", "late, duplicate or out-of-order answers, discarded"),
     ("Objects done", "transfers of camera objects"),
     ("Objects failed", "transfers of camera objects that failed"),
     ("Cycle", "time from one exchange to the next"),
@@ -75,7 +82,7 @@ class BusPage(QStackedWidget):
         self._view: BusView | None = None
         self._phase = FitText("Phase of the bus", limit=34)
         self._phase.setFixedHeight(44)
-        self._trouble = sentence_label("What disturbs the bus", 15)
+        self._trouble = sentence_label("Bus fault", 15)
         self.wire = WireView()
         self.cameras = CameraTable()
         self.accounts = CycleAccounts()
@@ -88,8 +95,8 @@ class BusPage(QStackedWidget):
         )
         self.facts = {name: value_label(name, tip) for name, tip in _FACTS}
         self.events = BusEventTable()
-        self._notes = sentence_label("Notes on the rights of the bus process", 13)
-        self._absent = sentence_label("Why there is nothing to show", 20)
+        self._notes = sentence_label("Notes on the privileges of the bus process", 13)
+        self._absent = sentence_label("Why no data are shown", 20)
         self._absent.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._absent.setMargin(40)
         self.addWidget(self._absent)
@@ -117,7 +124,7 @@ class BusPage(QStackedWidget):
         if view is None or view.report is None:
             pair = (NO_BUS, NO_BUS_REMEDY) if view is None else (NO_REPORT, NO_REPORT_REMEDY)
             if view is not None and view.ended:
-                pair = (view.ended, "Start the program again when the cause is removed.")
+                pair = (view.ended, "Restart the program once the cause is removed.")
             self._absent.setText("\n\n".join(pair))
             self.setCurrentIndex(0)
             return
@@ -163,10 +170,13 @@ class BusPage(QStackedWidget):
             self.facts[name].setText(value)
         self.events.show_report(report)
         notes = []
+        if report.pace is not None:
+            waits = "The time of this virtual bus waits for this computer: no cycle is late."
+            notes.append(pace_words(report.pace) or waits)
         if report.notes:
             notes.append(f"On this computer: {'; '.join(report.notes)}.")
         if report.events_dropped:
-            notes.append(f"{report.events_dropped} older events are not kept.")
+            notes.append(f"{report.events_dropped} older events were dropped.")
         self._notes.setText("  ".join(notes))
         self._notes.setVisible(bool(notes))
 
@@ -179,8 +189,8 @@ class BusPage(QStackedWidget):
             what, remedy = view.ended, "These are the last values."
         elif view.age_s > _OLD_S:
             self._phase.show_text("NO REPORT", theme.bad, Mark.BAD)
-            what = f"The bus process has said nothing for {view.age_s:.0f} s."
-            remedy = "These are its last values. Start the program again if it stays so."
+            what = f"No report from the bus process for {view.age_s:.0f} s."
+            remedy = "These are its last values. Restart the program if this persists."
         elif report.phase is BusPhase.OPERATION:
             self._phase.show_text(word, theme.good, Mark.GOOD)
         elif report.phase is BusPhase.FAILED:

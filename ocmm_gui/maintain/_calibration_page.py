@@ -18,22 +18,22 @@ from ocmm_gui.kit import session_of, stacked
 from ocmm_gui.maintain._calibration_table import HistoryTable, local_time
 from ocmm_gui.maintain._status_page import StatusPage, in_a_row
 
-DESIGN = "The cameras are virtual: they are taken to be as the rig document says."
-_IN_ORDER = "Calibrated, verified, and in date. Points may be taken."
-_NO_HISTORY = "No calibration of this rig is kept on this computer."
+DESIGN = "Virtual cameras: the geometry of the rig document is used."
+_IN_ORDER = "Calibrated, verified and in date. Points can be taken."
+_NO_HISTORY = "No calibration of this rig is stored on this computer."
 _FACTS = (
     ("Rig", "name in the rig document"),
     ("Cameras", "with their serial numbers"),
-    ("Method", "how they were calibrated"),
+    ("Method", "calibration method"),
     ("Calibrated", "when, and by whom"),
-    ("Valid until", "after that day no points are taken"),
-    ("Positions", "reference positions or poses that were used; those left out as wrong"),
-    ("Residuals", "root mean square of the residuals, and chi-square for each degree of freedom"),
-    ("Volume", "in which points are accepted, mm"),
-    ("Warmth", "of the surroundings and of the sensors while it was made"),
-    ("Artefacts", "what its lengths and positions rest on, with serial numbers"),
-    ("Verified", "when, and the error that came nearest to its limit"),
-    ("Hash", "of the record or of the rig document; it stands in the jobs and reports"),
+    ("Valid until", "no points are taken after this date"),
+    ("Positions", "reference positions or poses used; outliers left out"),
+    ("Residuals", "RMS of the residuals, and chi-square per degree of freedom"),
+    ("Volume", "calibrated volume, mm"),
+    ("Warmth", "ambient and sensor temperatures during calibration"),
+    ("Artefacts", "traceability: artefacts with serial numbers"),
+    ("Verified", "date, and the error closest to its limit"),
+    ("Hash", "of the record or rig document; printed in jobs and reports"),
 )
 
 

@@ -14,17 +14,17 @@ from ocmm_gui.kit import DataTable, Theme
 
 _COLUMNS = (
     ("Time", "Local time"),
-    ("What happened", "To which calibration, see the last column"),
+    ("What happened", "Calibration concerned, see the last column"),
     ("Who", "As entered"),
-    ("Why", "As entered, or by which rule"),
-    ("Good until", "For a doubt: the last moment at which all was well"),
-    ("Calibration", "The beginning of its hash"),
+    ("Why", "As entered, or the rule applied"),
+    ("Good until", "If suspect: last time known good"),
+    ("Calibration", "First digits of its hash"),
 )
 _WORDS = {
-    EventKind.ACCEPTED: "Put in force",
+    EventKind.ACCEPTED: "Activated",
     EventKind.PASSED: "Verification passed",
     EventKind.FAILED: "Verification FAILED",
-    EventKind.SUSPECTED: "Put in doubt",
+    EventKind.SUSPECTED: "Marked suspect",
     EventKind.FALLEN: "Artefact found WRONG",
     EventKind.RECALLED: "Jobs recalled",
 }

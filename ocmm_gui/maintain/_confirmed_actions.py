@@ -44,8 +44,8 @@ class ConfirmedActions:
     def write_cameras(self) -> None:
         """Store the intrinsics of the calibration in the cameras."""
         asked = (
-            "What the cameras store will be replaced by the intrinsics of the calibration in "
-            "force. Press W again to do so."
+            "This overwrites the intrinsics stored in the cameras with those of the active "
+            "calibration. Press W again to confirm."
         )
         if self._is_meant("cameras", asked):
             self._bridge.maintenance.write_to_cameras()
@@ -54,11 +54,11 @@ class ConfirmedActions:
         """Say that the chosen tip was screwed on."""
         tip = self._probe.tips.chosen()
         if tip is None:
-            self._notices.inform("No tip was calibrated yet: calibrate the probe with it.")
+            self._notices.inform("No tip calibrated yet: calibrate the probe with this tip.")
             return
         asked = (
-            f"Tip '{tip}' was screwed on, and must be checked before points are taken? Press N "
-            f"again to say so."
+            f"Confirm that tip '{tip}' is now mounted? It must be checked before points are "
+            "taken. Press N again to confirm."
         )
         if self._is_meant(f"tip {tip}", asked):
             self._bridge.maintenance.mount_tip(tip)

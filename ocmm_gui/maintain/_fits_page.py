@@ -42,17 +42,17 @@ from ocmm_gui.kit import (
 )
 
 _ASK = (
-    "Give a folder with reference pairs (NAME.ds with NAME.fit) of an institute, and whose "
-    "conventions they follow. Every pair is fitted without a start, and compared."
+    "Select a folder of certified reference pairs (NAME.ds with NAME.fit) and the convention "
+    "they follow. Every pair is fitted without a start value and compared."
 )
 _COLUMNS = (
     ("Folder", "one folder of pairs"),
-    ("Pairs", "fitted and compared"),
-    ("Position", f"mm, worst; promised {POSITION_LIMIT:g}"),
-    ("Size", f"mm, worst; promised {SIZE_LIMIT:g}"),
-    ("Direction", f"rad, worst; promised {DIRECTION_LIMIT:g}"),
-    ("Apex", f"degrees, worst; promised {APEX_LIMIT:g}"),
-    ("Verdict", "whether every pair keeps what is promised"),
+    ("Pairs", "pairs fitted and compared"),
+    ("Position", f"mm, worst; limit {POSITION_LIMIT:g}"),
+    ("Size", f"mm, worst; limit {SIZE_LIMIT:g}"),
+    ("Direction", f"rad, worst; limit {DIRECTION_LIMIT:g}"),
+    ("Apex", f"degrees, worst; limit {APEX_LIMIT:g}"),
+    ("Verdict", "whether every pair is within the limits"),
 )
 _VERDICT = 6
 
@@ -75,13 +75,13 @@ class FitsPage(QWidget):
         self._theme = THEMES[DEFAULT_THEME]
         self._reports: tuple[SetReport, ...] = ()
         self.folder = OwnKeysField()
-        self.folder.setAccessibleName("Folder of the reference pairs")
-        self.folder.setPlaceholderText("Folder of the reference pairs")
+        self.folder.setAccessibleName("Folder of reference pairs")
+        self.folder.setPlaceholderText("Folder of reference pairs")
         self.folder.setFont(text_font(15))
         self.folder.returnPressed.connect(self.toggle)
         self.convention = ChoiceBox(
             "Convention",
-            "Whose certified numbers they are: what they mean differs",
+            "Convention of the certified values",
             [item.name for item in Convention],
         )
         self.button = QPushButton("Verify")
@@ -170,10 +170,10 @@ class FitsPage(QWidget):
         if not reports:
             self._word.show_text("", theme.muted)
         elif all(report.passed for report in reports):
-            self._word.show_text(f"All {pairs} pairs agree", theme.good, Mark.GOOD)
+            self._word.show_text(f"All {pairs} pairs within the limits", theme.good, Mark.GOOD)
         else:
             off = sum(not result.passed for report in reports for result in report.results)
-            self._word.show_text(f"{off} of {pairs} pairs are off", theme.bad, Mark.BAD)
+            self._word.show_text(f"{off} of {pairs} pairs beyond the limits", theme.bad, Mark.BAD)
         self.table.setRowCount(len(reports))
         for row, report in enumerate(reports):
             self._write(row, report)

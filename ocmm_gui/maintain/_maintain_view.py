@@ -76,7 +76,7 @@ class MaintainView(QWidget):
         self._word.setFixedHeight(40)
         self.list = QListWidget()
         self.list.setAccessibleName("Pages")
-        self.list.setAccessibleDescription("Up and down choose a page")
+        self.list.setAccessibleDescription("Up and down select a page")
         self.list.setFont(text_font(18, bold=True))
         self._stack = QStackedWidget()
         for page in pages:

@@ -49,21 +49,21 @@ from ocmm_gui.kit import (
     text_font,
 )
 
-_ASK = "Press Examine. It takes some seconds, and measuring goes on meanwhile."
-_BUSY = "Examining. Numbers and maps below are those of before."
+_ASK = "Press Examine. It takes a few seconds; measuring continues meanwhile."
+_BUSY = "Examining. Numbers and maps below are from the previous run."
 _FIELDS = (
-    ("probe", "Probe", "A probe document; empty: the probe that is measured with", ""),
+    ("probe", "Probe", "Probe document; empty: the probe in use", ""),
     (
         "design", "Design",
-        "A design document with materials and sections; empty: that of the resources folder", "",
+        "Design document (materials, sections); empty: the one in the resources folder", "",
     ),
-    ("tilt", "Tilts, °", "The probe is held at tilts up to these about X, Y and Z", "45 45 10"),
+    ("tilt", "Tilts, °", "Largest tilts of the probe about X, Y and Z", "45 45 10"),
     ("sigma", "Spots, px", "Noise of an averaged spot", "0.0105"),
 )  # fmt: skip
 _COLUMNS = (
     ("Source", "of the uncertainty of one point"),
-    ("µm", "standard uncertainty in space, root mean square over the poses"),
-    ("Rests on", "the numbers it comes from"),
+    ("µm", "standard uncertainty in space, RMS over the poses"),
+    ("Rests on", "source values"),
 )
 
 
@@ -129,7 +129,7 @@ class ProbeDesignPage(QWidget):
         self._progress.setTextVisible(True)
         self._number = FitText("Uncertainty of the tip", limit=40, digits=True)
         self._number.setFixedHeight(48)
-        self._sentence = sentence_label("What the number means", 13)
+        self._sentence = sentence_label("Meaning of the number", 13)
         self._labels = FitText("Labels", limit=17)
         self._labels.setFixedHeight(24)
         self._nearest = sentence_label("Nearest wrong orders", 13)
@@ -187,7 +187,7 @@ class ProbeDesignPage(QWidget):
             raise InputError(
                 "design.values",
                 f"Tilts of {words['tilt']}° with spots of {words['sigma']} px cannot be examined.",
-                "Give tilts from 0 to 180 degrees and a noise above 0 px.",
+                "Enter tilts from 0 to 180 degrees and a noise above 0 px.",
             )
         asked = Examination(Postures((tilt[0], tilt[1], tilt[2]), self._rig.volume_world))
         return DesignRequest(
@@ -237,10 +237,10 @@ class ProbeDesignPage(QWidget):
         if np.isfinite(number.space_um):
             x, y, z = number.axes_um
             self._sentence.setText(
-                f"Standard uncertainty of the tip in space by the spots alone, probe "
+                "Standard uncertainty of the tip in space from spot noise alone, probe "
                 f"'{report.probe}' with rig '{report.rig}': X {x:.1f}, Y {y:.1f}, Z {z:.1f} µm; "
-                f"below {number.p95_um:.1f} µm in 95 of 100 poses. "
-                f"{100.0 * number.share:.0f} % of the poses give a number."
+                f"below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.0f} % "
+                "of the poses give a tip."
             )
         else:
             self._sentence.setText("No pose gives a tip: the cameras do not see enough LEDs.")
@@ -252,7 +252,7 @@ class ProbeDesignPage(QWidget):
         verdict = label_verdict(report.labels, coded=report.coded)
         self._nearest.setText(f"{label_words(nearest)} {verdict}")
         self._mechanics.setText(
-            "Growth and bending are not known without a design document."
+            "Thermal growth and bending need a design document."
             if report.mechanics is None
             else "\n".join(mechanics_words(report.mechanics))
         )
@@ -346,7 +346,7 @@ def _numbers(what: str, text: str, count: int) -> list[float]:
     if len(values) != count or not np.isfinite(values).all():
         raise InputError(
             "design.number",
-            f"The field '{what}' holds {text!r}, which is not {count} number(s).",
-            "Give numbers with a decimal point, with spaces between them.",
+            f"Field '{what}' is {text!r}; it needs {count} number(s).",
+            "Enter numbers with a decimal point, separated by spaces.",
         )
     return values

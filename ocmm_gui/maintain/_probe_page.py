@@ -13,20 +13,20 @@ from ocmm_gui.maintain._calibration_table import local_time
 from ocmm_gui.maintain._probe_tables import TipHistoryTable, TipTable
 from ocmm_gui.maintain._status_page import StatusPage, in_a_row
 
-DESIGN = "The probe is virtual: it is taken to be as its document says."
-_IN_ORDER = "Calibrated, qualified, and in date. Points may be taken."
-_NO_RECORDS = "No records of this probe are kept on this computer."
-_NO_TIP = "No tip was calibrated yet: press P to calibrate the probe with the tip that is mounted."
+DESIGN = "Virtual probe: the geometry of its document is used."
+_IN_ORDER = "Calibrated, qualified and in date. Points can be taken."
+_NO_RECORDS = "No records of this probe are stored on this computer."
+_NO_TIP = "No tip calibrated yet: press P to calibrate the probe with the mounted tip."
 _FACTS = (
     ("Probe", "name in its document"),
-    ("Tip", "the one that is mounted"),
-    ("Ball", "diameter that points are compensated with"),
+    ("Tip", "currently mounted"),
+    ("Ball", "diameter used for compensation"),
     ("Calibrated", "when, and by whom"),
     ("Qualified", "when, and by whom"),
-    ("Valid until", "after that day no points are taken"),
-    ("Warmth", "of the surroundings when the probe was calibrated and the tip qualified"),
-    ("Turned", "how far the probe was turned about its axes while it was calibrated"),
-    ("Hash", "of what the geometry comes from; it stands in the jobs and reports"),
+    ("Valid until", "no points are taken after this date"),
+    ("Warmth", "ambient, at probe calibration and tip qualification"),
+    ("Turned", "rotation about the probe axes during calibration"),
+    ("Hash", "of the source of the geometry; printed in jobs and reports"),
 )
 
 
@@ -52,7 +52,7 @@ class ProbePage(StatusPage[ProbeView, ProbeOverview]):
         self.diameter = HistoryChart("Ball diameter, Δ µm", factor=1e3, reach=2.0)
         self.form = HistoryChart("Form, µm", factor=1e3, reach=2.0, changes=False, form=".1f")
         self.place = HistoryChart(
-            "Tip from its first place, µm", factor=1e3, reach=5.0, changes=False, form=".1f"
+            "Tip from first position, µm", factor=1e3, reach=5.0, changes=False, form=".1f"
         )
         self.check = HistoryChart(
             "Quick check, % of limit", factor=100.0, reach=100.0, changes=False, limit=100.0,

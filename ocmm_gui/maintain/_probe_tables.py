@@ -11,23 +11,23 @@ from ocmm_gui.kit import DataTable, Theme, text_font
 from ocmm_gui.maintain._calibration_table import EventTable, Line, Tone, local_time
 
 _TIPS = (
-    ("Tip", "Its name; the mounted one has an arrow"),
-    ("Standing", "Whether it may be trusted"),
+    ("Tip", "Name; an arrow marks the mounted tip"),
+    ("Standing", "Status of the tip"),
     ("Ball, mm", "Effective diameter and its standard uncertainty (k = 1)"),
-    ("Form, µm", "Largest less smallest radius"),
-    ("Cone, µm", "Two standard deviations of the tips of all attitudes"),
-    ("Qualified", "When, and how warm it was"),
-    ("Checked", "The last quick check since"),
-    ("Valid until", "After that day no points are taken with it"),
+    ("Form, µm", "Largest minus smallest radius"),
+    ("Cone, µm", "Two standard deviations of the tip over all attitudes"),
+    ("Qualified", "Date and temperature"),
+    ("Checked", "Last quick check since then"),
+    ("Valid until", "No points are taken with it after this date"),
 )
 _HISTORY = (
     ("Time", "Local time"),
-    ("What happened", "To which record, see the last column"),
+    ("What happened", "Record concerned, see the last column"),
     ("Tip", "Its name"),
     ("Who", "As entered"),
-    ("Why", "As entered, or by which rule"),
-    ("Good until", "For a doubt: the last moment at which all was well"),
-    ("Record", "The beginning of its hash"),
+    ("Why", "As entered, or the rule applied"),
+    ("Good until", "If suspect: last time known good"),
+    ("Record", "First digits of its hash"),
 )
 _TONES = {
     TipEventKind.QUALIFIED: Tone.GOOD,
@@ -45,7 +45,7 @@ class TipTable(DataTable):
 
     def __init__(self) -> None:
         super().__init__("Tips", _TIPS)
-        self.setAccessibleDescription("Up and down choose a tip")
+        self.setAccessibleDescription("Up and down select a tip")
         self.setFont(text_font(14))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)

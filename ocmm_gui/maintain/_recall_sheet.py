@@ -44,20 +44,20 @@ from ocmm_gui.kit import (
 from ocmm_gui.reports import drawing, pdf_bytes
 
 _KEYS = (
-    ActionInfo("folder", "Recall a folder", "Recalculate the jobs in doubt of a folder", ("F7",)),
-    ActionInfo("stop", "Stop", "Give up recalculating; nothing is changed", ("F9",)),
-    ActionInfo("pages", "Write PDF", "Write the recall as pages", ("F6",)),
+    ActionInfo("folder", "Recall a folder", "Recalculate the suspect jobs in a folder", ("F7",)),
+    ActionInfo("stop", "Stop", "Stop recalculating; nothing is changed", ("F9",)),
+    ActionInfo("pages", "Write PDF", "Write the recall report (PDF)", ("F6",)),
     ActionInfo(
-        "decide", "Release points", "Let points count again whose verdicts hold, in your name",
+        "decide", "Release points", "Release points whose verdicts hold, under your name",
         ("F8",),
     ),
 )  # fmt: skip
 _TIPS = (
     "file of the job",
     "as in the plan",
-    "value ± U and verdict by the calibration of the job",
-    "the same by what its spots speak for",
-    "whether the verdict holds",
+    "value ± U and verdict with the calibration of the job",
+    "the same with the calibration its spots support",
+    "whether the verdict still holds",
     "and why",
 )
 _MARKS = {
@@ -97,7 +97,7 @@ class _Writing:
     path: Path
 
     def __call__(self, tell: Teller) -> Path:
-        tell("Drawing the pages", 0.3)
+        tell("Creating the pages", 0.3)
         with drawing():
             content = pdf_bytes(self.record)
         tell.commit()
@@ -172,9 +172,9 @@ class RecallSheet(WorkSheet):
         self.pages = PathPanel("recall", "file", "Write")
         self._headline = FitText("Result of the recall", limit=26)
         self._headline.setFixedHeight(40)
-        self.totals = sentence_label("What the recall found", 15)
+        self.totals = sentence_label("Findings of the recall", 15)
         self.table = RecallTable()
-        self.about_job = sentence_label("What the chosen verdict rests on", 14)
+        self.about_job = sentence_label("Evidence for the selected verdict", 14)
         self.about_job.setProperty("role", "muted")
         for widget in (self.file, self.pages, self.working, self._headline, self.totals):
             self.body.addWidget(widget)
@@ -192,7 +192,7 @@ class RecallSheet(WorkSheet):
             },
             primary="folder",
         )
-        self.say("Choose the folder with the jobs (F7). Job files are not written to.")
+        self.say("Select the folder with the jobs (F7). Job files are not changed.")
 
     def open(self) -> None:
         """Recall the jobs of the folder where they are kept, unless some are shown already."""
@@ -204,7 +204,7 @@ class RecallSheet(WorkSheet):
         """Recall the jobs of a folder; the window stays free."""
         self._asked = KeptPlaces((folder,), self._calibrations(), self._probes())
         self._begin("Starting", _Recalling(self._asked))
-        self.say(f"Looks through the jobs of {folder}. Job files are not written to.")
+        self.say(f"Checks the jobs in {folder}. Job files are not changed.")
         self.table.setFocus()
 
     def release(self) -> None:
@@ -225,7 +225,7 @@ class RecallSheet(WorkSheet):
         """Write the recall as pages."""
         record, _ = self._shown()
         if record is not None:
-            self._begin("Drawing the pages", _Writing(record, path))
+            self._begin("Creating the pages", _Writing(record, path))
 
     def headline(self) -> str:
         """Return the totals in large words; for tests."""
@@ -246,7 +246,9 @@ class RecallSheet(WorkSheet):
         if self._work.is_running():
             self.failed.emit(
                 InputError(
-                    "recall.busy", "The recall still works.", "Wait for it, or stop it (F9)."
+                    "recall.busy",
+                    "The recall is still running.",
+                    "Wait until it is finished, or stop it (F9).",
                 )
             )
             return None, None
@@ -262,7 +264,7 @@ class RecallSheet(WorkSheet):
     def _show(self, answer: object) -> None:
         if isinstance(answer, Path):
             self.pages.hide()
-            self.told.emit(f"The recall is in {answer}.")
+            self.told.emit(f"Recall written to {answer}.")
         elif isinstance(answer, RecallRecord):
             self._record, self._places = answer, self._asked
             self.file.hide()

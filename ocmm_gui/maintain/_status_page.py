@@ -82,12 +82,12 @@ class StatusPage(QWidget, Generic[V, H]):
         self.setAccessibleName(name)
         self._theme = THEMES[DEFAULT_THEME]
         self._mark = Mark.OPEN
-        self._word = FitText(f"Standing of the {of}", limit=34)
+        self._word = FitText(f"Status of the {of}", limit=34)
         self._word.setFixedHeight(44)
-        self._sentence = sentence_label("What the standing means", 15)
-        self._notes = sentence_label("What to watch", 14)
+        self._sentence = sentence_label("Meaning of the status", 15)
+        self._notes = sentence_label("Watch list", 14)
         self.facts = {name: value_label(name, tip) for name, tip in facts}
-        self._empty = sentence_label("Why there is no history", 20)
+        self._empty = sentence_label("Why no history is shown", 20)
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setMargin(30)
         self._timer = QTimer(self)
@@ -154,8 +154,8 @@ class StatusPage(QWidget, Generic[V, H]):
         notes = list(view.warnings)
         if view.since_utc:
             notes.append(
-                f"Points since {local_time(view.since_utc)} are in doubt, in older jobs as well."
-                f"{self._in_doubt}"
+                f"Points since {local_time(view.since_utc)} are suspect, also in older "
+                f"jobs.{self._in_doubt}"
             )
         self._notes.setText("  ".join(notes))
         self._notes.setVisible(bool(notes))
@@ -216,5 +216,5 @@ def _sentence(blocker: Blocker | None, in_order: str, *, uncalibrated: bool) -> 
     """Return what a standing means for who measures."""
     if uncalibrated:
         why = f" {blocker}" if blocker is not None else ""
-        return f"Points are taken, and prove nothing: every verdict is NOT PROVEN.{why}"
+        return f"Points are taken but prove nothing: every verdict is NOT PROVEN.{why}"
     return in_order if blocker is None else f"No points are taken. {blocker}"

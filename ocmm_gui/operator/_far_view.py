@@ -90,7 +90,7 @@ class FarView(QWidget):
         self._bar = ToleranceBar(digits_share=0.36)
         self._message = FarMessage()
         self._captions = {
-            key: FitText(f"{name}, what it is", limit=_TYPE_PX, reserve="Deviation")
+            key: FitText(f"{name}, description", limit=_TYPE_PX, reserve="Deviation")
             for key, name, _ in _VALUES
         }
         side = QGridLayout()

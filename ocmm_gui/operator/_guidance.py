@@ -36,9 +36,9 @@ class Guidance(QFrame):
         self._live: LiveView | None = None
         self._step = _sentence("Next step")
         self._words = _sentence("Instruction of the plan")
-        self._mode = _sentence("Order of probing and side of the material")
-        self._approach = _sentence("Way to the next point")
-        self._trouble = _sentence("What stands in the way")
+        self._mode = _sentence("Probing order and probe side")
+        self._approach = _sentence("Approach to the next point")
+        self._trouble = _sentence("Blocking reason")
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(3)

@@ -30,17 +30,17 @@ from ocmm_gui.kit import (
 )
 
 _KEYS = (
-    ActionInfo("next_part", "Next part", "The next serial number, everything else as it is",
+    ActionInfo("next_part", "Next part", "Next serial number, all other fields unchanged",
                ("F6",)),
-    ActionInfo("plan", "Other plan", "Choose the plan of another file", ("F5",)),
-    ActionInfo("go_on", "Continue", "Go on with the chosen job", ("F7",)),
-    ActionInfo("begin", "Begin", "Begin a job for this part", ("F8",)),
+    ActionInfo("plan", "Other plan", "Choose another plan file", ("F5",)),
+    ActionInfo("go_on", "Continue", "Resume the selected job", ("F7",)),
+    ActionInfo("begin", "Start", "Start a job for this part", ("F8",)),
 )  # fmt: skip
 _FIELDS = (
-    ("operator", "Operator", "Who measures"),
-    ("serial", "Serial number", "Of the part; - where it has none"),
-    ("order", "Order", "Number of the order; may be empty"),
-    ("batch", "Batch", "Parts to be compared; may be empty"),
+    ("operator", "Operator", "Name of the operator"),
+    ("serial", "Serial number", "Of the part; - if it has none"),
+    ("order", "Order", "Order number; optional"),
+    ("batch", "Batch", "Groups parts for comparison; optional"),
 )
 _PATH = Qt.ItemDataRole.UserRole
 _ROW_PX = 44
@@ -72,7 +72,7 @@ class JobSheet(Sheet):
         bridge.jobs.job_begun.connect(self.work.end)
         bridge.failed.connect(self._on_failed)
         self._cards: list[PlanSummary | None] = [None]
-        self.plans = ChoiceBox("Plan", "What is measured in the next job", ())
+        self.plans = ChoiceBox("Plan", "Plan of the next job", ())
         self.plans.setFont(text_font(18))
         self.plans.setMinimumHeight(44)
         self.plans.currentIndexChanged.connect(lambda _row: self._show_part())
@@ -103,18 +103,18 @@ class JobSheet(Sheet):
                 field.returnPressed.connect(self.fields[after[0]].setFocus)
             else:
                 field.returnPressed.connect(self.begin)
-        hint = sentence_label("How to go on", 14)
+        hint = sentence_label("What to do next", 14)
         hint.setText(
-            "Return goes to the next field and begins the job after the last one. A job that was "
-            "begun stays in its file; its points are never lost. One that is not finished is "
-            "paused where the next job has another plan; Continue goes on with it."
+            "Return moves to the next field and, after the last one, starts the job. Unfinished "
+            "jobs are saved with all their points and paused when the next job has another "
+            "plan; choose Continue to resume."
         )
         hint.setProperty("role", "muted")
         grid.addWidget(hint, len(_FIELDS) + 2, 0, 1, 2)
         grid.setRowStretch(len(_FIELDS) + 3, 1)
         self.jobs = QListWidget()
         self.jobs.setAccessibleName("Jobs of this batch")
-        self.jobs.setAccessibleDescription("Up and down choose a job; F7 goes on with it")
+        self.jobs.setAccessibleDescription("Up and down select a job; F7 resumes it")
         self.jobs.setFont(text_font(15))
         beside = QGridLayout()
         self._heading = sentence_label("Which jobs", 15)
@@ -142,7 +142,7 @@ class JobSheet(Sheet):
         """Fill in what is known, with the keyboard in the first field."""
         header = self._proposal(job)
         self._list_plans()
-        self.say(f"The running job is {job.job}.")
+        self.say(f"Current job: {job.job}.")
         for key, field in self.fields.items():
             field.setText(str(getattr(header, key)))
         self._list_jobs()
@@ -198,14 +198,14 @@ class JobSheet(Sheet):
     def _go_on(self) -> None:
         item = self.jobs.currentItem()
         if item is None:
-            self.told.emit("Choose a job of the list first.")
+            self.told.emit("Select a job in the list first.")
         else:
             self._bridge.jobs.go_on(item.data(_PATH))
             self._show_beginning()
 
     def _show_beginning(self) -> None:
         if self._bridge.jobs.is_beginning():
-            self.work.begin("Beginning the job")
+            self.work.begin("Starting the job")
 
     def _on_failed(self, _error: object) -> None:
         if not self._bridge.jobs.is_beginning():
@@ -280,7 +280,7 @@ class JobSheet(Sheet):
     def _list_jobs(self) -> None:
         batch = self.fields["batch"].text().strip()
         folder = self._bridge.station.job.path.parent
-        self._heading.setText(f"Reading the jobs in {folder}")
+        self._heading.setText(f"Reading jobs in {folder}")
         self._lists.do(
             lambda: parts_of_batch(folder, batch),
             lambda parts: self._show_jobs(folder, batch, parts),

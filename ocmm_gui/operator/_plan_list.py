@@ -43,7 +43,7 @@ class PlanList(QListWidget):
         super().__init__()
         self.setAccessibleName("Plan")
         self.setAccessibleDescription(
-            "Features in the order of probing; page up and page down change the active one"
+            "Features in probing order; Page Up and Page Down change the active one"
         )
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)

@@ -24,7 +24,7 @@ class ResidualChart(Painted):
     """Emits the number of the point whose bar was clicked."""
 
     def __init__(self) -> None:
-        super().__init__("Distances of the points from the fitted feature", (160, 120), (160, 0))
+        super().__init__("Residuals of the points from the fitted feature", (160, 120), (160, 0))
         self._residuals: Float = np.empty(0)
         self._numbers: tuple[int, ...] = ()
         self._flagged: frozenset[int] = frozenset()

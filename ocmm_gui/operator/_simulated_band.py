@@ -19,7 +19,7 @@ class SimulatedBand(Painted):
     """
 
     def __init__(self) -> None:
-        super().__init__("Simulated: no real part was measured", (30, 400), (12, 60))
+        super().__init__("Simulated: not a real part", (30, 400), (12, 60))
         self._far = False
         self.hide()
 

@@ -24,16 +24,16 @@ from ocmm_gui.kit import (
 )
 
 _COUNTERS = (
-    ("Cameras", "cameras that see the probe / of the rig"),
+    ("Cameras", "cameras that see the probe / in the rig"),
     ("Targets", "LEDs that two cameras see / on the probe"),
     ("Reference", "LEDs of the reference body that two cameras see / on it"),
     ("U point", "expanded uncertainty of a point here, mm, k = 2"),
-    ("Frames/s", "frames tracked a second"),
-    ("Good", "bus cycles that came in time"),
-    ("Late", "bus cycles that came late"),
-    ("Lost", "bus cycles that did not come"),
-    ("Bad", "bus cycles that could not be used"),
-    ("Overruns", "frames that the reconstruction was too slow for"),
+    ("Frames/s", "frames tracked per second"),
+    ("Good", "bus cycles on time"),
+    ("Late", "late bus cycles"),
+    ("Lost", "lost bus cycles"),
+    ("Bad", "rejected bus cycles"),
+    ("Overruns", "frames dropped because reconstruction was too slow"),
 )
 
 _NEEDED = 3
@@ -60,7 +60,7 @@ class StatusStrip(QFrame):
         self._word = FitText("Status", limit=34, reserve="INACCURATE")
         self._word.setFixedSize(250, 46)
         self._reason = QLabel()
-        self._reason.setAccessibleName("Reason of the status")
+        self._reason.setAccessibleName("Reason for the status")
         self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setWordWrap(True)
         self._reason.setFont(text_font(14))
@@ -100,7 +100,8 @@ class StatusStrip(QFrame):
         else:
             colour = status_colour(self._theme, live.status)
             self._word.show_text(live.status.value, colour, status_mark(live.status))
-        reason = " ".join((live.reason, *live.faults)).strip()
+        words = (live.reason, *live.faults, live.acquisition.pace_words)
+        reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
             self._reason.setText(reason)
             self._reason.setToolTip(reason)

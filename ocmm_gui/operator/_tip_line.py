@@ -30,7 +30,7 @@ class TipLine(QFrame):
         self._pixels = _NEAR_PX
         self._mark = MarkView()
         self._text = QLabel()
-        self._text.setAccessibleName("Standing of the tip")
+        self._text.setAccessibleName("Status of the tip")
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -104,7 +104,7 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
         return f"Tip {view.tip}: {word}" if view.tip else f"Probe {view.probe}: {word}"
     ball = f"ball {view.diameter_mm:.4f} mm"
     if view.word is CalibrationStatus.DESIGN and view.blocker is None:
-        return f"Probe {view.title}: {word}, as its document says, {ball}."
+        return f"Probe {view.title}: {word}, nominal geometry, {ball}."
     # Why no points are taken stands in the status strip of the desk view already.
     why = ""
     if view.blocker is not None and view.uncalibrated:

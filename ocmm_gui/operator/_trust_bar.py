@@ -110,9 +110,9 @@ def trust_words(view: CalibrationView, place: TrustPlace) -> str:
     warnings = " ".join(view.warnings)
     if view.uncalibrated:
         if place is TrustPlace.FAR:
-            return "UNCALIBRATED: proves nothing"
+            return "UNCALIBRATED: no proof"
         why = view.blocker.what if view.blocker is not None else ""
-        return f"UNCALIBRATED: nothing is proven. {why} {warnings}".strip()
+        return f"UNCALIBRATED: results are not proven. {why} {warnings}".strip()
     if view.blocker is not None:
         return f"NO POINTS: {view.blocker}" if place is TrustPlace.MAINTAIN else ""
     # A warning is for who can do something about it, and that is not done three metres off.

@@ -16,9 +16,9 @@ FLAGS = (_NO, _YES)
 _WANTED: Mapping[FieldKind, str] = {
     FieldKind.COUNT: "a whole number",
     FieldKind.NUMBER: "a number",
-    FieldKind.VECTOR: "three numbers with spaces between them",
-    FieldKind.NUMBERS: "numbers with spaces between them",
-    FieldKind.PLACES: "lines of a name and three numbers",
+    FieldKind.VECTOR: "three numbers separated by spaces",
+    FieldKind.NUMBERS: "numbers separated by spaces",
+    FieldKind.PLACES: "one name and three numbers per line",
 }
 
 

@@ -65,7 +65,7 @@ def with_file(
         plan,
         more,
         ItemKey("features", found[0].name),
-        f"{len(found)} features were added from {path.name}.",
+        f"{len(found)} features added from {path.name}.",
     )
 
 
@@ -74,7 +74,7 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
     before = plan.alignment
     limit = before.limit if isinstance(before, Relocation) else _LIMIT_MM
     rule = relocation(document, limit) if relocate else saved_frame(document)
-    how = "is found again at its control points" if relocate else "is taken as it was saved"
+    how = "will be relocated at its control points" if relocate else "is used as saved"
     return Imported(
         plan, with_alignment(plan, rule), ALIGNMENT, f"The frame {document.name} {how}."
     )
@@ -99,7 +99,7 @@ class Importing(WorkLine):
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
-        self.begin(f"Importing {path.name}.", "F12 gives it up.")
+        self.begin(f"Importing {path.name}.", "F12 cancels.")
         self._worker.do(
             lambda: with_file(plan, path, relocate=relocate, given_up=given_up.is_set),
             lambda found: self._done(given_up, found),

@@ -105,7 +105,7 @@ class ItemForm(QScrollArea):
             return msgspec.convert(closed(self._make, data), self._make)
         except msgspec.ValidationError as error:
             raise InputError(
-                "plan.form", f"What is filled in cannot be used: {error}.", "Correct that field."
+                "plan.form", f"Invalid entry: {error}.", "Correct that field."
             ) from error
 
     def choice(self) -> str:
@@ -166,8 +166,8 @@ class ItemForm(QScrollArea):
                 if strict and line.key.rpartition(".")[2] == "digest" and not value:
                     raise InputError(
                         f"plan.form.{line.key}",
-                        "A frame comes from its document, with the hash of it.",
-                        "Press F12 and give the file of the frame; ocmm align makes one.",
+                        "A frame comes from its document and carries its hash.",
+                        "Press F12 and choose the frame file; ocmm align creates one.",
                     )
                 continue
             try:

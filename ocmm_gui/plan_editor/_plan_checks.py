@@ -37,18 +37,18 @@ class PlanChecks(QWidget):
 
     def show_fault(self, fault: OcmmError) -> None:
         """Say why something is not taken over."""
-        self._say(f"✖  Not taken over: {fault.what} {fault.remedy}", "bad")
+        self._say(f"✖  Not applied: {fault.what} {fault.remedy}", "bad")
 
     def show_good(self, draft: PlanDraft) -> None:
         """Say that the plan is in order, and what the inspector might miss."""
-        words = "✔  In order: the plan can be measured."
+        words = "✔  The plan is valid and can be measured."
         doubts = nominal_doubts(draft.plan)
         if doubts:
             words = f"▲  The plan can be measured. {' '.join(doubts)}"
         missing = without_file(draft.plan, draft.folder)
         if missing:
             words += (
-                f" The picture of {', '.join(missing)} is not beside the plan: the feature is "
+                f" Picture of {', '.join(missing)} not found beside the plan: the feature is "
                 "drawn instead."
             )
         self._say(words, "warn" if doubts else "good")

@@ -39,7 +39,7 @@ class PlanItems(QListWidget):
         super().__init__()
         self._keys: list[ItemKey] = []
         self.setAccessibleName("Items of the plan")
-        self.setAccessibleDescription("Up and down choose an item")
+        self.setAccessibleDescription("Up and down select an item")
         self.setFont(text_font(15))
         self.currentRowChanged.connect(self._on_row)
 

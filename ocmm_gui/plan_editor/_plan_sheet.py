@@ -56,24 +56,24 @@ from ocmm_gui.views import StepPicture, read_picture
 _END_S = 1.0
 """So long at most the window waits for a file that is still being read."""
 _KEYS = (
-    ActionInfo("add", "Feature", "Add a feature after the chosen one", ("F6",)),
-    ActionInfo("construct", "Construct", "Add a construction from the chosen feature", ("F5",)),
-    ActionInfo("tolerance", "Tolerance", "Add a characteristic of the chosen feature", ("F7",)),
-    ActionInfo("align", "Alignment", "Say how it is found where the part is", ("F4",)),
-    ActionInfo("remove", "Remove", "Remove the chosen item", ("F9",)),
-    ActionInfo("earlier", "Earlier", "Move the chosen item up", ("F2",)),
-    ActionInfo("later", "Later", "Move the chosen item down", ("F3",)),
-    ActionInfo("undo", "Undo", "Take the last change back", ("F10",)),
-    ActionInfo("redo", "Redo", "Do again what was taken back", ("Shift+F10",)),
-    ActionInfo("picture", "Picture", "Attach a picture to the step of the chosen feature",
+    ActionInfo("add", "Feature", "Add a feature after the selected one", ("F6",)),
+    ActionInfo("construct", "Construct", "Add a construction from the selected feature", ("F5",)),
+    ActionInfo("tolerance", "Tolerance", "Add a characteristic of the selected feature", ("F7",)),
+    ActionInfo("align", "Alignment", "Define the part alignment", ("F4",)),
+    ActionInfo("remove", "Remove", "Remove the selected item", ("F9",)),
+    ActionInfo("earlier", "Earlier", "Move the selected item up", ("F2",)),
+    ActionInfo("later", "Later", "Move the selected item down", ("F3",)),
+    ActionInfo("undo", "Undo", "Undo the last change", ("F10",)),
+    ActionInfo("redo", "Redo", "Redo the last undone change", ("Shift+F10",)),
+    ActionInfo("picture", "Picture", "Attach a picture to the selected feature",
                ("Shift+F7",)),
-    ActionInfo("teach", "Teach", "Take the nominals from the part that is measured now", ("F11",)),
-    ActionInfo("import", "Import", "Add the features of a CSV or STEP file, or align by the "
-               "document of a frame", ("F12",)),
-    ActionInfo("new", "New", "Begin a new plan", ("Shift+F6",)),
-    ActionInfo("open", "Open", "Change the plan of another file", ("Shift+F12",)),
+    ActionInfo("teach", "Teach", "Take the nominals from the current part", ("F11",)),
+    ActionInfo("import", "Import", "Import features from CSV or STEP, or a frame document for "
+                                   "the alignment", ("F12",)),
+    ActionInfo("new", "New", "Start a new plan", ("Shift+F6",)),
+    ActionInfo("open", "Open", "Open another plan file", ("Shift+F12",)),
     ActionInfo("save", "Save", "Write the plan to a file", ("F8",)),
-    ActionInfo("measure", "Measure", "Begin a job by this plan", ("Shift+F8",)),
+    ActionInfo("measure", "Measure", "Start a job with this plan", ("Shift+F8",)),
 )  # fmt: skip
 
 
@@ -100,7 +100,7 @@ class PlanSheet(Sheet):
         self.items = PlanItems()
         left_out = tuple(name for name in Plan.__struct_fields__ if name not in HEAD_FIELDS)
         self.forms = {
-            HEAD.group: ItemForm("Plan as a whole", Plan, left_out),
+            HEAD.group: ItemForm("Plan settings", Plan, left_out),
             ALIGNMENT.group: ItemForm("Alignment", Alignment | None),
             "features": ItemForm("Feature", NominalFeature),
             "constructions": ItemForm("Construction", Construction),
@@ -175,7 +175,7 @@ class PlanSheet(Sheet):
         item = new_construction(plan, self.items.chosen())
         place = self._place_after("constructions")
         if item is None:
-            self.told.emit("Add the features first that something is constructed from.")
+            self.told.emit("Add the features to construct from first.")
         else:
             key = ItemKey("constructions", item.name)
             self._add(lambda: add_construction(plan, item, place), key)
@@ -185,7 +185,7 @@ class PlanSheet(Sheet):
         plan = self.draft.plan
         item = new_characteristic(plan, self.items.chosen())
         if item is None:
-            self.told.emit("Choose the feature that is to be toleranced first.")
+            self.told.emit("Select the feature to tolerance first.")
         else:
             key = ItemKey("characteristics", item.name)
             self._add(lambda: add_characteristic(plan, item), key)
@@ -212,7 +212,7 @@ class PlanSheet(Sheet):
     def redo(self) -> None:
         """Do again what was taken back."""
         if not self.draft.redo():
-            self.told.emit("There is nothing to do again.")
+            self.told.emit("Nothing to redo.")
         self._refresh(self.items.chosen())
 
     def teach(self) -> None:
@@ -252,8 +252,8 @@ class PlanSheet(Sheet):
             if path.is_file() and read_picture(path) is None:
                 raise InputError(
                     "plan.no_picture",
-                    f"{path}: this cannot be read as a picture.",
-                    "Give a PNG or JPEG file.",
+                    f"{path}: not a readable picture.",
+                    "Choose a PNG or JPEG file.",
                 )
             return with_picture(plan, self.draft.path, name, path)
 
@@ -278,7 +278,7 @@ class PlanSheet(Sheet):
     def measure(self) -> None:
         """Ask for a job by this plan."""
         if self.draft.path is None or not self.draft.is_saved:
-            self.told.emit("Save the plan first (F8): a job is begun by its file.")
+            self.told.emit("Save the plan first (F8): a job starts from its file.")
         else:
             self.measure_wanted.emit(self.draft.path)
 
@@ -296,7 +296,7 @@ class PlanSheet(Sheet):
 
     def _change_to(self, give: Callable[[], Plan], path: Path | None) -> None:
         if not self.draft.is_saved:
-            self.told.emit("This plan has changes that are not saved: save it (F8) or undo them.")
+            self.told.emit("This plan has unsaved changes: save it (F8) or undo them.")
             return
         plan = self.attempt(give)
         if plan is not None:
@@ -385,8 +385,8 @@ class PlanSheet(Sheet):
         if isinstance(found, Plan):
             changed = self.draft.did(found)
             self._refresh(self.items.chosen())
-            what = "The nominals are those of the part now." if changed else "Nothing has changed."
-            self.told.emit(f"{what} F10 takes that back.")
+            what = "The nominals now match the part." if changed else "Nothing has changed."
+            self.told.emit(f"{what} F10 undoes this.")
 
     def _lay_out(self) -> None:
         for line in (self.file, self.source, self.image, self.other):

@@ -25,7 +25,7 @@ class Teaching(QProgressBar):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Progress of the teaching")
+        self.setAccessibleName("Progress of teaching")
         self.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_finished)

@@ -31,7 +31,7 @@ def main(arguments: list[str] | None = None) -> int:
     with drawing():
         # One that cannot be drawn does not stop the others.
         codes = [
-            draw(partial(write, job), "The report", "The jobs are as they were.")
+            draw(partial(write, job), "The report", "The jobs are unchanged.")
             for job in options.jobs
         ]
     return max(codes)

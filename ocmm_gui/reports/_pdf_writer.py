@@ -97,7 +97,7 @@ def _require_whole(pdf: bytes, pages: int, attachments: Mapping[str, bytes]) -> 
     if missing or counted != pages or not pdf.rstrip().endswith(b"%%EOF"):
         raise StorageError(
             "export.pdf",
-            f"The PDF that was made is not whole: {counted} of {pages} pages"
-            f"{', without ' + ', '.join(missing) if missing else ''}.",
+            f"The PDF is incomplete: {counted} of {pages} "
+            f"pages{', without ' + ', '.join(missing) if missing else ''}.",
             "Write it again; other files are not affected.",
         )

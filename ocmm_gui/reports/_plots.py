@@ -28,9 +28,9 @@ def deviations(canvas: Canvas, data: ReportData) -> None:
     shown = [item for item in data.reported if _place(item) is not None]
     if not shown:
         return
-    canvas.heading("Deviations in their tolerances", 4.0 * _ROW)
+    canvas.heading("Deviations within their tolerances", 4.0 * _ROW)
     canvas.text(
-        f"The field is the tolerance about its middle; the whisker is {U_LABEL}.",
+        f"Band: tolerance about its middle. Whisker: {U_LABEL}.",
         SMALL,
     )
     for item in shown:

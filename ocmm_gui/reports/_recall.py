@@ -119,7 +119,7 @@ def main(arguments: list[str] | None = None) -> int:
     def write() -> None:
         write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
 
-    return draw(write, "The pages of the recall", "What was decided is stored.")
+    return draw(write, "The pages of the recall", "The decision is stored.")
 
 
 if __name__ == "__main__":

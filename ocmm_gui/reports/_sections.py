@@ -179,7 +179,7 @@ def features(canvas: Canvas, data: ReportData) -> None:
     if data.annulled:
         canvas.skip(10.0)
         numbers = ", ".join(str(number) for number in data.annulled)
-        canvas.text(f"Points taken back, and kept in the job file: {numbers}.", SMALL)
+        canvas.text(f"Points undone, kept in the job file: {numbers}.", SMALL)
 
 
 def _verdict_field(summary: VerdictSummary, *, undone: bool) -> PageField:
@@ -219,7 +219,7 @@ def basis(canvas: Canvas, data: ReportData) -> None:
             ]
         )  # fmt: skip
     if rows:
-        canvas.heading("What the results rest on", 200.0)
+        canvas.heading("Basis of the results", 200.0)
         canvas.table(_BASIS_COLUMNS, rows)
 
 

@@ -48,7 +48,7 @@ class Writing:
                 name, content = pdf_file(self.data)
             beside[name] = content
         tables = tuple(name for name in self.formats if name != PDF.name)
-        tell("Writing the files and reading them back", 0.7)
+        tell("Writing and verifying the files", 0.7)
         tell.commit()
         return write_report(
             self.data, tables, self.folder, incomplete=self.incomplete, beside=beside

@@ -30,17 +30,17 @@ from ocmm_gui.kit import (
 from ocmm_gui.results._drill import alignment_of_file
 
 _KEYS = (
-    ActionInfo("again", "Recalculate", "With the points that are there now", ("F6",)),
-    ActionInfo("accept", "Accept", "Write into the job that this alignment was accepted", ("F8",)),
+    ActionInfo("again", "Recalculate", "With the points taken so far", ("F6",)),
+    ActionInfo("accept", "Accept", "Record in the job that this alignment was accepted", ("F8",)),
 )
 _COLUMNS = (
-    ("Feature", "in brackets: the frame does not rest on it, it checks the frame"),
-    ("dx", "mm, from its nominal place, in the frame"),
+    ("Feature", "in brackets: not used for the frame, only checks it"),
+    ("dx", "mm, deviation from nominal, in the frame"),
     ("dy", "mm"),
     ("dz", "mm"),
-    ("off", "mm, length of the three"),
-    ("U (k=2)", "mm, of the distance, in the least certain direction"),
-    ("turned, °", "of its direction"),
+    ("off", "mm, length of the deviation vector"),
+    ("U (k=2)", "mm, U of the distance, in its least certain direction"),
+    ("turned, °", "angular deviation"),
 )
 
 
@@ -62,7 +62,7 @@ class AlignmentSheet(Sheet):
         self.table.right_heads(range(1, len(_COLUMNS)))
         self._state = FitText("Degrees of freedom", limit=28)
         self._state.setFixedHeight(40)
-        self.words = sentence_label("What to know", 15)
+        self.words = sentence_label("Notes", 15)
         self._spread = sentence_label("Uncertainty of the frame", 14)
         self._spread.setProperty("role", "muted")
         self.progress = QProgressBar()
@@ -102,7 +102,7 @@ class AlignmentSheet(Sheet):
         """Write into the job file what was seen and that it was accepted."""
         report = self._report
         if report is None or not report.can_be_accepted:
-            self.told.emit("There is no alignment to accept yet.")
+            self.told.emit("No alignment to accept yet.")
         else:
             words = f"The alignment was accepted: results are in the {report.frame}."
             self._bridge.results.accept_alignment(
@@ -149,7 +149,7 @@ class AlignmentSheet(Sheet):
             return
         self.say(f"Results are in the {report.frame}.")
         if not report.can_be_accepted:
-            self._state.show_text("There is no frame yet", theme.warn, Mark.DOUBT)
+            self._state.show_text("No frame yet", theme.warn, Mark.DOUBT)
         elif report.free:
             free = ", ".join(report.free)
             self._state.show_text(f"Still free: {free}", theme.warn, Mark.DOUBT)
@@ -191,4 +191,4 @@ def _spread_words(report: AlignmentReport) -> str:
         return ""
     shifts = "  ".join(millimetres(float(value)) for value in report.origin_uncertainty)
     turns = "  ".join(f"{value:.4f}" for value in np.degrees(report.turn_uncertainty))
-    return f"U (k=2) of the origin, x y z: {shifts} mm. Of turns about x y z: {turns}°."
+    return f"U (k=2) of the origin, x y z: {shifts} mm. Of rotations about x y z: {turns}°."

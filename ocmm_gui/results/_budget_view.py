@@ -10,8 +10,8 @@ from ocmm_gui.kit import NumberTable, Painted, digit_font, text_font
 
 _COLUMNS = (
     ("Source", "of the uncertainty"),
-    ("Kind", "A: from the observations of this job; B: from anything else; distribution"),
-    ("u, µm", "standard uncertainty that it gives the result; m° for angles"),
+    ("Kind", "A: from the observations of this job; B: from other sources; distribution"),
+    ("u, µm", "standard uncertainty contributed to the result; m° for angles"),
     ("Share", "of the variance"),
 )
 _ROW_PX, _LINE_PX = 26.0, 23

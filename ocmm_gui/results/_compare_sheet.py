@@ -23,15 +23,15 @@ from ocmm_gui.kit import (
 )
 
 _KEYS = (
-    ActionInfo("folder", "Choose a folder", "Compare the jobs of a folder", ("F7",)),
-    ActionInfo("stop", "Stop reading", "Give up reading the jobs", ("F9",)),
+    ActionInfo("folder", "Choose a folder", "Compare the jobs in a folder", ("F7",)),
+    ActionInfo("stop", "Stop reading", "Stop reading the jobs", ("F9",)),
 )
 _COLUMNS = (
     ("Characteristic", "as in the plan"),
-    ("Parts", "that are counted"),
+    ("Parts", "included"),
     ("Mean", "mm, or degrees for angles"),
-    ("Cp", "tolerance against the scatter of the parts"),
-    ("Cpk", "the same to the nearer limit"),
+    ("Cp", "tolerance relative to the scatter of the parts"),
+    ("Cpk", "relative to the nearer limit"),
     ("Signals", "of the control chart"),
 )
 _NUMBERS = range(1, 6)
@@ -99,8 +99,8 @@ class CompareSheet(WorkSheet):
         self.file = PathPanel("jobs", "folder", "Compare")
         self.table = TrendTable()
         self.chart = TrendChart()
-        self.words = sentence_label("What the chart says", 15)
-        self.left_out = sentence_label("What is not counted", 14)
+        self.words = sentence_label("Findings of the chart", 15)
+        self.left_out = sentence_label("Excluded", 14)
         self.left_out.setProperty("role", "muted")
         right = QVBoxLayout()
         right.addWidget(self.chart, 1)
@@ -120,7 +120,7 @@ class CompareSheet(WorkSheet):
         self.use_keys(
             {"folder": lambda: self.file.ask(self._folder), "stop": self.stop}, primary="folder"
         )
-        self.say("Choose the folder with the jobs of the batch.")
+        self.say("Select the folder with the jobs of the batch.")
 
     def open(self, folder: Path) -> None:
         """Propose a folder, and read it."""

@@ -68,8 +68,8 @@ def trials_of_file(path: Path, name: str, tell: Tell) -> MonteCarloValue:
             return simulate(asked, MonteCarloOptions(), tell).values[0]
     raise MeasuringError(
         "monte_carlo.no_value",
-        f"{name} has no value yet that could be tried.",
-        "Measure the features that it rests on.",
+        f"{name} has no value to simulate yet.",
+        "Measure the features it depends on.",
     )
 
 
@@ -83,7 +83,7 @@ def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
     """
     tell("Reading the job", 0.2)
     job = reopen_job(path)
-    tell("Computing the alignment", 0.6)
+    tell("Calculating the alignment", 0.6)
     return alignment_of_points(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
     )
@@ -92,7 +92,7 @@ def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
 def _evaluated(path: Path, tell: Tell) -> tuple[ReopenedJob, EvaluatedJob]:
     tell("Reading the job", 0.1)
     job = reopen_job(path)
-    tell("Computing the uncertainties", 0.5)
+    tell("Calculating the uncertainties", 0.5)
     probe = probe_state(job.options, job.body)
     return job, evaluated_job(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options, probe

@@ -23,7 +23,7 @@ class DrivingPoints(Painted):
     """A small 3-D view: arrow keys or the mouse turn it, plus and minus or the wheel zoom."""
 
     def __init__(self) -> None:
-        super().__init__("Points that drive the value", (420, 220), (220, 130))
+        super().__init__("Points that determine the value", (420, 220), (220, 130))
         self._job: JobView | None = None
         self._explained: Explanation | None = None
         self._items: tuple[Item, ...] = ()
@@ -49,7 +49,7 @@ class DrivingPoints(Painted):
         numbers = () if explained is None else self.marked()
         self.setVisible(bool(numbers))
         self.setAccessibleDescription(
-            f"Marked: {points_words(numbers)}. Arrow keys turn the view, plus and minus zoom."
+            f"Marked: {points_words(numbers)}. Arrow keys rotate the view, plus and minus zoom."
             if numbers
             else ""
         )

@@ -80,7 +80,7 @@ class JobSource:
         """Return which job is shown, and what speaks against it."""
         who = header_words(job)
         if not self.read_only:
-            return f"Running job {job.job}, part {job.part}. {who}."
+            return f"Current job {job.job}, part {job.part}. {who}."
         agree = () if self.doubts else ("Recomputed from raw data: matches the file.",)
         doubts = " ".join((*self.doubts, *agree, *self.remarks))
         return f"{self.path.name}, read-only, part {job.part}. {who}. {doubts}"

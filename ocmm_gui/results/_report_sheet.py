@@ -33,12 +33,12 @@ from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.results._report_writer import ReportWriter
 
 _KEYS = (
-    ActionInfo("mark", "Mark", "Mark this format to be written, or do not", ("F6", "Space")),
-    ActionInfo("write", "Write", "Write the marked formats into the folder", ("F8", "E")),
+    ActionInfo("mark", "Mark", "Select or clear this format", ("F6", "Space")),
+    ActionInfo("write", "Write", "Write the selected formats to the folder", ("F8", "E")),
 )
 _NAME = Qt.ItemDataRole.UserRole
 _LIST_PX, _ROW_PX = 320, 36
-_GIVE_UP = "F8 gives it up."
+_GIVE_UP = "F8 cancels."
 _SETTLE_MS = 300
 """Whoever widens a window is not yet done for so long."""
 
@@ -61,7 +61,7 @@ class ReportSheet(Sheet):
         self._folder = folder
         self.formats = QListWidget()
         self.formats.setAccessibleName("Formats")
-        self.formats.setAccessibleDescription("Up and down show a preview, Space marks a format")
+        self.formats.setAccessibleDescription("Up and down show a preview, Space selects a format")
         self.formats.setFont(text_font(16))
         for name in FORMATS:
             item = QListWidgetItem(self.formats)
@@ -93,7 +93,7 @@ class ReportSheet(Sheet):
         self._settling.setSingleShot(True)
         self._settling.setInterval(_SETTLE_MS)
         self._settling.timeout.connect(self.preview)
-        self.folder = form_field("Folder of the report", "Folder of the report")
+        self.folder = form_field("Report folder", "Report folder")
         self.text = QPlainTextEdit()
         self.text.setAccessibleName("Preview")
         self.text.setReadOnly(True)
@@ -144,7 +144,7 @@ class ReportSheet(Sheet):
         self._fresh = True
         self._show_chosen()
         if not self._writer.is_busy():
-            self.work.begin("Making the preview")
+            self.work.begin("Preparing the preview")
         asked = self._asked
 
         def done(data: ReportData) -> None:
@@ -242,7 +242,7 @@ class ReportSheet(Sheet):
 
     def _on_ended(self) -> None:
         if self._previewing.is_running() and not self._writer.is_busy():
-            self.work.begin("Making the preview")
+            self.work.begin("Preparing the preview")
         elif not self._writer.is_busy():
             self.work.end()
 

@@ -104,8 +104,7 @@ class ReportWriter(QObject):
         if not missing or (self._request is not None and self._request.incomplete):
             return False
         self.asked.emit(
-            f"INCOMPLETE: {missing_words(missing)} not measured. "
-            f"Write the report of {job} all the same?"
+            f"INCOMPLETE: {missing_words(missing)} not measured. Write the report of {job} anyway?"
         )
         return True
 

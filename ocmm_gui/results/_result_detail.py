@@ -32,8 +32,8 @@ from ocmm_gui.results._job_source import JobSource
 
 _NONE = Budgets({}, {})
 _ROOMY_PX = 760
-_SEARCHING = "Looking for the cause ..."
-_BUSY = "The budget is being computed from the job file."
+_SEARCHING = "Analysing the cause ..."
+_BUSY = "Calculating the budget from the job file."
 
 
 class ResultDetail(QFrame):
@@ -51,7 +51,7 @@ class ResultDetail(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setProperty("role", "panel")
-        self.setAccessibleName("The chosen result")
+        self.setAccessibleName("Selected result")
         self._theme = THEMES[DEFAULT_THEME]
         self._source: JobSource | None = None
         self._result: CharacteristicResult | None = None
@@ -66,7 +66,7 @@ class ResultDetail(QFrame):
         self.bar = ToleranceBar()
         self.bar.setFixedHeight(54)
         self._why = sentence_label("Why", 15)
-        self._now = sentence_label("What now", 16)
+        self._now = sentence_label("What to do", 16)
         self._now.setFont(text_font(16, bold=True))
         self._rule = sentence_label("Decision rule", 13)
         self._standing = sentence_label("Calibration", 13)
@@ -120,10 +120,10 @@ class ResultDetail(QFrame):
         if self._simulation.is_running():
             self._simulation.cancel()
             self.progress.hide()
-            self._check.setText("The trials were given up.")
+            self._check.setText("Simulation cancelled.")
         elif self._source is not None and self._result is not None:
             self._wait("Monte Carlo")
-            self._check.setText("Trials run in a process of their own. F6 gives them up.")
+            self._check.setText("Trials run in a separate process. F6 stops them.")
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
     def cancel(self) -> None:
@@ -268,7 +268,7 @@ def decision_words(result: CharacteristicResult) -> str:
     if result.frame:
         parts.append(f"Frame: {result.frame}.")
     if result.floor is not None:
-        parts.append(f"Noise alone would show {quantity(result, result.floor)}.")
+        parts.append(f"Noise floor: {quantity(result, result.floor)}.")
     if result.bonus:
         parts.append(f"Bonus {quantity(result, result.bonus)}.")
     return " ".join(parts)
@@ -280,9 +280,9 @@ def trial_words(result: CharacteristicResult, trials: MonteCarloValue) -> str:
     small = "m°" if result.unit == "deg" else "µm"
     off = 1e3 * max(trials.off_low, trials.off_high)
     agrees = "confirms" if trials.validated else "does not confirm"
-    settled = "" if trials.settled else " More trials would be needed to be sure."
+    settled = "" if trials.settled else " More trials are needed to be certain."
     return (
         f"Monte Carlo (JCGM 101), {trials.trials:,} trials: 2 u = {2e3 * trials.sigma:.2f} "
         f"{small}, interval {low} to {high}. It {agrees} linear propagation: the ends differ by "
-        f"{off:.2f} {small}, {1e3 * trials.tolerance:.2g} {small} is allowed.{settled}"
+        f"{off:.2f} {small}, tolerance {1e3 * trials.tolerance:.2g} {small}.{settled}"
     )

@@ -34,10 +34,10 @@ from ocmm_gui.results._result_detail import ResultDetail
 from ocmm_gui.results._result_table import ResultTable
 
 _KEYS = (
-    ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by trials", ("F6",)),
-    ActionInfo("open", "Open a job", "Show a job from its file, without changing it", ("F7",)),
-    ActionInfo("running", "Running job", "Show the job that is measured now", ("F9",)),
-    ActionInfo("batch", "Batch", "Compare the jobs of this folder", ("F10",)),
+    ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by Monte Carlo", ("F6",)),
+    ActionInfo("open", "Open a job", "Open a job file read-only", ("F7",)),
+    ActionInfo("running", "Current job", "Show the current job", ("F9",)),
+    ActionInfo("batch", "Batch", "Compare the jobs in this folder", ("F10",)),
     ActionInfo("report", "Report", "Preview and write the reports", ("F8", "E")),
 )
 
@@ -143,7 +143,7 @@ class ResultsSheet(Sheet):
         """
         probes, calibrations = self._records()
         self._opening.start(partial(opened_job, path, probes=probes, calibrations=calibrations))
-        self.opening.begin(f"Opening {path.name}", "F7 gives it up.")
+        self.opening.begin(f"Opening {path.name}", "F7 cancels.")
         self.table.setFocus()
 
     def is_opening(self) -> bool:

@@ -124,7 +124,7 @@ def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item
         place = point.surface_world
         if point.number in feature.outliers:
             items.append(Dots(place[None], theme.bad, 11.0, theme.panel))
-            items.append(Tag(place, f"{point.number} far off", theme.bad))
+            items.append(Tag(place, f"{point.number} outlier", theme.bad))
         if point.number == chosen:
             items.append(Dots(place[None], theme.warn, 14.0, theme.text))
             items.append(Tag(place, f"point {chosen}", theme.text))

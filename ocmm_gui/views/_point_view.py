@@ -74,7 +74,7 @@ class PointView(QWidget):
         self._overview = start.fitted(reach, _OVERVIEW_ASPECT, 1.0)
         self.setAccessibleName("3-D view")
         self.setAccessibleDescription(
-            "Arrow keys turn the view, plus and minus zoom, F fits it to the work"
+            "Arrow keys rotate the view, plus and minus zoom, F fits it to the part"
         )
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)

@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QHeaderView
 from ocmm_gui.kit import ACTIONS, ActionInfo, NumberTable, Sheet, text_font
 
 _COLUMNS = (
-    ("Where", "the mode in which the key acts"),
+    ("Where", "mode in which the key works"),
     ("Key", "any of them"),
     ("Name", "on the button"),
     ("What it does", "in a sentence"),
@@ -31,7 +31,7 @@ class KeysSheet(Sheet):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setStretchLastSection(True)
         self.body.addWidget(self.table, 1)
-        self.say("A page that is opened beside the measuring shows its own keys on its buttons.")
+        self.say("Other pages show their keys on their buttons.")
         self.use_keys({})
 
     def open(self) -> None:

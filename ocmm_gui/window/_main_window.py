@@ -308,7 +308,7 @@ class MainWindow(QMainWindow):
 
     def _on_evaluating(self, busy: bool) -> None:
         if busy:
-            self._work.begin("Computing the results")
+            self._work.begin("Calculating the results")
         else:
             self._work.end()
 

@@ -76,15 +76,15 @@ class Maintenance(QObject):
         pages = (
             Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
             Page(
-                "Calibration", "Whether the cameras can be trusted", self.calibration,
+                "Calibration", "Calibration status of the cameras", self.calibration,
                 (*_wizards(Subject.CAMERAS), "recall", "write_cameras"),
             ),
             Page(
-                "Probe", "Whether the tip can be trusted", self.probe,
+                "Probe", "Status of probe and tip", self.probe,
                 ("define", "mount", *_wizards(Subject.PROBE)),
             ),
-            Page("Probe design", "How certain the tip is, and why not more", self.probe_design),
-            Page("Fits", "Whether the fits are right, by certified pairs", self.fits),
+            Page("Probe design", "Uncertainty of the tip and its causes", self.probe_design),
+            Page("Fits", "Check of the fits against certified pairs", self.fits),
         )  # fmt: skip
         self._deeds = ConfirmedActions(bridge, notices, self.probe)
         self.view = MaintainView(pages, actions)
@@ -97,7 +97,7 @@ class Maintenance(QObject):
         self.wizard.sounded.connect(feedback.play)
         self.wizard.failed.connect(self._on_wizard_failed)
         bridge.maintenance.cameras_written.connect(
-            lambda: notices.inform("The cameras store the intrinsics of the calibration.")
+            lambda: notices.inform("The cameras now store the intrinsics of the calibration.")
         )
 
     def all(self) -> tuple[QWidget, ...]:
@@ -148,7 +148,7 @@ class Maintenance(QObject):
 
     def _on_defined(self, path: Path) -> None:
         self._notices.inform(
-            f"The probe is in {path}. Start the program with --probe {path}, and calibrate it."
+            f"Probe saved in {path}. Start OCMM with --probe {path} and calibrate it."
         )
 
 

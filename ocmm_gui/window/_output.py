@@ -43,13 +43,13 @@ class Output(QObject):
         super().__init__()
         self._bridge, self._notices, self._out = bridge, notices, out
         self.export_panel = PathPanel("report", "folder")
-        self.bus_panel = PathPanel("report of the bus", "file")
+        self.bus_panel = PathPanel("bus report", "file")
         self.question = AnswerPanel("The job is not complete", "Write")
         self.work = WorkLine("Report")
         self._source = JobSource.of_bridge(bridge)
         self._writer = ReportWriter(self)
         self._writer.asked.connect(lambda question: self.question.ask(question, far=far()))
-        self._writer.begun.connect(lambda: self.work.begin("Writing the report", "E gives it up."))
+        self._writer.begun.connect(lambda: self.work.begin("Writing the report", "E cancels."))
         self._writer.advanced.connect(self.work.advance)
         self._writer.ended.connect(self.work.end)
         self._writer.written.connect(self.tell_written)
@@ -58,7 +58,7 @@ class Output(QObject):
         self.export_panel.given.connect(self._export_to)
         self.bus_panel.given.connect(bridge.maintenance.save_bus_text)
         bridge.maintenance.bus_text_saved.connect(
-            lambda path: notices.inform(f"The report of the bus is in {path}.")
+            lambda path: notices.inform(f"The bus report is in {path}.")
         )
 
     def calls(self) -> dict[str, Callable[[], None]]:
@@ -115,7 +115,7 @@ class Output(QObject):
         except OcmmError as error:
             self._notices.error(error)
         else:
-            self._notices.inform(f"The log is in {path}.")
+            self._notices.inform(f"Log written to {path}.")
 
     def _new_text(self, what: str) -> Path:
         folder = self._out if self._out is not None else Path.home()

@@ -142,7 +142,7 @@ class Sheets(QObject):
 
     def _on_plan_saved(self, path: Path) -> None:
         self.job.offer(path)
-        self._notices.inform(f"The plan is in {path}. Shift+F8 begins a job by it.")
+        self._notices.inform(f"Plan saved in {path}. Shift+F8 starts a job with it.")
 
     def _measure_by(self, path: Path) -> None:
         self.open_job()

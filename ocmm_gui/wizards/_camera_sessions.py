@@ -15,7 +15,7 @@ from ocmm_core.documents import resource
 from ocmm_gui.wizards._site import SessionPlace, WizardSite, chosen, given, named, temperature
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
-_BAR = "the document of the length bar"
+_BAR = "Length bar document"
 
 
 def known_points_fields(_site: WizardSite) -> tuple[Field, ...]:
@@ -23,7 +23,7 @@ def known_points_fields(_site: WizardSite) -> tuple[Field, ...]:
     return (
         WHO,
         TEMPERATURE,
-        Field("points", "Reference points", "The list of positions: unit, uncertainty, points"),
+        Field("points", "Reference points", "List of positions: unit, uncertainty, points"),
     )
 
 
@@ -50,32 +50,32 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
         WHO,
         TEMPERATURE,
         Field(
-            "bar", "Length bar", "Its document with the certificate",
+            "bar", "Length bar", "Its document, with the certificate",
             str(resource("artefacts", "bar.toml")),
         ),
         Field(
-            "world", "World frame", "What the coordinates refer to afterwards",
+            "world", "World frame", "Reference of the coordinates afterwards",
             choices=(
-                ("cameras", "stays with the cameras"),
-                ("points", "kept by known control points"),
-                ("set", "set anew by three points"),
+                ("cameras", "fixed to the cameras"),
+                ("points", "fixed by known control points"),
+                ("set", "redefined by three points"),
             ),
         ),
-        Field("control", "Control points", "Their list, if the world is kept by known points"),
+        Field("control", "Control points", "Their list, if known points keep the world frame"),
         Field(
-            "lens", "Lenses", "What happens to the lenses",
+            "lens", "Lenses", "Lens parameters",
             choices=(
-                ("prior", "refined from what is known"),
-                ("fixed", "kept as they are"),
+                ("prior", "refined from known values"),
+                ("fixed", "unchanged"),
                 ("free", "found anew"),
             ),
         ),
         Field(
-            "geometry", "Probe", "How the LEDs of the probe are known",
+            "geometry", "Probe", "Source of the LED positions",
             choices=(
-                ("uncertain", "known to its uncertainty"),
+                ("uncertain", "known within their uncertainty"),
                 ("known", "known exactly"),
-                ("unknown", "not known: the bar alone gives the scale"),
+                ("unknown", "unknown: scale from the bar alone"),
             ),
         ),
     )  # fmt: skip
@@ -111,15 +111,15 @@ def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
         WHO,
         TEMPERATURE,
         Field(
-            "bar", "Length bar", "Not the one that the cameras were calibrated with",
+            "bar", "Length bar", "Not the one used to calibrate the cameras",
             str(resource("artefacts", "verification_bar.toml")),
         ),
         Field(
-            "sphere", "Sphere", "Its document; leave it empty for none",
+            "sphere", "Sphere", "Its document; empty for none",
             str(resource("artefacts", "sphere.toml")),
         ),
         Field(
-            "places", "Sphere in", "How many places of the volume",
+            "places", "Sphere in", "Number of places in the volume",
             choices=(("one", "one place"), ("two", "near and far third")),
         ),
     )  # fmt: skip

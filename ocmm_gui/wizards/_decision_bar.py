@@ -7,7 +7,7 @@ from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
 
 from ocmm_gui.kit import OwnKeysField, text_font
 
-_WELCOME, _NEEDED = "Reason, for the history", "A reason must be given"
+_WELCOME, _NEEDED = "Reason, for the history", "A reason is required"
 
 
 class DecisionBar(QFrame):
@@ -23,7 +23,7 @@ class DecisionBar(QFrame):
         self._accepts = False
         self._needs_reason = False
         self._question = QLabel()
-        self._question.setAccessibleName("What is decided")
+        self._question.setAccessibleName("Decision")
         self._question.setFont(text_font(17, bold=True))
         self._reason = OwnKeysField()
         self._reason.setObjectName("reason")

@@ -40,7 +40,7 @@ CLOSE_LIMIT_S = 3.0
 """How long a command that is under way may take when the wizard is left."""
 
 _PART = "The calibration procedure"
-_SAFE = "Every observation taken so far is in the session."
+_SAFE = "All observations so far are saved in the session."
 
 _log = logging.getLogger(__name__)
 

@@ -11,19 +11,19 @@ from PySide6.QtWidgets import QWidget
 from ocmm_gui.kit import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, ActionInfo, Debounced
 
 WIZARD_ACTIONS = (
-    ActionInfo("take", "Take", "Take what is seen now", TAKE_KEYS, True),
-    ActionInfo("drop", "Undo", "Take the last observation of this step back", UNDO_KEYS, True),
+    ActionInfo("take", "Take", "Take an observation now", TAKE_KEYS, True),
+    ActionInfo("drop", "Undo", "Undo the last observation of this step", UNDO_KEYS, True),
     ActionInfo("next", "Next", "Go to the next step", FINISH_KEYS, True),
-    ActionInfo("back", "Back", "Return to the step before; nothing is lost", ("PgUp",)),
-    ActionInfo("automatic", "By itself", "Take what is ready without a key, or no longer", ("Y",)),
-    ActionInfo("skip", "Skip", "Leave this point out: no camera sees it", ("S",)),
-    ActionInfo("repeat", "Repeat line", "Take a line again that lies wrong or failed", ("N",)),
-    ActionInfo("anew", "Repeat sweep", "Throw this sweep away and begin it again", ("W",)),
-    ActionInfo("calculate", "Calculate", "Calculate the result again", ("R",)),
-    ActionInfo("cancel", "Give up", "Give up the calculation", ("C",)),
-    ActionInfo("accept", "Accept", "Put the result in force", ("A",)),
-    ActionInfo("keep", "Keep the old", "End, and leave everything as it was", ("K",)),
-    ActionInfo("leave", "Leave", "Go back to the pages; the session can be resumed", ("Esc",)),
+    ActionInfo("back", "Back", "Back to the previous step; nothing is lost", ("PgUp",)),
+    ActionInfo("automatic", "Automatic", "Turn automatic taking on or off", ("Y",)),
+    ActionInfo("skip", "Skip", "Skip this point: no camera sees it", ("S",)),
+    ActionInfo("repeat", "Repeat line", "Repeat a misplaced or failed line", ("N",)),
+    ActionInfo("anew", "Repeat sweep", "Discard this sweep and repeat it", ("W",)),
+    ActionInfo("calculate", "Calculate", "Recalculate the result", ("R",)),
+    ActionInfo("cancel", "Cancel", "Cancel the calculation", ("C",)),
+    ActionInfo("accept", "Accept", "Activate the result", ("A",)),
+    ActionInfo("keep", "Keep the old", "End without changes", ("K",)),
+    ActionInfo("leave", "Leave", "Back to Maintain; the session can be resumed", ("Esc",)),
     *(
         ActionInfo(f"plot{number}", f"Plot {number}", f"Show plot {number}", (f"{number}",))
         for number in range(1, 5)

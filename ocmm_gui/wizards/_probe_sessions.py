@@ -14,9 +14,9 @@ from ocmm_core.errors import InputError
 from ocmm_gui.wizards._site import SessionPlace, WizardSite, given, named, temperature
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
-_CONE = Field("cone", "Cone", "What is written on it; leave it empty if nothing is")
+_CONE = Field("cone", "Cone", "Its marking; empty if none")
 _SPHERE = Field(
-    "sphere", "Sphere", "Its document with the certificate",
+    "sphere", "Sphere", "Its document, with the certificate",
     str(resource("artefacts", "sphere.toml")),
 )  # fmt: skip
 _SPHERE_FILE = "the document of the sphere"
@@ -27,12 +27,12 @@ def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
     return (
         WHO,
         TEMPERATURE,
-        Field("tip", "Tip", "What is written on the stylus that is mounted", _proposed_tip(site)),
+        Field("tip", "Tip", "Marking on the mounted stylus", _proposed_tip(site)),
         Field(
-            "place", "Where the tip is", "What is known of it before",
+            "place", "Where the tip is", "What is already known of it",
             choices=(
-                ("document", "about as the probe's document says, or as it was"),
-                ("unknown", "not known: another stylus"),
+                ("document", "close to the probe document or the last calibration"),
+                ("unknown", "unknown: another stylus"),
             ),
         ),
         _CONE,
@@ -56,7 +56,7 @@ def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
     """Return what is filled in before a tip is qualified."""
     nominal = "" if site.probe is None else f"{2.0 * site.probe.design.tip_radius:g}"
-    ball = Field("nominal", "Ball, mm", "Diameter that it should have", nominal)
+    ball = Field("nominal", "Ball, mm", "Nominal diameter", nominal)
     return (WHO, TEMPERATURE, _mounted(site), ball, _SPHERE, _CONE)
 
 
@@ -114,7 +114,7 @@ def _mounted(site: WizardSite) -> Field:
         store = ProbeStore(site.probe.store)
         tips = tuple(sorted(store.tips, key=lambda tip: tip != store.mounted))
     choices = tuple((tip, tip) for tip in tips)
-    return Field("tip", "Tip", "The one that is mounted", _proposed_tip(site), choices)
+    return Field("tip", "Tip", "Currently mounted", _proposed_tip(site), choices)
 
 
 def _proposed_tip(site: WizardSite) -> str:
@@ -141,7 +141,7 @@ def _diameter(text: str) -> float | None:
     except ValueError as error:
         raise InputError(
             "wizard.diameter",
-            f"The diameter of the ball is {text.strip()!r}, which is no number.",
-            "Write it in millimetres.",
+            f"The ball diameter is {text.strip()!r}, which is not a number.",
+            "Enter it in millimetres.",
         ) from error
     return value

@@ -104,13 +104,13 @@ def wizard_of(kind: ProcedureKind) -> WizardSpec[Any]:
             return spec
     raise InputError(
         "wizard.unknown",
-        f"The window has no wizard for {kind.value}.",
-        "Use ocmm calibrate on a terminal, or a version of the window that has it.",
+        f"No wizard for {kind.value} in this version.",
+        "Use ocmm calibrate on a terminal, or a version with this wizard.",
     )
 
 
 _VERIFY = (
-    "The new calibration is in force. Verify it: until then it is SUSPECT and no points are taken."
+    "The new calibration is active. Verify it: until then it is SUSPECT and no points are taken."
 )
 
 _KNOWN_POINTS = WizardSpec(
@@ -119,9 +119,9 @@ _KNOWN_POINTS = WizardSpec(
     action="calibrate",
     texts=WizardTexts(
         title="Calibrate cameras",
-        purpose="A machine that knows its position brings one bright target to every point of a "
-        "list, through the whole depth of the volume. From what the cameras see there follow their "
-        "lenses and where they stand.",
+        purpose="A positioning machine moves one bright target to every point of a list, "
+        "through the full depth of the volume. Lens parameters and camera poses are "
+        "computed from the images.",
         ends=CALIBRATION_ENDS,
         accepted=_VERIFY,
     ),
@@ -131,7 +131,7 @@ _KNOWN_POINTS = WizardSpec(
     pages=lambda place, procedure: {
         "prepare": PreparePage(place.rig, planned_points),
         "collect": KnownPointsPage(place.rig, procedure),
-        "result": ResultPage(place.rig, "Errors at points that were held back"),
+        "result": ResultPage(place.rig, "Errors at points held back"),
     },
     is_slow=True,
     commands={"skip": lambda procedure: procedure.skip},
@@ -143,9 +143,9 @@ _RELOCATION = WizardSpec(
     action="relocate",
     texts=WizardTexts(
         title="Relocate",
-        purpose="After the frame or a camera was moved: visit two seats, wave the probe through "
-        "the volume, show the length bar, touch the control points, and visit the seats again. No "
-        "measuring machine is needed.",
+        purpose="Use after the frame or a camera was moved: visit two seats, wave the probe "
+        "through the volume, show the length bar, touch the control points, and visit "
+        "the seats again. No measuring machine needed.",
         ends=CALIBRATION_ENDS,
         accepted=_VERIFY,
     ),
@@ -171,11 +171,11 @@ _VERIFICATION = WizardSpec(
     action="verify",
     texts=WizardTexts(
         title="Verify",
-        purpose="An independent check: visit two seats, put the ball into the nests of a certified "
-        "length bar along seven lines, touch a certified sphere, and visit the seats again. Only a "
-        "calibration that passed may be used.",
+        purpose="An independent check: visit two seats, put the ball into the nests of a "
+        "certified length bar along seven lines, touch a certified sphere, and visit "
+        "the seats again. Only a calibration that passes can be used.",
         ends=VERDICT_ENDS,
-        accepted="The verdict is stored.",
+        accepted="Verdict stored.",
     ),
     fields=cameras.verification_fields,
     begin=cameras.begin_verification,
@@ -210,11 +210,11 @@ _PIVOT = WizardSpec(
     action="pivot",
     texts=WizardTexts(
         title="Calibrate probe",
-        purpose="Rest the ball in a cone and sweep the probe about it, then once more in another "
-        "cone or leaning another way, and come back to the first cone. From the sweeps follow "
-        "where the tip is and where the LEDs stand.",
+        purpose="Rest the ball in a cone and pivot the probe about it, repeat in another cone "
+        "or leaning another way, then return to the first cone. Tip and LED positions "
+        "are computed from the sweeps.",
         ends=CALIBRATION_ENDS,
-        accepted="The new calibration of the probe is in force. Qualify the tip: until then it is "
+        accepted="The new probe calibration is active. Qualify the tip: until then it is "
         "SUSPECT and no points are taken.",
     ),
     fields=probe.pivot_fields,
@@ -248,10 +248,10 @@ _QUALIFICATION = WizardSpec(
     texts=WizardTexts(
         title="Qualify tip",
         purpose="Touch a certified sphere all around, then rest the ball in a cone in five "
-        "attitudes. From that follow the diameter of the ball, its form, and whether the tip stays "
-        "where it is.",
+        "attitudes. This gives the diameter and form of the ball, and shows whether the "
+        "tip stays in place.",
         ends=VERDICT_ENDS,
-        accepted="The verdict on the tip is stored.",
+        accepted="Tip verdict stored.",
     ),
     fields=probe.qualification_fields,
     begin=probe.begin_qualification,
@@ -266,10 +266,9 @@ _TIP_CHECK = WizardSpec(
     action="check_tip",
     texts=WizardTexts(
         title="Check tip",
-        purpose="One minute on the sphere and in the cone: is the tip on the probe still the one "
-        "that was qualified?",
+        purpose="One minute on the sphere and in the cone: is the tip still as qualified?",
         ends=VERDICT_ENDS,
-        accepted="The verdict on the tip is stored.",
+        accepted="Tip verdict stored.",
     ),
     fields=probe.tip_check_fields,
     begin=probe.begin_tip_check,

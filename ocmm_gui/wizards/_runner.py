@@ -106,7 +106,7 @@ class Runner(QWidget):
             self._stack.addWidget(page)
         self._gate_mark = FitText("Next", limit=22)
         self._gate_mark.setFixedSize(26, 30)
-        self.gate = sentence_label("Why Next is closed", 17)
+        self.gate = sentence_label("Why Next is locked", 17)
         self.decision = DecisionBar()
         self.decision.decided.connect(self._decide)
         self._lay_out()
@@ -239,7 +239,7 @@ class Runner(QWidget):
             action.setEnabled(mine and allowed.get(key, True))
         self.buttons["cancel"].setVisible(calculating)
         self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
-        self.buttons["automatic"].setText(f"By itself: {'ON' if seen.automatic else 'off'}\n[Y]")
+        self.buttons["automatic"].setText(f"Automatic: {'ON' if seen.automatic else 'off'}\n[Y]")
         ends = self._texts.ends
         for key, word in (("accept", ends.accept), ("keep", ends.keep)):
             self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")

@@ -86,8 +86,8 @@ def site_of(bridge: StationBridge) -> WizardSite:
     station = bridge.station
     in_use = station.instruments.calibration_in_use
     blocker = (
-        "The cameras are taken to be as the rig document says: no calibrations are kept.",
-        "Start the program with --calibrations FOLDER, or with real cameras.",
+        "The cameras use the rig document: no calibrations are stored.",
+        "Start OCMM with --calibrations FOLDER, or with real cameras.",
     )
     if in_use.fault is not None:
         blocker = (in_use.fault[1].what, in_use.fault[1].remedy)
@@ -111,8 +111,8 @@ def site_of(bridge: StationBridge) -> WizardSite:
 def _probe_site(bridge: StationBridge) -> ProbeSite:
     in_use = bridge.station.instruments.probe_in_use
     blocker = (
-        "The probe is taken to be as its document says: no records of it are kept.",
-        "Start the program with --probes FOLDER, or with real cameras.",
+        "The probe uses its document: no records of it are stored.",
+        "Start OCMM with --probes FOLDER, or with real cameras.",
     )
     if in_use.store is None and in_use.fault is not None:
         blocker = (in_use.fault[1].what, in_use.fault[1].remedy)
@@ -227,7 +227,7 @@ def require_store(site: WizardSite, subject: Subject) -> Path:
         return folder
     if subject is Subject.CAMERAS:
         raise CalibrationError("wizard.no_store", *site.blocker)
-    what, remedy = ("No probe is known.", "") if probe is None else probe.blocker
+    what, remedy = ("No probe selected.", "") if probe is None else probe.blocker
     raise CalibrationError("wizard.no_probe_store", what, remedy)
 
 
@@ -248,9 +248,7 @@ def named(values: Mapping[str, str]) -> str:
     """Return who does it; raise InputError where nobody is named."""
     who = values["who"].strip()
     if not who:
-        raise InputError(
-            "wizard.who", "Nobody is named who does this.", "Write your name into 'Done by'."
-        )
+        raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
     return who
 
 
@@ -263,7 +261,7 @@ def given(values: Mapping[str, str], key: str, what: str) -> Path:
     """Return a file that must be given; raise InputError where it is not."""
     text = values[key].strip()
     if not text:
-        raise InputError("wizard.missing", f"There is no file for {what}.", "Name one.")
+        raise InputError("wizard.missing", f"No file given for {what}.", "Name one.")
     return Path(text).expanduser()
 
 
@@ -276,8 +274,8 @@ def temperature(text: str) -> float | None:
     except ValueError as error:
         raise InputError(
             "wizard.temperature",
-            f"The temperature is {text.strip()!r}, which is no number.",
-            "Write it in degrees Celsius, or leave it empty.",
+            f"The temperature is {text.strip()!r}, which is not a number.",
+            "Enter it in degrees Celsius, or leave it empty.",
         ) from error
     require_temperature("surroundings", value)
     return value

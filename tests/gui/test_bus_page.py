@@ -130,7 +130,7 @@ def test_a_report_that_is_old_is_not_shown_as_new(wire: Wire, qtbot: QtBot) -> N
     assert wire.page.phase() == "IN OPERATION"
     # The page asks by itself, four times a second.
     qtbot.waitUntil(lambda: wire.page.phase() == "NO REPORT", timeout=HANG_MS)
-    assert "said nothing" in wire.page.trouble()
+    assert "No report from the bus process" in wire.page.trouble()
     wire.show(IN_ORDER)
     assert wire.page.phase() == "IN OPERATION"
     wire.ended = "The bus process ended unexpectedly (code -9)."
@@ -218,11 +218,11 @@ def test_every_phase_can_be_shown(phase: BusPhase, wire: Wire) -> None:
 
 
 def test_what_there_is_nothing_to_write_of_is_refused() -> None:
-    with pytest.raises(InputError, match="do not come over the bus"):
+    with pytest.raises(InputError, match="do not come from a camera bus"):
         bus_text(None, "rig")
     ring = FrameRing.create(2, 16)
     try:
-        with pytest.raises(InputError, match="not reported"):
+        with pytest.raises(InputError, match="No report"):
             bus_text(BusWatch(ring), "rig")
     finally:
         ring.close()

@@ -187,9 +187,11 @@ def test_a_folder_that_is_given_is_not_asked_for(
 def test_without_a_bus_the_page_and_the_key_say_why(qtbot: QtBot, open_window: OpenWindow) -> None:
     window = open_window(out=Path("nowhere")).window
     QTest.keyClick(window, Qt.Key.Key_M)
-    assert "do not come over the bus" in window.maintenance.bus.trouble()
+    assert "do not come from a camera bus" in window.maintenance.bus.trouble()
     QTest.keyClick(window, Qt.Key.Key_B)
-    qtbot.waitUntil(lambda: "do not come over the bus" in window.banner.text(), timeout=PATIENCE_MS)
+    qtbot.waitUntil(
+        lambda: "do not come from a camera bus" in window.banner.text(), timeout=PATIENCE_MS
+    )
 
 
 def test_every_text_fits_in_every_size(qtbot: QtBot, bench: BusBench) -> None:

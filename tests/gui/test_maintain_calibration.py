@@ -120,7 +120,7 @@ def test_a_valid_calibration_with_its_facts_and_history(
     bench.open_page()
     page = bench.window.maintenance.calibration
     assert page.word() == "VALID"
-    assert page.sentence() == "Calibrated, verified, and in date. Points may be taken."
+    assert page.sentence() == "Calibrated, verified and in date. Points can be taken."
     facts = {name: label.text() for name, label in page.facts.items()}
     assert facts["Cameras"] == "left 20600001, right 20600002"
     assert facts["Positions"] == "400, 1 left out"
@@ -131,8 +131,8 @@ def test_a_valid_calibration_with_its_facts_and_history(
     assert facts["Hash"] == store.active_hash[:12]
     happened = [page.history.words(row)[1] for row in range(page.history.rowCount())]
     assert happened == [
-        "Verification passed", "Put in force", "Verification FAILED", "Put in force",
-        "Verification passed", "Put in force",
+        "Verification passed", "Activated", "Verification FAILED", "Activated",
+        "Verification passed", "Activated",
     ]  # fmt: skip
     assert page.history.words(1)[2:4] == ("R. Lang", "The frame was moved.")
     assert page.focal.word() == "left +3.0"
@@ -156,11 +156,11 @@ def test_a_doubt_appears_while_it_is_looked_at(
     )
     since = f"{(now - timedelta(hours=1)).astimezone():%Y-%m-%d %H:%M}"
     assert window.maintenance.calibration.notes() == (
-        f"Points since {since} are in doubt, in older jobs as well. Recall jobs (F12) shows which "
+        f"Points since {since} are suspect, also in older jobs. Recall jobs (F12) shows which "
         "of their verdicts hold."
     )
     assert window.maintenance.calibration.history.words(0)[1:5] == (
-        "Put in doubt", "monitor", "Camera 'left' has turned.", since,
+        "Marked suspect", "monitor", "Camera 'left' has turned.", since,
     )  # fmt: skip
     qtbot.waitUntil(lambda: window.maintenance.view.status() == "NOT READY", timeout=PATIENCE_MS)
     assert window.trust.text().startswith("NO POINTS: Camera 'left' has turned.")
@@ -175,13 +175,12 @@ def test_uncalibrated_is_said_on_every_screen(
 ) -> None:
     window = open_bench(uncalibrated=True).window
     desk = (
-        "UNCALIBRATED: nothing is proven. The cameras of rig 'recommended' were never calibrated."
+        "UNCALIBRATED: results are not proven. The cameras of rig 'recommended' were "
+        "never calibrated."
     )
     qtbot.waitUntil(lambda: window.trust.text() == desk, timeout=PATIENCE_MS)
     QTest.keyClick(window, Qt.Key.Key_F11)
-    qtbot.waitUntil(
-        lambda: window.trust.text() == "UNCALIBRATED: proves nothing", timeout=PATIENCE_MS
-    )
+    qtbot.waitUntil(lambda: window.trust.text() == "UNCALIBRATED: no proof", timeout=PATIENCE_MS)
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: window.trust.text() == desk, timeout=PATIENCE_MS)
     assert window.trust.isVisible()
@@ -225,7 +224,7 @@ def test_a_damaged_record_is_said_and_the_rest_is_shown(
     assert f"Record {oldest.stem[:12]} in {oldest.parent} is not as it was" in page.sentence()
     assert "Without one, calibrate the cameras from known points" in page.sentence()
     assert page.history.rowCount() == 6
-    assert "not as it was written" in page.fault()
+    assert "was changed after it was written" in page.fault()
 
 
 def test_writing_to_the_cameras_wants_its_key_twice(
@@ -239,7 +238,7 @@ def test_writing_to_the_cameras_wants_its_key_twice(
     qtbot.waitUntil(lambda: "Press W again" in banner.text(), timeout=PATIENCE_MS)
     QTest.keyClick(bench.window, Qt.Key.Key_W)
     # The simulated source has no cameras that could store anything.
-    qtbot.waitUntil(lambda: "do not come from cameras" in banner.text(), timeout=PATIENCE_MS)
+    qtbot.waitUntil(lambda: "do not come from real cameras" in banner.text(), timeout=PATIENCE_MS)
 
 
 def test_every_text_fits_in_every_size_and_theme(

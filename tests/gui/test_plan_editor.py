@@ -125,7 +125,7 @@ def test_features_and_tolerances_are_added_moved_removed_and_undone(sheet: PlanS
     sheet.failed.connect(errors.append)
     sheet.remove()
     assert sheet.draft.plan == with_both
-    assert "needed by" in errors[0].what
+    assert "used by" in errors[0].what
     for _ in range(2):
         sheet.undo()
     assert sheet.draft.plan == before
@@ -159,7 +159,7 @@ def test_a_model_is_read_beside_the_window_and_can_be_given_up(
     told: list[object] = []
     sheet.failed.connect(told.append)
     sheet.import_file(path)
-    assert sheet.importing.words() == "Importing a.step. F12 gives it up."
+    assert sheet.importing.words() == "Importing a.step. F12 cancels."
     sheet.keys["import"].trigger()
     assert sheet.importing.words() == ""
     qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=HANG_MS)

@@ -42,7 +42,7 @@ def test_the_page_shows_what_the_terminal_prints(page: ProbeDesignPage, qtbot: Q
     assert "LEDs cannot be confused" in words
     assert "1.75 µm/K" in words
     assert "42.0 nm" in words
-    assert page.budget.words(4)[0] == "Warmth of the probe, not measured"
+    assert page.budget.words(4)[0] == "Temperature of the probe, not measured"
     assert float(page.budget.words(4)[1]) > float(page.budget.words(5)[1]) > 0.0
     assert page.button.text() == "Examine"
     assert page.grab().toImage() != before

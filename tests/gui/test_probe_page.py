@@ -103,7 +103,7 @@ def test_standing_tips_trends_and_history(open_bench: Callable[[], Bench], tmp_p
     bench.open_page()
     page = bench.window.maintenance.probe
     assert page.word() == "VALID"
-    assert page.sentence() == "Calibrated, qualified, and in date. Points may be taken."
+    assert page.sentence() == "Calibrated, qualified and in date. Points can be taken."
     assert page.facts["Tip"].text() == "A"
     assert page.facts["Ball"].text() == "6.0030 mm"
     assert page.facts["Calibrated"].text().endswith("technician")
@@ -213,7 +213,7 @@ def test_a_probe_is_examined_while_it_is_defined_and_saved_as_a_new_document(
     before = path.read_bytes()
     QTest.keyClick(page, Qt.Key.Key_F2)
     assert page.word() == "CANNOT BE USED"
-    assert "there is a file of that name" in page.sentence.text()
+    assert "this file already exists" in page.sentence.text()
     assert path.read_bytes() == before
 
 
@@ -221,7 +221,7 @@ def test_what_cannot_be_a_probe_is_said_in_words(qtbot: QtBot, definition: Defin
     page = definition
     _write(page, 0, 1, "much")
     qtbot.waitUntil(lambda: page.word() == "CANNOT BE USED", timeout=PATIENCE_MS)
-    assert page.sentence.text().startswith("L1 X is 'much', which is no number.")
+    assert page.sentence.text().startswith("L1 X is 'much', which is not a number.")
     # The rectangle of the thesis without its promises: half a turn looks the same.
     page.import_panel.given.emit(resource("probes", "thesis.toml"))
     assert page.leds.rowCount() == 4

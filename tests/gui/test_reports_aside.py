@@ -173,7 +173,7 @@ def test_an_incomplete_job_is_written_only_on_an_answer(
     _press(KEY.Key_E)
     with qtbot.waitSignal(window.output.exported, timeout=PATIENCE_MS) as written:
         _press(KEY.Key_Return)
-        assert "gives it up" in window.output.work.words()
+        assert "cancels" in window.output.work.words()
     assert window.output.work.words() == ""
     paths: tuple[Path, ...] = written.args[0]
     assert paths
@@ -202,7 +202,7 @@ def test_the_report_page_asks_too_and_what_is_given_up_leaves_nothing(
     _press(KEY.Key_F8)
     _press(KEY.Key_Return)
     assert sheet.is_writing()
-    assert "F8 gives it up" in sheet.work.words()
+    assert "F8 cancels" in sheet.work.words()
     _press(KEY.Key_F8)
     assert not sheet.is_writing()
     qtbot.waitUntil(lambda: any("not written" in notice.what for notice in told))
@@ -228,12 +228,12 @@ def test_opening_is_shown_given_up_and_told_where_it_fails(
     results, told = bench.window.sheets.results, _banner(bench)
     _press(KEY.Key_F3)
     results.open_file(long_job)
-    assert "F7 gives it up" in results.opening.words()
+    assert "F7 cancels" in results.opening.words()
     # Its process has only just begun: the key comes before the job is open.
     _press(KEY.Key_F7)
     assert not results.is_opening()
     assert results.opening.words() == ""
-    assert "Running job" in results.about()
+    assert "Current job" in results.about()
     results.open_file(long_job)
     qtbot.waitUntil(lambda: "read-only" in results.about(), timeout=PATIENCE_MS)
     torn = tmp_path / "torn.ocmm"

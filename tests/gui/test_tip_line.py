@@ -26,7 +26,7 @@ from tests.host import HANG_MS
 VIEW = ProbeView(
     word=CalibrationStatus.VALID, probe="standard", tip=TIP, identity="0" * 64, diameter_mm=5.9981
 )
-MOUNTED = Blocker("Tip '6 mm' was mounted and not checked since.", "Check it.")
+MOUNTED = Blocker("Tip '6 mm' was mounted and has not been checked since.", "Check it.")
 
 
 def test_words_and_marks_of_every_standing() -> None:
@@ -44,7 +44,7 @@ def test_words_and_marks_of_every_standing() -> None:
     assert tip_mark(replace(VIEW, word=CalibrationStatus.EXPIRED, blocker=MOUNTED)) is Mark.BAD
     design = replace(VIEW, word=CalibrationStatus.DESIGN, tip="")
     assert tip_words(design, TrustPlace.FAR) == "Probe standard: DESIGN"
-    assert "as its document says" in tip_words(design, TrustPlace.DESK)
+    assert "nominal geometry" in tip_words(design, TrustPlace.DESK)
     insisted = replace(suspect, uncalibrated=True)
     assert tip_words(insisted, TrustPlace.FAR) == "Tip 6 mm: UNCALIBRATED"
     assert tip_mark(insisted) is Mark.BAD
@@ -93,10 +93,12 @@ def test_mounting_a_tip_is_said_on_every_screen(
     QTest.keyClick(window, Qt.Key.Key_N)
     assert "SUSPECT" not in line.text()
     QTest.keyClick(window, Qt.Key.Key_N)
-    qtbot.waitUntil(lambda: "was mounted and not checked since" in line.text(), timeout=HANG_MS)
-    assert "Make the quick tip check: one minute." in line.text()
+    qtbot.waitUntil(
+        lambda: "was mounted and has not been checked since" in line.text(), timeout=HANG_MS
+    )
+    assert "Run the quick tip check (one minute)." in line.text()
     # It is on every screen anyway: the notice of the key is not covered.
-    assert "not checked since" not in window.banner.text()
+    assert "not been checked since" not in window.banner.text()
     QTest.keyClick(window, Qt.Key.Key_M)
     qtbot.waitUntil(lambda: line.text() == f"Tip {TIP}: SUSPECT", timeout=HANG_MS)
     QTest.keyClick(window, Qt.Key.Key_V)

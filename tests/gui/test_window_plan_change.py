@@ -109,11 +109,11 @@ def test_a_picture_is_attached_to_a_step_and_shown(qtbot: QtBot, tmp_path: Path)
     torn = tmp_path / "torn.png"
     torn.write_bytes(b"\x89PNG\r\n\x1a\n" + b"\0" * 20)
     sheet.attach_picture(torn)
-    assert "cannot be read as a picture" in errors[0].what
+    assert "not a readable picture" in errors[0].what
     assert sheet.draft.plan.feature("BORE_A").picture == "Bore_left.jpg"
     # Without its file the step is drawn, and that is said.
     (path.parent / "Bore_left.jpg").unlink()
     sheet.open()
-    assert "picture of BORE_A is not beside the plan" in sheet.checks.text()
+    assert "icture of BORE_A not found beside the plan" in sheet.checks.text()
     sheet.undo()
     assert sheet.draft.is_saved

@@ -36,8 +36,8 @@ def test_the_reference_body_is_named_counted_and_lost_in_words(
     bench.bridge.start()
     qtbot.waitUntil(lambda: trust.isVisible(), timeout=PATIENCE_MS)
     assert trust.text() == (
-        "Part and cameras have moved against each other by 1.0 mm and 0.06° since the job began: "
-        "the points follow the reference body 'plate'."
+        "Part and cameras have moved 1.0 mm and 0.06° relative to each other since the job "
+        "started. Points follow the reference body 'plate'."
     )
     assert desk.strip.counter("Reference") == "4/4"
     qtbot.waitUntil(lambda: DASHES not in desk.readout.values(), timeout=PATIENCE_MS)

@@ -53,5 +53,5 @@ def test_both_views_say_what_is_compensated(window: tuple[MainWindow, ClimateReq
         assert "reported at 20 °C with 11.5 ± 1.0 ppm/K" in said
         assert any(text.endswith(", 20 °C") for text in captions)
     else:
-        assert said == "Temperatures of probe and part not given; nothing is compensated."
+        assert said == "No temperature compensation (no temperatures given)."
         assert not any(text.endswith(", 20 °C") for text in captions)

@@ -137,7 +137,7 @@ def test_a_sweep_begins_and_ends_by_itself_and_the_next_one_follows(sweeps: Swee
     said = sweeps.sweep(SweepProbe(cone=CONE, seconds=16.0, seed=1, reach_deg=REACH))
     words = [word.rstrip("0123456789 ") for word in said if word]
     order = list(dict.fromkeys(words))
-    assert order[:3] == ["BALL INTO THE CONE", "BEGINS IN", "SWEEP"], said
+    assert order[:3] == ["BALL INTO THE CONE", "STARTS IN", "SWEEP"], said
     # Nobody has a hand for a key: the second sweep is entered, a moment after the first is good.
     wizard.enters("second")
     heard = list(dict.fromkeys(sweeps.heard))
@@ -232,7 +232,7 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
         -1
     ].startswith("+10")
     wizard.key(Qt.Key.Key_A)
-    assert wizard.runner.decision.question() == "The tip changed by 0.100 mm. Why?"
+    assert wizard.runner.decision.question() == "The tip moved by 0.100 mm. Why?"
     reason = wizard.wizard.focusWidget()
     assert isinstance(reason, QLineEdit)
     # Without a reason Yes does nothing.
@@ -251,6 +251,6 @@ def test_sweeps_that_contradict_each_other_give_no_result(sweeps: Sweeps) -> Non
     sweeps.taken(replace(body, tip_probe=body.tip_probe + np.array([0.0, 0.0, 0.2])))
     page = sweeps.result()
     assert page.word() == "NO RESULT"
-    assert "second sweep puts the tip" in page.sentence.text()
+    assert "second sweep places the tip" in page.sentence.text()
     assert not sweeps.wizard.runner.buttons["accept"].isEnabled()
     assert sweeps.store().tips == ()

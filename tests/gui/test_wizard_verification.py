@@ -67,11 +67,11 @@ def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -
     bench.until(lambda: bench.seen.automatic)
     places = ((-100.0, -40.0, -80.0), (100.0, 40.0, 60.0))
     assert bench.show(None, TouchSeats(tips=places, seed=1)) == 2
-    bench.until(lambda: seats.picture.accessibleDescription() == "both seats were visited")
+    bench.until(lambda: seats.picture.accessibleDescription() == "both seats visited")
     bench.step("lines")
     page = bench.runner.page()
     assert isinstance(page, LinesPage)
-    assert "7 of 7 lines are missing" in bench.runner.gate.text()
+    assert "7 of 7 lines to go" in bench.runner.gate.text()
     assert page.picture.accessibleDescription() == "face diagonal YZ 1"
     view = bench.seen.view
     assert isinstance(view, VerificationView)
@@ -87,7 +87,7 @@ def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -
     bench.key(Qt.Key.Key_Backspace)
     bench.key(Qt.Key.Key_N)
     bench.until(lambda: len(bench.errors) == 1)
-    assert "may not be taken again" in bench.errors[0].what
+    assert "cannot be repeated" in bench.errors[0].what
     assert page.score.number() == "6 / 42"
 
 
@@ -125,11 +125,11 @@ def test_a_failed_verification_says_so_and_keeps_the_calibration_suspect(
     page = _verdict(bench)
     assert page.word() == "FAILED"
     assert page.facts.value("Checks") == "1 of 37 failed"
-    assert "If one line alone failed, take it again, once" in page.sentence.text()
+    assert "If only one line failed, repeat it once" in page.sentence.text()
     # The line that failed may be taken once more: back to the lines, where it is missing.
     bench.key(Qt.Key.Key_N)
     bench.enters("lines")
-    bench.until(lambda: "1 of 7 lines are missing" in bench.runner.gate.text())
+    bench.until(lambda: "1 of 7 lines to go" in bench.runner.gate.text())
     # Leaving in the middle changes nothing: no verdict is stored, the session is offered.
     bench.crash()
     store = bench.use_store_of_bench()

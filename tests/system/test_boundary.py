@@ -104,7 +104,7 @@ PLACES = (
     Place("ocmm_core.features.measured._actual.compensation", np.linalg.LinAlgError),
     Place("ocmm_core.inspection.session._job_view.evaluate_job", RuntimeError),
     Place("ocmm_core.inspection.evaluation._evaluation.evaluate_all", ValueError),
-    Place("ocmm_core.inspection.evaluation._evaluation.joint_covariance", MemoryError),
+    Place("ocmm_core.inspection.evaluation._evaluation.joint_factors", MemoryError),
     Place("ocmm_core.inspection.session._job_view.coverage_of", IndexError),
     Place("ocmm_core.inspection.session._job_view.targets_of", ZeroDivisionError),
     # Monitor and watches.
@@ -324,7 +324,7 @@ def test_an_exception_is_shown_stops_the_digits_and_loses_no_point(
 
     if place.becomes == COMMAND:
         assert len(reader.acknowledged) == ALL_POINTS
-        assert "Every point that was taken is in its job file." in ended.err
+        assert "All points taken are saved in the job file." in ended.err
         return
     fault = station.faults.measuring
     if place.becomes == BESIDE:

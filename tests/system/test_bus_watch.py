@@ -48,4 +48,4 @@ def test_a_bus_that_does_not_start_is_reported_too() -> None:
 def test_what_is_no_bus_has_no_report() -> None:
     done = watch("--source", "simulated")
     assert done.returncode == 2
-    assert "is no camera bus" in done.stderr
+    assert "is not a camera bus" in done.stderr

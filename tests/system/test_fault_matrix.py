@@ -39,7 +39,7 @@ LOSSES = {"loss 5 %", "requests lost 2 %", "1 % of the answers lost, one camera"
 NO_FRAME_LOST = LOSSES | {
     "duplicates 20 %",
     "late answers",
-    "reordered answers",
+    "out-of-order answers",
     "reordered requests",
     "old answers again",
     "working counter too high",

@@ -127,8 +127,8 @@ def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(
     assert seen["ready"] == "VALID"
     code, words = seen["mounted"]
     assert code == 2
-    assert "SUSPECT: Tip '6 mm' was mounted and not checked since." in words
-    assert "Make the quick tip check: one minute." in words
+    assert "SUSPECT: Tip '6 mm' was mounted and has not been checked since." in words
+    assert "Run the quick tip check (one minute)." in words
     code, words = seen["others stored"]
     assert code == 1
-    assert "Camera 'left' stores other intrinsics" in words
+    assert "The intrinsics stored in camera 'left' differ" in words

@@ -4,7 +4,8 @@ In: a configuration as JSON, and requests for objects of cameras, line by line.
 Out: frames in the shared ring, the report of the bus, answers, and the reason of its end.
 
 Inside the process: `_start` (one thread, least rights), `_process` (the program ``ocmm-acq``),
-`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`, `_scan_process`.
+`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`, `_scan_process`;
+`_stepped_time` for a virtual bus, whose time waits for a slow computer.
 In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for
 a bus that runs as a service.
 It must not know tracking or any later room: a crash there must not stop the bus.
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.acquisition.bus_process._scan_process import ScanConfig, scan_command
     from ocmm_core.acquisition.bus_process._service_client import ServiceBus
+    from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
 else:
     __getattr__ = door(
         __name__,
@@ -49,6 +51,7 @@ else:
         _rights="Capability NEEDED give_up_all_but rights_of",
         _scan_process="ScanConfig scan_command",
         _service_client="ServiceBus",
+        _stepped_time="SteppedTime",
     )
 
 __all__ = [
@@ -65,6 +68,7 @@ __all__ = [
     "RemoteObjects",
     "ScanConfig",
     "ServiceBus",
+    "SteppedTime",
     "bus_command",
     "give_up_all_but",
     "read_config",

@@ -92,7 +92,7 @@ class ChildProcess:
         """
         if self._process is not None:
             raise AcquisitionError(
-                "acquisition.started", "The acquisition was started already.", "Make a new one."
+                "acquisition.started", "The acquisition is already started.", "Make a new one."
             )
         self._ring.set_word(RingHeaderField.STATE, AcquisitionState.OPENING)
         try:
@@ -227,7 +227,7 @@ class ChildProcess:
                 for line in lines.push(content):
                     self._objects.receive(line)
         except Exception as error:
-            told = contained(error, "Reading the answers of the bus process")
+            told = contained(error, "Reading from the bus process")
             end = BusError(told.code, told.what, told.remedy)
         self._objects.end(end)
 

@@ -195,7 +195,7 @@ class CommandPort:
                 pass
         except Exception as error:
             # Without this thread nobody would notice that whoever asked is gone.
-            self._on_failure(contained(error, "The line to the application"))
+            self._on_failure(contained(error, "The connection to the application"))
             self._on_end()
 
     def _output_waits(self) -> bool:
@@ -228,7 +228,7 @@ class CommandPort:
             if line.strip():
                 self._understand(line)
         if self._lines.too_long > too_long:
-            self._refuse(0, "bus.request", "A request is too long.", "Send less at once.")
+            self._refuse(0, "bus.request", "A request is too long.", "Send less at a time.")
 
     def _understand(self, line: bytes) -> None:
         try:
@@ -242,7 +242,7 @@ class CommandPort:
             self._refuse(
                 request.number,
                 "bus.busy",
-                f"{MAX_REQUESTS} requests to the cameras wait already.",
+                f"{MAX_REQUESTS} requests to the cameras are already waiting.",
                 "Wait until they are answered.",
             )
         else:

@@ -25,6 +25,8 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         Use the interface although the computer uses it for its network.
     redundant_interface
         Interface at the other end of the ring; empty without a redundancy cable.
+    stretched
+        The interface is one end of a virtual wire whose time waits for this computer.
     """
 
     interface: str
@@ -34,6 +36,7 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     cycle_period_ns: int = 1_000_000
     force: bool = False
     redundant_interface: str = ""
+    stretched: bool = False
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -48,14 +51,14 @@ def read_config(content: bytes) -> BusConfig:
         raise InputError(
             "bus.config",
             f"The configuration of the bus process is not valid: {error}.",
-            "Start the bus process through the program, or correct that field.",
+            "Start the bus process from OCMM, or correct that field.",
         ) from error
     cycle, frame = config.cycle_period_ns, config.frame_period_ns
     if frame < 50_000 or cycle < 250_000 or cycle % frame or cycle // frame > 8:
         raise InputError(
             "bus.periods",
             f"A bus cycle of {cycle} ns with frames every {frame} ns cannot be kept.",
-            "Let a bus cycle of at least 250 us hold 1 to 8 whole frame periods.",
+            "Use a bus cycle of at least 250 us with 1 to 8 whole frame periods.",
         )
     if not config.cameras:
         raise InputError(

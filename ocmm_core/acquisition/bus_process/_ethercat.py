@@ -7,12 +7,14 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import (
     Cycle,
     CycleVerdict,
     ExposureCount,
     FrameJoiner,
+    Given,
     SourceDescription,
 )
 from ocmm_core.errors import BusError
@@ -34,8 +36,8 @@ from ocmm_core.fieldbus.cycle import (
 )
 from ocmm_core.fieldbus.device import FRAME_DTYPE, FRAMES_PER_CYCLE, HEADER_STRUCT, decode_spots
 from ocmm_core.fieldbus.objects import ObjectService, RequestPort, Thermometer
-from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report
-from ocmm_core.fieldbus.wire import is_virtual_interface
+from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report, pace_words
+from ocmm_core.fieldbus.wire import HostTime, is_virtual_cable, is_virtual_interface
 
 _VERDICT = {Trouble.LOST: CycleVerdict.LOST, Trouble.BAD: CycleVerdict.BAD}
 _PASSING = frozenset(
@@ -69,6 +71,13 @@ class EthercatSource:
         Requests to the cameras that are served beside the cycle.
     notes
         What this computer does not allow the process; for the report.
+    host_time
+        In which the bus lives; by default that of this computer, which waits for nobody.
+
+    Raises
+    ------
+    BusError
+        A time that waits was given for an interface that is not virtual.
 
     Attributes
     ----------
@@ -82,15 +91,23 @@ class EthercatSource:
         publish: Callable[[bytes], None] | None = None,
         port: RequestPort | None = None,
         notes: Sequence[str] = (),
+        host_time: HostTime | None = None,
     ) -> None:
+        self._time = host_time or HostTime()
+        if self._time.stretched and not is_virtual_cable(settings.interface):
+            raise BusError(
+                "bus.stretched",
+                f"The time of interface '{settings.interface}' cannot wait for this computer.",
+                "Start real cameras without a virtual time.",
+            )
         self._settings = settings
         self._publish = publish
         names = tuple(camera.name for camera in settings.cameras)
         self._thermometer = Thermometer(port, names)
         self._objects = ObjectService(self._thermometer, names)
-        self._bus = CameraBus(settings, self._objects)
+        self._bus = CameraBus(settings, self._objects, self._time)
         self._accounts = BusAccounts(settings, notes)
-        self._supervisor = Supervisor(time.monotonic_ns())
+        self._supervisor = Supervisor(self._time.now_ns())
         self._exposures = ExposureCount(len(names))
         self._records: list[CameraPast] = []
         self._steps: Iterator[BusPhase] = iter(())
@@ -109,6 +126,7 @@ class EthercatSource:
             cycle_period_ns=self._settings.cycle_period_ns,
             live=True,
             simulated=is_virtual_interface(self._settings.interface),
+            stretched=self._time.stretched,
         )
 
     @property
@@ -116,7 +134,12 @@ class EthercatSource:
         """Return what can be said about the bus now."""
         phase_ns = 0.0 if self._pacer is None else self._pacer.phase_ns
         return self._accounts.report(
-            self._bus, self._supervisor, self._objects, phase_ns, self._thermometer.celsius
+            self._bus,
+            self._supervisor,
+            self._objects,
+            phase_ns,
+            self._thermometer.celsius,
+            self._time.pace,
         )
 
     def open(self) -> None:
@@ -130,14 +153,14 @@ class EthercatSource:
             except BusError as error:
                 if error.code in _PASSING and not last:
                     continue
-                now_ns = time.monotonic_ns()
+                now_ns = self._time.now_ns()
                 self._supervisor.failed(error, now_ns)
                 self._supervisor.phase = BusPhase.FAILED
                 self._note(self._supervisor.alarm, error.what, now_ns, remedy=error.remedy)
                 self._tell()
                 raise
         self._begin_session()
-        self._pacer = CyclePacer(self._settings.cycle_period_ns, time.monotonic_ns())
+        self._pacer = CyclePacer(self._settings.cycle_period_ns, self._time.now_ns())
 
     def read(self) -> Cycle:
         """Run the next bus cycle, or go on with the recovery of the bus.
@@ -149,7 +172,7 @@ class EthercatSource:
         """
         if self._pacer is None or self._exposures.joiner is None:
             raise BusError("bus.closed", "The camera bus is not open.", "Open it first.")
-        wanted = self._supervisor.next(time.monotonic_ns())
+        wanted = self._supervisor.next(self._time.now_ns())
         cycle = (
             self._exchange(self._pacer, self._exposures.joiner)
             if wanted is Next.CYCLE
@@ -169,11 +192,8 @@ class EthercatSource:
             self._tell()
 
     def _exchange(self, pacer: CyclePacer, joiner: FrameJoiner) -> Cycle:
-        wait = pacer.deadline_ns - time.monotonic_ns()
-        if wait > 0:
-            time.sleep(wait * 1e-9)
-        now_ns = time.monotonic_ns()
-        self.lateness_ns = now_ns - pacer.deadline_ns
+        self.lateness_ns = self._time.wait_until(pacer.deadline_ns)
+        now_ns = self._time.now_ns()
         elapsed = pacer.begin(now_ns)
         self._accounts.lateness.add(max(0, self.lateness_ns))
         answer = self._bus.exchange(
@@ -183,25 +203,26 @@ class EthercatSource:
         passage, clock = self._bus.passage, self._bus.clock
         if passage is not None and passage.whole:
             self._accounts.round_trip.add(passage.answered_ns - passage.sent_ns)
-        late = time.monotonic_ns() > pacer.deadline_ns
+        late = self._time.now_ns() > pacer.deadline_ns
         if clock.known:
             pacer.follow(clock, self._bus.schedule.start_ns + _PHASE_NS)
         fault = judge(answer, self._records, self._bus.schedule)
         if fault is not None:
             return self._refuse(fault, elapsed)
-        self._take(answer, joiner)
-        end_ns = time.monotonic_ns()
-        given = self._exposures.pull()
+        given = self._take(answer, joiner)
+        end_ns = self._time.now_ns()
         if self._supervisor.good(end_ns):
             self._note(OPERATION, "The cameras are in operation.", end_ns)
         if late or elapsed > 1:
             busy = "The computer was busy and answered the cameras late."
             self._note(Alarm.HOST_BUSY, busy, end_ns, cycles=elapsed - 1 + late)
+        if slow := pace_words(self._time.pace):
+            self._note(Alarm.STRETCHED, slow, end_ns)
         if self._bus.redundancy_broken:
-            words = "The ring is open: the next fault of a cable stops the measuring."
+            words = "The ring is open: the next cable fault stops measuring."
             self._note(Alarm.REDUNDANCY, words, end_ns)
         if abs(clock.drift_ppm) > _DRIFT_LIMIT_PPM:
-            words = f"The bus clock runs {clock.drift_ppm:+.0f} ppm against this computer."
+            words = f"The bus clock drifts {clock.drift_ppm:+.0f} ppm against this computer."
             self._note(Alarm.CLOCK_DRIFT, words, end_ns)
         return Cycle(
             CycleVerdict.LATE if late else CycleVerdict.GOOD,
@@ -212,7 +233,7 @@ class EthercatSource:
         )
 
     def _refuse(self, fault: CycleFault, elapsed: int) -> Cycle:
-        now_ns = time.monotonic_ns()
+        now_ns = self._time.now_ns()
         self._accounts.refused(fault.camera)
         self._note(fault.alarm, fault.reason, now_ns, camera=fault.camera)
         self._supervisor.bad(fault, now_ns)
@@ -221,11 +242,13 @@ class EthercatSource:
     def _recover(self, pacer: CyclePacer) -> Cycle:
         """Go on with the bring-up for a moment; every cycle of it is lost."""
         supervisor = self._supervisor
-        begin_ns = now_ns = time.monotonic_ns()
+        begin_ns = now_ns = self._time.now_ns()
         while now_ns - begin_ns < _SLICE_NS:
             wanted = supervisor.next(now_ns)
             if wanted is Next.CYCLE:
                 break
+            if wanted is not Next.STEP:
+                self._time.flow()
             if wanted is Next.PAUSE:
                 # Nothing is in a hurry now, and elsewhere nobody collects.
                 gc.collect()
@@ -233,13 +256,13 @@ class EthercatSource:
                 time.sleep(max(0, left_ns) * 1e-9)
             else:
                 self._step(wanted)
-            now_ns = time.monotonic_ns()
+            now_ns = self._time.now_ns()
         self._objects.work(now_ns)
         elapsed = pacer.passed(now_ns)
         if not elapsed:
             time.sleep(max(0, pacer.deadline_ns - now_ns) * 1e-9)
-            elapsed = pacer.passed(max(time.monotonic_ns(), pacer.deadline_ns))
-        reason = supervisor.message or "The cameras are being brought to operation."
+            elapsed = pacer.passed(max(self._time.now_ns(), pacer.deadline_ns))
+        reason = supervisor.message or "The cameras are starting up."
         return Cycle(CycleVerdict.LOST, reason, elapsed=max(1, elapsed), skipped=CycleVerdict.LOST)
 
     def _step(self, wanted: Next) -> None:
@@ -249,7 +272,7 @@ class EthercatSource:
                 self._steps = self._bus.open_steps()
             phase = next(self._steps, None)
         except BusError as error:
-            now_ns = time.monotonic_ns()
+            now_ns = self._time.now_ns()
             supervisor.failed(error, now_ns)
             self._note(supervisor.alarm, error.what, now_ns, remedy=error.remedy)
             return
@@ -264,35 +287,46 @@ class EthercatSource:
         self._records = [CameraPast(camera.name) for camera in self._settings.cameras]
         gap = self._exposures.begin(schedule, self._bus.session.start_host_ns)
         self._accounts.lost(gap)
-        self._supervisor.brought_up(time.monotonic_ns())
+        self._supervisor.brought_up(self._time.now_ns())
 
-    def _take(self, answer: CycleAnswer, joiner: FrameJoiner) -> None:
-        """Hand the frames that are new to the joiner, by their counters."""
+    def _take(self, answer: CycleAnswer, joiner: FrameJoiner) -> Given:
+        """Take the frames that are new, by their counters; return what is complete with them."""
         schedule = self._bus.schedule
+        fresh: list[tuple[int, NDArray[np.void]]] = []
         for camera, (header, content) in enumerate(zip(answer.headers, answer.inputs, strict=True)):
             record = self._records[camera]
             if self._accounts.taken(record, header, schedule):
-                words = f"Camera '{record.name}' was switched off and on."
-                self._note(Alarm.RESTARTED, words, time.monotonic_ns(), camera=record.name)
+                words = f"Camera '{record.name}' was power-cycled."
+                self._note(Alarm.RESTARTED, words, self._time.now_ns(), camera=record.name)
             first = first_frame(header, schedule)
             known = max(0, record.next_frame - first)
             frames = np.frombuffer(
                 content, FRAME_DTYPE, count=FRAMES_PER_CYCLE, offset=HEADER_STRUCT.size
             )[known : header.frames_valid]
-            if len(frames):
-                counter = first + known + np.arange(len(frames))
-                joiner.push(
-                    camera,
-                    schedule.start_ns + counter * schedule.period_ns,
-                    frames["flags"],
-                    frames["valid"],
-                    decode_spots(frames),
-                )
+            fresh.append((first + known, frames))
             self._records[camera] = advance(record, header, schedule)
+        if len({(first, len(frames)) for first, frames in fresh}) == 1 and len(fresh[0][1]):
+            together = np.empty((len(fresh), len(fresh[0][1])), FRAME_DTYPE)
+            for camera, (_, frames) in enumerate(fresh):
+                together[camera] = frames
+            given = self._exposures.pass_on(
+                fresh[0][0], together["flags"], together["valid"], decode_spots(together)
+            )
+            if given is not None:
+                return given
+        for camera, (first, frames) in enumerate(fresh):
+            joiner.push(
+                camera,
+                schedule.start_ns + (first + np.arange(len(frames))) * schedule.period_ns,
+                frames["flags"],
+                frames["valid"],
+                decode_spots(frames),
+            )
+        return self._exposures.pull()
 
     def _listen(self) -> None:
         """Write down what the cameras told and what became of requests."""
-        now_ns = time.monotonic_ns()
+        now_ns = self._time.now_ns()
         while self._objects.emergencies:
             camera, emergency = self._objects.emergencies.popleft()
             self._accounts.emergency(camera)

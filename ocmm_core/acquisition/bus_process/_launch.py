@@ -55,17 +55,17 @@ def why_not(granted: Path, ordinary: Path) -> str:
     except OSError:
         return f"{granted} does not exist; run {RECIPE}"
     if not stat.S_ISREG(there.st_mode) or there.st_uid != 0 or there.st_mode & 0o022:
-        return f"{granted} could have been changed by somebody other than root; {again}"
+        return f"{granted} can be changed by users other than root; {again}"
     if (there.st_size, int(there.st_mtime)) != (original.st_size, int(original.st_mtime)):
-        return f"{granted} is a copy of another Python than {ordinary}; {again}"
+        return f"{granted} is a copy of a different Python than {ordinary}; {again}"
     if not os.access(granted, os.X_OK):
         return f"this user is not in the group that may run {granted}"
     if missing := NEEDED - granted_by(granted):
         return f"{granted} lacks {len(missing)} of {len(NEEDED)} rights; {again}"
     if os.statvfs(granted).f_flag & os.ST_NOSUID:
-        return f"{granted} lies on a file system that ignores rights (mounted 'nosuid')"
+        return f"{granted} is on a file system that ignores capabilities (mounted 'nosuid')"
     own = rights_of()
     # The kernel does not even start it then.
     if own.no_new_privileges or not own.bounding >= NEEDED:
-        return "this program was started in a way that forbids these rights to all that it starts"
+        return "this program was started in a way that denies these rights to its child processes"
     return ""

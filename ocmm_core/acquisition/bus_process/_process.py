@@ -26,6 +26,7 @@ from ocmm_core.acquisition.bus_process._realtime import (
     take_priority,
     take_processor,
 )
+from ocmm_core.acquisition.bus_process._stepped_time import SteppedTime
 from ocmm_core.acquisition.frames import (
     AcquisitionWorker,
     FrameRing,
@@ -62,7 +63,7 @@ def _run(arguments: list[str]) -> int:
     config = read_config(content)
     if fixed:
         config = msgspec.structs.replace(
-            config, interface=fixed, redundant_interface="", force=False
+            config, interface=fixed, redundant_interface="", force=False, stretched=False
         )
     ring = FrameRing.attach(config.ring_path)
     port: CommandPort | None = None
@@ -77,7 +78,13 @@ def _run(arguments: list[str]) -> int:
             sys.stderr.write(f"note: {note}\n")
         if from_parent:
             port = CommandPort.from_standard_streams(stop.set, partial(leave_error, ring))
-        source = EthercatSource(_settings(config), ring.set_report, port, notes)
+        source = EthercatSource(
+            _settings(config),
+            ring.set_report,
+            port,
+            notes,
+            SteppedTime(ring) if config.stretched else None,
+        )
         worker = AcquisitionWorker(source, ring, stop)
         for number in (signal.SIGTERM, signal.SIGINT):
             signal.signal(number, lambda _number, _frame: worker.request_stop())

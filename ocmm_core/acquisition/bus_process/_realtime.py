@@ -30,11 +30,11 @@ def take_processor() -> str | None:
     """Stay on the last processor, where there are some to spare; return why not."""
     allowed = sorted(os.sched_getaffinity(0))
     if len(allowed) < _SPARE_PROCESSORS:
-        return f"no processor of its own: this computer has only {len(allowed)}"
+        return f"no dedicated processor: this computer has only {len(allowed)}"
     try:
         os.sched_setaffinity(0, allowed[-1:])
     except OSError:
-        return "no processor of its own for this user"
+        return "no dedicated processor for this user"
     return None
 
 
@@ -45,4 +45,4 @@ def lock_memory() -> str | None:
     allowed = soft == resource.RLIM_INFINITY or os.geteuid() == 0
     if allowed and ctypes.CDLL(None).mlockall(_LOCK_CURRENT_AND_FUTURE) == 0:
         return None
-    return "memory cannot be locked for this user"
+    return "this user cannot lock memory"

@@ -50,7 +50,7 @@ def main() -> None:
         give_up_all_but(NEEDED)
         _run(read_first_line(sys.stdin.fileno()))
     except Exception as error:
-        told = contained(error, "The look at the wire")
+        told = contained(error, "The bus scan")
         sys.stderr.write(f"{told}\n")
         sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
 
@@ -61,7 +61,7 @@ def _run(content: bytes) -> None:
     except (msgspec.DecodeError, UnicodeDecodeError) as error:
         raise InputError(
             "bus.scan",
-            f"What to look at is not valid: {error}.",
+            f"Invalid scan request: {error}.",
             "Use the command 'ocmm bus scan'.",
         ) from error
     check_interface(config.interface, force=config.force)

@@ -60,7 +60,7 @@ class ServiceBus(ChildProcess):
         except OSError as error:
             raise BusError(
                 "bus.service_missing",
-                f"There is no camera bus service at {self._address} ({error.strerror}).",
+                f"No camera bus service at {self._address} ({error.strerror}).",
                 "Start it (sudo systemctl start ocmm-acq.socket), or name the interface of the "
                 "cameras: --source ethercat:IFACE",
             ) from error
@@ -94,7 +94,7 @@ def relay(address: str, source: int, sink: int) -> bool:
             raise BusError(
                 "bus.service_missing",
                 f"The camera bus service does not answer ({error.strerror}).",
-                "Look at it (systemctl status ocmm-acq.socket); another window may be using it.",
+                "Check it (systemctl status ocmm-acq.socket); another window may be using it.",
             ) from error
         listened_to = [source, service.fileno()]
         while True:
@@ -126,8 +126,8 @@ def main() -> None:
         sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
     if not ours:
         sys.stderr.write(
-            "The camera bus service ended or refused; another window may be using it. "
-            "Its own words: journalctl -u 'ocmm-acq@*' -n 20\n"
+            "The camera bus service ended or refused; another window may be using it. See its "
+            "log: journalctl -u 'ocmm-acq@*' -n 20\n"
         )
         sys.exit(EXIT_FAILED)
 
@@ -142,7 +142,7 @@ def _not_allowed(address: Path) -> BusError:
     return BusError(
         "bus.service_denied",
         f"This user may not use the camera bus service at {address}.",
-        "Become a member of its group: sudo usermod -aG ocmm $USER, then log in again.",
+        "Join its group: sudo usermod -aG ocmm $USER, then log in again.",
     )
 
 

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.acquisition.frames._exposures import ExposureCount
+    from ocmm_core.acquisition.frames._exposures import ExposureCount, Given
     from ocmm_core.acquisition.frames._frames import (
         SUBPIXEL,
         Cycle,
@@ -42,7 +42,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _exposures="ExposureCount",
+        _exposures="ExposureCount Given",
         _frames=(
             "Cycle CycleVerdict FrameBlock FrameFlag SUBPIXEL frame_dtype from_records quantise "
             "to_records"
@@ -69,6 +69,7 @@ __all__ = [
     "FrameJoiner",
     "FrameRing",
     "FrameSource",
+    "Given",
     "RingHeaderField",
     "SourceDescription",
     "StopReason",

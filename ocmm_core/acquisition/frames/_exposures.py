@@ -9,9 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+from numpy.typing import NDArray
+
 from ocmm_core.acquisition.frames._frames import FrameBlock
 from ocmm_core.acquisition.frames._join import FrameJoiner
 from ocmm_core.fieldbus.cycle import Schedule
+from ocmm_core.geometry import Float
 
 _SAME_CLOCK_NS = 5_000_000
 _SAME_CLOCK_RATE = 1e-3
@@ -81,8 +85,26 @@ class ExposureCount:
         if self._joiner is None:
             return Given(None, 0)
         joined = self._joiner.pull()
-        lost, self._owed = joined.lost + self._owed, 0
-        block = joined.frames
+        return self._given(joined.frames, joined.lost)
+
+    def pass_on(
+        self, first: int, flags: NDArray[np.uint16], valid: NDArray[np.uint16], uv: Float
+    ) -> Given | None:
+        """Give out at once what all cameras saw, or None where something waits already.
+
+        Parameters
+        ----------
+        first
+            Number of the first exposure since the last bring-up.
+        flags, valid, uv
+            (C, n), (C, n) and (C, n, 8, 2) px: of all cameras.
+        """
+        if self._joiner is None or not self._joiner.takes_at_once(first):
+            return None
+        return self._given(self._joiner.pass_on(flags, valid, uv), 0)
+
+    def _given(self, block: FrameBlock | None, given_up: int) -> Given:
+        lost, self._owed = given_up + self._owed, 0
         if block is not None and self._offset:
             counter = block.counter + self._offset
             block = replace(

@@ -105,8 +105,8 @@ class FrameJoiner:
         if np.any(np.abs(since - counter * self._period_ns) > self._period_ns // 4):
             raise AcquisitionError(
                 "join.schedule",
-                f"Camera {camera + 1} exposed away from the common schedule.",
-                "Start the acquisition again; if it happens again, check the clocks of the bus.",
+                f"Camera {camera + 1} exposed off the common schedule.",
+                "Restart the acquisition; if it happens again, check the bus clocks.",
             )
         fresh = counter >= max(int(self._upto[camera]), self._next)
         counter = counter[fresh]
@@ -121,6 +121,33 @@ class FrameJoiner:
         self._uv[place, camera] = uv[kept]
         self._upto[camera] = counter[-1] + 1
         return len(fresh) - len(counter)
+
+    def takes_at_once(self, first: int) -> bool:
+        """Say whether exposure ``first`` is the next one of every camera, and nothing waits."""
+        return self._next == first and bool((self._upto == first).all())
+
+    def pass_on(
+        self, flags: NDArray[np.uint16], valid: NDArray[np.uint16], uv: Float
+    ) -> FrameBlock:
+        """Give out at once what all cameras saw; the short way of `push` and `pull`.
+
+        Parameters
+        ----------
+        flags, valid
+            (C, n): of the next exposures, where `takes_at_once` said so.
+        uv
+            (C, n, 8, 2), px.
+        """
+        counter = np.arange(self._next, self._next + flags.shape[1])
+        self._next += flags.shape[1]
+        self._upto[:] = self._next
+        return FrameBlock(
+            counter=counter,
+            time_ns=self._start_ns + counter * self._period_ns,
+            flags=np.bitwise_or.reduce(flags, axis=0).astype(np.uint32),
+            valid=valid.T,
+            uv=uv.swapaxes(0, 1),
+        )
 
     def pull(self) -> Joined:
         """Give out what is complete, and count what never will be."""

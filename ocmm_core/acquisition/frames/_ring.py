@@ -13,9 +13,12 @@ overwritten.
 
 from __future__ import annotations
 
+import contextlib
+import fcntl
 import mmap
 import os
 import tempfile
+import time
 from collections.abc import Mapping
 from enum import IntEnum
 from pathlib import Path
@@ -23,12 +26,12 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records, to_records
+from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records
 from ocmm_core.camera import MAX_CAMERAS
 from ocmm_core.errors import AcquisitionError
 
 _MAGIC = 0x4F434D4D52494E47
-_LAYOUT = 2
+_LAYOUT = 3
 _HEAD_WORDS = 64
 _TEXT_BYTES = 1024
 REPORT_BYTES = 131072
@@ -37,6 +40,9 @@ _REPORT_OFFSET = 4096
 _DATA_OFFSET = _REPORT_OFFSET + REPORT_BYTES
 DEFAULT_CAPACITY = 65536
 """Frames; eight seconds at 8 kHz."""
+_PREFIX = "ocmm-ring-"
+_NEW_S = 60.0
+"""A ring is locked long before it is so old."""
 
 
 class RingHeaderField(IntEnum):
@@ -69,6 +75,20 @@ class RingHeaderField(IntEnum):
     """When frames last came, `time.monotonic_ns` (one clock for all processes); 0 before."""
     INTERNAL = 24
     """1 where the writer ended by an error that nobody foresaw."""
+    READS = 25
+    """How often the reader asked for frames; 0 where nobody reads."""
+    BUS_NOW_NS = 26
+    """Time of a virtual bus while it goes on from cycle to cycle, which `BUS_STEPS` says."""
+    BUS_OFFSET_NS = 27
+    """What the time of a virtual bus is ahead of `time.monotonic_ns` while it flows."""
+    BUS_STEPS = 28
+    FRAMES_TAKEN = 29
+    """Frames that software cameras took from a virtual wire; they write this word and the next."""
+    FRAMES_ANSWERED = 30
+    PACE_PPM = 31
+    """Bus time over real time during the last second, 1e-6; 0: a bus that is not stretched."""
+    MEAN_PACE_PPM = 32
+    """The same since the start."""
 
 
 class FrameRing:
@@ -89,12 +109,15 @@ class FrameRing:
             with path.open("r+b") as stream:
                 if os.fstat(stream.fileno()).st_size < _DATA_OFFSET:
                     raise _no_ring(path)
+                if owner:
+                    # As long as it is mapped here; the end of the process gives it back.
+                    fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
                 self._map = mmap.mmap(stream.fileno(), 0)
         except OSError as error:
             raise AcquisitionError(
                 "ring.missing",
                 f"{path}: the frame ring cannot be opened ({error.strerror}).",
-                "Start the acquisition again.",
+                "Restart the acquisition.",
             ) from error
         self._words = np.frombuffer(self._map, dtype="<i8", count=_HEAD_WORDS)
         if not self._has_this_layout():
@@ -106,12 +129,16 @@ class FrameRing:
         self._frames: NDArray[np.void] = np.frombuffer(
             self._map, dtype=frame_dtype(self.n_cameras), count=self.capacity, offset=_DATA_OFFSET
         )
+        # Looked up once; frames are written a thousand times a second.
+        names = self._frames.dtype.names or ()
+        self._columns = tuple((name, self._frames[name]) for name in names)
 
     @classmethod
     def create(cls, n_cameras: int, capacity: int = DEFAULT_CAPACITY) -> FrameRing:
         """Make a new ring in shared memory and return it as its owner."""
         folder = "/dev/shm" if Path("/dev/shm").is_dir() else None  # noqa: S108 - shared memory, made with a private name
-        descriptor, name = tempfile.mkstemp(prefix="ocmm-ring-", dir=folder)
+        _remove_orphans(Path(folder or tempfile.gettempdir()))
+        descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)
         size = _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
         head = np.zeros(_HEAD_WORDS, dtype="<i8")
         head[RingHeaderField.MAGIC], head[RingHeaderField.LAYOUT] = _MAGIC, _LAYOUT
@@ -193,16 +220,18 @@ class FrameRing:
                 "ring.block",
                 f"A block of {len(block)} frames of {block.valid.shape[1]} cameras does not fit "
                 f"into a ring of {self.capacity} frames of {self.n_cameras} cameras.",
-                "Start the acquisition again with the rig that the source was made for.",
+                "Restart the acquisition with the rig the source was made for.",
             )
-        records = to_records(block)
         written = self.word(RingHeaderField.WRITTEN)
-        self._words[RingHeaderField.RESERVED] = written + len(records)
+        self._words[RingHeaderField.RESERVED] = written + len(block)
         start = written % self.capacity
-        first = min(len(records), self.capacity - start)
-        self._frames[start : start + first] = records[:first]
-        self._frames[: len(records) - first] = records[first:]
-        self._words[RingHeaderField.WRITTEN] = written + len(records)
+        first = min(len(block), self.capacity - start)
+        for name, places in self._columns:
+            values = getattr(block, name)
+            places[start : start + first] = values[:first]
+            if first < len(block):
+                places[: len(block) - first] = values[first:]
+        self._words[RingHeaderField.WRITTEN] = written + len(block)
 
     def read(self, limit: int) -> FrameBlock | None:
         """Return up to ``limit`` of the oldest unread frames, or None.
@@ -210,6 +239,7 @@ class FrameRing:
         Frames that the writer overwrote while or before they were read are counted in
         ``OVERRUN`` and not returned.
         """
+        self._words[RingHeaderField.READS] += 1
         # Taken before WRITTEN, so that a write in between can only make it too small: then the
         # second look below finds out.
         reserved = self.word(RingHeaderField.RESERVED)
@@ -241,6 +271,7 @@ class FrameRing:
         # The views must go before the map can be closed.
         self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
         self._frames = np.zeros(0, dtype=np.void(1).dtype)
+        self._columns = ()
         self._map.close()
         if self._owner:
             self.path.unlink(missing_ok=True)
@@ -267,6 +298,19 @@ class FrameRing:
 def _no_ring(path: Path) -> AcquisitionError:
     return AcquisitionError(
         "ring.layout",
-        f"{path}: this is not a frame ring of this version.",
-        "Start the acquisition again.",
+        f"{path}: not a frame ring of this version.",
+        "Restart the acquisition.",
     )
+
+
+def _remove_orphans(folder: Path) -> None:
+    """Remove rings whose owner was killed: it holds a lock on its ring while it lives.
+
+    One that was made just now may not be locked yet.
+    """
+    for path in folder.glob(f"{_PREFIX}*"):
+        with contextlib.suppress(OSError), path.open("r+b") as stream:
+            state = os.fstat(stream.fileno())
+            if state.st_uid == os.getuid() and time.time() - state.st_mtime > _NEW_S:
+                fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+                path.unlink()

@@ -26,6 +26,8 @@ class SourceDescription:
         Frames come whether or not anybody reads; a source that is not live waits for the reader.
     simulated
         The frames are computed: no real camera saw a real part. What is measured says so.
+    stretched
+        A live source whose time waits for a busy computer; never one of real cameras.
     """
 
     name: str
@@ -34,6 +36,7 @@ class SourceDescription:
     cycle_period_ns: int
     live: bool
     simulated: bool
+    stretched: bool = False
 
 
 @runtime_checkable

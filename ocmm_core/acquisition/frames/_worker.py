@@ -12,8 +12,13 @@ from ocmm_core.acquisition.frames._ring import FrameRing, RingHeaderField
 from ocmm_core.acquisition.frames._source import FrameSource
 from ocmm_core.errors import AcquisitionError, InternalError, OcmmError
 from ocmm_core.failure import CODE, contained, described
+from ocmm_core.fieldbus.report import pace_words
 
 _WAIT_S = 0.002
+_BEHIND_SHARE = 16
+"""A virtual bus waits for a reader that is behind by this part of the ring: half a second."""
+_READER_S = 10.0
+"""A reader that asked for nothing for so long is gone; one that compiles has the rest."""
 _VERDICT_WORD = {
     CycleVerdict.GOOD: RingHeaderField.CYCLES_GOOD,
     CycleVerdict.LATE: RingHeaderField.CYCLES_LATE,
@@ -54,6 +59,9 @@ class AcquisitionStatus:
         Frames delivered, frames that never arrived, frames that the reader was too slow for.
     internal
         It stopped on an error that nobody foresaw; ``message`` names it.
+    pace, mean_pace
+        Bus time over real time on a virtual bus, which waits for a busy computer: during the last
+        second, and since the start. None for everything else, and before it is known.
     """
 
     state: AcquisitionState
@@ -68,6 +76,13 @@ class AcquisitionStatus:
     frames_lost: int
     overrun: int
     internal: bool = False
+    pace: float | None = None
+    mean_pace: float | None = None
+
+    @property
+    def pace_words(self) -> str:
+        """Return that a virtual bus is slower than real time; empty where it is not."""
+        return pace_words(self.pace)
 
     def error(self, code: str, remedy: str) -> OcmmError:
         """Return the message of a worker that failed, with what to do, as an error."""
@@ -91,7 +106,13 @@ def read_status(ring: FrameRing) -> AcquisitionStatus:
         frames_lost=ring.word(RingHeaderField.FRAMES_LOST),
         overrun=ring.word(RingHeaderField.OVERRUN),
         internal=ring.word(RingHeaderField.INTERNAL) != 0,
+        pace=_pace(ring, RingHeaderField.PACE_PPM),
+        mean_pace=_pace(ring, RingHeaderField.MEAN_PACE_PPM),
     )
+
+
+def _pace(ring: FrameRing, which: RingHeaderField) -> float | None:
+    return ring.word(which) * 1e-6 or None
 
 
 def leave_error(ring: FrameRing, error: Exception) -> None:
@@ -125,12 +146,14 @@ class AcquisitionWorker:
         self._ring = ring
         self._stop = threading.Event() if stop is None else stop
         self._thread: threading.Thread | None = None
+        # Nobody has ever asked; who begins to read is waited for.
+        self._gone_at = 0
 
     def start(self) -> None:
         """Run in a thread of its own."""
         if self._thread is not None:
             raise AcquisitionError(
-                "acquisition.started", "The acquisition was started already.", "Make a new worker."
+                "acquisition.started", "The acquisition is already started.", "Make a new worker."
             )
         self._thread = threading.Thread(target=self.run, name="ocmm-acquisition")
         self._thread.start()
@@ -173,11 +196,14 @@ class AcquisitionWorker:
         return reason
 
     def _read_until_end(self) -> StopReason:
+        description = self._source.description
         while not self._stopping():
             cycle = self._source.read()
             self._account(cycle)
             if cycle.frames is not None:
-                if not self._source.description.live:
+                if description.stretched:
+                    self._wait_for_reader()
+                if not description.live:
                     # A block that never fits is not waited for: the ring refuses it.
                     needed = min(len(cycle.frames), self._ring.capacity)
                     while self._ring.free() < needed:
@@ -189,6 +215,20 @@ class AcquisitionWorker:
             if cycle.finished:
                 return StopReason.FINISHED
         return StopReason.REQUESTED
+
+    def _wait_for_reader(self) -> None:
+        """Let a virtual bus stand still while its reader is behind; not for one that is gone."""
+        ring, most = self._ring, self._ring.capacity // _BEHIND_SHARE
+        begin, asked = time.monotonic(), ring.word(RingHeaderField.READS)
+        if ring.capacity - ring.free() <= most or asked == self._gone_at:
+            return
+        while ring.capacity - ring.free() > most and not self._stopping():
+            time.sleep(_WAIT_S)
+            if ring.word(RingHeaderField.READS) != asked:
+                begin, asked = time.monotonic(), ring.word(RingHeaderField.READS)
+            elif time.monotonic() - begin > _READER_S:
+                self._gone_at = asked
+                return
 
     def _account(self, cycle: Cycle) -> None:
         self._ring.add(

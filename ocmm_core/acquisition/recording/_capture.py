@@ -187,10 +187,10 @@ class BusCapture:
         if self.account.answered and not self._areas:
             raise InputError(
                 "capture.layout",
-                f"{self._path}: the bring-up of the cameras is not in the recording, or not all of "
-                "it, so it does not tell where their data are.",
-                "Record from before the start on (tcpdump -s 2048), or say how many cameras "
-                "there are.",
+                f"{self._path}: the start-up of the cameras is missing or incomplete in the "
+                "recording, so the location of their data is unknown.",
+                "Start recording before the cameras start (tcpdump -s 2048), or give the number "
+                "of cameras.",
             )
 
     def _take_packet(self, packet: Packet) -> FrameBlock | None:

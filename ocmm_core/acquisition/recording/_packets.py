@@ -81,12 +81,12 @@ class PacketFile:
         try:
             stream = self._path.open("rb")
         except OSError as error:
-            raise self._error(f"cannot be opened ({error.strerror})", "Check its name.") from error
+            raise self._error(f"cannot be opened ({error.strerror})", "Check the name.") from error
         with stream:
             try:
                 yield from self._read(stream)
             except OSError as error:
-                raise self._error(f"cannot be read ({error})", "Copy it anew.") from error
+                raise self._error(f"cannot be read ({error})", "Copy it again.") from error
 
     def _read(self, stream: BinaryIO) -> Iterator[Packet]:
         magic = stream.read(4)
@@ -96,7 +96,7 @@ class PacketFile:
             yield from self._read_pcapng(stream)
         else:
             raise self._error(
-                "is no recording of a network (pcap or pcapng)", "Record it with tcpdump -w FILE."
+                "is not a network recording (pcap or pcapng)", "Record it with tcpdump -w FILE."
             )
 
     def _read_pcap(self, stream: BinaryIO, order: str, tick_ns: int) -> Iterator[Packet]:
@@ -187,13 +187,13 @@ class PacketFile:
     def _check_link(self, link: int) -> None:
         if link != _ETHERNET:
             raise self._error(
-                f"holds packets of another kind than Ethernet (link type {link})",
+                f"contains packets other than Ethernet (link type {link})",
                 "Record on the interface of the cameras: tcpdump -i IFACE -w FILE.",
             )
 
     def _damaged(self, stream: BinaryIO, why: str) -> InputError:
         return self._error(
-            f"is damaged before byte {stream.tell()}: {why}", "Copy it anew, or record again."
+            f"is damaged before byte {stream.tell()}: {why}", "Copy it again, or record again."
         )
 
     def _error(self, why: str, remedy: str) -> InputError:

@@ -81,7 +81,7 @@ class FrameRecorder:
         except FileExistsError as error:
             raise AcquisitionError(
                 "recording.exists",
-                f"{self.path}: there is a file of that name already.",
+                f"{self.path}: this file already exists.",
                 "Choose another name; a recording is never overwritten.",
             ) from error
         except OSError as error:
@@ -171,7 +171,7 @@ class FrameRecorder:
         return AcquisitionError(
             "recording.not_writable",
             f"{self.path}: the recording cannot be written ({error.strerror}).",
-            "Choose a folder that exists, that you may write to and that has room.",
+            "Choose an existing, writable folder with enough space.",
         )
 
 

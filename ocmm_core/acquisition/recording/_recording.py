@@ -125,7 +125,7 @@ class Recording:
             raise AcquisitionError(
                 "recording.unreadable",
                 f"{self.path}: the recording cannot be read ({error.strerror}).",
-                "Check the name and that you may read the file.",
+                "Check the name and read permission.",
             ) from error
         self._dtype = frame_dtype(len(self.head.camera_serials))
         self._offsets: list[int] = []
@@ -171,7 +171,7 @@ class Recording:
                 "recording.rig",
                 f"{self.path}: the recording has {len(serials)} cameras, but rig '{rig.name}' has "
                 f"{len(rig.cameras)}.",
-                f"Give the rig that was recorded ('{self.head.rig_name}').",
+                f"Give the recorded rig ('{self.head.rig_name}').",
             )
         for index, (serial, camera) in enumerate(zip(serials, rig.cameras, strict=True)):
             if serial != camera.serial:
@@ -179,7 +179,7 @@ class Recording:
                     "recording.rig",
                     f"{self.path}: camera {index + 1} of the recording has serial number {serial}, "
                     f"but camera '{camera.name}' of rig '{rig.name}' has {camera.serial}.",
-                    f"Give the rig that was recorded ('{self.head.rig_name}').",
+                    f"Give the recorded rig ('{self.head.rig_name}').",
                 )
 
     def close(self) -> None:
@@ -218,8 +218,8 @@ class Recording:
                 raise self._damaged(offset, f"block {len(self._offsets)}")
             follower = self._map.find(_MAGIC, follower + 1)
         self.warning = (
-            f"{self.path}: the recording was not finished; its last {len(self._map) - offset} bytes"
-            f" hold no whole block and were left out after {len(self)} frames."
+            f"{self.path}: the recording was not finished; its last {len(self._map) - offset} "
+            f"bytes are an incomplete block and were dropped after {len(self)} frames."
         )
 
     def _chunk_head(self, offset: int) -> tuple[int, int, int] | None:
@@ -243,7 +243,7 @@ class Recording:
     def _damaged(self, offset: int, what: str) -> AcquisitionError:
         return AcquisitionError(
             "recording.damaged",
-            f"{self.path}: {what} at byte {offset} cannot be read, though more follows.",
+            f"{self.path}: {what} at byte {offset} cannot be read, although data follow.",
             "Restore the recording from a good copy.",
         )
 
@@ -254,12 +254,12 @@ def _decode_head(path: Path, line: bytes) -> RecordingHead:
         found = msgspec.json.decode(line, type=_HeadLine)
     except msgspec.ValidationError:
         # Whole JSON of another kind: a later version or another file.
-        fault = "is no recording of this version"
+        fault = "is not a recording of this version"
     except (msgspec.DecodeError, UnicodeDecodeError):
-        fault = "is no recording, or its first line is cut off"
+        fault = "is not a recording, or its first line is truncated"
     else:
         if not line.endswith(b"\n"):
-            fault = "has a first line that is cut off"
+            fault = "has a truncated first line"
         elif found.head.schema != SCHEMA:
             fault = f"has the schema {found.head.schema!r}, but {SCHEMA!r} is needed"
         elif found.crc32 != zlib.crc32(msgspec.json.encode(found.head)):

@@ -82,15 +82,15 @@ def _sentence(told: Sequence[str], verdict: CulpritVerdict) -> str:
     if len(told) == 1:
         text = f"{told[0]}."
     elif len(told) == 2:
-        text = f"Either {told[0]}, or {told[1]}: these observations cannot tell which."
+        text = f"Either {told[0]}, or {told[1]}: the observations cannot tell which."
     else:
         listed = ", or ".join(told)
         text = f"One of these is wrong, and the observations cannot tell which: {listed}."
     text = text[0].upper() + text[1:]
     if not verdict.explained:
         text += (
-            f" That explains most, but the residuals stay {np.sqrt(verdict.misfit):.1f} times "
-            f"what their sigmas say: something else may be wrong too."
+            f" That explains most, but the residuals are still {np.sqrt(verdict.misfit):.1f} "
+            "times their sigmas: something else may be wrong too."
         )
     return text
 
@@ -116,27 +116,27 @@ def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
         return f"the probe became {1e6 * abs(part):.0f} um/m {larger} during the session"
     if cause is Culprit.LED:
         return (
-            f"LED {index + 1} of the probe is {_um(size)} from where its document has it, and "
-            f"all others are in place"
+            f"LED {index + 1} of the probe is {_um(size)} from its document position, all "
+            "others are in place"
         )
     if cause is Culprit.PROBE:
         places = size.reshape(-1, 3)
         rms = float(np.sqrt(np.mean(np.sum((places - places.mean(axis=0)) ** 2, axis=1))))
         return (
-            f"the LEDs do not stand where the document of the probe has them, "
-            f"{1e3 * rms:.0f} um RMS, and no single one explains it"
+            f"the LEDs deviate from their document positions, {1e3 * rms:.0f} um RMS, and no "
+            "single one explains it"
         )
     if cause is Culprit.LENS:
         return (
-            f"the lens of camera '{names.cameras[index]}' is not what its calibration said "
-            f"(focal length {1e3 * size[0]:+.0f} um, middle of the image {size[1]:+.2f} and "
+            f"the lens of camera '{names.cameras[index]}' does not match its calibration (focal "
+            f"length {1e3 * size[0]:+.0f} um, middle of the image {size[1]:+.2f} and "
             f"{size[2]:+.2f} px)"
         )
     if cause is Culprit.RIG:
         listed = ", ".join(f"{1e3 * one:+.0f}" for one in size[::3])
         return (
-            f"the lenses of all cameras are not what the calibration of this rig said (focal "
-            f"lengths {listed} um): another rig, or cameras in another order"
+            "the lenses of all cameras do not match the calibration of this rig (focal lengths "
+            f"{listed} um): another rig, or cameras in another order"
         )
     if cause is Culprit.CONE:
         when = "during the sweep"
@@ -145,7 +145,7 @@ def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
         return f"the cone, or the ball in it, moved by {_um(size)} {when}"
     if cause is Culprit.PLACE:
         return (
-            f"camera '{names.cameras[index]}' does not stand where its calibration says, by "
+            f"camera '{names.cameras[index]}' is off its calibrated pose by "
             f"{1e6 * np.linalg.norm(size[:3]):.0f} urad and {_um(size[3:])}"
         )
     if cause is Culprit.LOOSE:
@@ -162,33 +162,33 @@ def _told(suspect: Suspect, verdict: CulpritVerdict, names: Names) -> str:
 
 def _remedy(named: Sequence[Suspect], names: Names) -> str:
     causes = {one.cause for one in named}
-    again = f"begin {names.procedure} anew"
+    again = f"repeat {names.procedure}"
     if {Culprit.BAR, Culprit.SIZE} <= causes:
         bar = names.bars[next(one.subject for one in named if one.cause is Culprit.BAR)]
         return (
-            f"Check the temperature that was stated and the length on the certificate of '{bar}', "
-            f"then {again} with another certified bar: if it says the same, the probe is wrong "
-            f"and must be calibrated again; if not, '{bar}' is."
+            f"Check the stated temperature and the certified length of '{bar}', then {again} "
+            "with another certified bar. Same result: the probe is wrong and must be calibrated "
+            f"again; otherwise '{bar}' is wrong."
         )
     said = {
-        Culprit.BAR: "Check the length on the certificate, and put the bar aside until it was "
-        f"calibrated; {again} with another one.",
-        Culprit.SIZE: "Check the temperature that was stated and that this is the probe that was "
-        f"chosen; calibrate the probe again, and {again}.",
-        Culprit.LED: "Look whether this LED is bent or loose, and fasten it; calibrate the probe "
-        f"again, or take another one, and {again}.",
-        Culprit.PROBE: "Choose the document of the probe that was used, or calibrate that probe "
-        f"again; then {again}.",
-        Culprit.LENS: "Look whether this lens is loose, and fasten it; then calibrate the cameras "
+        Culprit.BAR: "Check the certified length, and set the bar aside until it is calibrated; "
+        f"{again} with another one.",
+        Culprit.SIZE: "Check the stated temperature and that the right probe is selected; "
+        f"calibrate the probe again, and {again}.",
+        Culprit.LED: "Check this LED for bending or looseness, and fasten it; calibrate the "
+        f"probe again or use another one, and {again}.",
+        Culprit.PROBE: "Select the document of the probe used, or calibrate that probe again; "
+        f"then {again}.",
+        Culprit.LENS: "Check this lens for looseness, and fasten it; then calibrate the cameras "
         "from known points.",
-        Culprit.RIG: "Choose the rig with these cameras, in the order of its document; if it is "
+        Culprit.RIG: "Select the rig with these cameras, in document order; if it is already "
         "the right one, calibrate the cameras from known points.",
         Culprit.LOOSE: f"Fasten this LED, calibrate the probe again, and {again}.",
         Culprit.CONE: f"Clamp the cone, clean it, press the ball into it evenly, and {again}.",
         Culprit.PLACE: "Verify the cameras; if that fails, calibrate them again, and only then the "
         "probe.",
-        Culprit.WARMING: "Let probe, artefacts and room come to one temperature, and take no probe "
-        f"out of a warm hand; then {again}.",
+        Culprit.WARMING: "Let probe, artefacts and room reach one temperature, and do not use a "
+        f"hand-warm probe; then {again}.",
     }
     parts = [text for cause, text in said.items() if cause in causes]
     if Culprit.CAMERA in causes:
@@ -197,10 +197,10 @@ def _remedy(named: Sequence[Suspect], names: Names) -> str:
         )
         drifts = all(one.moment is None for one in named if one.cause is Culprit.CAMERA)
         parts.append(
-            f"Let cameras and frame come to their temperature, keep draughts and sun away, look at "
+            "Let cameras and frame reach their temperature, keep draughts and sun away, check "
             f"the mount of {who}, and {again}."
             if drifts
-            else f"Tighten the mount of {who}, touch nothing from then on, and {again}."
+            else f"Tighten the mount of {who}, touch nothing afterwards, and {again}."
         )
     return " Or: ".join(parts)
 

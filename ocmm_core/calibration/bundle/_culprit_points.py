@@ -62,7 +62,7 @@ def _ways(
         order[[first, second]] = second, first
         pair = names[first], names[second]
         yield (
-            PointsExplained(f"'{pair[0]}' and '{pair[1]}' were touched for each other", pair),
+            PointsExplained(f"'{pair[0]}' and '{pair[1]}' were swapped", pair),
             _misfit(found, listed[order], sigmas),
             3 * n - 6,
         )
@@ -70,7 +70,7 @@ def _ways(
         kept = np.arange(n) != one
         # Two points that are left know their distance only.
         yield (
-            PointsExplained(f"'{names[one]}' is not where it was", (names[one],)),
+            PointsExplained(f"'{names[one]}' has moved", (names[one],)),
             _misfit(found[kept], listed[kept], sigmas[kept]),
             max(3 * (n - 1) - 6, 1) if n > 2 else 0,
         )

@@ -59,8 +59,8 @@ def start_shape(rig: Rig, body: ProbeBody, uv: Pixels) -> Points3:
     if not len(complete):
         raise CalibrationError(
             "relocation.no_complete_frame",
-            "In no frame all LEDs of the probe were seen by two cameras, so that its unknown shape "
-            "has no start.",
+            "No frame shows all LEDs of the probe to two cameras, so its unknown geometry has "
+            "no start value.",
             "Wave the probe with its LEDs towards the cameras.",
         )
     every = max(1, len(complete) // _SHAPE_FRAMES)

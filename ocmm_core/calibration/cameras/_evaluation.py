@@ -70,7 +70,7 @@ def split(points: KnownPoints, calibration: int, rng: np.random.Generator) -> tu
         raise CalibrationError(
             "calibration.split",
             f"{calibration} of {n} points for calibration leave none for evaluation.",
-            f"Use between 1 and {n - 1} points, half of them as a rule.",
+            f"Use between 1 and {n - 1} points, typically half of them.",
         )
     order = rng.permutation(n).astype(np.int64)
     return np.sort(order[:calibration]), np.sort(order[calibration:])
@@ -99,8 +99,8 @@ def axis_errors(rig: Rig, points: KnownPoints, spots: SpotTable) -> AxisErrors:
     if not len(located):
         raise CalibrationError(
             "calibration.no_evaluation",
-            "None of the evaluation points was seen by two cameras.",
-            "Take evaluation points where the views of the cameras overlap.",
+            "No evaluation point was seen by two cameras.",
+            "Take evaluation points where the camera views overlap.",
         )
     squares = np.mean(located**2, axis=0)
     return AxisErrors(

@@ -64,12 +64,12 @@ def judge_lens(fit: CameraFit, terms: LensTerms) -> list[Finding]:
     return [
         Finding(
             "calibration.lens_model",
-            f"The lens of camera '{name}' shows more distortion than the model holds: the term "
-            f"{terms.strongest()} and its neighbours move the spots by {terms.effect_rms_px:.4f} "
-            f"px RMS, {size:.1f} times their sigma.",
-            "Measure in the middle of the field with it only, or use a lens with less distortion."
+            f"The lens of camera '{name}' has more distortion than the model covers: the term "
+            f"{terms.strongest()} and its neighbours move the spots by "
+            f"{terms.effect_rms_px:.4f} px RMS, {size:.1f} times their sigma.",
+            "Use only the middle of its field, or a lens with less distortion."
             if size > LENS_EFFECT
-            else "Nothing needs to be done; watch this figure at the next calibration.",
+            else "No action needed; watch this figure at the next calibration.",
             refuses=size > LENS_EFFECT,
         )
     ]
@@ -83,14 +83,14 @@ def ratio_of(fit: CameraFit) -> float:
 def _residuals(fit: CameraFit, name: str) -> list[Finding]:
     ratio = ratio_of(fit)
     said = (
-        f"Camera '{name}' misses its spots by {fit.rms_px:.4f} px RMS, {ratio:.1f} times what "
-        f"their uncertainty explains"
+        f"Camera '{name}' has residuals of {fit.rms_px:.4f} px RMS, {ratio:.1f} times what "
+        "their uncertainty explains"
     )
     if ratio > RMS_REFUSED or not np.isfinite(ratio):
         return [
             Finding(
                 "calibration.rms",
-                f"{said}; this is no calibration.",
+                f"{said}; not a valid calibration.",
                 "Check that every spot belongs to its reference point, that the axes of the list "
                 "are right-handed, and that the pixel pitch and focal length of the camera are "
                 "those of the rig document.",
@@ -102,7 +102,7 @@ def _residuals(fit: CameraFit, name: str) -> list[Finding]:
         found.append(
             Finding(
                 "calibration.not_converged",
-                f"The fit of camera '{name}' did not come to an end.",
+                f"The fit of camera '{name}' did not converge.",
                 "Take more points, spread over a deeper volume.",
                 refuses=True,
             )
@@ -113,8 +113,8 @@ def _residuals(fit: CameraFit, name: str) -> list[Finding]:
             Finding(
                 "calibration.chi2",
                 f"{said} (chi-square {fit.chi2:.0f} for {fit.dof} degrees of freedom).",
-                "Look for vibration, a loose target or a changed temperature while the points were "
-                "taken, and check the sigma of the spots and the uncertainty in the list.",
+                "Look for vibration, a loose target or a temperature change during acquisition, "
+                "and check the sigma of the spots and the uncertainty in the list.",
                 refuses=ratio > RMS_FORCED,
                 forcible=True,
             )
@@ -123,10 +123,10 @@ def _residuals(fit: CameraFit, name: str) -> list[Finding]:
         found.append(
             Finding(
                 "calibration.chi2_low",
-                f"Camera '{name}' hits its spots {1.0 / max(ratio, 1e-9):.1f} times better than "
-                f"their stated uncertainty.",
-                "State the sigma of the averaged spots and the uncertainty of the list as they are;"
-                " the uncertainty of this calibration is too large.",
+                f"The residuals of camera '{name}' are {1.0 / max(ratio, 1e-9):.1f} times "
+                "smaller than the stated uncertainty.",
+                "State the true sigma of the averaged spots and uncertainty of the list; the "
+                "uncertainty of this calibration is too large.",
                 refuses=False,
             )
         )
@@ -145,7 +145,7 @@ def _wrong_points(fit: CameraFit, name: str, names: Sequence[str]) -> list[Findi
             "calibration.outliers",
             f"Camera '{name}' sees {len(wrong)} of {len(fit.uv)} points elsewhere than the list "
             f"says: {listed}; they were left out.",
-            "Take these points again, or correct them in the list.",
+            "Repeat these points, or correct them in the list.",
             refuses=len(wrong) > OUTLIERS_REFUSED * len(fit.uv),
         )
     ]
@@ -158,7 +158,7 @@ def _volume(fit: CameraFit, name: str) -> list[Finding]:
         found.append(
             Finding(
                 "calibration.few_points",
-                f"Camera '{name}' is calibrated with {len(points)} points only.",
+                f"Camera '{name}' is calibrated with only {len(points)} points.",
                 "Take 200 points or more.",
                 refuses=False,
             )
@@ -168,9 +168,9 @@ def _volume(fit: CameraFit, name: str) -> list[Finding]:
         found.append(
             Finding(
                 "calibration.flat_volume",
-                f"The points of camera '{name}' fill a volume that is {flat:.2f} times as deep as "
-                f"wide: the focal length is then known badly and points in front of and behind "
-                f"this volume are measured wrong.",
+                f"The points of camera '{name}' fill a volume that is {flat:.2f} times as deep "
+                "as wide: the focal length is then poorly determined, and points in front of "
+                "and behind this volume are measured wrong.",
                 "Take points in a volume at least a quarter as deep as wide; 200 mm of depth make "
                 "the calibration six times better than 15 mm.",
                 refuses=flat < FLAT_REFUSED,
@@ -185,7 +185,7 @@ def _volume(fit: CameraFit, name: str) -> list[Finding]:
             Finding(
                 "calibration.small_volume",
                 f"The points of camera '{name}' span only {100.0 * width:.1f} % of their distance.",
-                "Spread the points over the whole volume in which will be measured.",
+                "Spread the points over the whole measuring volume.",
                 refuses=width < SMALL_REFUSED,
                 forcible=True,
             )
@@ -201,8 +201,8 @@ def _focal(fit: CameraFit, name: str) -> list[Finding]:
     return [
         Finding(
             "calibration.focal_sigma",
-            f"The focal length of camera '{name}' is known to {sigma:.1e} of its value only, and "
-            f"{FOCAL_SIGMA:.0e} is the limit.",
+            f"The focal length of camera '{name}' is known only to {sigma:.1e} of its value; "
+            f"the limit is {FOCAL_SIGMA:.0e}.",
             "Take points in a deeper volume, or more points.",
             refuses=True,
             forcible=True,

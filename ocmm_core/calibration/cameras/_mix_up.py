@@ -69,20 +69,20 @@ def explain_baseline(first: str, second: str, found_mm: float, expected_mm: floa
     """
     ratio = found_mm / expected_mm
     said = (
-        f"By the list of points cameras '{first}' and '{second}' are {found_mm:.4g} mm apart, by "
-        f"the rig document {expected_mm:.4g} mm"
+        f"According to the list of points, cameras '{first}' and '{second}' are {found_mm:.4g} "
+        f"mm apart, according to the rig document {expected_mm:.4g} mm"
     )
     for unit, size in UNITS_MM.items():
         for factor, problem in (
-            (1.0 / size, f"the list is in {unit}, but says mm"),
-            (size, f"the list is in mm, but says {unit}"),
+            (1.0 / size, f"the list is in {unit}, but declares mm"),
+            (size, f"the list is in mm, but declares {unit}"),
         ):
             if abs(ratio / factor - 1.0) <= UNIT_TOLERANCE:
                 return [
                     Finding(
                         "calibration.wrong_unit",
                         f"{said}: {problem}.",
-                        "Correct the unit in the head of the list.",
+                        "Correct the unit in the header of the list.",
                         refuses=True,
                     )
                 ]
@@ -103,7 +103,7 @@ def _patterns(points: Points3, uv: Pixels) -> Iterator[Pattern]:
     order = "calibration.wrong_order"
     yield order, "if the points were in reverse order", points[::-1], uv
     yield order, "if every spot belonged to the next point", points[1:], uv[:-1]
-    yield order, "if every spot belonged to the point before", points[:-1], uv[1:]
+    yield order, "if every spot belonged to the previous point", points[:-1], uv[1:]
     yield (
         "calibration.wrong_axes",
         "if it were mirrored: two of its axes are swapped, one has the wrong sign, or u and v of "

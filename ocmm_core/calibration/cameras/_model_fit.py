@@ -161,7 +161,7 @@ def fit_camera(
     if not candidates:
         raise CalibrationError(
             "calibration.no_start",
-            f"No camera '{nominal.name}' at all can see the points at these spots.",
+            f"No pose of camera '{nominal.name}' can see the points at these spots.",
             "Check that the points are not on a line, and that spots and points belong together.",
         )
     best = min(candidates, key=lambda candidate: candidate.score)

@@ -216,12 +216,12 @@ def _rows_of(rig: Rig, spots: SpotTable) -> list[int]:
     strange = [serial for serial in spots.serials if serial not in expected]
     missing = [serial for serial in expected if serial not in spots.serials]
     if strange or missing:
-        said = [f"there are spots of camera {serial}, which this rig has not" for serial in strange]
-        said += [f"there are none of camera {s} ('{expected[s]}')" for s in missing]
+        said = [f"spots of camera {serial}, which is not in this rig" for serial in strange]
+        said += [f"none of camera {s} ('{expected[s]}')" for s in missing]
         raise CalibrationError(
             "calibration.serial_mismatch",
             f"The spots were not taken with the cameras of rig '{rig.name}': {'; '.join(said)}.",
-            "Choose the rig that the spots were taken with, or correct the serial numbers in its "
+            "Select the rig the spots were taken with, or correct the serial numbers in its "
             "document if a camera was replaced.",
         )
     return [spots.serials.index(camera.serial) for camera in rig.cameras]
@@ -281,5 +281,5 @@ def _hull(points: KnownPoints, fits: Sequence[CameraFit], indices: Sequence[Int]
         raise CalibrationError(
             "calibration.no_common_volume",
             f"Only {len(common)} points, or points in one plane, were seen by two cameras.",
-            "Point the cameras at one common volume, and take the points there.",
+            "Aim the cameras at one common volume, and take the points there.",
         ) from error

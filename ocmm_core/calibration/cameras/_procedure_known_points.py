@@ -220,9 +220,9 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         if set(spots.serials) != set(serials):
             raise CalibrationError(
                 "calibration.serial_mismatch",
-                f"The spots are those of cameras {_listed(spots.serials)}, and rig "
+                f"The spots are from cameras {_listed(spots.serials)}, but rig "
                 f"'{self.rig.name}' has {_listed(serials)}.",
-                "Choose the rig that the spots were taken with.",
+                "Select the rig the spots were taken with.",
             )
         rows = [spots.serials.index(serial) for serial in serials]
         with self._lock:
@@ -286,10 +286,10 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         done = len({one.point for one in self._taken})
         count = len(self._points.names)
         index = self._next()
-        where = "All points are taken."
+        where = "All points taken."
         if index is not None:
             x, y, z = self._points.positions_world[index]
-            where = f"Bring the target to {self._points.names[index]} ({x:.1f}, {y:.1f}, {z:.1f})."
+            where = f"Move the target to {self._points.names[index]} ({x:.1f}, {y:.1f}, {z:.1f})."
         return (
             Step(
                 PREPARE,
@@ -302,9 +302,13 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             Step(
                 RESULT,
                 "Result",
-                "Look at the residuals and at what changes, then accept the new calibration or "
-                "keep the old one.",
-                Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+                "Review the residuals and the changes, then accept the new calibration or keep "
+                "the old one.",
+                Gate(
+                    False,
+                    "This is the last step.",
+                    "Accept the new calibration, or keep the old one.",
+                ),
             ),
         )
 
@@ -313,8 +317,8 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
         if done < count:
             return Gate(
                 False,
-                f"{count - done} of {count} points are not taken.",
-                "Take them, or skip those that no camera sees.",
+                f"{count - done} of {count} points are missing.",
+                "Take them, or skip those no camera sees.",
             )
         uv = self.table().uv
         for camera, of_camera in zip(self.rig.cameras, uv, strict=True):
@@ -322,8 +326,8 @@ class KnownPointsProcedure(CameraProcedure[KnownPointsEvent, CalibrationOutcome]
             if seen < MINIMUM_POINTS:
                 return Gate(
                     False,
-                    f"Camera '{camera.name}' saw {seen} of the points only.",
-                    f"Take a list of which every camera sees at least {MINIMUM_POINTS}.",
+                    f"Camera '{camera.name}' saw only {seen} of the points.",
+                    f"Use a list of which every camera sees at least {MINIMUM_POINTS}.",
                 )
         return OPEN
 

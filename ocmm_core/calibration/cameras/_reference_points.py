@@ -107,7 +107,7 @@ def load_reference_points(path: Path | str) -> KnownPoints:
         of more than 100 m.
     """
     table = read_table(path, ("x", "y", "z"))
-    line, unit = table.value("unit", "what unit the coordinates are in")
+    line, unit = table.value("unit", "the unit of the coordinates")
     size = UNITS_MM.get(unit.lower())
     if size is None:
         raise InputError(
@@ -115,8 +115,8 @@ def load_reference_points(path: Path | str) -> KnownPoints:
             f"{table.path}, line {line}: the unit {unit!r} is not known.",
             "Write mm, cm, m, um or inch.",
         )
-    sigma = size * _positive(table, "uncertainty", "how well the points are known", zero=True)
-    _, frame = table.value("frame", "what the coordinates refer to")
+    sigma = size * _positive(table, "uncertainty", "the uncertainty of the points", zero=True)
+    _, frame = table.value("frame", "the reference of the coordinates")
     positions = np.array(
         [[size * table.number(row, axis) for axis in ("x", "y", "z")] for row in table.rows]
     )
@@ -126,7 +126,7 @@ def load_reference_points(path: Path | str) -> KnownPoints:
         raise InputError(
             "reference_points.unit",
             f"{table.path}, line {row.line}: a coordinate is more than 100 m.",
-            f"Check the unit {unit!r} in the head of the list.",
+            f"Check the unit {unit!r} in the header of the list.",
         )
     return KnownPoints(_names(table), positions, sigma, frame, _length_sigma(table))
 
@@ -141,7 +141,7 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
         rows for the same point and camera, or a cell that is no number.
     """
     table = read_table(path, ("point", "serial", "u", "v"))
-    sigma_px = _positive(table, "sigma", "how well an averaged spot is known, in px")
+    sigma_px = _positive(table, "sigma", "the uncertainty of an averaged spot, in px")
     index_of = {name: index for index, name in enumerate(points.names)}
     spots: dict[int, Pixels] = {}
     seen_in: dict[tuple[int, int], int] = {}
@@ -153,7 +153,7 @@ def load_spots(path: Path | str, points: KnownPoints) -> SpotTable:
                 "spots.unknown_point",
                 f"{table.path}, line {row.line}: the point {name!r} is not in the list of "
                 f"reference points.",
-                "Give both files the same names.",
+                "Use the same names in both files.",
             )
         if not serial_text.isdecimal() or int(serial_text) == 0:
             raise InputError(
@@ -213,7 +213,7 @@ def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> floa
         raise InputError(
             "table.value",
             f"{table.path}, line {line}: '{key}' is {text}, but must be greater than zero.",
-            "State what is known of it.",
+            "State its value.",
         )
     return value
 
@@ -221,7 +221,7 @@ def _positive(table: TextTable, key: str, what: str, zero: bool = False) -> floa
 def _length_sigma(table: TextTable) -> float:
     if _LENGTH not in table.head:
         return 0.0
-    ratio = _positive(table, _LENGTH, "how well lengths are known", zero=True)
+    ratio = _positive(table, _LENGTH, "the uncertainty of lengths", zero=True)
     if ratio > MAX_LENGTH_SIGMA:
         line, text = table.head[_LENGTH]
         raise InputError(
@@ -243,7 +243,7 @@ def _names(table: TextTable) -> tuple[str, ...]:
             raise InputError(
                 "reference_points.name",
                 f"{table.path}, line {row.line}: the point has no name.",
-                "Name every point, or leave the whole column out.",
+                "Name every point, or omit the column.",
             )
         if name in first:
             raise InputError(

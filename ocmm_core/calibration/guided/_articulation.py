@@ -120,7 +120,7 @@ def articulate(
     if n < 2:
         raise CalibrationError(
             "tip.few_attitudes",
-            f"{n} attitudes in the cone say nothing about the tip.",
+            f"{n} attitudes in the cone are too few to judge the tip.",
             "Hold the probe in five attitudes.",
         )
     tips = tips_of(touches)

@@ -36,16 +36,16 @@ _MOST_TIP_SIGMA_MM = 0.06
 _ENOUGH_SPOTS = 4
 _SHOW = "Show the whole probe to all cameras: its LEDs are not recognised yet."
 STRANGE = (
-    "The lights that are seen are not those of the probe: cover others, use the probe that was "
-    "chosen, or relocate the cameras if they no longer stand where the calibration says."
+    "The visible lights are not those of the probe: cover other lights, use the selected probe, "
+    "or relocate the cameras if they have moved since the calibration."
 )
-_TURN = "Turn the probe so that more of its LEDs are seen."
+_TURN = "Turn the probe so that the cameras see more of its LEDs."
 
 _OUTSIDE_MM = 60.0
 """Farther outside of what was calibrated, the model of the lens is only extrapolated."""
 
 _INSIDE = (
-    "LEDs are outside of the calibrated volume: hold the probe so that its handle points into it."
+    "LEDs are outside the calibrated volume: hold the probe so that its handle points into it."
 )
 _LABEL_EVERY_NS = 20_000_000
 
@@ -187,12 +187,12 @@ class StaticSpotAverager:
             )
             return f"Camera '{blind}' does not see the target: move it into the view."
         if not self._window.full:
-            return "Hold still: the average is being taken."
+            return "Hold still: averaging."
         limit = _SETTLED_PX + _SIGMAS * self._rig.noise.white_px * np.sqrt(2.0 / self._frames)
         if motion > limit:
-            return f"The target moves by {motion:.2f} px: wait until it rests."
+            return f"The target moves by {motion:.2f} px: wait until it is at rest."
         if self._taken is not None and not self._has_moved(self._taken):
-            return "This place was taken: move on to the next one."
+            return "This place is done: move to the next one."
         return ""
 
     def _has_moved(self, taken: Average) -> bool:
@@ -302,7 +302,7 @@ class ProbeSpotAverager:
         if np.count_nonzero(seen.sum(axis=0) >= 2) < 3:
             return "Fewer than three LEDs are seen by two cameras: turn the probe to them.", np.nan
         if not self._window.full:
-            return "Hold still: the average is being taken.", np.nan
+            return "Hold still: averaging.", np.nan
         part = len(spots) // self._parts
         means = spots.reshape(self._parts, part, *spots.shape[1:]).mean(axis=1)
         motion = float(np.nanmax(np.linalg.norm(means - means[-1], axis=3)))
@@ -321,7 +321,7 @@ class ProbeSpotAverager:
             drift = float(np.linalg.norm(pose.tip_world - pose.tip_world[-1], axis=1).max())
             sigma = np.sqrt(np.trace(pose.tip_covariance[-1]) * 2.0 / part)
             if drift > _SETTLED_MM + _SIGMAS * sigma:
-                return f"The ball moves by {drift:.2f} mm: wait until it rests.", motion
+                return f"The ball moves by {drift:.2f} mm: wait until it is at rest.", motion
         return self._too_near(pose.rotation_world_from_probe[-1], pose.tip_world[-1]), motion
 
     def _outside(self, rotation: Float, origin: Float) -> bool:
@@ -338,8 +338,8 @@ class ProbeSpotAverager:
         if far or turned:
             return ""
         if self._resting:
-            return "This place was taken: move on to the next one."
-        return "Move the probe on, and turn it."
+            return "This place is done: move to the next one."
+        return "Keep moving and turning the probe."
 
     def _drop_labels(self, slot_of_led: Int, block: FrameBlock) -> None:
         """Forget slots that were empty in any frame: they may hold another LED now."""

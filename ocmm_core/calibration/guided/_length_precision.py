@@ -34,7 +34,7 @@ def random_lines(volume_world: Float, length: float, lines: int, seed: int) -> F
             "relocation.small_volume",
             f"A length of {length:g} mm does not fit into the volume of "
             f"{' x '.join(f'{side:.0f}' for side in high - low)} mm.",
-            "Take a shorter length, or a larger volume.",
+            "Use a shorter length, or a larger volume.",
         )
     return np.stack([(centres - arms)[fits], (centres + arms)[fits]], axis=1)
 
@@ -58,8 +58,8 @@ def length_sigma(
     if not whole.any():
         raise CalibrationError(
             "relocation.no_common_volume",
-            "None of the lengths in the volume is seen by two cameras from end to end.",
-            "Point the cameras at one common volume.",
+            "No length in the volume is seen by two cameras from end to end.",
+            "Aim the cameras at one common volume.",
         )
     ends, gains = ends[whole], gains.reshape(-1, 2, *gains.shape[1:])[whole]
     along = (ends[:, 1] - ends[:, 0]) / length

@@ -138,7 +138,7 @@ class Live:
 
     cameras: tuple[CameraLive, ...] = ()
     ready: bool = False
-    hint: str = "No frame has arrived yet."
+    hint: str = "No frames yet."
     frames: int = 0
     wanted: int = 0
     motion_px: float = float("nan")

@@ -124,7 +124,7 @@ def judge_repeats(
         _require_numbers(one.place, shift, both)
         both = 0.5 * (both + both.T) + 2.0 * seat_sigma_mm**2 * np.eye(3)
         if float(np.linalg.eigvalsh(both)[0]) <= 0.0:
-            raise _unusable(one.place, "has a covariance that is none")
+            raise _unusable(one.place, "has an invalid covariance")
         square = float(shift @ np.linalg.solve(both, shift))
         judged.append(JudgedRepeat(one.place, one.first.utc, one.again.utc, shift, square, limit))
     return tuple(judged)
@@ -189,7 +189,7 @@ def _moment(utc: str) -> datetime:
 
 def _require_numbers(place: str, shift: Float, covariance: Float) -> None:
     if not (np.isfinite(shift).all() and np.isfinite(covariance).all()):
-        raise _unusable(place, "has a position or covariance that is no number")
+        raise _unusable(place, "has a position or covariance that is not a number")
 
 
 def _unusable(place: str, what: str) -> CalibrationError:

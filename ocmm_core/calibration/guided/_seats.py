@@ -54,7 +54,7 @@ def judge_first_visit(tip_world: Float, known_world: Sequence[Float], rig: Rig) 
     if away and min(away) < least:
         return (
             f"This seat is {min(away):.0f} mm from the first one; at least {least:.0f} mm are "
-            f"needed: take another one."
+            "needed: use another one."
         )
     return ""
 
@@ -76,7 +76,7 @@ def judge_visit_again(
         return ""
     other = next((i for i, one in enumerate(away) if one <= near_mm), None)
     where = f"in seat {other + 1}" if other is not None else f"{away[seat]:.0f} mm from it"
-    return f"Seat {seat + 1} is wanted, and the ball is {where}: put it into seat {seat + 1}."
+    return f"Seat {seat + 1} is next, but the ball is {where}: put it into seat {seat + 1}."
 
 
 def first_gate(seat: int | None) -> Gate:
@@ -86,7 +86,7 @@ def first_gate(seat: int | None) -> Gate:
     return Gate(
         False,
         f"Seat {seat + 1} of {SEATS} was not visited.",
-        "Put the ball into a cone that is fixed to the table.",
+        "Put the ball into a cone fixed to the table.",
     )
 
 
@@ -104,15 +104,15 @@ def again_gate(seat: int | None) -> Gate:
 def first_instruction(seat: int | None) -> str:
     """Return what to do at the first visits; see `first_gate`."""
     if seat is None:
-        return "Both seats were visited. Leave them where they are."
+        return "Both seats visited. Leave them in place."
     return (
-        f"Put the ball into seat {seat + 1} of {SEATS}: a cone that is fixed to the table and "
-        f"stays where it is until the end."
+        f"Put the ball into seat {seat + 1} of {SEATS}: a cone fixed to the table that stays in "
+        "place until the end."
     )
 
 
 def again_instruction(seat: int | None) -> str:
     """Return what to do at the visits at the end; see `first_gate`."""
     if seat is None:
-        return "Both seats were visited again."
+        return "Both seats visited again."
     return f"Put the ball into seat {seat + 1} of {SEATS} again."

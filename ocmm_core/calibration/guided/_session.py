@@ -92,9 +92,9 @@ class GuidedProcedure(ABC, Generic[E, O]):
         if begun.rig_identity != rig.identity:
             raise CalibrationError(
                 "session.rig",
-                f"{chain.path}: this session was begun with rig '{begun.rig}' as it was then, and "
-                f"its document or calibration was changed since.",
-                "Begin a new session.",
+                f"{chain.path}: this session was started with rig '{begun.rig}', whose document "
+                "or calibration has changed since.",
+                "Start a new session.",
             )
         self.rig = rig
         self._accepted = store
@@ -182,7 +182,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
     def _live(self) -> Live:
         seen = self._seen()
         if self._decided is not None or not self._wants():
-            return replace(seen, ready=False, hint="There is nothing to be taken in this step.")
+            return replace(seen, ready=False, hint="Nothing to take in this step.")
         return seen
 
     def take(self, now: datetime) -> None:
@@ -190,7 +190,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         with self._lock:
             live = self._live()
             if not live.ready:
-                raise CalibrationError("session.not_ready", live.hint, "Then take it again.")
+                raise CalibrationError("session.not_ready", live.hint, "Then repeat it.")
             self._append(self._observation(utc_text(now)))
 
     def drop(self, now: datetime) -> None:
@@ -266,9 +266,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         """Store the result and end the procedure; see `procedure.Procedure.accept`."""
         with self._lock:
             if self._outcome is None:
-                raise CalibrationError(
-                    "session.no_result", "There is no result yet.", "Calculate it first."
-                )
+                raise CalibrationError("session.no_result", "No result yet.", "Calculate it first.")
             self._check(self._outcome)
             decided = self._decide(ProcedureDecision.ACCEPTED, now, reason)
             if not self._is_stored():
@@ -284,8 +282,8 @@ class GuidedProcedure(ABC, Generic[E, O]):
         if self._first.running != self._in_force() and not self._is_stored():
             raise CalibrationError(
                 "session.overtaken",
-                "Another calibration was put in force since this session was begun.",
-                "Begin a new session.",
+                "Another calibration has been activated since this session was started.",
+                "Start a new session.",
             )
 
     def _is_stored(self) -> bool:
@@ -323,9 +321,9 @@ class GuidedProcedure(ABC, Generic[E, O]):
         if self._decided is None:
             raise CalibrationError(
                 "session.older",
-                f"{self._chain.path}: this session was begun by an earlier version, which {which}: "
-                f"nobody could tell whether something moved meanwhile.",
-                "Begin a new session.",
+                f"{self._chain.path}: this session was started by an earlier version, which "
+                f"{which}: movement in the meantime could go unnoticed.",
+                "Start a new session.",
             )
 
     def _append(self, event: E | CommonEvent) -> None:
@@ -335,7 +333,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
             # Appending would write over what somebody else has taken meanwhile.
             raise CalibrationError(
                 "session.elsewhere",
-                f"{self._chain.path}: another program goes on with this session.",
+                f"{self._chain.path}: another program is using this session.",
                 "Close the other one, then open the session again.",
             )
         self._chain.append(SessionLine(event))
@@ -363,7 +361,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         return CalibrationError(
             "session.ended",
             f"{self._chain.path}: this session has ended: {decided.decision.value}.",
-            "Begin a new session.",
+            "Start a new session.",
         )
 
 

@@ -184,7 +184,7 @@ class SessionFormat(Generic[E, B]):
         begun = chain.items[0].event if chain.items else None
         if not isinstance(begun, self._first):
             raise CalibrationError(
-                "session.empty", f"{path}: this session has no beginning.", "Begin a new one."
+                "session.empty", f"{path}: this session has no start entry.", "Start a new one."
             )
         return chain, begun
 
@@ -207,8 +207,8 @@ def require_probe(path: Path, begun_with: str, body: ProbeBody) -> None:
     if begun_with != body.identity:
         raise CalibrationError(
             "session.probe",
-            f"{path}: this session was begun with another probe.",
-            "Continue it with that probe, or begin a new one.",
+            f"{path}: this session was started with another probe.",
+            "Continue it with that probe, or start a new one.",
         )
 
 

@@ -43,7 +43,7 @@ def record_shock(store: ProbeStore, now: datetime) -> None:
     last = store.events[-1] if store.events else None
     written = last is not None and (last.kind, last.who) == (TipEventKind.DOUBTED, MONITOR)
     if last is None or not written or now - datetime.fromisoformat(last.utc) > _AT_ONCE:
-        store.doubt(MONITOR, "The probe felt a blow while it was checked.", now, now)
+        store.doubt(MONITOR, "Probe shock detected during the check.", now, now)
 
 
 def require_no_doubt_since(store: ProbeStore, tip: str, begun: datetime) -> None:
@@ -64,7 +64,7 @@ def require_no_doubt_since(store: ProbeStore, tip: str, begun: datetime) -> None
     if doubts:
         raise CalibrationError(
             "tip.doubt_meanwhile",
-            f"Something happened to tip '{tip}' after this session was begun "
+            f"The status of tip '{tip}' changed after this session was started "
             f"({doubts[-1].kind.value}: {doubts[-1].reason}).",
-            "End it without storing and begin anew: what was touched before proves nothing.",
+            "End it without storing and start again: earlier points prove nothing.",
         )

@@ -65,7 +65,7 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
         spot, or says something else of its shot than the row before.
     """
     table = read_table(path, _COLUMNS)
-    line, text = table.value("sigma", "how well an averaged spot is known, in px")
+    line, text = table.value("sigma", "the uncertainty of an averaged spot, in px")
     sigma_px = table.parse(line, "'sigma'", text)
     if not sigma_px > 0.0:
         raise _wrong(table, line, f"'sigma' is {text}", "Give a number above zero.")
@@ -75,7 +75,7 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
         kind = next((one for one in get_args(ShotKind) if one == row.cells["kind"]), None)
         if kind is None:
             raise _wrong(
-                table, row.line, f"{row.cells['kind']!r} is no kind of shot",
+                table, row.line, f"{row.cells['kind']!r} is not a kind of shot",
                 f"Write {', '.join(get_args(ShotKind))}.",
             )  # fmt: skip
         count = 2 if kind == "bar" else n_leds
@@ -85,14 +85,14 @@ def load_shots(path: Path | str, rig: Rig, n_leds: int) -> tuple[Shot, ...]:
             shot = shots[row.cells["shot"]] = Shot(kind, row.cells["place"], uv, sigma_px)
         if (shot.kind, shot.place) != (kind, row.cells["place"]):
             raise _wrong(
-                table, row.line, f"shot {row.cells['shot']!r} was of another kind or place above",
-                "Give every shot its own number.",
+                table, row.line, f"shot {row.cells['shot']!r} has another kind or place above",
+                "Number every shot uniquely.",
             )  # fmt: skip
         camera = rows_of.get(row.cells["serial"])
         if camera is None:
             raise _wrong(
                 table, row.line, f"rig '{rig.name}' has no camera {row.cells['serial']!r}",
-                "Choose the rig that the shots were taken with.",
+                "Select the rig the shots were taken with.",
             )  # fmt: skip
         led = _led(table, row, count)
         if np.isfinite(shot.uv[camera, led, 0]):

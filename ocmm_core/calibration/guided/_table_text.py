@@ -65,7 +65,7 @@ class TextTable:
         if key not in self.head:
             raise InputError(
                 "table.head",
-                f"{self.path}: the head has no line '# {key}: ...', which says {what}.",
+                f"{self.path}: the header has no line '# {key}: ...' with {what}.",
                 "Add that line above the column names.",
             )
         return self.head[key]
@@ -163,7 +163,7 @@ def _check_columns(
         raise InputError(
             "table.columns",
             f"{path}, line {line}: the column names lack {', '.join(map(repr, missing))}.",
-            f"Name the columns {', '.join(required)} in the first line below the head.",
+            f"Name the columns {', '.join(required)} in the first line below the header.",
         )
     twice = sorted({name for name in columns if columns.count(name) > 1})
     if twice:

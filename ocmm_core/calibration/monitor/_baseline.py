@@ -78,7 +78,7 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
     if len(looks) < MIN_LOOKS:
         raise CalibrationError(
             "baseline.looks",
-            f"{len(looks)} looks at the moving probe are too few to learn the sensors from.",
+            f"{len(looks)} samples of the moving probe are too few to learn the sensor pattern.",
             f"Wave the probe through the whole volume until there are {MIN_LOOKS}.",
         )
     problem = PatternFit.of(looks, rig, body)
@@ -88,9 +88,9 @@ def learn_baseline(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody) -
     if left_px > _MOST_LEFT * rig.noise.pattern_px:
         raise CalibrationError(
             "baseline.unclear",
-            f"{left_px:.4f} px of the pattern of the sensors remain unexplained.",
-            "Wave the probe longer and through the whole volume; if that does not help, verify the "
-            "calibration.",
+            f"{left_px:.4f} px of the sensor pattern remain unexplained.",
+            "Wave the probe longer and through the whole volume. If that does not help, verify "
+            "the calibration.",
         )
     solution = problem.solve(np.ones(len(looks), dtype=np.bool_), partial)
     maps = tuple(

@@ -67,7 +67,7 @@ def save_baseline(folder: Path, baseline: Baseline, calibration: str, probe: str
         raise CalibrationError(
             "baseline.unwritable",
             f"{path}: the baseline cannot be written ({error.strerror}).",
-            "Free the disk or give a folder that you may write, then learn it again.",
+            "Free disk space or give a writable folder, then learn it again.",
         ) from error
     return path
 
@@ -89,7 +89,7 @@ def load_baseline(folder: Path, calibration: str, probe: str) -> Baseline | None
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise _unusable(path, f"cannot be read ({error})") from error
     if hashlib.sha256(sealed.content).hexdigest() != sealed.sha256 or content.schema != SCHEMA:
-        raise _unusable(path, "is not as it was written")
+        raise _unusable(path, "was changed after it was written")
     if (content.calibration, content.probe) != (calibration, probe):
         raise _unusable(path, "belongs to another calibration or another probe")
     belief = Belief(np.array(content.mean), np.array([list(row) for row in content.covariance]))
@@ -102,5 +102,5 @@ def _unusable(path: Path, how: str) -> CalibrationError:
     return CalibrationError(
         "baseline.unusable",
         f"{path}: this baseline of the sensors {how}.",
-        "Delete the file and learn it again.",
+        "Delete the file and learn the pattern again.",
     )

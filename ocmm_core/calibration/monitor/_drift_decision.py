@@ -153,8 +153,8 @@ def _judge(
             return (
                 ChangeCause.UNKNOWN,
                 (),
-                "The spots fit the probe much worse than the calibration says, and neither a "
-                "camera nor an LED that moved explains it.",
+                "The spots fit the probe much worse than the calibration predicts; no single "
+                "moved camera or LED explains it.",
             )
         return ChangeCause.NOTHING, (), ""
     motions = [_worth(item) for item in scores.motions]

@@ -30,7 +30,7 @@ def describe_motion(scores: Scores, camera: int) -> str:
     turn = 1e6 * float(np.linalg.norm(motion.size[:3]))
     shift = 1e3 * float(np.linalg.norm(motion.size[3:]))
     return (
-        f"it turned and moved about several axes, about {turn:.0f} µrad and {shift:.0f} µm, "
+        f"it rotated and moved about several axes, about {turn:.0f} µrad and {shift:.0f} µm, "
         f"most clearly in {CAMERA_CHANGES[best]}"
     )
 
@@ -52,7 +52,9 @@ def _alone(scores: Scores, camera: int, axis: int, change: PossibleChange) -> bo
 def describe_led(led: int, change: PossibleChange) -> str:
     """Return the sentence about an LED that left its place on the probe."""
     far = 1e3 * float(np.linalg.norm(change.size))
-    return f"LED {led + 1} of the probe is {far:.0f} µm off its place: the probe is bent or loose."
+    return (
+        f"LED {led + 1} of the probe is {far:.0f} µm off its position: the probe is bent or loose."
+    )
 
 
 def describe_common(change: PossibleChange) -> str:

@@ -77,8 +77,8 @@ class CalibrationMonitor:
                     time_ns=int(track.time_ns[-1]),
                     cause=ChangeCause.UNKNOWN,
                     cameras=(),
-                    what="The spots do not fit the probe any more: a camera was pushed hard, or "
-                    "the probe is bent or another one.",
+                    what="The spots no longer fit the probe: a camera was pushed hard, or the "
+                    "probe is bent or a different one.",
                     good=False,
                     since_ns=self._unfit.last_fit_ns,
                     scores=None,

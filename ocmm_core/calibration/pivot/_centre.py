@@ -95,7 +95,7 @@ def complete_poses(targets: Float) -> Int:
     if not len(whole):
         raise CalibrationError(
             "pivot.no_complete_frame",
-            "In no frame all LEDs of the probe were seen by two cameras.",
+            "No frame shows all LEDs of the probe to two cameras.",
             "Turn the LEDs towards the cameras while the probe is swept.",
         )
     return whole
@@ -138,7 +138,7 @@ def thesis_pivot(targets: Float) -> ThesisPivot:
     if not np.isfinite(centres).all():
         raise CalibrationError(
             "pivot.flat_path",
-            "The LEDs moved in a plane or along a line, which leaves the centre open.",
+            "The LEDs moved in a plane or along a line, which does not determine the centre.",
             "Sweep the probe in two directions across each other.",
         )
     centre: Float = centres.mean(axis=0)

@@ -137,7 +137,7 @@ def pivot_uncertainty(
     if inverse is None:
         raise CalibrationError(
             "pivot.open",
-            "The sweep leaves the geometry of the probe open.",
+            "The sweep does not determine the geometry of the probe.",
             "Sweep the probe by 20 degrees to all sides, and turn it about its handle too.",
         )
     by_common = np.hstack([np.zeros((len(geometry.by_arms), 3)), geometry.by_arms])

@@ -48,12 +48,12 @@ class Jump:
 def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding]:
     """Return what the turns of the probe say."""
     first, second, third = np.degrees(coverage.ranges)
-    said = f"The probe was turned by {first:.0f}, {second:.0f} and {third:.0f} degrees"
+    said = f"The probe was rotated by {first:.0f}, {second:.0f} and {third:.0f} degrees"
     if second < limits.weak_deg:
         return [
             Finding(
                 "pivot.weak_motion",
-                f"{said} about its three axes: too little to find its tip.",
+                f"{said} about its three axes: too little to determine its tip.",
                 WIDER,
                 refuses=True,
             )
@@ -63,9 +63,9 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding
         found.append(
             Finding(
                 "pivot.few_poses",
-                f"The probe was seen in {coverage.attitudes} different attitudes only; "
-                f"{limits.least_attitudes} are wanted.",
-                "Sweep the probe longer, on other ways each time.",
+                f"The probe was seen in only {coverage.attitudes} different attitudes; "
+                f"{limits.least_attitudes} are required.",
+                "Sweep the probe longer, along different paths.",
                 refuses=True,
             )
         )
@@ -73,8 +73,8 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding
         found.append(
             Finding(
                 "pivot.small_range",
-                f"{said} about its three axes, and {limits.wanted_deg:.0f} are wanted about two "
-                f"of them; errors of the cameras are enlarged.",
+                f"{said} about its three axes; {limits.wanted_deg:.0f} are required about two "
+                "of them. Camera errors are amplified.",
                 WIDER,
                 refuses=bool(second < limits.small_deg),
                 forcible=True,
@@ -84,7 +84,7 @@ def judge_coverage(coverage: SweepCoverage, limits: PivotLimits) -> list[Finding
         found.append(
             Finding(
                 "pivot.no_third_turn",
-                f"{said}; about the third axis {limits.roll_deg:.0f} are wanted.",
+                f"{said}; {limits.roll_deg:.0f} are required about the third axis.",
                 "Turn the probe about its handle as well.",
                 refuses=False,
             )
@@ -102,7 +102,7 @@ def judge_left_out(
     words = {
         "few": "show fewer than three LEDs to two cameras",
         "spots": "have spots that do not fit the probe",
-        "tip": "put the ball elsewhere",
+        "tip": "place the ball elsewhere",
     }
     for reason, word in words.items():
         own = [one for one in left_out if one.reason == reason]
@@ -113,7 +113,7 @@ def judge_left_out(
     return [
         Finding(
             "pivot.left_out",
-            f"{len(left_out)} of {frames} frames were left out: {'; '.join(parts)}.",
+            f"{len(left_out)} of {frames} frames were excluded: {'; '.join(parts)}.",
             "Keep the ball in its cone and the LEDs towards the cameras, look for reflections, and "
             "sweep again.",
             refuses=len(left_out) > limits.left_out * frames,
@@ -197,8 +197,8 @@ def judge_jump(jump: Jump | None, limits: PivotLimits) -> list[Finding]:
     return [
         Finding(
             "pivot.moved",
-            f"The ball stood {1e3 * size:.0f} um elsewhere after frame {jump.frame} than before: "
-            f"the cone or the ball in it moved.",
+            f"The ball shifted by {1e3 * size:.0f} um after frame {jump.frame}: the cone or the "
+            "ball in it moved.",
             "Clamp the cone, clean it, press the ball into it evenly, and sweep again.",
             refuses=True,
         )
@@ -215,9 +215,9 @@ def judge_shape(
         return [
             Finding(
                 "pivot.wrong_probe",
-                f"The LEDs are {rms:.2f} mm (RMS) from where the document of probe '{body.name}' "
-                f"has them, LED {int(off.argmax()) + 1} most, by {off.max():.2f} mm.",
-                "Choose the document of this probe, or correct its LEDs.",
+                f"The LEDs are {rms:.2f} mm (RMS) off the document of probe '{body.name}', LED "
+                f"{int(off.argmax()) + 1} most, by {off.max():.2f} mm.",
+                "Select the document of this probe, or correct its LEDs.",
                 refuses=True,
             )
         ]
@@ -226,9 +226,9 @@ def judge_shape(
         return [
             Finding(
                 "pivot.tip_changed",
-                f"The tip is {moved:.3f} mm from where probe '{body.name}' had it.",
-                "Check that the right tip is mounted and chosen; another stylus gets a name of its "
-                "own.",
+                f"The tip is {moved:.3f} mm from its position in probe '{body.name}'.",
+                "Check that the right tip is mounted and selected; give another stylus its own "
+                "name.",
                 refuses=True,
             )
         ]
@@ -244,8 +244,8 @@ def judge_uncertainty(
         found.append(
             Finding(
                 "pivot.tip_sigma",
-                f"The tip is known to {1e3 * tip_sigma:.0f} um only, and "
-                f"{1e3 * limits.tip_sigma_mm:.0f} um is the limit.",
+                f"The tip is known only to {1e3 * tip_sigma:.0f} um; the limit is "
+                f"{1e3 * limits.tip_sigma_mm:.0f} um.",
                 f"{WIDER} If that does not help, calibrate the cameras in a deeper volume.",
                 refuses=True,
                 forcible=True,
@@ -255,9 +255,9 @@ def judge_uncertainty(
         found.append(
             Finding(
                 "pivot.correlated",
-                f"Frames resemble each other over {block} of {frames}: the sweep holds hardly more "
-                f"than {frames // block} independent parts, and its uncertainty is a guess.",
-                "Sweep longer and quicker, to and fro.",
+                f"Frames are correlated over {block} of {frames}: the sweep has hardly more "
+                f"than {frames // block} independent parts, so its uncertainty is only a guess.",
+                "Sweep longer and faster, back and forth.",
                 refuses=False,
             )
         )

@@ -80,7 +80,7 @@ def calibrate_probe(
     if not robust.minimum.converged:
         raise CalibrationError(
             "pivot.not_converged",
-            "The adjustment of the sweep did not come to an end.",
+            "The adjustment of the sweep did not converge.",
             "Sweep the probe wider, with its LEDs towards the cameras.",
         )
     state, used = robust.minimum.state, robust.used
@@ -182,20 +182,20 @@ def _check(body: ProbeBody, sweep: PivotSweep) -> None:
     if sweep.uv.ndim != 4 or sweep.uv.shape[2] != body.n_leds:
         raise CalibrationError(
             "pivot.leds",
-            f"The sweep shows spots of {sweep.uv.shape[2] if sweep.uv.ndim == 4 else 0} LEDs, and "
-            f"probe '{body.name}' has {body.n_leds}.",
-            "Choose the document of the probe that was swept.",
+            f"The sweep shows spots of {sweep.uv.shape[2] if sweep.uv.ndim == 4 else 0} LEDs, "
+            f"but probe '{body.name}' has {body.n_leds}.",
+            "Select the document of the probe that was swept.",
         )
     if len(sweep.sigma_px) != len(sweep.uv) or not np.all(sweep.sigma_px > 0.0):
         raise CalibrationError(
             "pivot.sigma",
-            "The sweep does not give every frame a standard deviation of its spots above zero.",
+            "The sweep has frames without a positive standard deviation of their spots.",
             "Give the sigma of the spots in pixels.",
         )
     if len(sweep.uv) < LEAST_FRAMES:
         raise CalibrationError(
             "pivot.few_frames",
-            f"The sweep has {len(sweep.uv)} frames only; {LEAST_FRAMES} are the least, and some "
-            f"thousands are good.",
+            f"The sweep has only {len(sweep.uv)} frames; at least {LEAST_FRAMES} are needed, a "
+            "few thousand are good.",
             "Sweep the probe for half a minute.",
         )

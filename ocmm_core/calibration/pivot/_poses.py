@@ -149,6 +149,6 @@ def _judged(
 def _open(count: int) -> CalibrationError:
     return CalibrationError(
         "pivot.open",
-        f"The {count} poses of the probe leave its tip open.",
+        f"The {count} poses of the probe do not determine its tip.",
         "Sweep the probe by 20 degrees to all sides, and turn it about its handle too.",
     )

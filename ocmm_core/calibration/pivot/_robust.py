@@ -120,7 +120,7 @@ def adjust_pivot_robustly(
         if np.count_nonzero(used) < _LEAST_FRAMES:
             raise CalibrationError(
                 "pivot.no_agreement",
-                f"Only {np.count_nonzero(used)} frames agree on where the ball of the probe rests.",
+                f"Only {np.count_nonzero(used)} frames agree on the position of the ball.",
                 "Put the ball firmly into its cone and sweep the probe without lifting it.",
             )
         minimum = adjust_pivot(rig, sweep.only(used), _only(state, used), slack_mm)

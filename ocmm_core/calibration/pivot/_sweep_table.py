@@ -41,7 +41,7 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
         known, or repeats a spot.
     """
     table = read_table(path, _COLUMNS)
-    line, text = table.value("sigma", "how well a spot is known, in px")
+    line, text = table.value("sigma", "the uncertainty of a spot, in px")
     sigma_px = table.parse(line, "'sigma'", text)
     if not sigma_px > 0.0:
         raise _wrong(table, line, f"'sigma' is {text}", "Give a number above zero.")
@@ -55,7 +55,7 @@ def load_sweeps(path: Path | str, rig: Rig, n_leds: int) -> tuple[PivotSweep, ..
         if camera is None:
             raise _wrong(
                 table, row.line, f"rig '{rig.name}' has no camera {row.cells['serial']!r}",
-                "Choose the rig that the sweeps were taken with.",
+                "Select the rig the sweeps were taken with.",
             )  # fmt: skip
         uv = frames[sweep].setdefault(number, np.full((len(rig.cameras), n_leds, 2), np.nan))
         if np.isfinite(uv[camera, led, 0]):

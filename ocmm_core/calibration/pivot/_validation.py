@@ -96,9 +96,9 @@ def validate_pivot(
         findings.append(
             Finding(
                 "pivot.same_place",
-                f"The second sweep was taken {place:.0f} mm from the first, in the same attitudes: "
-                f"it repeats the first one's errors.",
-                "Sweep in another cone elsewhere, or lean the probe to another side.",
+                f"The second sweep is only {place:.0f} mm from the first, in the same "
+                "attitudes: it repeats the first one's errors.",
+                "Sweep in another cone elsewhere, or lean the probe another way.",
                 refuses=True,
                 forcible=True,
             )
@@ -107,10 +107,10 @@ def validate_pivot(
         findings.append(
             Finding(
                 "pivot.contradiction",
-                f"The second sweep puts the tip {1e3 * np.linalg.norm(off):.1f} um from the first, "
-                f"and {1e3 * np.sqrt(np.sum(sigma**2)):.1f} um would be usual.",
-                "Clean ball and cone, check stylus and LEDs for looseness, and repeat both sweeps; "
-                "if it stays, calibrate the cameras.",
+                f"The second sweep places the tip {1e3 * np.linalg.norm(off):.1f} um from the "
+                f"first; about {1e3 * np.sqrt(np.sum(sigma**2)):.1f} um is expected.",
+                "Clean ball and cone, check stylus and LEDs for looseness, and repeat both "
+                "sweeps. If it persists, calibrate the cameras.",
                 refuses=True,
             )
         )

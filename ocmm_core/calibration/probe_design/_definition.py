@@ -155,8 +155,8 @@ def save_definition(path: Path, document: ProbeDocument) -> ProbeBody:
     if path.exists():
         raise InputError(
             "definition.exists",
-            f"{path}: there is a file of that name.",
-            "Give the probe a name of its own; a document that was used is never changed.",
+            f"{path}: this file already exists.",
+            "Give the probe its own name; a used document is never changed.",
         )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -165,7 +165,7 @@ def save_definition(path: Path, document: ProbeDocument) -> ProbeBody:
         raise StorageError(
             "definition.write",
             f"{path}: the file cannot be written ({error.strerror}).",
-            "Choose a folder that you may write to.",
+            "Choose a writable folder.",
         ) from error
     return body
 

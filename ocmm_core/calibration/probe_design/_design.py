@@ -258,25 +258,25 @@ def _check(path: Path, document: DesignDocument, materials: dict[str, MaterialEn
                 f"sections[{i}].start",
                 f"is {entry.start:g} mm, but the section before ends at {expected:g} mm"
                 if i
-                else f"is {entry.start:g} mm, but the first section begins at the ball, at 0",
-                "Let the sections follow each other without gaps.",
+                else f"is {entry.start:g} mm, but the first section starts at the ball, at 0",
+                "Sections must follow each other without gaps.",
             )
     for field, value in positive:
         if not value > 0.0:
-            raise wrong(field, "leaves nothing there: it must be greater than zero")
+            raise wrong(field, "leaves no material: it must be greater than zero")
     for i, material in enumerate(document.materials):
         if abs(material.expansion_ppm) > 200.0 or not 0.0 <= material.expansion_sigma_ppm < 100.0:
             raise wrong(
                 f"materials[{i}].expansion_ppm",
                 f"is {material.expansion_ppm:g} ± {material.expansion_sigma_ppm:g}",
-                "Give the growth of a metre in micrometres for each kelvin, e.g. 11.5 for steel.",
+                "Give the growth in micrometres per metre and kelvin, e.g. 11.5 for steel.",
             )
     if len(materials) != len(document.materials):
         raise wrong("materials", "names a material twice")
     if min(document.contact_force_n, document.temperature_range_k) < 0.0:
         raise wrong("contact_force_n or temperature_range_k", "is below zero")
     if document.chain_start > 0.0:
-        raise wrong("chain_start", "lies behind the ball's centre; the chain begins at the ball")
+        raise wrong("chain_start", "lies behind the ball centre; the chain starts at the ball")
     if not 0.0 < document.handle <= document.sections[-1].end:
         raise wrong("handle", f"is {document.handle:g} mm, which is not on the probe")
     axis, soft = np.array(document.axis), np.array(document.soft)
@@ -284,4 +284,6 @@ def _check(path: Path, document: DesignDocument, materials: dict[str, MaterialEn
         raise wrong("soft", "does not lie across 'axis'")
     known = document.reference_temperature_c
     if known is not None and not LOWEST_C <= known <= HIGHEST_C:
-        raise wrong("reference_temperature_c", f"is {known:g}, where no probe is calibrated")
+        raise wrong(
+            "reference_temperature_c", f"is {known:g}, outside the range of probe calibration"
+        )

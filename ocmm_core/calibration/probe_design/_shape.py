@@ -214,12 +214,12 @@ def _unknown(temperature_state: TemperatureState) -> InputError:
     if temperature_state.now is None:
         return InputError(
             "temperature.probe_unknown",
-            "The probe is to be compensated for its temperature, but that is not known.",
+            "Compensating the probe needs its temperature, which is not given.",
             "Measure it and give --probe-temperature, or measure without --compensate-probe.",
         )
     return InputError(
         "temperature.calibration_unknown",
-        "The probe is to be compensated, but its temperature at its calibration is not known.",
-        "Calibrate the probe with a thermometer beside it, or write reference_temperature_c into "
-        "its design, or measure without --compensate-probe.",
+        "Compensating the probe needs its temperature at calibration, which is unknown.",
+        "Calibrate the probe with a thermometer beside it, enter reference_temperature_c in its "
+        "design, or measure without --compensate-probe.",
     )

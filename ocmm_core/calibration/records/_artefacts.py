@@ -176,8 +176,8 @@ class Artefact:
             found.append(
                 Finding(
                     "artefact.expired",
-                    f"The certificate of '{self.use.name}' (serial {self.use.serial}) ended on "
-                    f"{due.date().isoformat()}.",
+                    f"The certificate of '{self.use.name}' (serial {self.use.serial}) expired "
+                    f"on {due.date().isoformat()}.",
                     "Have it calibrated, or use another one.",
                     refuses=True,
                 )
@@ -188,8 +188,8 @@ class Artefact:
                 Finding(
                     "artefact.uncertainty",
                     f"'{self.use.name}' (serial {self.use.serial}) is certified to "
-                    f"{1e3 * expanded:.1f} um, and the limit is {1e3 * limit:.1f} um.",
-                    "Use an artefact that is known to a fifth of the limit.",
+                    f"{1e3 * expanded:.1f} um; the limit is {1e3 * limit:.1f} um.",
+                    "Use an artefact certified to a fifth of the limit.",
                     refuses=expanded > U_REFUSED * limit,
                 )
             )
@@ -204,11 +204,10 @@ class Artefact:
             return None
         return Finding(
             "artefact.temperature",
-            f"The certificate of '{self.use.name}' (serial {self.use.serial}) holds from {low:g} "
-            f"to {high:g} °C, and the temperature of the surroundings is given as "
-            f"{temperature_c:g} °C.",
+            f"The certificate of '{self.use.name}' (serial {self.use.serial}) covers {low:g} to "
+            f"{high:g} °C, but the ambient temperature is given as {temperature_c:g} °C.",
             "Correct the temperature, wait until the room is within that range, or use an "
-            "artefact that is certified for it.",
+            "artefact certified for it.",
             refuses=True,
         )
 
@@ -257,7 +256,9 @@ def load_bar(path: Path | str) -> LengthBar:
     document = load_document(path, BarDocument, BAR_SCHEMA)
     for field, places in (("nests", document.nests), ("leds", document.leds)):
         if any(after <= before for before, after in pairwise(places)):
-            raise _wrong(path, field, "does not ascend", "List the places from one end on.")
+            raise _wrong(
+                path, field, "is not in ascending order", "List the positions from one end."
+            )
     if len(document.nests) < 2:
         raise _wrong(path, "nests", "has fewer than two places", "Name all nests.")
     if len(document.leds) not in (0, 2):
@@ -293,7 +294,7 @@ def _artefact(path: Path | str, document: ArtefactDocument) -> Artefact:
         due = datetime.fromisoformat(document.certificate.due_utc)
     except ValueError as error:
         raise _wrong(
-            path, "certificate.due_utc", "is no date", "Write it like 2030-12-31T00:00:00+00:00."
+            path, "certificate.due_utc", "is not a date", "Write it like 2030-12-31T00:00:00+00:00."
         ) from error
     if due.tzinfo is None:
         due = due.replace(tzinfo=UTC)
@@ -325,7 +326,7 @@ def _require_certified(
             path,
             field,
             f"has a length of {length:g} mm, and its certificate covers {low:g} to {high:g} mm",
-            "Take out what is not certified, or have the artefact calibrated for it.",
+            "Remove what is not certified, or have the artefact calibrated for it.",
         )
 
 

@@ -63,14 +63,14 @@ def compare_with_cameras(
         expected = _intrinsics(record, entry)
         if found is None:
             return Blocker(
-                f"Camera '{entry.name}' stores no intrinsics, so it is not known to be the one "
-                "that was calibrated.",
+                f"Camera '{entry.name}' stores no intrinsics, so it cannot be identified as the "
+                "calibrated one.",
                 f"If it is, write them to it ({_WRITE}); if not, calibrate.",
             )
         if replace(found, date_s=expected.date_s) != expected:
             return Blocker(
-                f"Camera '{entry.name}' stores other intrinsics than the calibration in force "
-                f"({_difference(found, expected)}).",
+                f"The intrinsics stored in camera '{entry.name}' differ from the active "
+                f"calibration ({_difference(found, expected)}).",
                 f"Verify the calibration, then write its intrinsics ({_WRITE}).",
             )
     return None
@@ -102,12 +102,13 @@ def check_camera_temperature(
             continue
         side = "warmer" if now_c > then_c else "colder"
         words = (
-            f"Camera '{entry.name}' is {abs(now_c - then_c):.1f} K {side} than when it was "
-            f"calibrated ({now_c:.1f} against {then_c:.1f} °C)."
+            f"Camera '{entry.name}' is {abs(now_c - then_c):.1f} K {side} than at its "
+            f"calibration ({now_c:.1f} against {then_c:.1f} °C)."
         )
         if abs(now_c - then_c) > BLOCKS_K and blocker is None:
             blocker = Blocker(
-                words, "Wait until the cameras have their temperature, or calibrate at this one."
+                words,
+                ("Wait until the cameras reach that temperature, or calibrate at the present one."),
             )
         else:
             warnings.append(words)

@@ -66,7 +66,9 @@ def read_seal(folder: Path) -> ChainSeal | None:
         return unseal(path, read_bytes(path), ChainSeal)
     except CalibrationError as error:
         raise StorageError(
-            "events.seal", f"{path}: the seal of the history is not as it was written.", RESTORE
+            "events.seal",
+            f"{path}: the seal of the history was changed after it was written.",
+            RESTORE,
         ) from error
 
 
@@ -87,7 +89,7 @@ def write_seal(folder: Path, chain: ChainFile[Any], coming: str = "") -> None:
         raise StorageError(
             "events.seal_unwritable",
             f"{folder / NAME}: the seal of the history could not be written ({error.strerror}).",
-            "Free the disk or restore the right to write, then do it again.",
+            "Free disk space or restore write permission, then repeat.",
         ) from error
 
 
@@ -105,8 +107,8 @@ def fault_of(chain: ChainFile[Any], end: ChainSeal | None, *, needed: bool) -> S
             return None
         return StorageError(
             "events.seal_missing",
-            f"{folder / NAME}: the seal of the history is missing, so that nobody knows whether "
-            f"events were removed.",
+            f"{folder / NAME}: the seal of the history is missing, so it is unknown whether "
+            "events were removed.",
             RESTORE,
         )
     count, link = len(chain.links), chain.links[-1] if chain.links else ""
@@ -117,15 +119,15 @@ def fault_of(chain: ChainFile[Any], end: ChainSeal | None, *, needed: bool) -> S
     if count < end.count:
         what = f"{end.count - count} of {end.count} events are missing at the end"
     elif count == end.count and chain.torn:
-        what = "something was written behind the last event"
+        what = "data follow the last event"
     else:
-        what = f"its end (event {count}) is not the one that was sealed (event {end.count})"
+        what = f"its end (event {count}) is not the sealed one (event {end.count})"
     return StorageError("events.cut", f"{chain.path}: {what}.", RESTORE)
 
 
 RESTORE = (
-    "Restore the whole folder from a backup. Without one, move the folder away, then calibrate and "
-    "verify anew: a new history begins."
+    "Restore the whole folder from a backup. If there is none, move the folder away, then "
+    "calibrate and verify again: a new history starts."
 )
 
 

@@ -121,10 +121,10 @@ class EventFolder(ABC, Generic[T]):
             return None
         return StorageError(
             "events.exchanged",
-            f"The history in {self._folder} was set back or exchanged: event {count}, which this "
-            f"computer has seen there, is missing.",
-            "Restore the newest backup of that folder. Without one, verify the calibration, or "
-            "check the tip, anew.",
+            f"The history in {self._folder} was rolled back or replaced: event {count}, which "
+            "this computer has seen there, is missing.",
+            "Restore the newest backup of that folder. If there is none, verify the calibration "
+            "or check the tip again.",
         )
 
     @abstractmethod
@@ -161,7 +161,7 @@ class EventFolder(ABC, Generic[T]):
             raise StorageError(
                 "events.folder",
                 f"{self._folder}: the folder cannot be opened ({error.strerror}).",
-                "Restore it, or give one that you may read and write, then do it again.",
+                "Restore it, or give one with read and write permission, then repeat.",
             ) from error
         try:
             _lock(descriptor, how)
@@ -239,7 +239,7 @@ class EventFolder(ABC, Generic[T]):
             raise StorageError(
                 "events.unreadable",
                 f"{self._folder}: the history cannot be read ({error.strerror}).",
-                f"Restore the right to read it. {RESTORE}",
+                f"Restore read permission. {RESTORE}",
             ) from error
 
 

@@ -135,7 +135,7 @@ def status(record: CameraRecord, events: Sequence[Event], now: datetime) -> Reco
     if not judged:
         return RecordStatus(
             State.SUSPECT,
-            "The calibration was not verified since it was made.",
+            "The calibration has not been verified yet.",
             "Verify it with the length bar.",
             record.made_utc,
         )
@@ -180,26 +180,26 @@ def status_of_tip(active: TipRecords, events: Sequence[TipEvent], now: datetime)
     if qualification is None:
         return RecordStatus(
             State.SUSPECT,
-            f"Tip '{tip}' was not qualified since the probe was calibrated.",
+            f"Tip '{tip}' has not been qualified since the probe was calibrated.",
             "Qualify the tip on the sphere.",
             calibration.made_utc,
         )
     last = [one for one in events if one.tip == tip][-1]
     if last.kind not in (TipEventKind.QUALIFIED, TipEventKind.PASSED):
         why = {
-            TipEventKind.MOUNTED: f"Tip '{tip}' was mounted and not checked since.",
+            TipEventKind.MOUNTED: f"Tip '{tip}' was mounted and has not been checked since.",
             TipEventKind.FAILED: f"The last check of tip '{tip}' failed.",
             TipEventKind.NOT_QUALIFIED: f"The last qualification of tip '{tip}' failed.",
         }.get(last.kind, last.reason)
         return RecordStatus(
             State.SUSPECT,
             why,
-            "Make the quick tip check: one minute. If it fails, qualify the tip or calibrate the "
-            "probe.",
+            "Run the quick tip check (one minute). If it fails, qualify the tip or calibrate "
+            "the probe.",
             last.since_utc or _last_good(events, tip, calibration.made_utc),
         )
     if not last.sealed:
-        return unsealed("check", "Make the quick tip check: one minute.")
+        return unsealed("check", "Run the quick tip check (one minute).")
     ends = (
         (calibration.valid_until_utc, "calibration", "Calibrate the probe"),
         (qualification.valid_until_utc, "qualification of the tip", "Qualify the tip"),

@@ -78,7 +78,7 @@ def session_files(folder: Path, session: Path | None) -> tuple[KeptFile, ...]:
         raise CalibrationError(
             "evidence.unreadable",
             f"{session}: the session cannot be read ({error.strerror}).",
-            "Restore the right to read it, then accept the result again.",
+            "Restore read permission, then accept the result again.",
         ) from error
 
 
@@ -164,7 +164,7 @@ class EvidenceCheck:
         else:
             whole = hashlib.sha256(content).hexdigest() == wanted.sha256
         if not whole:
-            return "is not as it was written"
+            return "was changed after it was written"
         self._good[wanted] = stamp
         return ""
 

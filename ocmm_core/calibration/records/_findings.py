@@ -42,6 +42,6 @@ def let_pass(findings: Sequence[Finding], force: bool) -> tuple[Finding, ...]:
     if hard:
         remedy = hard[0].remedy
         if hard[0].forcible:
-            remedy += " Whoever knows why this is right can force it."
+            remedy += " If you know why this is right, you can override it with a reason."
         raise CalibrationError(hard[0].code, hard[0].what, remedy)
     return tuple(replace(one, refuses=False) for one in findings)

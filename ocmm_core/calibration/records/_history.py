@@ -122,13 +122,13 @@ class CalibrationStore(RecordStore[Event]):
         if active is None or record.calibration != self.active_hash:
             raise CalibrationError(
                 "verification.other",
-                "This verification is not about the calibration in force.",
-                "Verify the calibration in force.",
+                "This verification does not belong to the active calibration.",
+                "Verify the active calibration.",
             )
         if record.data_sha256 == active.data_sha256:
             raise CalibrationError(
                 "verification.data",
-                "This verification rests on the data that the cameras were calibrated with.",
+                "This verification uses the data the cameras were calibrated with.",
                 "Take independent data.",
             )
         kind = EventKind.PASSED if record.passed else EventKind.FAILED

@@ -192,15 +192,15 @@ def require_record(in_use: CalibrationInUse) -> CameraRecord:
     if in_use.record is None:
         raise CalibrationError(
             "calibration.none",
-            "This job is measured with the rig document, without a calibration.",
-            "Give the folder of calibrations: --calibrations.",
+            "This job uses the rig document, without a calibration.",
+            "Give the calibration folder: --calibrations.",
         )
     return in_use.record
 
 
 _REPLACED = Blocker(
-    "Another calibration was put in force since this job was begun.",
-    "End this job and begin a new one.",
+    "Another calibration has been activated since this job was started.",
+    "End this job and start a new one.",
 )
 
 
@@ -210,17 +210,20 @@ def _never(rig: Rig) -> Blocker:
 
 def _other_rig(document: Path, name: str, found: str, place: Path) -> Blocker:
     return Blocker(
-        f"The calibration in {place} is that of rig '{found}', but {document.name} describes rig "
-        f"'{name}'.",
-        f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in an empty one.",
+        f"The calibration in {place} belongs to rig '{found}', but {document.name} describes "
+        f"rig '{name}'.",
+        (
+            f"Restore the folder of rig '{name}' from a backup, or calibrate this rig in an "
+            "empty folder."
+        ),
     )
 
 
 def _others(document: Path, design: Rig, calibrated: Rig) -> Blocker:
     return Blocker(
-        f"The calibration in force is that of {_names(calibrated)}, but {document.name} names "
+        f"The active calibration belongs to {_names(calibrated)}, but {document.name} names "
         f"{_names(design)}.",
-        "Give the rig document of the cameras that were calibrated, or calibrate these.",
+        "Give the rig document of the calibrated cameras, or calibrate these.",
     )
 
 

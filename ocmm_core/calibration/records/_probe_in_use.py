@@ -259,8 +259,8 @@ def require_records(in_use: ProbeInUse) -> TipRecords:
     if in_use.records is None:
         raise CalibrationError(
             "probe_record.design",
-            "This job is measured with the probe document, without records of the tip.",
-            "Give the folder of records of probes: --probes.",
+            "This job uses the probe document, without records of the tip.",
+            "Give the probe record folder: --probes.",
         )
     return in_use.records
 
@@ -279,16 +279,16 @@ def _is_replaced(records: TipRecords, store: ProbeStore) -> bool:
 
 def _replaced(tip: str) -> Blocker:
     return Blocker(
-        f"Another calibration or qualification of tip '{tip}' was put in force since this job was "
-        "begun.",
-        "End this job and begin a new one.",
+        f"Another calibration or qualification of tip '{tip}' has been activated since this job "
+        "was started.",
+        "End this job and start a new one.",
     )
 
 
 def _other_mounted(tip: str, mounted: str) -> Blocker:
     return Blocker(
-        f"Tip '{mounted}' is on the probe, but this job was begun with tip '{tip}'.",
-        f"Mount tip '{tip}' again and check it, or end this job and begin a new one.",
+        f"Tip '{mounted}' is mounted, but this job was started with tip '{tip}'.",
+        f"Mount tip '{tip}' again and check it, or end this job and start a new one.",
     )
 
 

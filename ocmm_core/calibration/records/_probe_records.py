@@ -245,9 +245,9 @@ def probe_from_records(
     if calibration.probe_identity != body.identity:
         raise CalibrationError(
             "probe_record.other",
-            f"The calibration of probe '{calibration.probe}' with tip '{calibration.tip}' was made "
-            f"with another document than that of '{body.name}' now.",
-            "Give the document that the probe was calibrated with, or calibrate the probe.",
+            f"The calibration of probe '{calibration.probe}' with tip '{calibration.tip}' was "
+            f"made with a document other than the present one of '{body.name}'.",
+            "Give the document the probe was calibrated with, or calibrate the probe.",
         )
     size = 3 * body.n_leds + 3
     rows = calibration.covariance
@@ -285,7 +285,7 @@ def probe_from_records(
 def _unfit(calibration: ProbeRecord) -> CalibrationError:
     return CalibrationError(
         "probe_record.covariance",
-        f"The record of probe '{calibration.probe}' with tip '{calibration.tip}' does not hold the "
-        f"LEDs and the covariance that the probe needs.",
+        f"The record of probe '{calibration.probe}' with tip '{calibration.tip}' lacks the LEDs "
+        "and covariance the probe needs.",
         "Calibrate the probe again.",
     )

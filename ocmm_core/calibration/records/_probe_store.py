@@ -60,7 +60,7 @@ class ProbeStore(RecordStore[TipEvent]):
     _renewals = (
         "calibrate the probe with this tip and qualify it",
         "qualify the tip",
-        "make the quick tip check",
+        "run the quick tip check",
     )
 
     def __init__(self, folder: Path) -> None:
@@ -295,6 +295,6 @@ def _never(tip: str) -> CalibrationError:
 def _other(tip: str) -> CalibrationError:
     return CalibrationError(
         "probe_record.replaced",
-        f"This is not about the calibration in force of tip '{tip}'.",
-        "Repeat it with the calibration in force.",
+        f"This does not belong to the active calibration of tip '{tip}'.",
+        "Repeat it with the active calibration.",
     )

@@ -123,8 +123,8 @@ class RecordStore(EventFolder[T]):
         return CalibrationError(
             "evidence.defect",
             f"{one.words(self._folder)} {what}.",
-            f"Restore the file from a backup. Without one, {self._renewals[wanted[one]]}: from "
-            f"then on the file is not needed.",
+            f"Restore the file from a backup. If there is none, {self._renewals[wanted[one]]}; "
+            "the file is then no longer needed.",
         )
 
     def wanted(self, about: str | None = None) -> tuple[KeptFile, ...]:
@@ -257,8 +257,8 @@ def unsealed(what: str, remedy: str) -> RecordStatus:
     """Return what is said where the event that counts has no seal."""
     return RecordStatus(
         State.SUSPECT,
-        f"The last {what} was stored by an earlier version of this program, which would not have "
-        f"noticed if a later event had been removed.",
+        f"The last {what} was stored by an earlier version of this program, which would not "
+        "have noticed the removal of a later event.",
         remedy,
     )
 
@@ -269,7 +269,7 @@ def clock_fault(last_utc: str, now: datetime) -> RecordStatus | None:
         return None
     return RecordStatus(
         State.EXPIRED,
-        f"The clock of this computer stands before the last event ({last_utc[:16]}).",
+        f"The clock of this computer is behind the last event ({last_utc[:16]}).",
         "Set the clock of the computer.",
     )
 
@@ -290,5 +290,7 @@ def within_term(
     if now >= until:
         return RecordStatus(State.EXPIRED, f"The {what} was valid until {day}.", f"{remedy}.")
     if now >= until - due:
-        return RecordStatus(State.DUE, f"The {what} ends on {day}.", f"{remedy} before that day.")
+        return RecordStatus(
+            State.DUE, f"The {what} expires on {day}.", f"{remedy} before that day."
+        )
     return RecordStatus(State.VALID)

@@ -287,7 +287,7 @@ def rig_from_record(record: CameraRecord) -> Rig:
     if not np.array_equal(covariance, covariance.T) or np.any(np.diag(covariance) < 0.0):
         raise CalibrationError(
             "record.covariance",
-            f"The covariance in the record of rig '{record.rig}' is none.",
+            f"The covariance in the record of rig '{record.rig}' is invalid.",
             "Calibrate the cameras again.",
         )
     return Rig(

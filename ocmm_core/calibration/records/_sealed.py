@@ -56,7 +56,7 @@ def unseal(path: Path, content: bytes, kind: type[R]) -> R:
     except (msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
         raise _changed(path, f"it cannot be read ({error})") from error
     if seal(record) != content:
-        raise _changed(path, "its content does not fit its hash")
+        raise _changed(path, "its content does not match its hash")
     return record
 
 
@@ -89,7 +89,7 @@ def save(folder: Path, record: msgspec.Struct) -> Path:
         raise CalibrationError(
             "record.unwritable",
             f"{path}: the record cannot be written ({error.strerror}).",
-            "Free the disk or give a folder that you may write, then store it again.",
+            "Free disk space or give a writable folder, then store it again.",
         ) from error
     return path
 
@@ -118,7 +118,7 @@ def load_named(folder: Path, digest: str, kind: type[R]) -> R:
     if record_hash(record) != digest:
         raise CalibrationError(
             "record.exchanged",
-            f"{path}: this is another record than its name says.",
+            f"{path}: this is not the record its name indicates.",
             "Restore the file from a backup, or calibrate again; it is not used.",
         )
     return record
@@ -127,6 +127,6 @@ def load_named(folder: Path, digest: str, kind: type[R]) -> R:
 def _changed(path: Path, how: str) -> CalibrationError:
     return CalibrationError(
         "record.changed",
-        f"{path}: this calibration record is not as it was written: {how}.",
+        f"{path}: this calibration record was changed after it was written: {how}.",
         "Restore the file from a backup, or calibrate again; it is not used.",
     )

@@ -175,8 +175,8 @@ def named_folder(folder: Path, name: str, kind: str) -> Path:
     if not _FOLDER_NAME.fullmatch(name):
         raise InputError(
             f"{kind}.name",
-            f"A {kind} called {name!r} cannot have calibrations: they are kept under its name.",
-            "Use 1 to 60 letters, digits, spaces, '_', '.' or '-', beginning with a letter, a "
+            f"A {kind} named {name!r} cannot have calibrations: they are stored under its name.",
+            "Use 1 to 60 letters, digits, spaces, '_', '.' or '-', starting with a letter, a "
             f"digit or '_', in field 'name' of the {kind} document.",
         )
     return folder / name
@@ -188,5 +188,5 @@ def blocker_of(error: OcmmError | OSError) -> Blocker:
         return Blocker(error.what, error.remedy)
     return Blocker(
         f"The history of the calibration cannot be read ({error.strerror}).",
-        "Restore the right to read it.",
+        "Restore read permission.",
     )

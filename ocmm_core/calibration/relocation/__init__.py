@@ -31,14 +31,12 @@ if TYPE_CHECKING:
     from ocmm_core.calibration.relocation._guards import judge_residuals
     from ocmm_core.calibration.relocation._problem import RelocationProblem, build
     from ocmm_core.calibration.relocation._procedure_relocation import (
-        BARS_WANTED,
-        LENGTH_LIMIT_MM,
-        POSES_WANTED,
         RelocationProcedure,
     )
     from ocmm_core.calibration.relocation._relocation import relocate
     from ocmm_core.calibration.relocation._state import World
     from ocmm_core.calibration.relocation._steps import BAR
+    from ocmm_core.calibration.relocation._wanted import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
 else:
     __getattr__ = door(
         __name__,
@@ -48,10 +46,11 @@ else:
         ),
         _guards="judge_residuals",
         _problem="RelocationProblem build",
-        _procedure_relocation="BARS_WANTED LENGTH_LIMIT_MM POSES_WANTED RelocationProcedure",
+        _procedure_relocation="RelocationProcedure",
         _relocation="relocate",
         _state="World",
         _steps="BAR",
+        _wanted="BARS_WANTED LENGTH_LIMIT_MM POSES_WANTED",
     )
 
 __all__ = [

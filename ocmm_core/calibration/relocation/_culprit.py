@@ -188,7 +188,7 @@ def accuse_points(
     if not ways:
         return replace(
             finding,
-            what=f"{finding.what} Neither two that were exchanged nor one that moved explains it.",
+            what=f"{finding.what} Neither two swapped points nor one moved point explains it.",
         )
     told = ", or ".join(one.what for one in ways)
     doubt = "; they are too few to tell which" if len(ways) > 1 else ""

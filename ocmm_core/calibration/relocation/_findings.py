@@ -44,8 +44,8 @@ def bar_ends(rig: Rig, uv: Float, length: float) -> Float:
     if not least < LENGTH_TOLERANCE:
         raise CalibrationError(
             "relocation.bar",
-            "The two points that are seen are not the ends of the bar.",
-            "Cover other lights, and check that it is the bar that was chosen.",
+            "The two visible points are not the ends of the bar.",
+            "Cover other lights, and check that this is the selected bar.",
         )
     return best
 

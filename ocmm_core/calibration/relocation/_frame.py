@@ -71,13 +71,13 @@ def check_world(world: WorldFrame, seats: Sequence[str]) -> None:
     if unknown:
         raise CalibrationError(
             "relocation.unknown_seat",
-            f"The world frame hangs on '{unknown[0]}', which was not touched.",
-            f"Touch it, or choose among {', '.join(seats) or 'seats that were touched'}.",
+            f"The world frame depends on '{unknown[0]}', which was not touched.",
+            f"Touch it, or choose from {', '.join(seats) or 'seats that were touched'}.",
         )
     if len(set(names)) < LEAST_ANCHORS:
         raise CalibrationError(
             "relocation.few_seats",
-            f"The world frame hangs on {len(set(names))} point(s).",
+            f"The world frame depends on {len(set(names))} point(s).",
             "Touch three points that do not lie on one line.",
         )
 
@@ -177,6 +177,6 @@ def _check_triangle(points: Points3) -> None:
     if width < _MIN_TRIANGLE_MM:
         raise CalibrationError(
             "relocation.points_on_line",
-            f"The points that hold the world frame lie within {width:.1f} mm of one line.",
+            f"The points that define the world frame lie within {width:.1f} mm of one line.",
             "Touch three points that form a wide triangle.",
         )

@@ -43,13 +43,13 @@ CONTRADICTION = 1e-5
 def judge_residuals(chi2: float, dof: int) -> list[Finding]:
     """Return what chi-square says against the whole."""
     ratio = float(np.sqrt(chi2 / dof))
-    said = f"The residuals are {ratio:.1f} times what the sigmas of the spots say"
+    said = f"The residuals are {ratio:.1f} times the stated sigmas of the spots"
     deviation = CHI2_DEVIATION * np.sqrt(2.0 / dof)
     if ratio > RMS_REFUSED:
         return [
             Finding(
                 "calibration.rms",
-                f"{said}; this is no calibration.",
+                f"{said}; not a valid calibration.",
                 "Check that the cameras are those of the rig document, that the probe is the right "
                 "one, and that no camera moved meanwhile.",
                 refuses=True,
@@ -60,8 +60,8 @@ def judge_residuals(chi2: float, dof: int) -> list[Finding]:
             Finding(
                 "calibration.chi2",
                 f"{said} (chi-square {chi2:.0f} for {dof} degrees of freedom).",
-                "Look for a camera that moves, a loose LED or a probe waved too fast, and check "
-                "the sigma of the spots.",
+                "Look for a moving camera, a loose LED or a probe waved too fast, and check the "
+                "sigma of the spots.",
                 refuses=ratio > RMS_FORCED,
             )
         ]
@@ -69,9 +69,9 @@ def judge_residuals(chi2: float, dof: int) -> list[Finding]:
         return [
             Finding(
                 "calibration.chi2_low",
-                f"The spots are hit {1.0 / max(ratio, 1e-9):.1f} times better than their stated "
-                f"sigma.",
-                "State the sigma of the spots as it is; the uncertainty of this calibration is too "
+                f"The residuals are {1.0 / max(ratio, 1e-9):.1f} times smaller than the stated "
+                "sigma of the spots.",
+                "State the true sigma of the spots; the uncertainty of this calibration is too "
                 "large.",
                 refuses=False,
             )
@@ -92,9 +92,8 @@ def judge_spots(
     return [
         Finding(
             "calibration.outliers",
-            f"{len(wrong)} of {seen} spots are not where they should be and were left out: "
-            f"{by_camera}.",
-            "Look for reflections and for LEDs that hide each other, and wave the probe again.",
+            f"{len(wrong)} of {seen} spots are outliers and were excluded: {by_camera}.",
+            "Look for reflections and LEDs that hide each other, and wave the probe again.",
             refuses=len(wrong) > OUTLIERS_REFUSED * seen,
         )
     ]
@@ -123,7 +122,7 @@ def judge_design(
             Finding(
                 "relocation.few_frames",
                 f"Only {frames} frames of the probe were used.",
-                "Wave the probe longer; 500 frames all over the volume are a good number.",
+                "Wave the probe longer; aim for 500 frames all over the volume.",
                 refuses=False,
             )
         )
@@ -131,7 +130,7 @@ def judge_design(
         found.append(
             Finding(
                 "relocation.no_bar",
-                "No length bar was shown: the scale hangs on the LEDs of the probe alone.",
+                "No length bar was shown: the scale depends on the probe LEDs alone.",
                 "Show a certified bar in ten placements.",
                 refuses=False,
             )
@@ -142,9 +141,9 @@ def judge_design(
         found.append(
             Finding(
                 "relocation.one_bar",
-                f"All lengths hang on bar '{scale_rests_on}' alone: nothing else would show that "
-                f"it is wrong.",
-                "Verify with another certified bar before anything is measured.",
+                f"All lengths depend on bar '{scale_rests_on}' alone: nothing else would reveal "
+                "an error in it.",
+                "Verify with another certified bar before measuring.",
                 refuses=False,
             )
         )
@@ -174,10 +173,10 @@ def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
         found.append(
             Finding(
                 "relocation.bar_left_out",
-                f"{len(wrong)} of {len(bars)} placements of the bar do not fit and were left out: "
+                f"{len(wrong)} of {len(bars)} bar placements do not fit and were excluded: "
                 f"{listed}.",
-                "Show these placements again; if most of them do not fit, check the length on the "
-                "certificate and the geometry of the probe.",
+                "Repeat these placements. If most of them do not fit, check the certified "
+                "length and the geometry of the probe.",
                 refuses=len(wrong) > PLACEMENTS_REFUSED * len(bars),
             )
         )
@@ -187,10 +186,10 @@ def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
         found.append(
             Finding(
                 "relocation.bar_contradicts",
-                f"The bar and the LEDs of the probe contradict each other: the placements show the "
-                f"bar {1e3 * (weights @ errors) / weights.sum():+.1f} um off its certified length.",
-                "Check the length on the certificate and the temperature, and relocate with "
-                "another certified bar: if it says the same, calibrate the probe again.",
+                "Bar and probe LEDs contradict each other: the bar appears "
+                f"{1e3 * (weights @ errors) / weights.sum():+.1f} um off its certified length.",
+                "Check the certified length and the temperature, and relocate with another "
+                "certified bar. If the result is the same, calibrate the probe again.",
                 refuses=True,
             )
         )
@@ -198,7 +197,7 @@ def _placements(bars: Sequence[BarResidual]) -> list[Finding]:
         found.append(
             Finding(
                 "relocation.few_placements",
-                f"A length bar was used in {used} placement(s) only.",
+                f"A length bar was used in only {used} placement(s).",
                 "Show it in ten placements all over the volume and in all directions.",
                 refuses=False,
             )
@@ -216,8 +215,8 @@ def judge_focal(cameras: Sequence[CameraModel], covariance: Float) -> list[Findi
             found.append(
                 Finding(
                     "calibration.focal_sigma",
-                    f"The focal length of camera '{camera.name}' is known to {sigma:.1e} of its "
-                    f"value only, and {FOCAL_SIGMA:.0e} is the limit.",
+                    f"The focal length of camera '{camera.name}' is known only to {sigma:.1e} "
+                    f"of its value; the limit is {FOCAL_SIGMA:.0e}.",
                     "Wave the probe through a deeper volume, and tilt it more.",
                     refuses=True,
                     forcible=True,
@@ -238,10 +237,9 @@ def judge_knowledge(
         found.append(
             Finding(
                 "relocation.probe_changed",
-                f"The LEDs of the probe do not stand where its document says, LED {led + 1} most, "
-                f"{1e3 * np.linalg.norm(moved[led]):.0f} um off.",
-                "Choose the right probe, or calibrate the probe again; then begin the relocation "
-                "anew.",
+                f"The probe LEDs deviate from its document, LED {led + 1} most, by "
+                f"{1e3 * np.linalg.norm(moved[led]):.0f} um.",
+                "Select the right probe, or calibrate the probe again; then repeat the relocation.",
                 refuses=True,
             )
         )
@@ -251,11 +249,11 @@ def judge_knowledge(
             found.append(
                 Finding(
                     "relocation.bar_contradicts",
-                    f"Bar '{bar.name}' is {1e3 * off[column]:+.1f} um from its certified length as "
-                    f"the probe and other bars show it, {abs(off[column]) / bar.sigma:.0f} times "
-                    f"its uncertainty.",
-                    "Check the length on the certificate and the temperature, and relocate with "
-                    "another certified bar: if it says the same, calibrate the probe again.",
+                    f"According to the probe and other bars, bar '{bar.name}' is "
+                    f"{1e3 * off[column]:+.1f} um off its certified length, "
+                    f"{abs(off[column]) / bar.sigma:.0f} times its uncertainty.",
+                    "Check the certified length and the temperature, and relocate with another "
+                    "certified bar. If the result is the same, calibrate the probe again.",
                     refuses=True,
                 )
             )
@@ -266,9 +264,9 @@ def judge_knowledge(
                 found.append(
                     Finding(
                         "relocation.lens_changed",
-                        f"The lens of camera '{camera.name}' is not what its calibration before "
-                        f"said (focal length {1e3 * off[lens[0]]:+.1f} um).",
-                        "Look whether the lens is loose, and fasten it; then calibrate the "
+                        f"The lens of camera '{camera.name}' does not match its previous "
+                        f"calibration (focal length {1e3 * off[lens[0]]:+.1f} um).",
+                        "Check the lens for looseness, and fasten it; then calibrate the "
                         "cameras from known points.",
                         refuses=True,
                     )
@@ -294,7 +292,7 @@ def judge_anchors(names: Sequence[str], anchors: Anchors, covariance: Float) -> 
     return [
         Finding(
             "relocation.points_moved",
-            f"The points that hold the world frame do not fit each other as before: "
+            "The points that define the world frame have moved relative to each other: "
             f"{', '.join(wrong)}.",
             "Check that none of them was moved and that each was touched under its own name.",
             refuses=True,

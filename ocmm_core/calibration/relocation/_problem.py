@@ -212,7 +212,7 @@ def _check(start: Rig, body: ProbeBody, observed: Observations, options: Relocat
             "relocation.shape",
             f"The frames show {views[0]} cameras and {views[1]} LEDs, but the rig and the probe "
             f"have {expected[0]} and {expected[1]}.",
-            "Choose the rig and the probe that the frames were taken with.",
+            "Select the rig and probe the frames were taken with.",
         )
     for shown in observed.shown_bars:
         if shown.uv.shape[1:3] != (expected[0], 2):
@@ -220,7 +220,7 @@ def _check(start: Rig, body: ProbeBody, observed: Observations, options: Relocat
                 "relocation.shape",
                 f"The spots of bar '{shown.bar.name}' show {shown.uv.shape[1]} cameras and "
                 f"{shown.uv.shape[2]} ends, but the rig has {expected[0]} cameras.",
-                "Choose the rig that the bar was shown to.",
+                "Select the rig the bar was shown to.",
             )
     if observed.frames.seats.max(initial=-1) >= len(observed.seats):
         raise CalibrationError(
@@ -232,7 +232,7 @@ def _check(start: Rig, body: ProbeBody, observed: Observations, options: Relocat
     if options.geometry == "unknown" and not observed.bars:
         raise CalibrationError(
             "relocation.no_scale",
-            "No bar was shown and the geometry of the probe is unknown: nothing gives the scale.",
+            "No bar was shown and the probe geometry is unknown: nothing defines the scale.",
             "Show a length bar, or use a calibrated probe.",
         )
     check_world(options.world, observed.seats)
@@ -253,8 +253,8 @@ def _check_enough(data: BundleData, rig: Rig, observed: Observations) -> None:
     if count < LEAST_FRAMES:
         raise CalibrationError(
             "relocation.too_few_frames",
-            f"In {count} of {len(active)} frames three LEDs were seen by two cameras; at least "
-            f"{LEAST_FRAMES} such frames are needed.",
+            f"Only {count} of {len(active)} frames show three LEDs to two cameras; at least "
+            f"{LEAST_FRAMES} are needed.",
             "Wave the probe longer, with its LEDs towards the cameras.",
         )
     for index, camera in enumerate(rig.cameras):
@@ -262,13 +262,13 @@ def _check_enough(data: BundleData, rig: Rig, observed: Observations) -> None:
         if frames < LEAST_FRAMES_OF_CAMERA:
             raise CalibrationError(
                 "relocation.camera_sees_little",
-                f"Camera '{camera.name}' takes part in {frames} frames only.",
-                "Wave the probe where this camera sees it together with another one.",
+                f"Camera '{camera.name}' contributes to only {frames} frames.",
+                "Wave the probe where this camera and another one see it.",
             )
     for index, name in enumerate(observed.seats):
         if not (active & (data.seats == index)).any():
             raise CalibrationError(
                 "relocation.seat_not_seen",
-                f"While the ball rested in '{name}', no frame showed the probe well enough.",
+                f"No frame showed the probe well enough while the ball rested in '{name}'.",
                 "Touch it again with the LEDs towards the cameras.",
             )

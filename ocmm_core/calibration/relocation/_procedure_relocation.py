@@ -67,14 +67,17 @@ from ocmm_core.calibration.relocation._steps import (
     WORLD,
     steps_of,
 )
+from ocmm_core.calibration.relocation._wanted import (
+    BARS_WANTED,
+    LENGTH_LIMIT_MM,
+    POSES_WANTED,
+)
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
-POSES_WANTED, BARS_WANTED = 300, 10
-LENGTH_LIMIT_MM = 0.005
 _POSE_APART_MM, _POSE_TURN_RAD = 15.0, 0.08
 _SEAT_APART_MM = 5.0
 _LENGTH_OF_VOLUME = 0.9
@@ -175,8 +178,8 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
         if world == "points" and (control is None or len(control.names) < 3):
             raise CalibrationError(
                 "relocation.control",
-                "A world that hangs on control points needs at least three that are known.",
-                "Give a list of control points, or let the world hang on the cameras.",
+                "A world frame from control points needs at least three known ones.",
+                "Give a list of control points, or fix the world frame to the cameras.",
             )
         known = control if world == "points" and control is not None else None
         diagonal = float(np.linalg.norm(np.ptp(rig.volume_world, axis=0)))
@@ -317,8 +320,8 @@ class RelocationProcedure(CameraProcedure[RelocationEvent, CalibrationOutcome]):
             if seat is None:
                 raise CalibrationError(
                     "relocation.visits",
-                    "Both seats were visited first and again.",
-                    "Leave this visit out, or take what belongs between the visits before it.",
+                    "Both seats were visited at the start and at the end.",
+                    "Skip this visit, or first take what belongs between the visits.",
                 )
             self._append(
                 SeatVisited(utc=utc_text(now), seat=seat, uv=to_spots(uv), sigma_px=sigma_px)

@@ -83,7 +83,7 @@ def relocate(
     if dof < 1:
         raise CalibrationError(
             "relocation.too_few_frames",
-            "What is left without the wrong spots is too little to determine the cameras.",
+            "Too few spots remain without the outliers to determine the cameras.",
             "Wave the probe longer, with its LEDs towards the cameras.",
         )
     chi2 = found.minimum.cost
@@ -174,7 +174,7 @@ def _convergence(found: RobustMinimum) -> list[Finding]:
     return [
         Finding(
             "calibration.not_converged",
-            "The adjustment did not come to an end.",
+            "The adjustment did not converge.",
             "Wave the probe longer, all over the volume and in all directions; if that does not "
             "help, calibrate the cameras from known points.",
             refuses=True,

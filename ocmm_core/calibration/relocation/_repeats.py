@@ -27,7 +27,7 @@ from ocmm_core.errors import TrackingError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
-_REMEDY = "Find what moved - camera, frame, table or seat -, fix it, and relocate again."
+_REMEDY = "Find what moved (camera, frame, table or seat), fix it, and relocate again."
 
 
 def seat_findings(
@@ -48,9 +48,9 @@ def seat_findings(
         return (
             Finding(
                 "repeat.missing",
-                "No seat was visited first and again at the end: a camera or frame that moved "
-                "meanwhile may not show.",
-                "Visit two cones that are fixed to the table first and last, next time.",
+                "No seat was visited at both start and end: a camera or frame that moved in "
+                "between may go unnoticed.",
+                "Next time, visit two cones fixed to the table first and last.",
                 refuses=False,
             ),
         )
@@ -82,7 +82,7 @@ def _repeat(rig: Rig, body: ProbeBody, first: SeatVisited, again: SeatVisited) -
     except TrackingError:
         return Finding(
             "repeat.unusable",
-            f"The new cameras find no position of the probe in {place}.",
+            f"The new calibration gives no probe position in {place}.",
             "Relocate again, with all LEDs in view of the cameras in both seats.",
             refuses=True,
         )

@@ -252,8 +252,8 @@ class RelocationState:
         if abs(seen - length) <= LENGTH_TOLERANCE * length:
             return ""
         return (
-            f"The ball is {seen:.0f} mm from the first end of the bar, and its other end is "
-            f"{length:.0f} mm away: put it there, or take the first end back."
+            f"The ball is {seen:.0f} mm from the first end of the bar, but the other end is "
+            f"{length:.0f} mm away: put it there, or undo the first end."
         )
 
     def observations(self) -> Observations:

@@ -19,7 +19,7 @@ WORLD, SEATS_AGAIN, RESULT = "world", "again", "result"
 COVERED = 0.95
 """Of what is wanted: a corner that a moved frame no longer sees must not hold everything up."""
 
-_NO_SEATS = "Nothing to be done: what was recorded holds no seats."
+_NO_SEATS = "Nothing to do: the recording has no seats."
 
 
 def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Step, ...]:
@@ -35,18 +35,18 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
     where = f" Missing: {', '.join(missing[:3])}." if missing else ""
     seat, again = state.next_seat, state.seat_to_repeat
     show = (
-        "Put it on its stand in the volume, both LEDs towards the cameras, and change place "
-        "and direction each time, also in depth."
+        "Put it on its stand in the volume, both LEDs towards the cameras; change place and "
+        "direction each time, also in depth."
         if state.shown
-        else "Lay it down somewhere in the volume, touch its first and its last nest, and "
-        "change place and direction each time, also in depth."
+        else "Lay it down in the volume and touch its first and last nest; change place and "
+        "direction each time, also in depth."
     )
     return (
         Step(
             PREPARE,
             "Prepare",
-            f"Take the probe and bar '{use.name}' (serial {use.serial}). Nothing may touch the "
-            f"cameras from now on.",
+            f"Take the probe and bar '{use.name}' (serial {use.serial}). Do not touch the "
+            "cameras from now on.",
             OPEN,
         ),
         Step(
@@ -60,7 +60,7 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
         Step(
             WAVE,
             "Wave the probe",
-            f"Wave it slowly through the whole volume, turning it all the time.{where}",
+            f"Wave it slowly through the whole volume, turning it continuously.{where}",
             _wave_gate(state),
             len(state.poses),
             begun.poses_wanted,
@@ -76,9 +76,9 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
         Step(
             WORLD,
             "World frame",
-            "Nothing to be done: the world stays with the cameras."
+            "Nothing to do: the world frame stays with the cameras."
             if not state.wanted_seats
-            else "All points are touched."
+            else "All points touched."
             if seat is None
             else f"Put the ball into control point '{seat}'.",
             _world_gate(state),
@@ -96,9 +96,11 @@ def steps_of(state: RelocationState, length_sigma_mm: float | None) -> tuple[Ste
         Step(
             RESULT,
             "Result",
-            "Look at the residuals and at what changes, then accept the new calibration or "
-            "keep the old one.",
-            Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+            "Review the residuals and the changes, then accept the new calibration or keep the "
+            "old one.",
+            Gate(
+                False, "This is the last step.", "Accept the new calibration, or keep the old one."
+            ),
         ),
     )
 
@@ -111,24 +113,24 @@ def _wave_gate(state: RelocationState) -> Gate:
         more = f" and {len(missing) - 3} more" if len(missing) > 3 else ""
         return Gate(
             False,
-            f"The probe was not shown enough: {', '.join(missing[:3])}{more}.",
-            "Wave it there and hold it so.",
+            f"Missing probe poses: {', '.join(missing[:3])}{more}.",
+            "Wave it there in this attitude.",
         )
     if poses < wanted:
-        return Gate(False, f"{wanted - poses} poses are missing.", "Wave the probe on.")
+        return Gate(False, f"{wanted - poses} poses to go.", "Keep waving the probe.")
     return OPEN
 
 
 def _bar_gate(state: RelocationState, sigma: float | None) -> Gate:
     missing = state.begun.bars_wanted - state.placements
     if missing > 0:
-        return Gate(False, f"{missing} placements of the bar are missing.", "Show it on.")
+        return Gate(False, f"{missing} bar placements to go.", "Keep showing the bar.")
     limit = state.begun.length_limit_mm
     if sigma is not None and sigma > limit:
         return Gate(
             False,
-            f"A length of {state.begun.length_mm:.0f} mm would be known to "
-            f"{1e3 * sigma:.1f} um only, and {1e3 * limit:.1f} um is good enough.",
+            f"A length of {state.begun.length_mm:.0f} mm would be known only to "
+            f"{1e3 * sigma:.1f} um; the target is {1e3 * limit:.1f} um.",
             "Go back and wave the probe longer, or show the bar in more places.",
         )
     return OPEN

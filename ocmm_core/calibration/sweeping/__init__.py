@@ -18,9 +18,6 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.calibration.sweeping._map import CELL_RAD
     from ocmm_core.calibration.sweeping._procedure_pivot import (
-        CHANGE_LIMIT_MM,
-        POSES_WANTED,
-        VALID_DAYS,
         PivotProcedure,
     )
     from ocmm_core.calibration.sweeping._session import AGAIN, SECOND, SWEEPS
@@ -33,15 +30,17 @@ if TYPE_CHECKING:
         SweepView,
         led_paths,
     )
+    from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
     from ocmm_core.calibration.sweeping._watch import BATCH, COUNTDOWN_S
 else:
     __getattr__ = door(
         __name__,
         _map="CELL_RAD",
-        _procedure_pivot="CHANGE_LIMIT_MM POSES_WANTED PivotProcedure VALID_DAYS",
+        _procedure_pivot="PivotProcedure",
         _session="AGAIN SECOND SWEEPS",
         _views="MapCell PivotChange PivotOutcome PivotView SweepPhase SweepView led_paths",
         _watch="BATCH COUNTDOWN_S",
+        _wanted="CHANGE_LIMIT_MM POSES_WANTED VALID_DAYS",
     )
 
 __all__ = [

@@ -164,9 +164,9 @@ def expected_tip(
     if len(running.leds_mm) != body.n_leds:
         raise CalibrationError(
             "pivot.leds",
-            f"The calibration of tip '{running.tip}' in force is of a probe with "
-            f"{len(running.leds_mm)} LEDs, and '{body.name}' has {body.n_leds}.",
-            "Give every probe a name of its own in its document.",
+            f"The active calibration of tip '{running.tip}' belongs to a probe with "
+            f"{len(running.leds_mm)} LEDs, but '{body.name}' has {body.n_leds}.",
+            "Give every probe its own name in its document.",
         )
     return _vector(laid_onto(body, running)[1])
 

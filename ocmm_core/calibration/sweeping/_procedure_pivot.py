@@ -49,16 +49,14 @@ from ocmm_core.calibration.sweeping._session import (
 )
 from ocmm_core.calibration.sweeping._state import SweepingState
 from ocmm_core.calibration.sweeping._views import PivotOutcome, PivotView, SweepPhase, SweepView
+from ocmm_core.calibration.sweeping._wanted import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
-CHANGE_LIMIT_MM = 0.03
-POSES_WANTED = 400
 TIP_SIGMA_MM = 0.01
-VALID_DAYS = 365
 _RECORDED_BATCH = 200
 
 _SESSIONS = SessionFormat(ProcedureKind.PIVOT, SessionLine[PivotEvent], PivotBegun)
@@ -159,7 +157,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             raise CalibrationError(
                 "pivot.tip_name",
                 "The tip has no name.",
-                "Give it the name that is on its stylus; each tip has a calibration of its own.",
+                "Use the name marked on its stylus; each tip has its own calibration.",
             )
         active = store.active(tip)
         expected = expected_tip(
@@ -272,10 +270,10 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             if self._step not in SWEEPS or uv.shape[1:] != wanted:
                 raise CalibrationError(
                     "pivot.recorded",
-                    f"Recorded spots of shape {uv.shape[1:]} are not wanted here: the rig has "
+                    f"Recorded spots of shape {uv.shape[1:]} do not fit here: the rig has "
                     f"{wanted[0]} cameras, the probe {wanted[1]} LEDs, and the step is "
                     f"'{self._step}'.",
-                    "Give the sweeps of this rig and probe while a sweep is to be taken.",
+                    "Give the sweeps of this rig and probe in a sweep step.",
                 )
             self._watching = False
             try:
@@ -305,7 +303,7 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
             if not (self._step == AGAIN and self._wants()):
                 raise CalibrationError(
                     "pivot.visit",
-                    "No visit of the first cone is wanted here.",
+                    "No visit to the first cone is due here.",
                     "Take it once, after both sweeps.",
                 )
             self._append(ConeVisited(utc=utc_text(now), uv=to_spots(uv), sigma_px=sigma_px))
@@ -325,9 +323,9 @@ class PivotProcedure(ProbeProcedure[PivotEvent, PivotOutcome]):
                 if change is not None and not reason.strip():
                     raise CalibrationError(
                         "pivot.unconfirmed",
-                        f"The tip is {1e3 * change.tip_distance:.0f} um from that of the "
-                        f"calibration in force, and {1e3 * change.limit_mm:.0f} um is the limit.",
-                        "Say why it changed (another stylus, a blow, a repair), or keep the old "
+                        f"The tip is {1e3 * change.tip_distance:.0f} um from the active "
+                        f"calibration; the limit is {1e3 * change.limit_mm:.0f} um.",
+                        "Give the reason (another stylus, a shock, a repair), or keep the old "
                         "calibration and sweep again.",
                     )
             super().accept(now, reason)

@@ -188,30 +188,30 @@ def _missing(
     rig: Rig, progress: SweepProgress, limits: PivotLimits, poses_wanted: int, sigma_wanted: float
 ) -> str:
     if progress.coverage is None:
-        return "The probe was hardly swept yet."
+        return "Hardly any sweep yet."
     first, second, third = np.degrees(progress.coverage.ranges)
     if second < limits.wanted_deg:
         side = where_missing(rig, progress.middle_world, progress.cells)
         return (
             f"Sweep wider{', ' + side if side else ''}: {first:.0f} and {second:.0f} of "
-            f"{limits.wanted_deg:.0f} degrees are reached."
+            f"{limits.wanted_deg:.0f} degrees reached."
         )
     if third < limits.roll_deg:
         return (
-            f"Turn the probe about its handle: {third:.0f} of {limits.roll_deg:.0f} degrees are "
-            f"reached."
+            f"Turn the probe about its handle: {third:.0f} of {limits.roll_deg:.0f} degrees "
+            "reached."
         )
     if progress.coverage.attitudes < limits.least_attitudes:
         left = limits.least_attitudes - progress.coverage.attitudes
-        return f"Sweep on, on other ways: {left} attitudes are missing."
+        return f"Keep sweeping along different paths: {left} attitudes to go."
     if progress.poses < poses_wanted:
-        return f"Sweep on: {poses_wanted - progress.poses} poses are missing."
+        return f"Keep sweeping: {poses_wanted - progress.poses} poses to go."
     if not np.isfinite(progress.tip_sigma):
-        return "Sweep on: the tip cannot be told yet."
+        return "Keep sweeping: the tip is not determined yet."
     if progress.tip_sigma > sigma_wanted and progress.poses < ENOUGH_TIMES * poses_wanted:
         return (
-            f"Sweep on: the tip would be known to {1e3 * progress.tip_sigma:.1f} um, and "
-            f"{1e3 * sigma_wanted:.1f} um is good."
+            f"Keep sweeping: tip uncertainty {1e3 * progress.tip_sigma:.1f} um, target "
+            f"{1e3 * sigma_wanted:.1f} um."
         )
     return ""
 
@@ -272,9 +272,9 @@ def _judge(
         return (
             Finding(
                 "pivot.no_complete_frame",
-                f"In no pose all LEDs of the probe were seen by two cameras; LED {led + 1} least.",
-                "Turn the LEDs towards the cameras and take the hand off them; check that all of "
-                "them shine.",
+                f"No pose shows all LEDs of the probe to two cameras; LED {led + 1} least.",
+                "Turn the LEDs towards the cameras and keep the hand off them; check that all "
+                "of them are lit.",
                 refuses=True,
             ),
         )

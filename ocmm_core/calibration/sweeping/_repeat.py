@@ -34,7 +34,7 @@ ALIKE = np.radians(12.0)
 
 LEAST_ALIKE = 5
 _MOST_ALIKE = 20
-_REMEDY = "Find what moved - cone, camera, frame or tip -, fix it, and calibrate the probe again."
+_REMEDY = "Find what moved (cone, camera, frame or tip), fix it, and calibrate the probe again."
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,9 +79,9 @@ def cone_findings(
         return (
             Finding(
                 "repeat.missing",
-                "The first cone was not visited again at the end: what moved meanwhile may not "
-                "show.",
-                "Put the ball back into the first cone at the end, next time.",
+                "The first cone was not revisited at the end: movement in between may go "
+                "unnoticed.",
+                "Next time, put the ball back into the first cone at the end.",
                 refuses=False,
             ),
         )
@@ -112,7 +112,7 @@ def _repeat(
     seen = [_touch(sweep.uv[i], float(sweep.sigma_px[i]), rig, probe) for i in nearest]
     alike = [one for one in seen if one is not None]
     if len(alike) < LEAST_ALIKE:
-        return _unusable("is held otherwise at the end than ever in its sweep")
+        return _unusable("is held at the end in an attitude not in its sweep")
     # Neighbours share the pattern of the sensors: together they are not known better than one.
     noise = np.mean([one.noise for one in alike], axis=0)
     cameras = again.by_cameras - np.mean([one.by_cameras for one in alike], axis=0)

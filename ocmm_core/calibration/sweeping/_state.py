@@ -119,7 +119,7 @@ class SweepingState:
             self._turned = shots.rotation_world_from_probe
         turns = turns_from(self._turned, pose.rotation_world_from_probe[0])
         if np.count_nonzero(turns < ALIKE) < LEAST_ALIKE:
-            return "The probe was never held like this in the first sweep: hold it as at its start."
+            return "This attitude was not in the first sweep: hold the probe as at its start."
         return ""
 
     def again_gate(self) -> Gate:

@@ -39,15 +39,15 @@ def steps_of(
         Step(
             PREPARE,
             "Prepare",
-            f"Clamp {cone} where all cameras see it well, and clean it. Screw tip '{begun.tip}' "
-            f"tight on probe '{begun.probe}' and clean its ball.",
+            f"Clamp {cone} where all cameras see it well, and clean it. Tighten tip "
+            f"'{begun.tip}' on probe '{begun.probe}' and clean its ball.",
             OPEN,
         ),
         Step(
             FIRST,
             "First sweep",
-            "Put the ball into the cone and sweep the probe to all sides, 20 degrees and more, on "
-            "other ways each time; turn it about its handle too.",
+            "Put the ball into the cone and sweep the probe to all sides, 20 degrees or more, "
+            "along different paths; turn it about its handle too.",
             gates[0],
             poses[0],
             begun.poses_wanted,
@@ -55,8 +55,8 @@ def steps_of(
         Step(
             SECOND,
             "Second sweep",
-            "Leave the first cone where it is. Sweep again in another one, 30 mm or more away, or "
-            "in the same one with the probe leaning to another side: the tip must be the same.",
+            "Leave the first cone in place. Sweep again in another one, 30 mm or more away, or "
+            "in the same one with the probe leaning another way: the tip must be the same.",
             gates[1],
             poses[1],
             begun.poses_wanted,
@@ -64,9 +64,9 @@ def steps_of(
         Step(
             AGAIN,
             "First cone again",
-            "Put the ball back into the first cone, hold the probe as at the start, and rest."
+            "Put the ball back into the first cone and hold the probe still, as at the start."
             if begun.again
-            else "Nothing to be done: what was recorded holds no such visit.",
+            else "Nothing to do: the recording has no such visit.",
             again,
             int(visited),
             int(begun.again or False),
@@ -74,9 +74,11 @@ def steps_of(
         Step(
             RESULT,
             "Result",
-            "Look at the tip, at what changed and at the second sweep, then accept the new "
-            "calibration or keep the old one.",
-            Gate(False, "This is the last step.", "Accept the calibration, or keep the old."),
+            "Review the tip, the changes and the second sweep, then accept the new calibration "
+            "or keep the old one.",
+            Gate(
+                False, "This is the last step.", "Accept the new calibration, or keep the old one."
+            ),
         ),
     )
 
@@ -99,9 +101,9 @@ def second_gate(gate: Gate, first: SweepProgress, second: SweepProgress) -> Gate
     if place < OTHER_PLACE_MM and attitude < OTHER_ATTITUDE:
         return Gate(
             False,
-            f"The second sweep is {place:.0f} mm and {np.degrees(attitude):.0f} degrees from the "
-            f"first: it would repeat the first one's errors.",
-            "Begin it anew in another cone, 30 mm or more away, or with the probe leaning 15 "
-            "degrees to another side; leave the first cone where it is.",
+            f"The second sweep is only {place:.0f} mm and {np.degrees(attitude):.0f} degrees "
+            "from the first: it would repeat the first one's errors.",
+            "Repeat it in another cone, 30 mm or more away, or with the probe leaning 15 "
+            "degrees another way; leave the first cone in place.",
         )
     return gate

@@ -52,13 +52,13 @@ _LIFTED_MM = 5.0
 _SEEN_MEMORY = 0.01
 _HIDDEN = 0.3
 
-INTO_CONE = "Put the ball into the cone and sweep the probe: taking begins by itself."
+INTO_CONE = "Put the ball into the cone and sweep the probe: recording starts automatically."
 LIFT = (
-    "The first sweep is complete: lift the ball out and leave the cone where it is. Put the ball "
-    "into another one, 30 mm or more away, or lean the probe to another side."
+    "First sweep complete: lift the ball out and leave the cone in place. Put the ball into "
+    "another one, 30 mm or more away, or lean the probe another way."
 )
-BACK = "The ball left its place: put it back into the cone and sweep on."
-FULL = "So many poses are more than enough: end the sweep."
+BACK = "The ball left the cone: put it back and keep sweeping."
+FULL = "More than enough poses: end the sweep."
 
 
 @dataclass(frozen=True, slots=True)
@@ -198,9 +198,9 @@ class SweepWatch:
             found.append(
                 Finding(
                     "pivot.moved",
-                    f"The ball rests {far:.1f} mm from where this sweep began: the cone moved, or "
-                    f"it is another one.",
-                    "Clamp the cone and begin this sweep anew.",
+                    f"The ball is {far:.1f} mm from the start of this sweep: the cone moved, or "
+                    "it is another one.",
+                    "Clamp the cone and repeat this sweep.",
                     refuses=False,
                 )
             )
@@ -213,7 +213,7 @@ class SweepWatch:
                     "pivot.hidden_leds",
                     f"LED {led + 1} is hidden from camera '{self._rig.cameras[camera].name}'"
                     f"{more}.",
-                    "Turn the LEDs to the cameras, and take hand and cable off them.",
+                    "Turn the LEDs to the cameras, and keep hand and cable off them.",
                     refuses=False,
                 )
             )
@@ -232,7 +232,7 @@ class SweepWatch:
         if self._phase is SweepPhase.WAITING:
             return INTO_CONE if self._lifted else LIFT
         if self._phase is SweepPhase.COUNTDOWN:
-            return f"The ball is in the cone: taking begins in {self.countdown_s:.0f} s."
+            return f"Ball in the cone: recording starts in {self.countdown_s:.0f} s."
         if self._phase is SweepPhase.LEFT:
             moved = [one for one in self.warnings() if one.code == "pivot.moved"]
             return f"{moved[0].what} {moved[0].remedy}" if moved else BACK

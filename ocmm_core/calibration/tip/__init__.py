@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.calibration.tip._procedure_tip import VALID_DAYS, TipQualificationProcedure
+    from ocmm_core.calibration.tip._procedure_tip import TipQualificationProcedure
     from ocmm_core.calibration.tip._procedure_tip_check import TipCheckProcedure
     from ocmm_core.calibration.tip._qualification import TipLimits, conforms, qualification_checks
     from ocmm_core.calibration.tip._sphere_layout import (
@@ -40,10 +40,11 @@ if TYPE_CHECKING:
         TipView,
         TouchView,
     )
+    from ocmm_core.calibration.tip._wanted import VALID_DAYS
 else:
     __getattr__ = door(
         __name__,
-        _procedure_tip="TipQualificationProcedure VALID_DAYS",
+        _procedure_tip="TipQualificationProcedure",
         _procedure_tip_check="TipCheckProcedure",
         _qualification="TipLimits conforms qualification_checks",
         _sphere_layout="CHECK_RINGS QUALIFICATION_RINGS frame_about sphere_layout",
@@ -53,6 +54,7 @@ else:
             "CheckVerdict ConeProgress Countdown Phase SphereProgress TipCheckOutcome "
             "TipCheckView TipOutcome TipView TouchView"
         ),
+        _wanted="VALID_DAYS",
     )
 
 __all__ = [

@@ -146,7 +146,7 @@ def decide_check(
     place = place_of_ball(in_cone, rig, body)
     articulation = articulate(in_cone, rig, body, CHANCE) if len(in_cone) > 1 else None
     if place is None or articulation is None:
-        lacking = lacking or "The attitudes in the cone do not determine the tip yet: hold more."
+        lacking = lacking or "The attitudes in the cone do not determine the tip yet: add more."
     else:
         judged += [*_place(place, body), _articulation(articulation)]
     verdicts = [one.verdict for one in judged]
@@ -198,10 +198,10 @@ def _diameter(ball: BallFit, sigma: float, qualification: TipRecord) -> Judged:
         DIAMETER_SIGMA_MM,
         Finding(
             "tip_check.diameter",
-            f"The ball is {1e3 * abs(off):.0f} um {'larger' if off > 0.0 else 'smaller'} than it "
-            f"was qualified.",
-            "Clean ball and sphere and check again; if it stays, say which tip is mounted, or "
-            "qualify this one.",
+            f"The ball is {1e3 * abs(off):.0f} um {'larger' if off > 0.0 else 'smaller'} than "
+            "at its qualification.",
+            "Clean ball and sphere and check again. If it persists, confirm which tip is "
+            "mounted, or qualify this one.",
             refuses=True,
         ),
     )
@@ -217,10 +217,10 @@ def _form(ball: BallFit) -> list[Judged]:
             Finding(
                 "tip_check.form",
                 f"The points are not on one sphere: {check.name} is "
-                f"{1e3 * check.measured_mm:.0f} um, and their uncertainty explains "
+                f"{1e3 * check.measured_mm:.0f} um; their uncertainty explains "
                 f"{1e3 * check.limit_mm:.0f} um.{which}",
-                "Take such a point back and touch that place again with the ball resting on the "
-                "sphere; if it stays, look at the ball for wear.",
+                "Undo such a point and touch that place again with the ball resting on the "
+                "sphere. If it persists, check the ball for wear.",
                 refuses=True,
             ),
         )
@@ -232,8 +232,8 @@ def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
     nominal = float((body.leds_probe.mean(axis=0) - body.tip_probe) @ handle_axis(body))
     limit = 0.5 * LENGTH_DEFECT_MM
     remedy = (
-        "Say which tip is mounted and screw it tight; if this is the right one, calibrate the "
-        "probe with it anew."
+        "Confirm which tip is mounted and tighten it; if it is the right one, calibrate the "
+        "probe with it again."
     )
     longer = "longer" if place.length_error > 0.0 else "shorter"
     return [
@@ -248,7 +248,7 @@ def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
             limit / SIGMAS,
             Finding(
                 LENGTH,
-                f"The probe is {abs(place.length_error):.2f} mm {longer} than it was calibrated.",
+                f"The probe is {abs(place.length_error):.2f} mm {longer} than at its calibration.",
                 remedy,
                 refuses=True,
             ),
@@ -264,7 +264,7 @@ def _place(place: BallPlace, body: ProbeBody) -> list[Judged]:
             limit / SIDEWAYS_SIGMAS,
             Finding(
                 LENGTH,
-                f"The ball is {place.sideways:.2f} mm beside where it was calibrated.",
+                f"The ball is {place.sideways:.2f} mm sideways from its calibrated position.",
                 remedy,
                 refuses=True,
             ),
@@ -279,8 +279,8 @@ def _articulation(found: Articulation) -> Judged:
         Finding(
             "tip_check.articulation",
             f"The tip moves by {1e3 * found.spread_2s:.0f} um (2s) as the probe is turned about "
-            f"it, and its uncertainty explains {1e3 * found.spread_limit:.0f} um.",
-            "Clean ball and cone, screw tip and stylus tight, and check again; if it stays, "
+            f"it; its uncertainty explains {1e3 * found.spread_limit:.0f} um.",
+            "Clean ball and cone, tighten tip and stylus, and check again. If it persists, "
             "calibrate the probe with this tip.",
             refuses=True,
         ),
@@ -296,11 +296,11 @@ def never_conclusive(qualification: TipRecord) -> bool:
 def _more(unknown: Judged, qualification: TipRecord) -> str:
     sigma = 0.5 * unknown.check.expanded_mm
     said = (
-        f"The {unknown.check.name} is known to {1e3 * sigma:.1f} um only, and "
+        f"The {unknown.check.name} is known only to {1e3 * sigma:.1f} um; "
         f"{1e3 * unknown.sigma_wanted_mm:.1f} um are needed:"
     )
     if unknown.finding.code != "tip_check.diameter":
         return f"{said} hold the probe in more attitudes, leaning farther."
     if never_conclusive(qualification):
-        return f"{said} the qualification itself is not good enough; qualify the tip again."
+        return f"{said} the qualification itself is not accurate enough; qualify the tip again."
     return f"{said} take more points, at the equator, to the left and right."

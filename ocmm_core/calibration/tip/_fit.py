@@ -117,7 +117,7 @@ def fit_ball_on(
     if len(touches) < LEAST_POINTS:
         raise CalibrationError(
             "tip.few_points",
-            f"{len(touches)} points on the sphere say nothing about the ball.",
+            f"{len(touches)} points on the sphere are too few to determine the ball.",
             f"Touch it at {LEAST_POINTS} places or more.",
         )
     tips = tips_of(touches)

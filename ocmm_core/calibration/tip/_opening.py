@@ -28,8 +28,8 @@ def mounted_records(store: ProbeStore, tip: str) -> TipRecords:
     if store.mounted != tip:
         raise CalibrationError(
             "tip.not_mounted",
-            f"Tip '{store.mounted}' is said to be on the probe, not '{tip}'.",
-            "Say which tip is mounted.",
+            f"The mounted tip is recorded as '{store.mounted}', not '{tip}'.",
+            "Confirm which tip is mounted.",
         )
     return records
 
@@ -46,8 +46,7 @@ def continued_records(store: ProbeStore, begun: TouchBegun, path: Path) -> TipRe
     if records is None or store.active_hash(begun.tip) != begun.running:
         raise CalibrationError(
             "session.calibration",
-            f"{path}: this session was begun with another calibration of the probe than is in "
-            f"force now.",
-            "Begin a new session.",
+            f"{path}: this session was started with a probe calibration that is no longer active.",
+            "Start a new session.",
         )
     return records

@@ -50,11 +50,10 @@ from ocmm_core.calibration.tip._touch_session import (
     TouchProcedure,
 )
 from ocmm_core.calibration.tip._views import TipOutcome, TipView
+from ocmm_core.calibration.tip._wanted import VALID_DAYS
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody
-
-VALID_DAYS = 30
 
 
 class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
@@ -164,8 +163,8 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
     def _diameter_unknown(self, sigma_mm: float, limit_mm: float) -> Gate:
         return Gate(
             False,
-            f"The diameter is known to {1e3 * sigma_mm:.1f} um only, and {1e3 * limit_mm:.1f} um "
-            f"are wanted.",
+            f"The diameter is known only to {1e3 * sigma_mm:.1f} um; {1e3 * limit_mm:.1f} um "
+            "are required.",
             f"Go closer to the equator: touch the sphere {self._state.next_words()}.",
         )
 

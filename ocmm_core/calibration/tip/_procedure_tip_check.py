@@ -161,12 +161,12 @@ class TipCheckProcedure(TouchProcedure[TipCheckOutcome, TipCheckBegun]):
         if never_conclusive(self._qualification):
             return Gate(
                 False,
-                "The qualification knows the diameter too badly: no check can compare with it.",
+                "The qualified diameter is too uncertain for any check.",
                 "Qualify the tip again.",
             )
         return Gate(
             False,
-            f"Inconclusive: the diameter can be compared to {1e3 * sigma_mm:.1f} um only, and "
+            f"Inconclusive: the diameter can be compared only to {1e3 * sigma_mm:.1f} um; "
             f"{1e3 * limit_mm:.1f} um are needed.",
             f"More points: touch the sphere {self._state.next_words()}.",
         )
@@ -242,6 +242,6 @@ def _qualified(records: TipRecords, digest: str | None) -> TipRecord:
 def _requalified() -> CalibrationError:
     return CalibrationError(
         "session.qualification",
-        "The tip was qualified anew since this session was begun.",
-        "Begin a new session.",
+        "The tip has been requalified since this session was started.",
+        "Start a new session.",
     )

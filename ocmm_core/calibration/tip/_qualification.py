@@ -109,8 +109,8 @@ def sphere_warnings(
         found.append(
             Finding(
                 "tip.sphere_of_cameras",
-                f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): an "
-                f"error of its certificate would not show.",
+                f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): "
+                "a certificate error would go unnoticed.",
                 "Qualify the tip on another sphere.",
                 refuses=False,
             )
@@ -119,9 +119,9 @@ def sphere_warnings(
         found.append(
             Finding(
                 "tip.sphere_of_verification",
-                f"The cameras are verified with the same '{use.name}' (serial {use.serial}): an "
-                f"error of its certificate goes into the tip and is not seen by the verification.",
-                "Keep one sphere for tips and another one for verifications.",
+                f"The cameras are verified with the same '{use.name}' (serial {use.serial}): a "
+                "certificate error enters the tip and goes unnoticed in the verification.",
+                "Use separate spheres for tips and verifications.",
                 refuses=False,
             )
         )
@@ -138,8 +138,8 @@ def doubtful_warning(ball: BallFit) -> tuple[Finding, ...]:
     return (
         Finding(
             "tip.doubtful",
-            f"Points on the sphere that do not fit the others: {named}. They were not left out.",
-            "Take them back and touch these places again, with the ball resting on the sphere.",
+            f"Points on the sphere that do not fit the others: {named}. They were not excluded.",
+            "Undo them and touch these places again, with the ball resting on the sphere.",
             refuses=False,
         ),
     )

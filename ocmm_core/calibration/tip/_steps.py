@@ -20,14 +20,13 @@ def steps_of(state: TouchState, on_sphere: Gate, in_cone: Gate) -> tuple[Step, .
             PREPARE,
             "Prepare",
             f"Clamp sphere '{use.name}' (serial {use.serial}) and a cone where the cameras see "
-            f"them well; clean sphere, cone and ball. Tip '{state.begun.tip}' must be on the "
-            f"probe.",
+            f"them well; clean sphere, cone and ball. Tip '{state.begun.tip}' must be mounted.",
             OPEN,
         ),
         Step(
             SPHERE,
             "Sphere",
-            f"Touch the sphere {words}." if words else "The sphere was touched enough.",
+            f"Touch the sphere {words}." if words else "Enough points on the sphere.",
             on_sphere,
             len(state.on_sphere),
             state.wanted.points,
@@ -37,7 +36,7 @@ def steps_of(state: TouchState, on_sphere: Gate, in_cone: Gate) -> tuple[Step, .
             "Cone",
             f"Put the ball into the cone and hold the probe {hold}."
             if not in_cone.open
-            else "The probe was held in enough attitudes.",
+            else "Enough attitudes taken.",
             in_cone,
             len(state.in_cone),
             len(state.wanted.attitudes.names),
@@ -45,7 +44,7 @@ def steps_of(state: TouchState, on_sphere: Gate, in_cone: Gate) -> tuple[Step, .
         Step(
             RESULT,
             "Result",
-            "Look at the result, and store it.",
+            "Review the result and store it.",
             Gate(False, "This is the last step.", "Store the result."),
         ),
     )

@@ -29,17 +29,17 @@ def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
     known = len(progress.tips_world) >= _KNOWN_FROM
     if abs(off) > (_OFF_SPHERE_MM if known else _OFF_AT_FIRST_MM):
         return (
-            f"The ball is {abs(off):.0f} mm {'off' if off > 0.0 else 'inside'} the sphere as it is "
-            f"known: rest it on the sphere."
+            f"The ball is {abs(off):.0f} mm {'off' if off > 0.0 else 'inside'} the sphere: rest "
+            "it on the sphere."
         )
     if not known:
         return ""
     direction = away / distance
     if float((progress.directions_world @ direction).max()) > np.cos(_SAME_PLACE):
-        return "This place was taken: move on to the next one."
+        return "This place is done: move to the next one."
     free = state.wanted.places.directions[list(progress.missing)]
     if progress.next_place is not None and not (free @ direction > np.cos(TOLERANCE)).any():
-        return f"This place is not wanted: touch the sphere {state.next_words()}."
+        return f"This place is not needed: touch the sphere {state.next_words()}."
     return ""
 
 
@@ -51,8 +51,8 @@ def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
         off = float(np.linalg.norm(touch.tip_world - progress.tips_world.mean(axis=0)))
         if off > _OFF_CONE_MM:
             return (
-                f"The ball is {off:.0f} mm from where it was in the cone: put it there, or take "
-                f"the attitudes back."
+                f"The ball is {off:.0f} mm from its place in the cone: put it there, or undo "
+                "the attitudes."
             )
     elif centre is not None:
         clear = float(np.linalg.norm(touch.tip_world - centre)) - state.reach
@@ -60,7 +60,7 @@ def judge_in_cone(state: TouchState, touch: RestingTouch) -> str:
             return "The ball is still on the sphere: put it into the cone."
     if progress.next_attitude is None:
         if float((progress.handles_world @ handle).max()) > np.cos(_NEW_ATTITUDE):
-            return "This attitude was taken: lean the probe to another side."
+            return "This attitude is done: lean the probe another way."
         return ""
     missing = np.array([one.handle_world for one in progress.attitudes if one.point is None])
     if float((missing @ handle).max()) < np.cos(CONE_TOLERANCE):
@@ -89,6 +89,6 @@ def attitudes_gate(state: TouchState) -> Gate:
         return OPEN
     return Gate(
         False,
-        f"{missing} of {len(attitudes)} attitudes in the cone are missing.",
+        f"{missing} of {len(attitudes)} attitudes in the cone to go.",
         f"Keep the ball in the cone and hold the probe {attitudes[wanted].name}.",
     )

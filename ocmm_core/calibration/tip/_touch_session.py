@@ -224,8 +224,8 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             if not self._wants():
                 raise CalibrationError(
                     "tip.nothing_next",
-                    "There is nothing to be taken in this step.",
-                    "Go on to the next step.",
+                    "Nothing to take in this step.",
+                    "Go to the next step.",
                 )
             # What cannot be computed must not come into the file.
             touch_of(uv, sigma_px, self._state.rig, self._state.body)
@@ -245,8 +245,8 @@ class TouchProcedure(ProbeProcedure[TouchEvent, Q], Generic[Q, B]):
             if not 0 <= point < self._count(self._step):
                 raise CalibrationError(
                     "tip.no_point",
-                    f"There is no point {point + 1} in this step.",
-                    "Choose one of those that were taken.",
+                    f"No point {point + 1} in this step.",
+                    "Choose one already taken.",
                 )
             self._append(TakenBack(utc=utc_text(now), step=self._step, point=point))
 

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.calibration.verification._limits import Limits
     from ocmm_core.calibration.verification._procedure_verification import (
         LINES,
         RESULT,
@@ -25,15 +26,16 @@ if TYPE_CHECKING:
         VerificationProcedure,
     )
     from ocmm_core.calibration.verification._state import PLACES
-    from ocmm_core.calibration.verification._verification import Limits, fit_sphere
+    from ocmm_core.calibration.verification._verification import fit_sphere
 else:
     __getattr__ = door(
         __name__,
+        _limits="Limits",
         _procedure_verification=(
             "LINES RESULT SEATS_AGAIN SEATS_FIRST SPHERES VerificationProcedure"
         ),
         _state="PLACES",
-        _verification="Limits fit_sphere",
+        _verification="fit_sphere",
     )
 
 __all__ = [

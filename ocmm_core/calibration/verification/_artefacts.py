@@ -19,11 +19,11 @@ def judge_independence(
     return [
         Finding(
             "verification.same_artefact",
-            f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): an "
-            f"error of its certificate would not show, so this is no independent check.",
-            "Verify with another certified length: a second bar, or a bar whose nests are the "
-            "places of a certified ball bar. Where there is only one, keep it for verifications "
-            "and borrow another one for the calibration.",
+            f"The cameras were calibrated with the same '{use.name}' (serial {use.serial}): a "
+            "certificate error would go unnoticed, so this is not an independent check.",
+            "Verify with another certified length: a second bar, or a bar whose nests are those "
+            "of a certified ball bar. If you have only one, keep it for verifications and "
+            "borrow another for the calibration.",
             refuses=True,
         )
         for use in dict.fromkeys(same)

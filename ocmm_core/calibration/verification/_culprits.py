@@ -38,9 +38,9 @@ def culprits(state: VerificationState) -> list[Finding]:
         found.append(
             Finding(
                 TIP,
-                f"The lengths fit if the ball stands {1e3 * size:.0f} um elsewhere in the probe "
-                f"than its record says: another or a bent stylus.",
-                "Check the tip, or say which one is mounted; then verify again.",
+                f"The lengths fit if the ball is {1e3 * size:.0f} um from its recorded position "
+                "in the probe: another or a bent stylus.",
+                "Check the tip, or confirm which one is mounted; then verify again.",
                 refuses=True,
             )
         )
@@ -50,8 +50,8 @@ def culprits(state: VerificationState) -> list[Finding]:
             Finding(
                 "verification.scale",
                 f"All lengths are wrong by the same {1e6 * scale[0]:+.0f} um/m.",
-                "Check that the bar is the one of its document, with its length and temperature; "
-                "if it is, the scale of the calibration is wrong: calibrate again.",
+                "Check that bar, length and temperature match the bar document. If they do, the "
+                "scale of the calibration is wrong: calibrate again.",
                 refuses=True,
             )
         )

@@ -316,7 +316,7 @@ def _unsuitable(volume_world: Float, length: float) -> CalibrationError:
     diagonal = _INSIDE * float(np.linalg.norm(np.ptp(volume_world, axis=0)))
     shortest = shortest_of(volume_world)
     if length < shortest:
-        why = "it is too short to speak for the volume"
+        why = "it is too short to represent the volume"
     elif length > diagonal:
         why = "it is longer than the space diagonal"
     else:
@@ -333,7 +333,7 @@ def _unsuitable(volume_world: Float, length: float) -> CalibrationError:
         f"{diagonal:.0f} mm: {why}.",
         f"Use a bar of {tried[0]:.0f} to {tried[-1]:.0f} mm."
         if tried
-        else "No bar suits this volume: calibrate one that is less long for its width.",
+        else "No bar suits this volume: calibrate a volume that is less long for its width.",
     )
 
 

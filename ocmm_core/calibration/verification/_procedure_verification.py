@@ -44,6 +44,7 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.calibration.records import CalibrationStore, LengthBar, Sphere, let_pass
 from ocmm_core.calibration.verification._artefacts import judge_independence
+from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import CORNER_NAMES, plan_lines
 from ocmm_core.calibration.verification._state import (
     PLACES,
@@ -60,7 +61,6 @@ from ocmm_core.calibration.verification._state import (
 from ocmm_core.calibration.verification._verdict import uses_of, verdict
 from ocmm_core.calibration.verification._verification import (
     SPHERE_POINTS,
-    Limits,
     judge_nest,
     worst,
 )
@@ -145,7 +145,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         if rig.identity != store.active_hash:
             raise CalibrationError(
                 "verification.other",
-                f"Rig '{rig.name}' is not used with the calibration in force.",
+                f"Rig '{rig.name}' does not use the active calibration.",
                 "Calibrate the cameras first; a rig document cannot be verified.",
             )
         chosen = limits or Limits()
@@ -257,8 +257,8 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             if not self._wants():
                 raise CalibrationError(
                     "verification.nothing_next",
-                    "There is nothing left to be taken in this step.",
-                    "Go on to the next step.",
+                    "Nothing left to take in this step.",
+                    "Go to the next step.",
                 )
             self._append(self._event(Average(uv, sigma_px), utc_text(now)))
 
@@ -278,14 +278,14 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             if not wrong and (not failed or state.repeated or others):
                 why = "it did not fail"
                 if failed and others:
-                    why = f"one line of all may be repeated, and {len(others) + 1} failed"
+                    why = f"only one line may be repeated, and {len(others) + 1} failed"
                 if failed and state.repeated:
                     before = state.plans[state.repeated[0]].name
-                    why = f"one line of all may be repeated, and '{before}' was"
+                    why = f"only one line may be repeated, and '{before}' already was"
                 raise CalibrationError(
                     "verification.repeat",
-                    f"Line '{state.plans[line].name}' may not be taken again: {why}.",
-                    "Accept the verdict, or begin a new verification.",
+                    f"Line '{state.plans[line].name}' cannot be repeated: {why}.",
+                    "Accept the verdict, or start a new verification.",
                 )
             self._append(LineRepeated(utc=utc_text(now), line=line, failed=failed))
 
@@ -306,7 +306,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
         if name is None:
             raise CalibrationError(
                 "verification.corner",
-                f"'{corner}' is no corner of the volume.",
+                f"'{corner}' is not a corner of the volume.",
                 f"Write it like '{CORNER_NAMES[0]}'.",
             )
         with self._lock:
@@ -390,7 +390,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
     def _instructions(self) -> tuple[str, str]:
         """Return what to do now on the lines, and on the spheres."""
         state, bar, spheres = self._state, self._begun.bar, self._begun.spheres
-        on_lines = "All lines are taken."
+        on_lines = "All lines taken."
         line = state.current_line()
         if line is not None:
             plan, nest = state.plans[line], len(state.line_tips(line))
@@ -399,7 +399,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 f"Line {line + 1} of {len(state.plans)}, {plan.name}: lay the bar from {begin} to "
                 f"{end} and put the ball into nest {nest + 1} of {len(bar.nests)}."
             )
-        on_spheres = "All spheres are touched." if spheres else "No sphere was chosen."
+        on_spheres = "All spheres touched." if spheres else "No sphere was chosen."
         sphere = state.current_sphere()
         if sphere is not None:
             place = self._begun.places[sphere]
@@ -428,7 +428,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
                 PREPARE,
                 "Prepare",
                 f"Take bar '{bar.artefact.use.name}' (serial {bar.artefact.use.serial}); it and "
-                f"the cameras must have the temperature of the room.",
+                "the cameras must be at room temperature.",
                 OPEN,
             ),
             Step(SEATS_FIRST, "Seats first", on_first, state.seats_gate(), first, SEATS),
@@ -459,7 +459,7 @@ class VerificationProcedure(CameraProcedure[VerificationEvent, VerificationOutco
             Step(
                 RESULT,
                 "Verdict",
-                "Look at the errors against their limits, and store the verdict.",
+                "Review the errors against their limits, and store the verdict.",
                 Gate(False, "This is the last step.", "Store the verdict."),
             ),
         )

@@ -24,6 +24,7 @@ from ocmm_core.calibration.guided import (
     rest_of,
 )
 from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
+from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import (
     CORNER_NAMES,
     LinePlanning,
@@ -32,7 +33,6 @@ from ocmm_core.calibration.verification._line_planning import (
 )
 from ocmm_core.calibration.verification._verification import (
     SPHERE_POINTS,
-    Limits,
     fit_sphere,
     judge_placement,
     length_checks,
@@ -333,11 +333,11 @@ class VerificationState:
         """Return whether all lines were taken where they should be."""
         missing = sum(not self.is_complete(line) for line in range(len(self.plans)))
         if missing:
-            return Gate(False, f"{missing} of {len(self.plans)} lines are missing.", "Take them.")
+            return Gate(False, f"{missing} of {len(self.plans)} lines to go.", "Take them.")
         for line, plan in enumerate(self.plans):
             hint = self.hint(line)
             if hint:
-                return Gate(False, f"Line '{plan.name}': {hint}", "Take this line again.")
+                return Gate(False, f"Line '{plan.name}': {hint}", "Repeat this line.")
         return OPEN
 
     def spheres_gate(self) -> Gate:
@@ -345,21 +345,21 @@ class VerificationState:
         touched = sum(isinstance(one.event, SphereTouched) for one in self.taken)
         missing = len(self.begun.spheres) * SPHERE_POINTS - touched
         if missing > 0:
-            return Gate(False, f"{missing} points on spheres are missing.", "Touch them.")
+            return Gate(False, f"{missing} points on spheres to go.", "Touch them.")
         for number, one in enumerate(self.begun.spheres):
             centre, _, gain = fit_sphere(self.sphere_tips(number))
             if gain > _MOST_GAIN:
                 return Gate(
                     False,
-                    f"The points on '{one.artefact.use.name}' lie too near its pole.",
-                    "Take some of them back and touch it nearer to its equator.",
+                    f"The points on '{one.artefact.use.name}' are too near its pole.",
+                    "Undo some of them and touch it nearer to its equator.",
                 )
             place = self.begun.places[number]
             if place and place != third_of(centre, self.rig):
                 return Gate(
                     False,
-                    f"'{one.artefact.use.name}' does not stand in the {place} of the volume.",
-                    "Take its points back, put it there, and touch it again.",
+                    f"'{one.artefact.use.name}' is not in the {place} of the volume.",
+                    "Undo its points, put it there, and touch it again.",
                 )
         return OPEN
 

@@ -37,7 +37,7 @@ from ocmm_core.calibration.verification._verification import sphere_checks
 from ocmm_core.errors import CalibrationError
 
 _ANYWHERE_MM = 100.0
-_REMEDY = "Find what moved - camera, frame, table or seat -, fix it, and verify again."
+_REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify again."
 
 
 def verdict(state: VerificationState, reused: Sequence[Finding]) -> VerificationRecord:
@@ -155,7 +155,7 @@ def _unreached(corners: Sequence[Corner]) -> list[Finding]:
             "verification.corners",
             f"No test length ends in corner {', '.join(missing)} of the volume (within "
             f"{100.0 * CORNER_SHARE:.0f} % of each edge).",
-            "Lay the bar there, or state why it cannot be reached.",
+            "Place the bar there, or state why it cannot be reached.",
             refuses=True,
         )
     ]

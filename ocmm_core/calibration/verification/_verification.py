@@ -11,12 +11,11 @@ acceptance test according to it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 
 from ocmm_core.calibration.records import Check, Corner, LengthBar, Sphere
+from ocmm_core.calibration.verification._limits import Limits
 from ocmm_core.calibration.verification._line_planning import (
     CORNER_NAMES,
     CORNER_SHARE,
@@ -36,55 +35,6 @@ _NEST_MM = 1.0
 """Nests are told apart where their places differ by more; no calibration worth a verdict is so far
 off."""
 _SPHERE_STEPS = 20
-
-Rule = Literal["guarded", "simple"]
-"""Whether the uncertainty of the artefact is taken off the limit, or only stated."""
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Permissible errors.
-
-    Attributes
-    ----------
-    constant, per_length, largest
-        E(L) = min(constant + per_length L, largest), mm, for lengths.
-    diameter
-        For the diameter of a sphere (P_Size), mm.
-    rule
-        How they are applied.
-    form
-        For the form of a sphere, largest less smallest radius of 25 points (P_Form), mm. Twice the
-        constant part of a length: one point may be so far outside as another one is inside. The
-        noise of the points alone gives 3.7 of their standard deviations, 4.9 in one of twenty
-        tests.
-    """
-
-    constant: float = 0.040
-    per_length: float = 5e-5
-    largest: float = 0.080
-    diameter: float = 0.040
-    rule: Rule = "guarded"
-    form: float = 0.080
-
-    def of_length(self, length: float) -> float:
-        """Return the permissible error of a length, mm."""
-        return min(self.constant + self.per_length * length, self.largest)
-
-    def passes(self, check: Check) -> bool:
-        """Return whether a check conforms."""
-        guard = check.expanded_mm if self.rule == "guarded" else 0.0
-        return abs(check.error_mm) + guard <= check.limit_mm
-
-    def describe(self) -> str:
-        """Return the rule in words, for records and reports."""
-        guard = ", expanded uncertainty (k = 2) of the artefact taken off the limit"
-        return (
-            f"modelled on VDI/VDE 2634-1: |E| <= min({1e3 * self.constant:g} um + "
-            f"{self.per_length:g} L, {1e3 * self.largest:g} um) for lengths, "
-            f"|E| <= {1e3 * self.diameter:g} um for diameters, form <= {1e3 * self.form:g} um"
-            f"{guard if self.rule == 'guarded' else ', uncertainty stated'}"
-        )
 
 
 def judge_placement(
@@ -107,22 +57,23 @@ def judge_placement(
         cosine = abs(float(direction @ between))
         cosine /= float(np.linalg.norm(direction) * np.linalg.norm(between))
         if np.arccos(min(cosine, 1.0)) < MIN_ANGLE:
-            return "The bar lies nearly as on another line: place it in another direction."
+            return "The bar is nearly parallel to another line: place it in another direction."
     swapped = ends_world[::-1]
     off = min(
         float(np.linalg.norm(one - plan.ends_world, axis=1).max()) for one in (ends_world, swapped)
     )
     if off > _OFF_PLAN_MM:
-        return f"The bar lies {off:.0f} mm from its planned place ({plan.name}): place it there."
+        return f"The bar is {off:.0f} mm from its planned place ({plan.name}): place it there."
     low, high = volume_world
     if np.any(ends_world < low) or np.any(ends_world > high):
-        return "The bar reaches out of the calibrated volume: place it inside."
+        return "The bar extends beyond the calibrated volume: place it inside."
     shares = corner_distances(ends_world, volume_world).min(axis=0)
     for corner in plan.corners:
         if shares[corner] > CORNER_SHARE:
             return (
                 f"The bar ends {100.0 * shares[corner]:.0f} % of an edge from corner "
-                f"{CORNER_NAMES[corner]}; {100.0 * CORNER_SHARE:.0f} % are allowed: lay it nearer."
+                f"{CORNER_NAMES[corner]}; {100.0 * CORNER_SHARE:.0f} % are allowed: place it "
+                "nearer."
             )
     return ""
 
@@ -147,18 +98,15 @@ def judge_nest(plan: PlannedLine, tip_world: Float, taken_world: Points3, bar: L
         off = float(np.linalg.norm(tip_world - plan.ends_world, axis=1).min())
         if off > _OFF_PLAN_MM:
             return (
-                f"The ball is {off:.0f} mm from both ends of the planned line ({plan.name}): begin "
-                "with the first nest there."
+                f"The ball is {off:.0f} mm from both ends of the planned line ({plan.name}): "
+                "start with the first nest there."
             )
         return ""
     wanted = bar.nests[nest] - bar.nests[0]
     seen = float(np.linalg.norm(tip_world - taken_world[0]))
     reverse = bar.nests[-1] - bar.nests[-1 - nest]
     if abs(seen - wanted) > _NEST_MM and abs(seen - reverse) <= _NEST_MM:
-        return (
-            "The bar lies the other way round: turn it, take this line again, and begin with its "
-            "first nest."
-        )
+        return "The bar is reversed: turn it round and repeat this line from its first nest."
     others = [nest_ - bar.nests[0] for nest_ in bar.nests]
     elsewhere = min(abs(seen - one) for one in others) <= _NEST_MM < abs(seen - wanted)
     if elsewhere or abs(seen - wanted) > _OFF_NEST_MM:

@@ -9,22 +9,17 @@ import typer
 from rich import box
 from rich.table import Table
 
-from ocmm_core.camera import load_rig
 from ocmm_core.cli.bus._camera import black_app, history, intrinsics_app, snapshot
-from ocmm_core.cli.bus._decode import decode_capture
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
-from ocmm_core.cli.bus._session import open_bus, scan
-from ocmm_core.cli.bus._watch import watch_bus
 from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
-from ocmm_core.composition import RECOMMENDED_RIG, identities
+from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus.device import assign
 
 bus_app = typer.Typer(
     no_args_is_help=True,
-    help="Look at the cameras on the bus, and at what they hold.\n\n"
-    "All commands but 'decode' take the bus into operation and give it back at their end; nothing "
-    "else may use it meanwhile. --source ethercat:virtual tries them on software cameras.",
+    help="Inspect the cameras on the bus and their objects.\n\nAll commands except 'decode' "
+    "take the bus into operation and release it at the end; nothing else may use it "
+    "meanwhile. --source ethercat:virtual runs them on software cameras.",
 )
 object_app = typer.Typer(no_args_is_help=True, help="Read and write the objects of a camera.")
 bus_app.add_typer(object_app, name="object")
@@ -46,6 +41,11 @@ def scan_command(
 
     Configures nothing. Exit code 0: they are the cameras of the rig.
     """
+    from ocmm_core.camera import load_rig
+    from ocmm_core.cli.bus._session import scan
+    from ocmm_core.composition import identities
+    from ocmm_core.fieldbus.device import assign
+
     console = make_console()
     expected = identities(load_rig(rig))
     devices = scan(source, rig, force=force)
@@ -83,6 +83,8 @@ def read(
     force: ForceOption = False,
 ) -> None:
     """Print an entry of a camera's object dictionary: bytes, number and text."""
+    from ocmm_core.cli.bus._session import open_bus
+
     index, sub = _address(address)
     with open_bus(source, rig, camera=camera, force=force) as bus:
         value = bus.objects(camera).read(index, sub)
@@ -102,20 +104,22 @@ def read(
 def write(
     camera: CameraArgument,
     address: _AddressArgument,
-    value: Annotated[str, typer.Argument(help="Bytes in hexadecimal as they travel: e.g. e803.")],
+    value: Annotated[str, typer.Argument(help="Hexadecimal bytes in wire order, e.g. e803.")],
     *,
     source: BusOption,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
     """Write an entry of a camera's object dictionary, read it back and compare."""
+    from ocmm_core.cli.bus._session import open_bus
+
     index, sub = _address(address)
     try:
         content = bytes.fromhex(value)
     except ValueError:
         raise InputError(
             "bus.value",
-            f"VALUE is '{value}', which is no sequence of bytes in hexadecimal.",
+            f"VALUE is '{value}', not a sequence of hexadecimal bytes.",
             "Give two digits for each byte, the lowest byte first.",
         ) from None
     with open_bus(source, rig, camera=camera, force=force) as bus:
@@ -127,7 +131,7 @@ def write(
             "bus.value",
             f"Camera '{camera}' holds {found.hex(' ')} in {index:04x}:{sub:02x} after "
             f"{content.hex(' ')} was written.",
-            "This is right for commands; for a setting, check the value.",
+            "This is normal for commands; for a setting, check the value.",
         )
     make_console().print(f"{index:04x}:{sub:02x} of camera '{camera}' is {content.hex(' ')}")
 
@@ -137,11 +141,11 @@ def watch(
     *,
     source: BusOption,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=0.2, help="How long the bus is run.")
+        float, typer.Option("--seconds", min=0.2, help="Duration of the run.")
     ] = 5.0,
     every: Annotated[
         float | None,
-        typer.Option("--every", min=0.2, help="Also print the report every so many seconds."),
+        typer.Option("--every", min=0.2, help="Also print the report at this interval in seconds."),
     ] = None,
     out: Annotated[
         Path | None, typer.Option("--out", help="Write the report at the end to this file.")
@@ -154,6 +158,9 @@ def watch(
     It is the text that the window writes in Maintain, made to be mailed to support. Exit code 0:
     the bus was in operation at the end.
     """
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.cli.bus._watch import watch_bus
+
     console = make_console()
     with open_bus(source, rig, force=force, wait=False) as bus:
         text, in_operation = watch_bus(bus, seconds, every, console)
@@ -172,7 +179,7 @@ def decode(
             "--cameras",
             min=0,
             max=4,
-            help="How many there are, where the start of the cameras is not in the file.",
+            help="Number of cameras, if their start-up is not in the file.",
         ),
     ] = 0,
     record: Annotated[
@@ -185,6 +192,9 @@ def decode(
     A file that begins before the cameras are started explains itself. Damaged, repeated and
     contradicting answers are counted and not used.
     """
+    from ocmm_core.camera import load_rig
+    from ocmm_core.cli.bus._decode import decode_capture
+
     decode_capture(file, cameras, record, load_rig(rig), make_console())
 
 

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 from dataclasses import fields
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
@@ -17,42 +17,27 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from rich.table import Table
 
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
-from ocmm_core.cli.bus._session import camera_of, open_bus
-from ocmm_core.cli.terminal import ForceOption, RigOption, encoder_for, make_console
+from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.device import BlackImage, Intrinsics, Window
-from ocmm_core.fieldbus.objects import (
-    BlackImageState,
-    Emergency,
-    clear_black_image,
-    clear_error_history,
-    load_black_image,
-    measure_black_image,
-    read_black_image,
-    read_error_history,
-    read_intrinsics,
-    store_black_image,
-    take_snapshot,
-    write_intrinsics,
-)
-from ocmm_core.fieldbus.objects import Progress as Told
+
+if TYPE_CHECKING:
+    from ocmm_core.fieldbus.device import Window
+    from ocmm_core.fieldbus.objects import BlackImageState
+    from ocmm_core.fieldbus.objects import Progress as Told
+
 
 black_app = typer.Typer(
     no_args_is_help=True,
-    help="The black image of a camera: what its sensor shows without light.\n\n"
-    "The camera subtracts it from every exposure. 'measure' makes a new one, which counts at once "
-    "and until the power goes; 'store' keeps it.",
+    help="The black image of a camera: what its sensor shows without light.\n\nThe camera "
+    "subtracts it from every exposure. 'measure' makes a new one, used at once and until "
+    "power-off; 'store' keeps it permanently.",
 )
 intrinsics_app = typer.Typer(
     no_args_is_help=True, help="The intrinsics that a camera stores: its lens and sensor."
 )
 
 _INTERRUPTED = 130
-_IMAGES = {
-    BlackImage.IN_USE: "in use",
-    BlackImage.STORED: "stored",
-}
 
 
 def snapshot(
@@ -62,7 +47,9 @@ def snapshot(
     source: BusOption,
     region: Annotated[
         str | None,
-        typer.Option("--region", help="LEFT,TOP,WIDTH,HEIGHT in pixels; else the whole sensor."),
+        typer.Option(
+            "--region", help="LEFT,TOP,WIDTH,HEIGHT in pixels; default: the whole sensor."
+        ),
     ] = None,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
@@ -72,12 +59,16 @@ def snapshot(
     Grey levels are those of the sensor (0 to 16383), not scaled: most programs show them dark.
     The cameras go on measuring. Ctrl-C gives up and writes nothing.
     """
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.cli.terminal import encoder_for
+    from ocmm_core.fieldbus.objects import take_snapshot
+
     encode = encoder_for(file)
     window = _window(region)
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus, _interruptible(console):
         access = bus.objects(camera)
-        console.print(f"Camera '{camera}' takes a picture; Ctrl-C gives it up.")
+        console.print(f"Camera '{camera}' takes a picture; Ctrl-C cancels.")
         with _bar(console, "Fetching it") as told:
             picture = take_snapshot(access, window, told)
     console.print(
@@ -96,11 +87,14 @@ def measure(
     frames: Annotated[
         int, typer.Option("--frames", min=1, max=4096, help="Exposures to average.")
     ] = 256,
-    store: Annotated[bool, typer.Option("--store", help="Keep it across a loss of power.")] = False,
+    store: Annotated[bool, typer.Option("--store", help="Store it permanently.")] = False,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
     """Average exposures without light; there are no spots meanwhile."""
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import measure_black_image, store_black_image
+
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus, _interruptible(console):
         access = bus.objects(camera)
@@ -113,12 +107,6 @@ def measure(
 
 def _black_command(name: str, help_: str) -> None:
     """Add a command that needs no more than its name."""
-    works = {
-        "store": store_black_image,
-        "load": load_black_image,
-        "clear": clear_black_image,
-        "show": read_black_image,
-    }
 
     @black_app.command(name, help=help_)
     def command(
@@ -128,15 +116,29 @@ def _black_command(name: str, help_: str) -> None:
         rig: RigOption = RECOMMENDED_RIG,
         force: ForceOption = False,
     ) -> None:
+        from ocmm_core.cli.bus._session import open_bus
+        from ocmm_core.fieldbus.objects import (
+            clear_black_image,
+            load_black_image,
+            read_black_image,
+            store_black_image,
+        )
+
         with open_bus(source, rig, camera=camera, force=force) as bus:
+            works = {
+                "store": store_black_image,
+                "load": load_black_image,
+                "clear": clear_black_image,
+                "show": read_black_image,
+            }
             state = works[name](bus.objects(camera))
         _print_black(make_console(), state)
 
 
-_black_command("store", "Keep the black image in use across a loss of power.")
+_black_command("store", "Store the active black image permanently.")
 _black_command("load", "Use the stored black image.")
-_black_command("clear", "Use no black image and forget the stored one.")
-_black_command("show", "Say which black images there are.")
+_black_command("clear", "Use no black image and delete the stored one.")
+_black_command("show", "List the black images.")
 
 
 @intrinsics_app.command("read")
@@ -151,6 +153,10 @@ def read_command(
 
     Exit code 0: they are the same.
     """
+    from ocmm_core.cli.bus._session import camera_of, open_bus
+    from ocmm_core.fieldbus.device import Intrinsics
+    from ocmm_core.fieldbus.objects import read_intrinsics
+
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus:
         stored = read_intrinsics(bus.objects(camera))
@@ -177,11 +183,15 @@ def write_command(
     camera: CameraArgument,
     *,
     source: BusOption,
-    note: Annotated[str, typer.Option("--note", help="Text to keep beside them.")] = "",
+    note: Annotated[str, typer.Option("--note", help="Text to store with them.")] = "",
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
     """Store the intrinsics of the rig document in a camera and read them back."""
+    from ocmm_core.cli.bus._session import camera_of, open_bus
+    from ocmm_core.fieldbus.device import Intrinsics
+    from ocmm_core.fieldbus.objects import write_intrinsics
+
     with open_bus(source, rig, camera=camera, force=force) as bus:
         intrinsics = Intrinsics.of(camera_of(bus.rig, camera), int(time.time()))
         write_intrinsics(bus.objects(camera), intrinsics, note)
@@ -194,13 +204,14 @@ def history(
     camera: CameraArgument,
     *,
     source: BusOption,
-    clear: Annotated[
-        bool, typer.Option("--clear", help="Then let the camera forget them.")
-    ] = False,
+    clear: Annotated[bool, typer.Option("--clear", help="Then clear them in the camera.")] = False,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
     """List the errors that a camera remembers, oldest first."""
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import Emergency, clear_error_history, read_error_history
+
     console = make_console()
     with open_bus(source, rig, camera=camera, force=force) as bus:
         access = bus.objects(camera)
@@ -208,7 +219,7 @@ def history(
         if clear:
             clear_error_history(access)
     if not messages:
-        console.print(f"Camera '{camera}' remembers no errors.")
+        console.print(f"Camera '{camera}' has no errors in its history.")
         return
     table = Table("Bus time s", "Code", "Meaning", "Register", "Data", box=box.SIMPLE_HEAD)
     for message in messages:
@@ -243,7 +254,7 @@ def _interruptible(console: Console) -> Iterator[None]:
     try:
         yield
     except KeyboardInterrupt:
-        console.print("Stopped; the camera was told so.")
+        console.print("Stopped; the camera was notified.")
         raise typer.Exit(_INTERRUPTED) from None
 
 
@@ -257,14 +268,17 @@ def _window(text: str | None) -> Window | None:
     if min(left, top) < 0 or min(width, height) < 1 or max(left, top, width, height) > 0xFFFF:
         raise InputError(
             "bus.region",
-            f"--region is '{text}', which is no region.",
+            f"--region is '{text}', which is not a region.",
             "Give LEFT,TOP,WIDTH,HEIGHT in whole pixels, e.g. 100,80,64,48.",
         )
     return left, top, width, height
 
 
 def _print_black(console: Console, state: BlackImageState) -> None:
-    words = [word for flag, word in _IMAGES.items() if state.images & flag]
+    from ocmm_core.fieldbus.device import BlackImage
+
+    images = {BlackImage.IN_USE: "in use", BlackImage.STORED: "stored"}
+    words = [word for flag, word in images.items() if state.images & flag]
     if BlackImage.IN_USE not in state.images:
         console.print(f"No black image is in use{'; one is stored' if words else ''}.")
         return

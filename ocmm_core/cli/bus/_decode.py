@@ -77,7 +77,7 @@ def decode_capture(
     if recording is not None and recorder is None:
         raise InputError(
             "capture.no_frames",
-            f"{path}: no frame that all cameras have is in it.",
+            f"{path}: contains no frame from all cameras.",
             "Record while the cameras are in operation.",
         )
     return capture.account

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 from rich.console import Console
 
-from ocmm_core.camera import load_rig
 from ocmm_core.cli.terminal import PartOption, PlanOption, ProbeOption, RigOption, SeedOption
 from ocmm_core.composition import (
     DEFAULT_SEED,
@@ -15,19 +15,18 @@ from ocmm_core.composition import (
     DEMO_PLAN,
     RECOMMENDED_RIG,
     STANDARD_PROBE,
-    StationRequest,
-    segment_of,
 )
-from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import RigStatus, rig_down, rig_status, rig_up
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.bus import RigStatus
+
 
 rig_app = typer.Typer(
     no_args_is_help=True,
-    help="Software cameras on named interfaces, for a second program to look at.\n\n"
-    "'up' makes a pair of virtual network interfaces (ocmm0 and ocmm1) and lets the cameras of the "
-    "virtual rig answer on one of them as EtherCAT slaves; a master, ocmm measure --source "
-    "ethercat:ocmm0 or any other, uses the other one. Needs root, and touches only interfaces that "
-    "it made.",
+    help="Software cameras on named interfaces, for a second program.\n\n'up' creates a pair of "
+    "virtual network interfaces (ocmm0 and ocmm1); the cameras of the virtual rig answer "
+    "on one as EtherCAT slaves, and a master (ocmm measure --source ethercat:ocmm0 or any "
+    "other) uses the other. Needs root; touches only interfaces it created.",
 )
 
 
@@ -41,6 +40,11 @@ def up(
     seed: SeedOption = DEFAULT_SEED,
 ) -> None:
     """Make the interfaces and start the software cameras; the script begins with operation."""
+    from ocmm_core.camera import load_rig
+    from ocmm_core.composition import StationRequest, segment_of
+    from ocmm_core.inspection.plan import load_plan
+    from ocmm_core.simulation.bus import rig_up
+
     request = StationRequest(plan=plan, out=Path(), rig=rig, probe=probe, part=part, seed=seed)
     _print(rig_up(segment_of(request, load_plan(plan), load_rig(rig))))
 
@@ -48,9 +52,11 @@ def up(
 @rig_app.command()
 def down() -> None:
     """Stop the software cameras and remove the interfaces that 'up' made."""
+    from ocmm_core.simulation.bus import rig_down
+
     removed = rig_down()
     if removed is None:
-        Console().print("There is no virtual rig on named interfaces.")
+        Console().print("No virtual rig on named interfaces.")
     else:
         Console().print(f"Removed {removed.host}, {removed.cameras} and their cameras.")
 
@@ -58,6 +64,8 @@ def down() -> None:
 @rig_app.command()
 def status() -> None:
     """Say what 'up' made and what of it runs."""
+    from ocmm_core.simulation.bus import rig_status
+
     _print(rig_status())
 
 
@@ -65,7 +73,7 @@ def _print(state: RigStatus) -> None:
     console = Console()
     record = state.record
     if record is None:
-        console.print("There is no virtual rig on named interfaces. Make one: ocmm rig up")
+        console.print("No virtual rig on named interfaces. Create one: ocmm rig up")
         return
     console.print(f"Master's side   {record.host}: {'there' if state.interface_there else 'gone'}")
     running = f"running, process {record.pid}" if state.cameras_running else "not running"

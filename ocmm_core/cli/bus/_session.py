@@ -33,7 +33,7 @@ _START_S = 60.0
 """The bus process gives up by itself where starting is of no use."""
 _SCAN_S = 30.0
 _POLL_S = 0.01
-_NO_BUS = "which is no camera bus"
+_NO_BUS = "which is not a camera bus"
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,7 +107,7 @@ def open_bus(
     try:
         process = feed.acquisition
         if not isinstance(process, ChildProcess):
-            raise TypeError(f"the process of {source} cannot be asked anything")
+            raise TypeError(f"the process of {source} does not accept requests")
         process.start()
         session = BusSession(rig, feed, process)
         if wait:
@@ -122,7 +122,7 @@ def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDe
     """Return who is on the bus of a source, without configuring it; errors as `open_bus`."""
     named = source_of(source)
     if not _may_scan(named.spec):
-        what = "whose bus is its own" if named.spec.on_bus else _NO_BUS
+        what = "whose bus is private" if named.spec.on_bus else _NO_BUS
         raise _wrong_source(source, what, [spec for spec in SOURCES if _may_scan(spec)])
     if named.spec.segment is not None:
         request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
@@ -141,7 +141,7 @@ def _ask(command: list[str], first_lines: bytes) -> bytes:
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
     ) as process:
         if process.stdin is None or process.stderr is None or process.stdout is None:
-            raise BusError("bus.scan", "The bus cannot be looked at.", "Try again.")
+            raise BusError("bus.scan", "The bus cannot be scanned.", "Try again.")
         process.stdin.write(first_lines)
         process.stdin.flush()
         try:
@@ -153,8 +153,8 @@ def _ask(command: list[str], first_lines: bytes) -> bytes:
         lines = complaint.decode("utf-8", errors="replace").strip().splitlines()
         raise BusError(
             "bus.scan",
-            lines[-1] if lines else f"The bus cannot be looked at (code {process.returncode}).",
-            "Then look again.",
+            lines[-1] if lines else f"The bus cannot be scanned (code {process.returncode}).",
+            "Then try again.",
         )
     return answer
 

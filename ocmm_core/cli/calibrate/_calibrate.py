@@ -5,29 +5,16 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 
-from ocmm_core.calibration.cameras import (
-    KnownPoints,
-    KnownPointsProcedure,
-    load_reference_points,
-    load_spots,
-)
-from ocmm_core.calibration.guided import ProcedureKind, Shot, load_shots
-from ocmm_core.calibration.records import default_folder, load_bar, load_sphere
-from ocmm_core.calibration.relocation import (
-    BARS_WANTED,
-    LENGTH_LIMIT_MM,
-    POSES_WANTED,
-    RelocationProcedure,
-)
-from ocmm_core.calibration.verification import Limits, VerificationProcedure
+from ocmm_core.calibration.relocation import BARS_WANTED, LENGTH_LIMIT_MM, POSES_WANTED
+from ocmm_core.calibration.verification import Limits
 from ocmm_core.cli.calibrate._options import (
     VERIFICATION_BAR,
     VIRTUAL_BAR,
+    WAVE_S,
     BarOption,
     CheckBarOption,
     DecisionOption,
@@ -40,33 +27,6 @@ from ocmm_core.cli.calibrate._options import (
     TemperatureOption,
     WhoOption,
 )
-from ocmm_core.cli.calibrate._report import (
-    print_calibration,
-    print_history,
-    print_status,
-    print_verification,
-)
-from ocmm_core.cli.calibrate._run import (
-    continued,
-    open_site,
-    real_feed,
-    retake_misplaced,
-    take_relocation_shots,
-    take_verification_shots,
-    virtual_feed,
-)
-from ocmm_core.cli.calibrate._sensors import WAVE_S, learn, require_usable, wave
-from ocmm_core.cli.calibrate._steps import (
-    body_in_use_of,
-    collect_from,
-    compute,
-    decided_code,
-    finish,
-    is_lacking,
-    now,
-    require_end,
-    store_in_cameras,
-)
 from ocmm_core.cli.terminal import (
     ForceOption,
     ProbeOption,
@@ -78,28 +38,21 @@ from ocmm_core.cli.terminal import (
     TipOption,
     make_console,
 )
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-    Origin,
-    VirtualSite,
-    origin_of,
-    scenes_of_known_points,
-    scenes_of_relocation,
-    scenes_of_verification,
-)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import WAY_S, FreeMotionScene
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.cameras import KnownPoints, KnownPointsProcedure
+    from ocmm_core.calibration.guided import Shot
+
 
 calibrate_app = typer.Typer(
     no_args_is_help=True,
-    help="Calibrate the cameras, calibrate them anew where they stand, and verify it.\n\n"
-    "A new calibration is in force as soon as it is accepted, and SUSPECT until 'verify' has "
-    "passed. Every observation is stored at once: a command that was stopped, however hard, goes "
-    "on where it was when it is started again.\n\n"
-    "Exit codes: 0 accepted (and passed), 1 kept the old one, waiting, or failed, 2 could not.",
+    help="Calibrate the cameras, recalibrate them in place, and verify the calibration.\n\nA "
+    "new calibration is active as soon as it is accepted, and SUSPECT until 'verify' has "
+    "passed. Every observation is stored at once: an interrupted command resumes where it "
+    "stopped when started again.\n\nExit codes: 0 accepted (and passed), 1 old one kept, "
+    "waiting, or failed, 2 could not run.",
 )
 
 
@@ -143,7 +96,7 @@ def cameras(
     ] = None,
     evaluation: Annotated[
         int | None,
-        typer.Option("--evaluation", min=0, help="Points kept for evaluation; a quarter without."),
+        typer.Option("--evaluation", min=0, help="Points kept for evaluation; default: a quarter."),
     ] = None,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -163,6 +116,25 @@ def cameras(
 
     Live, a point is taken as soon as the target rests at a new place, in the order of the list.
     """
+    from ocmm_core.calibration.cameras import (
+        KnownPointsProcedure,
+        load_reference_points,
+        load_spots,
+    )
+    from ocmm_core.calibration.guided import ProcedureKind
+    from ocmm_core.cli.calibrate._report import print_calibration
+    from ocmm_core.cli.calibrate._run import continued, open_site
+    from ocmm_core.cli.calibrate._steps import (
+        collect_from,
+        compute,
+        finish,
+        is_lacking,
+        now,
+        require_end,
+        store_in_cameras,
+    )
+    from ocmm_core.composition import VirtualSite, scenes_of_known_points
+
     console, site = make_console(), open_site(rig, calibrations)
     listed = load_reference_points(points)
     procedure = (
@@ -204,30 +176,33 @@ def relocate(
     world: Annotated[
         WorldChoice,
         typer.Option(
-            "--world", help="Kept by the cameras, kept by known control points, or set by three."
+            "--world",
+            help=(
+                "World frame: kept by the cameras, by known control points, or defined by three."
+            ),
         ),
     ] = WorldChoice.CAMERAS,
     control: Annotated[
         Path | None, typer.Option("--control", help="List of known control points (CSV).")
     ] = None,
     lens: Annotated[
-        LensChoice, typer.Option("--lens", help="Lenses kept, known from before, or free.")
+        LensChoice, typer.Option("--lens", help="Lenses: kept, refined from known values, or free.")
     ] = LensChoice.PRIOR,
     geometry: Annotated[
-        GeometryChoice, typer.Option("--geometry", help="How the LEDs of the probe are known.")
+        GeometryChoice, typer.Option("--geometry", help="Source of the LED positions.")
     ] = GeometryChoice.UNCERTAIN,
     poses: Annotated[int, typer.Option("--poses", min=20, help="At least.")] = POSES_WANTED,
     placements: Annotated[
-        int, typer.Option("--placements", min=1, help="Of the bar, at least.")
+        int, typer.Option("--placements", min=1, help="Least number of bar placements.")
     ] = BARS_WANTED,
     limit: Annotated[
         float,
-        typer.Option("--limit", help="Good enough: standard uncertainty of a length, mm."),
+        typer.Option("--limit", help="Target: standard uncertainty of a length, mm."),
     ] = LENGTH_LIMIT_MM,
     seats: Annotated[
         bool,
         typer.Option(
-            "--seats/--no-seats", help="Without: a recording lacks them (--source replay:)."
+            "--seats/--no-seats", help="Skip seats: for recordings without them (--source replay:)."
         ),
     ] = True,
     source: SourceOption = DEFAULT_SOURCE,
@@ -251,6 +226,24 @@ def relocate(
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
     """
+    from ocmm_core.calibration.cameras import load_reference_points
+    from ocmm_core.calibration.guided import ProcedureKind, load_shots
+    from ocmm_core.calibration.records import load_bar
+    from ocmm_core.calibration.relocation import RelocationProcedure
+    from ocmm_core.cli.calibrate._report import print_calibration
+    from ocmm_core.cli.calibrate._run import continued, open_site, take_relocation_shots
+    from ocmm_core.cli.calibrate._steps import (
+        body_in_use_of,
+        collect_from,
+        compute,
+        finish,
+        is_lacking,
+        now,
+        require_end,
+        store_in_cameras,
+    )
+    from ocmm_core.composition import VirtualSite, scenes_of_relocation
+
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     known = None if control is None else load_reference_points(control)
@@ -291,13 +284,15 @@ def relocate(
 
 def _has_seats(source: str, recorded: Sequence[Shot], *, seats: bool) -> bool:
     """Return whether two seats are visited first and last; only what was recorded may lack them."""
+    from ocmm_core.composition import Origin, origin_of
+
     if recorded:
         return any(shot.kind == "repeat" for shot in recorded)
     if not seats and origin_of(source) is not Origin.RECORDING:
         raise CalibrationError(
             "calibrate.seats",
-            "--no-seats is for recordings that lack them, and the source is none.",
-            "Leave it out, and visit two cones that are fixed to the table first and last.",
+            "--no-seats is only for recordings without seats, and the source is not a recording.",
+            "Omit it, and visit two cones fixed to the table first and last.",
         )
     return seats
 
@@ -308,7 +303,7 @@ def verify(
     bar: CheckBarOption = VERIFICATION_BAR,
     sphere: Annotated[
         list[Path] | None,
-        typer.Option("--sphere", help="Document of a sphere; may be given more than once."),
+        typer.Option("--sphere", help="Sphere document; can be repeated."),
     ] = None,
     two_places: Annotated[
         bool,
@@ -320,8 +315,8 @@ def verify(
         list[str] | None,
         typer.Option(
             "--excuse",
-            help="Why a corner of the volume cannot be reached: 'X- Y+ Z-: a post stands there'; "
-            "goes into the record.",
+            help="Why a corner of the volume cannot be reached, e.g. 'X- Y+ Z-: a post stands "
+            "there'; recorded.",
         ),
     ] = None,
     shots: ShotsOption = None,
@@ -329,10 +324,13 @@ def verify(
         float, typer.Option("--limit", help="Permissible error of a length: constant part, mm.")
     ] = Limits().constant,
     per_length: Annotated[
-        float, typer.Option("--limit-per-length", help="And part of the length.")
+        float,
+        typer.Option(
+            "--limit-per-length", help="Permissible error of a length: proportional part."
+        ),
     ] = Limits().per_length,
     largest: Annotated[
-        float, typer.Option("--limit-largest", help="Never more than this, mm.")
+        float, typer.Option("--limit-largest", help="Permissible error of a length: maximum, mm.")
     ] = Limits().largest,
     diameter: Annotated[
         float, typer.Option("--limit-diameter", help="Permissible error of a diameter, mm.")
@@ -342,7 +340,9 @@ def verify(
     ] = Limits().form,
     rule: Annotated[
         RuleChoice,
-        typer.Option("--rule", help="Uncertainty of the artefact off the limit, or only stated."),
+        typer.Option(
+            "--rule", help="Artefact uncertainty: subtracted from the limit, or only stated."
+        ),
     ] = RuleChoice.GUARDED,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -364,6 +364,26 @@ def verify(
 
     Two cones that are fixed to the table are visited first and last: what moved meanwhile shows.
     """
+    from ocmm_core.calibration.guided import ProcedureKind, load_shots
+    from ocmm_core.calibration.records import load_bar, load_sphere
+    from ocmm_core.calibration.verification import VerificationProcedure
+    from ocmm_core.cli.calibrate._report import print_status, print_verification
+    from ocmm_core.cli.calibrate._run import (
+        continued,
+        open_site,
+        retake_misplaced,
+        take_verification_shots,
+    )
+    from ocmm_core.cli.calibrate._steps import (
+        body_in_use_of,
+        collect_from,
+        decided_code,
+        is_lacking,
+        now,
+        require_end,
+    )
+    from ocmm_core.composition import VirtualSite, scenes_of_verification
+
     console, site = make_console(), open_site(rig, calibrations)
     body, artefact = body_in_use_of(source, probe, probes, tip), load_bar(bar)
     spheres = tuple(load_sphere(path) for path in sphere or ())
@@ -411,7 +431,7 @@ def verify(
 def sensors(
     *,
     seconds: Annotated[
-        float, typer.Option("--seconds", min=10.0, help="How long the probe is waved.")
+        float, typer.Option("--seconds", min=10.0, help="Duration of waving the probe.")
     ] = WAVE_S,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -429,6 +449,12 @@ def sensors(
     Wave the probe through the whole volume right after a verification has passed. Without this,
     only larger pushes are noticed within seconds.
     """
+    from ocmm_core.cli.calibrate._run import open_site, real_feed, virtual_feed
+    from ocmm_core.cli.calibrate._sensors import learn, require_usable, wave
+    from ocmm_core.cli.calibrate._steps import body_in_use_of, now
+    from ocmm_core.composition import Origin, VirtualSite, origin_of
+    from ocmm_core.simulation.calibration_scenes import WAY_S, FreeMotionScene
+
     console, site = make_console(), open_site(rig, calibrations)
     body = body_in_use_of(source, probe, probes, tip)
     calibration = require_usable(site, now())
@@ -446,6 +472,10 @@ def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = Non
 
     All files that it rests on are read again. Exit code 1 where points may not be taken.
     """
+    from ocmm_core.calibration.records import default_folder
+    from ocmm_core.cli.calibrate._report import print_status
+    from ocmm_core.cli.calibrate._steps import now
+
     usable = print_status(make_console(), rig, calibrations or default_folder(), now())
     raise typer.Exit(0 if usable else 1)
 
@@ -453,11 +483,16 @@ def status(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = Non
 @calibrate_app.command()
 def history(*, rig: RigOption = RECOMMENDED_RIG, calibrations: FolderOption = None) -> None:
     """List what happened to the calibrations of a rig."""
+    from ocmm_core.cli.calibrate._report import print_history
+    from ocmm_core.cli.calibrate._run import open_site
+
     print_history(make_console(), open_site(rig, calibrations).store)
 
 
 def _require_same_list(procedure: KnownPointsProcedure, listed: KnownPoints) -> None:
     """Refuse to go on with a session that was begun with another list."""
+    import numpy as np
+
     begun = procedure.points
     same = begun.names == listed.names and np.array_equal(
         begun.positions_world, listed.positions_world
@@ -465,6 +500,6 @@ def _require_same_list(procedure: KnownPointsProcedure, listed: KnownPoints) -> 
     if not same:
         raise CalibrationError(
             "calibrate.points",
-            f"The session {procedure.base.session} was begun with another list of points.",
-            "Give that list, or begin a new session with --new.",
+            f"Session {procedure.base.session} was started with another list of points.",
+            "Give that list, or start a new session with --new.",
         )

@@ -15,38 +15,36 @@ VERIFICATION_BAR = resource("artefacts", "verification_bar.toml")
 
 FolderOption = Annotated[
     Path | None,
-    typer.Option("--calibrations", help="Folder of calibrations; without it that of this user."),
+    typer.Option("--calibrations", help="Calibration folder; default: that of this user."),
 ]
-WhoOption = Annotated[str, typer.Option("--who", help="Who does it; goes into the record.")]
+WhoOption = Annotated[str, typer.Option("--who", help="Name for the record.")]
 TemperatureOption = Annotated[
-    float | None, typer.Option("--temperature", help="Of the surroundings, degrees Celsius.")
+    float | None, typer.Option("--temperature", help="Ambient temperature, degrees Celsius.")
 ]
 DecisionOption = Annotated[
     bool | None,
     typer.Option(
         "--accept/--keep",
-        help="Accept the result, or keep what is in force; without either, a terminal asks, and a "
-        "script leaves the session waiting.",
+        help="Accept the result, or keep the active one; if neither is given, a terminal asks "
+        "and a script leaves the session waiting.",
     ),
 ]
 NewOption = Annotated[
-    bool, typer.Option("--new", help="Begin a new session although one can go on.")
+    bool, typer.Option("--new", help="Start a new session although one can be resumed.")
 ]
 MoveOption = Annotated[
     int | None,
-    typer.Option("--move", help="Virtual rig: its frame was moved, drawn with this seed."),
+    typer.Option("--move", help="Virtual rig: move its frame randomly with this seed."),
 ]
 OverruleOption = Annotated[
     str,
-    typer.Option(
-        "--overrule", help="Why guards about how the data were taken are overruled; recorded."
-    ),
+    typer.Option("--overrule", help="Reason for overriding the data-quality guards; recorded."),
 ]
 CheckBarOption = Annotated[
     Path,
     typer.Option(
         "--bar",
-        help="Document of the length bar; not the one that the cameras were calibrated with.",
+        help="Length bar document; not the bar used to calibrate the cameras.",
     ),
 ]
 BarOption = Annotated[Path, typer.Option("--bar", help="Document of the length bar.")]
@@ -57,3 +55,17 @@ RecordOption = Annotated[
     Path | None,
     typer.Option("--record", help="Keep all raw frames in this file; --source replay:FILE."),
 ]
+ProbeRecordsOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--probes",
+        help="Folder of records of probes. Without it that of this user for real cameras, and one "
+        "apart from it for virtual ones.",
+    ),
+]
+AnyCamerasOption = Annotated[
+    bool, typer.Option("--uncalibrated", help="Use cameras without a usable calibration.")
+]
+
+WAVE_S = 60.0
+"""A minute of waving holds the pattern of a volume of 400 mm to a sixth (`benchmarks/bump.py`)."""

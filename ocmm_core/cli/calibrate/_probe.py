@@ -6,50 +6,24 @@ import dataclasses
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from msgspec.structs import replace
 from rich.console import Console
 
-from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
-from ocmm_core.calibration.pivot import load_sweeps
-from ocmm_core.calibration.sweeping import (
-    AGAIN,
-    CHANGE_LIMIT_MM,
-    POSES_WANTED,
-    SECOND,
-    SWEEPS,
-    VALID_DAYS,
-    PivotProcedure,
-)
+from ocmm_core.calibration.sweeping import CHANGE_LIMIT_MM, POSES_WANTED, VALID_DAYS
 from ocmm_core.cli.calibrate._options import (
+    AnyCamerasOption,
     DecisionOption,
     FolderOption,
     NewOption,
     OverruleOption,
+    ProbeRecordsOption,
     RecordOption,
     TemperatureOption,
     WhoOption,
 )
-from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_status
-from ocmm_core.cli.calibrate._probe_site import (
-    AnyCamerasOption,
-    ProbeRecordsOption,
-    TerminalProbeSite,
-    about_tip,
-    collect_from,
-    open_probe_site,
-)
-from ocmm_core.cli.calibrate._run import (
-    Site,
-    continued,
-    decide,
-    pass_open_gates,
-    real_feed,
-    virtual_feed,
-)
-from ocmm_core.cli.calibrate._steps import is_lacking, now
 from ocmm_core.cli.terminal import (
     ForceOption,
     ProbeOption,
@@ -59,18 +33,16 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     make_console,
 )
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-    Origin,
-    VirtualSite,
-    origin_of,
-)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import ScriptedJump, SweepProbe
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.sweeping import PivotProcedure
+    from ocmm_core.cli.calibrate._probe_site import TerminalProbeSite
+    from ocmm_core.cli.calibrate._run import Site
+    from ocmm_core.simulation.calibration_scenes import SweepProbe
+
 
 _FIRST_CONE, _SECOND_CONE = (0.0, 0.0, -150.0), (70.0, 10.0, -130.0)
 _OTHER_PROBE = resource("probes", "thesis.toml")
@@ -108,11 +80,11 @@ class _Run:
 
 def probe_command(
     *,
-    tip: Annotated[str, typer.Option("--tip", help="Name of the tip that is mounted.")],
+    tip: Annotated[str, typer.Option("--tip", help="Name of the mounted tip.")],
     tip_unknown: Annotated[
         bool,
         typer.Option(
-            "--tip-unknown", help="The document does not say where this tip is: another stylus."
+            "--tip-unknown", help="The document does not define this tip: another stylus."
         ),
     ] = False,
     sweeps: Annotated[
@@ -120,30 +92,30 @@ def probe_command(
         typer.Option("--sweeps", help="Recorded spots of both sweeps (CSV) instead of a source."),
     ] = None,
     poses: Annotated[
-        int, typer.Option("--poses", min=100, help="Of each sweep, at least.")
+        int, typer.Option("--poses", min=100, help="Least number of poses per sweep.")
     ] = POSES_WANTED,
     slack: Annotated[
         float, typer.Option("--slack", min=0.0, help="Play of the ball in the cone (sigma), mm.")
     ] = 0.0,
     limit: Annotated[
         float,
-        typer.Option("--limit", min=0.0, help="A larger change of the tip wants a reason, mm."),
+        typer.Option("--limit", min=0.0, help="Tip change above which a reason is required, mm."),
     ] = CHANGE_LIMIT_MM,
     because: Annotated[
         str, typer.Option("--because", help="Why the tip changed by more than the limit.")
     ] = "",
     valid_days: Annotated[
-        int, typer.Option("--valid-days", min=1, help="For how long it may be used.")
+        int, typer.Option("--valid-days", min=1, help="Validity period.")
     ] = VALID_DAYS,
     again: Annotated[
         bool,
         typer.Option(
             "--again/--no-again",
-            help="Without: a recording lacks the first cone at the end (--source replay:).",
+            help="Skip the return to the first cone: for recordings without it (--source replay:).",
         ),
     ] = True,
     scene: Annotated[
-        SceneChoice, typer.Option("--scene", help="What happens on the virtual rig.")
+        SceneChoice, typer.Option("--scene", help="Scene on the virtual rig.")
     ] = SceneChoice.GOOD,
     source: SourceOption = DEFAULT_SOURCE,
     rig: RigOption = RECOMMENDED_RIG,
@@ -157,7 +129,7 @@ def probe_command(
     new: NewOption = False,
     anew: Annotated[
         bool,
-        typer.Option("--anew", help="Throw away what was taken of the sweep that is under way."),
+        typer.Option("--anew", help="Discard the current sweep."),
     ] = False,
     seed: SeedOption = DEFAULT_SEED,
     speed: SpeedOption = 0.0,
@@ -171,6 +143,13 @@ def probe_command(
     ball out, leave the cone, and sweep in another one: the second sweep must show the same tip. At
     the end the ball rests in the first cone once more: what moved meanwhile shows.
     """
+    from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
+    from ocmm_core.calibration.sweeping import PivotProcedure
+    from ocmm_core.cli.calibrate._probe_report import print_probe, print_tip_status
+    from ocmm_core.cli.calibrate._probe_site import about_tip, open_probe_site
+    from ocmm_core.cli.calibrate._run import continued, decide
+    from ocmm_core.cli.calibrate._steps import is_lacking, now
+
     console = make_console()
     place = open_probe_site(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
@@ -216,6 +195,9 @@ def probe_command(
 
 def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tuple[SweepProbe, ...]:
     """Return what a session in ``step`` still lacks, as the virtual hand does it."""
+    from ocmm_core.calibration.sweeping import AGAIN, SECOND
+    from ocmm_core.simulation.calibration_scenes import ScriptedJump, SweepProbe
+
     seconds = _SECONDS + _SECONDS_PER_POSE * poses
     first = SweepProbe(cone=_FIRST_CONE, seconds=seconds, seed=seed, reach_deg=_RANGES)
     if scene is SceneChoice.SLACK:
@@ -242,13 +224,18 @@ def virtual_sweeps(scene: SceneChoice, step: str, seed: int, poses: int) -> tupl
 
 def _has_again(source: str, sweeps: Path | None, *, again: bool) -> bool:
     """Return whether the first cone is visited again; only what was recorded may lack it."""
+    from ocmm_core.composition import Origin, origin_of
+
     if sweeps is not None:
         return False
     if not again and origin_of(source) is not Origin.RECORDING:
         raise CalibrationError(
             "calibrate.again",
-            "--no-again is for recordings that lack it, and the source is none.",
-            "Leave it out, and put the ball back into the first cone at the end.",
+            (
+                "--no-again is only for recordings without the return visit, and the source "
+                "is not a recording."
+            ),
+            "Omit it, and put the ball back into the first cone at the end.",
         )
     return again
 
@@ -261,6 +248,11 @@ def _take_recorded(procedure: PivotProcedure, path: Path, site: Site, n_leds: in
     CalibrationError
         A sweep lacks something.
     """
+    from ocmm_core.calibration.pivot import load_sweeps
+    from ocmm_core.calibration.sweeping import SWEEPS
+    from ocmm_core.cli.calibrate._run import pass_open_gates
+    from ocmm_core.cli.calibrate._steps import now
+
     pass_open_gates(procedure)
     for name, sweep in zip(SWEEPS, load_sweeps(path, site.rig, n_leds), strict=True):
         view = procedure.view
@@ -283,6 +275,12 @@ def _collect(
     options: _Run,
     console: Console,
 ) -> None:
+    from ocmm_core.calibration.sweeping import SECOND
+    from ocmm_core.cli.calibrate._probe_site import collect_from
+    from ocmm_core.cli.calibrate._run import real_feed, virtual_feed
+    from ocmm_core.cli.calibrate._steps import is_lacking, now
+    from ocmm_core.composition import Origin, VirtualSite, origin_of
+
     source, frames = options.source, None
     if origin_of(source) is Origin.VIRTUAL:
         if options.scene is SceneChoice.OTHER_PROBE:

@@ -41,7 +41,7 @@ def print_tip_status(console: Console, store: ProbeStore, tip: str, now: datetim
 def _print_tips(console: Console, outcome: PivotOutcome) -> None:
     record, first = outcome.record, outcome.first
     table = Table(
-        title=f"Probe {record.probe}, tip {record.tip}: where the tip is, probe frame",
+        title=f"Probe {record.probe}, tip {record.tip}: tip position, probe frame",
         title_justify="left",
         box=box.SIMPLE_HEAD,
     )
@@ -129,7 +129,7 @@ def _print_change(console: Console, outcome: PivotOutcome) -> None:
 _WORDS = {
     "few": "fewer than three LEDs seen by two cameras",
     "spots": "its spots do not fit the probe",
-    "tip": "it puts the ball elsewhere",
+    "tip": "it places the ball elsewhere",
 }
 
 

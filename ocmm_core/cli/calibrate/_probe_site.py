@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated, Protocol, TypeVar
+from typing import Protocol, TypeVar
 
-import typer
 from rich.console import Console
 
 from ocmm_core.calibration.guided import Procedure
@@ -27,18 +26,6 @@ from ocmm_core.cli.calibrate._run import SESSIONS, Site, collect, make_recorder
 from ocmm_core.composition import Feed, Origin, checked_for_replay, choose_calibration, origin_of
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, load_probe
-
-ProbeRecordsOption = Annotated[
-    Path | None,
-    typer.Option(
-        "--probes",
-        help="Folder of records of probes. Without it that of this user for real cameras, and one "
-        "apart from it for virtual ones.",
-    ),
-]
-AnyCamerasOption = Annotated[
-    bool, typer.Option("--uncalibrated", help="Use cameras without a usable calibration.")
-]
 
 
 class AboutTip(Protocol):
@@ -106,8 +93,8 @@ def about_tip(procedure: P, tip: str) -> P:
     if procedure.tip != tip:
         raise CalibrationError(
             "calibrate.tip",
-            f"The session is about tip '{procedure.tip}'.",
-            "Give that tip, or begin a new session with --new.",
+            f"The session is for tip '{procedure.tip}'.",
+            "Give that tip, or start a new session with --new.",
         )
     return procedure
 

@@ -4,30 +4,23 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.calibration.records import (
-    ProbeStore,
-    State,
-    TipState,
-    default_probe_folder,
-    probe_overview,
-    probe_store_folder,
-    record_hash,
-)
-from ocmm_core.cli.calibrate._report import evidence_words
 from ocmm_core.cli.terminal import ProbeOption, make_console
 from ocmm_core.composition import STANDARD_PROBE
-from ocmm_core.tracking import load_probe
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.records import ProbeStore, TipState
+
 
 FolderOption = Annotated[
     Path | None,
-    typer.Option("--probes", help="Folder of records of probes; that of this user without."),
+    typer.Option("--probes", help="Probe record folder; default: that of this user."),
 ]
 
 
@@ -36,6 +29,10 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
 
     Exit code 1 where points may not be taken with the mounted tip.
     """
+    from ocmm_core.calibration.records import State, probe_overview
+    from ocmm_core.cli.calibrate._report import evidence_words
+    from ocmm_core.tracking import load_probe
+
     console, store = make_console(), _store(probe, probes)
     found = probe_overview(store, datetime.now(UTC))
     _say(console, f"Probe    {load_probe(probe).name}, by {probe}\nFolder   {store.folder}")
@@ -43,7 +40,7 @@ def probe_status(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption = 
         _say(console, f"Records  cannot be used. {found.fault}")
         raise typer.Exit(1)
     if not found.tips:
-        _say(console, f"Tips     none: the probe was never calibrated ({store.folder}).")
+        _say(console, f"Tips     none: probe never calibrated ({store.folder}).")
         raise typer.Exit(1)
     for state in found.tips:
         _print_tip(console, state)
@@ -69,11 +66,11 @@ def probe_history(*, probe: ProbeOption = STANDARD_PROBE, probes: FolderOption =
 
 
 def mount_tip(
-    tip: Annotated[str, typer.Argument(help="Name of the tip that was screwed on.")],
+    tip: Annotated[str, typer.Argument(help="Name of the newly mounted tip.")],
     *,
     probe: ProbeOption = STANDARD_PROBE,
     probes: FolderOption = None,
-    who: Annotated[str, typer.Option("--who", help="Who says so.")] = "unnamed",
+    who: Annotated[str, typer.Option("--who", help="Name of the person confirming.")] = "unnamed",
 ) -> None:
     """Say that a tip, maybe the same one again, was screwed on; it must be checked.
 
@@ -82,23 +79,28 @@ def mount_tip(
     store = _store(probe, probes)
     store.mount(tip, who, datetime.now(UTC))
     status = store.status(tip, datetime.now(UTC))
-    _say(make_console(), f"Tip '{tip}' is on the probe. {status.reason} {status.remedy}")
+    _say(make_console(), f"Tip '{tip}' is mounted. {status.reason} {status.remedy}")
 
 
 def _store(probe: Path, folder: Path | None) -> ProbeStore:
+    from ocmm_core.calibration.records import ProbeStore, default_probe_folder, probe_store_folder
+    from ocmm_core.tracking import load_probe
+
     place = folder if folder is not None else default_probe_folder()
     return ProbeStore(probe_store_folder(place, load_probe(probe).name))
 
 
 def _print_tip(console: Console, state: TipState) -> None:
+    from ocmm_core.calibration.records import record_hash
+
     record, qualified, status = state.calibration, state.qualification, state.status
-    on = "on the probe" if state.mounted else "not mounted"
+    on = "mounted" if state.mounted else "not mounted"
     _say(console, f"Tip      {state.tip} ({on})")
     _say(console, f"State    {status.state.value}")
     if status.reason:
         _say(console, f"         {status.reason} {status.remedy}")
     if status.since_utc:
-        _say(console, f"         Points since {status.since_utc[:19]} UTC are in doubt.")
+        _say(console, f"         Points since {status.since_utc[:19]} UTC are suspect.")
     _say(
         console,
         f"Record   {record_hash(record)}\n         calibrated {record.made_utc[:19]} UTC by "

@@ -108,7 +108,7 @@ def _print_session(console: Console, record: VerificationRecord) -> None:
     _say(console, f"Corners  {reached} of {len(record.corners)} reached")
     for corner in record.corners:
         if not corner.reached:
-            why = corner.reason or "nobody said why"
+            why = corner.reason or "no reason given"
             _say(console, f"         {corner.name}: not reached, {why}")
     for seat in record.repeats:
         shift = 1e3 * float(np.linalg.norm(seat.shift_mm))
@@ -144,7 +144,7 @@ def print_status(console: Console, document: Path, folder: Path, now: datetime) 
     for sentence in (*([str(view.blocker)] if view.blocker else []), *view.warnings):
         _say(console, f"         {sentence}")
     if view.since_utc:
-        _say(console, f"         Points since {view.since_utc[:19]} UTC are in doubt.")
+        _say(console, f"         Points since {view.since_utc[:19]} UTC are suspect.")
     record, store = view.record, in_use.store
     if record is not None and store is not None:
         _say(
@@ -187,21 +187,21 @@ def print_history(console: Console, store: CalibrationStore) -> None:
 def _print_comparison(console: Console, found: CalibrationComparison) -> None:
     _say(
         console,
-        f"Against the calibration in force: the frame moved by {found.moved_mm:.2f} mm and turned "
-        f"by {np.degrees(found.turned_rad):.3f} degrees.",
+        f"Against the active calibration: the frame moved by {found.moved_mm:.2f} mm and "
+        f"rotated by {np.degrees(found.turned_rad):.3f} degrees.",
     )
     for camera in found.cameras:
         _say(
             console,
-            f"  {camera.name}: besides that {camera.shift_mm:.3f} mm and "
+            f"  {camera.name}: additionally {camera.shift_mm:.3f} mm and "
             f"{np.degrees(camera.turn_rad):.4f} degrees, f {1e3 * camera.focal_mm:+.1f} um.",
         )
     largest = 1e3 * float(np.linalg.norm(found.differences_world, axis=1).max())
     _say(
         console,
-        f"  With the old one points of the volume would be up to {largest:.0f} um off; a length is "
-        f"known to {1e3 * found.length_sigma_after_mm:.1f} um (before: "
-        f"{1e3 * found.length_sigma_before_mm:.1f} um, standard uncertainty).",
+        f"  With the old one, points in the volume would be up to {largest:.0f} um off; "
+        f"standard uncertainty of a length: {1e3 * found.length_sigma_after_mm:.1f} um (before: "
+        f"{1e3 * found.length_sigma_before_mm:.1f} um).",
     )
 
 

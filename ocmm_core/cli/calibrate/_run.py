@@ -131,7 +131,7 @@ def virtual_feed(script: CalibratingScript, source: str, speed: float) -> Feed:
         possible = [spec for spec in SOURCES if spec.scenes is not None]
         raise InputError(
             "calibrate.source",
-            f"--source is {source!r}, which plays no scenes of calibrations.",
+            f"--source is {source!r}, which has no calibration scenes.",
             f"Give {names_in_words(possible)}.",
         )
     return scenes(script, speed)
@@ -229,7 +229,7 @@ def collect(
         why = f"{view.step.gate.reason} At its end: {hint}" if hint else view.step.gate.reason
         if status.internal:
             raise status.error(
-                "calibrate.source", "What was taken is stored: start the command again."
+                "calibrate.source", "All observations are stored: start the command again."
             )
         if status.stop_reason is StopReason.FAILED and status.message:
             why = status.message
@@ -277,7 +277,7 @@ def decide(
         accept = console.input("Accept it? [y/n] ").strip().lower().startswith("y")
     if accept is None:
         console.print(
-            f"Session  {procedure.base.session}: it waits for --accept or --keep.", highlight=False
+            f"Session  {procedure.base.session}: waiting for --accept or --keep.", highlight=False
         )
     elif accept:
         procedure.accept(_now(), reason)
@@ -354,6 +354,6 @@ def take_verification_shots(procedure: VerificationProcedure, shots: Sequence[Sh
 def _strange(shot: Shot, where: str) -> CalibrationError:
     return CalibrationError(
         "calibrate.shots",
-        f"The recorded shots hold one of kind '{shot.kind}', which does not belong into {where}.",
-        "Give the shots that belong to this procedure, in its order.",
+        f"The recorded shots contain one of kind '{shot.kind}', which does not belong in {where}.",
+        "Give the shots of this procedure, in order.",
     )

@@ -22,9 +22,6 @@ from ocmm_core.composition import Feed
 from ocmm_core.errors import CalibrationError
 from ocmm_core.tracking import ProbeBody, TrackingPipeline
 
-WAVE_S = 60.0
-"""A minute of waving holds the pattern of a volume of 400 mm to a sixth (`benchmarks/bump.py`)."""
-
 _LOOK_NS = 10_000_000
 _BATCH = 800
 _IDLE_S = 0.005
@@ -87,8 +84,8 @@ def learn(
     path = save_baseline(site.store.folder, baseline, calibration, body.identity)
     whole = site.rig.noise.pattern_px
     console.print(
-        f"Sensors  {baseline.looks} looks; of {whole:.4f} px of their pattern "
-        f"{baseline.left_px:.4f} px are left",
+        f"Sensors  {baseline.looks} samples; pattern {whole:.4f} px, residual "
+        f"{baseline.left_px:.4f} px",
         highlight=False,
     )
     console.print(f"Baseline {path}", highlight=False)

@@ -6,45 +6,22 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated, TypeVar
+from typing import TYPE_CHECKING, Annotated, TypeVar
 
 import typer
 from rich.console import Console
 
-from ocmm_core.calibration.guided import ProcedureDecision, Shot, load_shots
-from ocmm_core.calibration.records import ArtefactUse, load_sphere
-from ocmm_core.calibration.tip import (
-    CONE,
-    SPHERE,
-    VALID_DAYS,
-    TipCheckProcedure,
-    TipQualificationProcedure,
-)
+from ocmm_core.calibration.tip import VALID_DAYS
 from ocmm_core.cli.calibrate._options import (
+    AnyCamerasOption,
     DecisionOption,
     FolderOption,
     NewOption,
+    ProbeRecordsOption,
     RecordOption,
     ShotsOption,
     TemperatureOption,
     WhoOption,
-)
-from ocmm_core.cli.calibrate._probe_report import print_tip_status
-from ocmm_core.cli.calibrate._probe_site import (
-    AnyCamerasOption,
-    ProbeRecordsOption,
-    TerminalProbeSite,
-    about_tip,
-    collect_from,
-    open_probe_site,
-)
-from ocmm_core.cli.calibrate._run import continued, decide, real_feed, virtual_feed
-from ocmm_core.cli.calibrate._steps import is_lacking, now, require_end
-from ocmm_core.cli.calibrate._tip_report import (
-    print_check,
-    print_cone,
-    print_qualification,
-    print_sphere,
 )
 from ocmm_core.cli.terminal import (
     ForceOption,
@@ -55,21 +32,17 @@ from ocmm_core.cli.terminal import (
     SpeedOption,
     make_console,
 )
-from ocmm_core.composition import (
-    DEFAULT_SEED,
-    DEFAULT_SOURCE,
-    RECOMMENDED_RIG,
-    STANDARD_PROBE,
-    Origin,
-    VirtualSite,
-    origin_of,
-    scene_of_tip,
-)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError
-from ocmm_core.simulation.calibration_scenes import TipFault
 
-T = TypeVar("T", TipQualificationProcedure, TipCheckProcedure)
+if TYPE_CHECKING:
+    from ocmm_core.calibration.guided import Shot
+    from ocmm_core.calibration.records import ArtefactUse
+    from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
+    from ocmm_core.cli.calibrate._probe_site import TerminalProbeSite
+
+    T = TypeVar("T", TipQualificationProcedure, TipCheckProcedure)
 
 VIRTUAL_SPHERE = resource("artefacts", "sphere.toml")
 
@@ -83,24 +56,20 @@ class TipChoice(StrEnum):
     WORN = "worn"
 
 
-_FAULTS = {
-    TipChoice.GOOD: TipFault(),
-    TipChoice.WRONG_DIAMETER: TipFault(diameter_mm=0.05),
-    TipChoice.WRONG_LENGTH: TipFault(length_mm=1.0),
-    TipChoice.WORN: TipFault(worn_mm=0.1),
+_FAULTS: dict[TipChoice, dict[str, float]] = {
+    TipChoice.GOOD: {},
+    TipChoice.WRONG_DIAMETER: {"diameter_mm": 0.05},
+    TipChoice.WRONG_LENGTH: {"length_mm": 1.0},
+    TipChoice.WORN: {"worn_mm": 0.1},
 }
 
 TipNameOption = Annotated[
     str | None,
-    typer.Option(
-        "--tip", help="Tip that is on the probe now; without it, the one that was mounted last."
-    ),
+    typer.Option("--tip", help="Mounted tip; default: the last one mounted."),
 ]
 SphereOption = Annotated[Path, typer.Option("--sphere", help="Document of the sphere.")]
-ConeOption = Annotated[str, typer.Option("--cone", help="What is written on the cone.")]
-SceneOption = Annotated[
-    TipChoice, typer.Option("--scene", help="Which tip is on the virtual probe.")
-]
+ConeOption = Annotated[str, typer.Option("--cone", help="Marking on the cone.")]
+SceneOption = Annotated[TipChoice, typer.Option("--scene", help="Tip on the virtual probe.")]
 
 
 def tip_command(
@@ -110,10 +79,10 @@ def tip_command(
     cone: ConeOption = "",
     diameter: Annotated[
         float | None,
-        typer.Option("--diameter", min=0.1, help="That the ball should have, mm; else as listed."),
+        typer.Option("--diameter", min=0.1, help="Nominal ball diameter, mm; default: as listed."),
     ] = None,
     valid_days: Annotated[
-        int, typer.Option("--valid-days", min=1, help="For how long it may be used.")
+        int, typer.Option("--valid-days", min=1, help="Validity period.")
     ] = VALID_DAYS,
     shots: ShotsOption = None,
     scene: SceneOption = TipChoice.GOOD,
@@ -137,6 +106,12 @@ def tip_command(
     What is stored says how large the ball is, how sure that is, and for how long it holds. Nothing
     that was touched is left out; a point that does not fit is named.
     """
+    from ocmm_core.calibration.records import load_sphere
+    from ocmm_core.calibration.tip import TipQualificationProcedure
+    from ocmm_core.cli.calibrate._probe_site import open_probe_site
+    from ocmm_core.cli.calibrate._steps import now
+    from ocmm_core.cli.calibrate._tip_report import print_qualification
+
     console = make_console()
     place = open_probe_site(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
@@ -185,6 +160,12 @@ def check_tip_command(
     A wrong diameter of 50 um and a wrong length of 0.2 mm are found. Where the points cannot tell,
     the check asks for more; it never passes because it is not sure.
     """
+    from ocmm_core.calibration.records import load_sphere
+    from ocmm_core.calibration.tip import TipCheckProcedure
+    from ocmm_core.cli.calibrate._probe_site import open_probe_site
+    from ocmm_core.cli.calibrate._steps import now
+    from ocmm_core.cli.calibrate._tip_report import print_check
+
     console = make_console()
     place = open_probe_site(
         rig, probe, source, calibrations, probes, console, uncalibrated=uncalibrated
@@ -222,6 +203,9 @@ class _Source:
 
 def _continued(kind: type[T], place: TerminalProbeSite, tip: str, console: Console) -> T | None:
     """Return the newest session about a tip that can go on; None where there is none."""
+    from ocmm_core.cli.calibrate._probe_site import about_tip
+    from ocmm_core.cli.calibrate._run import continued
+
     return continued(
         place.site,
         kind.kind,
@@ -235,6 +219,8 @@ def _continued(kind: type[T], place: TerminalProbeSite, tip: str, console: Conso
 
 def _mounted(place: TerminalProbeSite, tip: str | None, who: str, console: Console) -> str:
     """Return the name of the tip on the probe; somebody who names another one mounted it."""
+    from ocmm_core.cli.calibrate._steps import now
+
     name = tip or place.store.mounted
     if name is None:
         raise CalibrationError(
@@ -256,6 +242,14 @@ def _take(
     console: Console,
 ) -> None:
     """Take what the session still lacks from a file or the cameras, print it, and calculate."""
+    from ocmm_core.calibration.guided import load_shots
+    from ocmm_core.cli.calibrate._probe_site import collect_from
+    from ocmm_core.cli.calibrate._run import real_feed, virtual_feed
+    from ocmm_core.cli.calibrate._steps import is_lacking, require_end
+    from ocmm_core.cli.calibrate._tip_report import print_cone, print_sphere
+    from ocmm_core.composition import Origin, VirtualSite, origin_of, scene_of_tip
+    from ocmm_core.simulation.calibration_scenes import TipFault
+
     if shots is not None:
         take_tip_shots(procedure, load_shots(shots, place.site.rig, place.body.n_leds))
         require_end(procedure)
@@ -264,7 +258,7 @@ def _take(
         if origin_of(source.source) is Origin.VIRTUAL:
             scene = scene_of_tip(
                 procedure.view, procedure.sphere, place.site.rig, source.seed,
-                _FAULTS[source.scene],
+                TipFault(**_FAULTS[source.scene]),
             )  # fmt: skip
             script = VirtualSite(source.rig, source.probe, source.seed, None).script((scene,))
             frames = script.build().n_frames
@@ -287,6 +281,9 @@ def take_tip_shots(
     CalibrationError
         A shot is of a kind that does not come now.
     """
+    from ocmm_core.calibration.tip import CONE, SPHERE
+    from ocmm_core.cli.calibrate._steps import now
+
     view = procedure.view
     left = {SPHERE: len(view.sphere.tips_world), CONE: len(view.cone.tips_world)}
     if procedure.base.step.name not in (SPHERE, CONE):
@@ -301,8 +298,8 @@ def take_tip_shots(
         if shot.kind != procedure.base.step.name:
             raise CalibrationError(
                 "calibrate.shots",
-                f"The recorded shots hold one of kind '{shot.kind}', which does not belong into "
-                f"step '{procedure.base.step.title}'.",
+                f"The recorded shots contain one of kind '{shot.kind}', which does not belong "
+                f"in step '{procedure.base.step.title}'.",
                 "Give the shots of the sphere, then those in the cone.",
             )
         procedure.take_shot(shot.uv, shot.sigma_px, now())
@@ -317,6 +314,11 @@ def _finish(
     passed: bool,
 ) -> None:
     """Store the result or not, say how the tip stands, and exit with 1 unless all is well."""
+    from ocmm_core.calibration.guided import ProcedureDecision
+    from ocmm_core.cli.calibrate._probe_report import print_tip_status
+    from ocmm_core.cli.calibrate._run import decide
+    from ocmm_core.cli.calibrate._steps import now
+
     made = decide(procedure, decision, "", console)
     print_tip_status(console, place.store, procedure.tip, now())
     if made is not ProcedureDecision.ACCEPTED or not passed:
@@ -324,6 +326,8 @@ def _finish(
 
 
 def _cone(text: str) -> ArtefactUse | None:
+    from ocmm_core.calibration.records import ArtefactUse
+
     if not text.strip():
         return None
     return ArtefactUse(

@@ -25,8 +25,8 @@ def print_sphere(console: Console, view: TouchView) -> None:
     known = "compared with the qualified one" if isinstance(view, TipCheckView) else "known"
     _say(
         console,
-        f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; diameter "
-        f"of the ball {known} to {1e3 * sphere.diameter_sigma_mm:.1f} um (standard uncertainty)",
+        f"Points   {len(sphere.tips_world)}, at {touched} of {len(sphere.places)} places; ball "
+        f"diameter {known} to {1e3 * sphere.diameter_sigma_mm:.1f} um (standard uncertainty)",
     )
     for index in sphere.missing:
         _say(console, f"         not touched: {sphere.places[index].name}")

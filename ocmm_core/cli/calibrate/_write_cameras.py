@@ -3,31 +3,25 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from ocmm_core.calibration.records import (
-    CameraRecord,
-    compare_with_cameras,
-    default_folder,
-    open_calibration,
-    record_hash,
-    require_record,
-    write_to_cameras,
-)
-from ocmm_core.cli.bus import BusOption, open_bus
+from ocmm_core.cli.bus import BusOption
 from ocmm_core.cli.terminal import CalibrationsOption, ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import OcmmError
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.records import CameraRecord
 
 
 def write_cameras(
     *,
     source: BusOption,
     check: Annotated[
-        bool, typer.Option("--check", help="Write nothing, only compare; exit code 0: the same.")
+        bool, typer.Option("--check", help="Compare only, write nothing; exit code 0: identical.")
     ] = False,
     rig: RigOption = RECOMMENDED_RIG,
     calibrations: CalibrationsOption = None,
@@ -37,6 +31,15 @@ def write_cameras(
 
     They are compared at every start; cameras that store others are not measured with.
     """
+    from ocmm_core.calibration.records import (
+        compare_with_cameras,
+        default_folder,
+        open_calibration,
+        require_record,
+        write_to_cameras,
+    )
+    from ocmm_core.cli.bus import open_bus
+
     record = require_record(open_calibration(rig, calibrations or default_folder()))
     console = make_console()
     with open_bus(source, rig, force=force) as bus:
@@ -56,6 +59,9 @@ def write_accepted(
 
     It is in force all the same; the cameras are not measured with until they store it.
     """
+    from ocmm_core.calibration.records import write_to_cameras
+    from ocmm_core.cli.bus import open_bus
+
     try:
         with open_bus(source, rig, force=force) as bus:
             write_to_cameras(record, bus.objects)
@@ -72,5 +78,7 @@ def write_accepted(
 
 
 def _print_stored(record: CameraRecord, console: Console) -> None:
+    from ocmm_core.calibration.records import record_hash
+
     names = ", ".join(f"'{entry.name}' ({entry.serial})" for entry in record.cameras)
-    console.print(f"{names} store calibration {record_hash(record)}.", highlight=False)
+    console.print(f"{names} now store calibration {record_hash(record)}.", highlight=False)

@@ -4,53 +4,36 @@ from __future__ import annotations
 
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
 from rich.console import Console
 
-from ocmm_core.alignment import (
-    AlignmentReport,
-    frame_document,
-    load_frame,
-    relocation,
-    report_lines,
-    save_frame,
-    saved_frame,
-)
-from ocmm_core.cli.measure._headless import print_states
 from ocmm_core.errors import InputError
-from ocmm_core.features.measured import CENTRED, ActualFeature
-from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive import ReopenedJob, reopen_job
-from ocmm_core.inspection.evaluation import (
-    NO_REAL_PART,
-    SIMULATED,
-    alignment_of_points,
-    checked_features,
-    frame_covariance,
-)
-from ocmm_core.inspection.plan import load_plan, save_plan
-from ocmm_core.measuring import reported_points
+
+if TYPE_CHECKING:
+    from ocmm_core.alignment import AlignmentReport
+    from ocmm_core.geometry import Float
+    from ocmm_core.inspection.archive import ReopenedJob
 
 
 def align_command(
     *,
-    job: Annotated[Path, typer.Argument(help="Job file (.ocmm), finished or being measured.")],
+    job: Annotated[Path, typer.Argument(help="Job file (.ocmm), finished or in progress.")],
     save: Annotated[
         Path | None,
-        typer.Option("--save", help="Save the frame as a document, e.g. that of the machine."),
+        typer.Option("--save", help="Save the frame as a document, e.g. the machine frame."),
     ] = None,
     name: Annotated[
-        str, typer.Option("--name", help="Name of the saved frame. Default: that of its file.")
+        str, typer.Option("--name", help="Name of the saved frame. Default: its file name.")
     ] = "",
     control: Annotated[
         list[str] | None,
         typer.Option(
             "--control",
-            help="Feature to save as a control point, to find the frame again after the part was "
-            "moved; may be given several times.",
+            help="Feature to save as a control point, for relocating the frame after the part "
+            "was moved; can be repeated.",
         ),
     ] = None,
 ) -> None:
@@ -58,6 +41,11 @@ def align_command(
 
     Read-only. With --save the frame is written as a document that other plans take over.
     """
+    from ocmm_core.alignment import report_lines
+    from ocmm_core.cli.measure._headless import print_states
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import alignment_of_points
+
     console = Console(soft_wrap=True)
     opened = reopen_job(job)
     for doubt in opened.doubts:
@@ -89,8 +77,8 @@ def align_plan_command(
         float | None,
         typer.Option(
             "--relocate",
-            help="Find the frame again at its control points, which may lie so far off, mm. "
-            "Default: take it as it was saved.",
+            help="Relocate the frame at its control points, within this limit, mm. Default: use "
+            "it as saved.",
         ),
     ] = None,
 ) -> None:
@@ -99,10 +87,14 @@ def align_plan_command(
     The new plan holds what it needs of the frame, together with its hash. With a frame of a
     simulated job it proves nothing about real parts.
     """
+    from ocmm_core.alignment import load_frame, relocation, saved_frame
+    from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+    from ocmm_core.inspection.plan import load_plan, save_plan
+
     document = load_frame(frame)
     console = Console(soft_wrap=True)
     if document.simulated:
-        said = f"{SIMULATED}: the frame {document.name} comes from a virtual rig. {NO_REAL_PART}"
+        said = f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}"
         console.print(said, style="bold yellow", highlight=False, markup=False)
     rule = saved_frame(document) if relocate is None else relocation(document, relocate)
     save_plan(msgspec.structs.replace(load_plan(plan), alignment=rule), out)
@@ -112,19 +104,25 @@ def align_plan_command(
 def _save(
     path: Path, name: str, job: ReopenedJob, report: AlignmentReport, control: list[str]
 ) -> None:
+    from ocmm_core.alignment import frame_document, save_frame
+    from ocmm_core.inspection.evaluation import frame_covariance
+
     if report.T_nominal_from_world is None or report.free:
         raise InputError(
             "frame.open",
-            f"{job.path}: its alignment does not hold the part, so there is no frame to save.",
-            "Measure what is missing, or align to features that hold it.",
+            (
+                f"{job.path}: the alignment does not fully constrain the part, so there is "
+                "no frame to save."
+            ),
+            "Measure what is missing, or align to features that constrain it.",
         )
     centres = _centres(job)
     for feature in control:
         if feature not in centres:
             raise InputError(
                 "frame.no_centre",
-                f"{job.path}: {feature} is no measured feature with a centre.",
-                f"Choose among {', '.join(centres) or 'none'}.",
+                f"{job.path}: {feature} is not a measured feature with a centre.",
+                f"Choose from {', '.join(centres) or 'none'}.",
             )
     document = frame_document(
         name=name,
@@ -141,6 +139,10 @@ def _save(
 
 
 def _centres(job: ReopenedJob) -> dict[str, Float]:
+    from ocmm_core.features.measured import CENTRED, ActualFeature
+    from ocmm_core.inspection.evaluation import checked_features
+    from ocmm_core.measuring import reported_points
+
     points = reported_points(job.points, job.options.climate.part)
     return {
         name: feature.fit.point

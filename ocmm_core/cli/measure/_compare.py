@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
@@ -11,8 +11,9 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.terminal import make_console, progress_line
-from ocmm_core.inspection.archive import Trend, compare_files
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.archive import Trend
 
 
 def compare_command(
@@ -21,11 +22,11 @@ def compare_command(
     ],
     probes: Annotated[
         Path | None,
-        typer.Option("--probes", help="Folder of records of probes. Default: that of this user."),
+        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
     ] = None,
     calibrations: Annotated[
         Path | None,
-        typer.Option("--calibrations", help="Folder of calibrations. Default: that of this user."),
+        typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
     ] = None,
 ) -> None:
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
@@ -34,6 +35,9 @@ def compare_command(
     not counted; so are those of simulated jobs beside real ones. Jobs that cannot be read or are of
     another plan than the latest one are named and left out. Ends with 1 where one cannot be read.
     """
+    from ocmm_core.inspection.archive import compare_files
+    from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+
     console = make_console()
     with progress_line() as tell:
         found = compare_files(jobs, tell, probes, calibrations)
@@ -48,8 +52,7 @@ def compare_command(
         for line in _lines(trend):
             console.print(f"{trend.name}: {line}", highlight=False)
     console.print(
-        "Lengths in mm. Limits of the charts stand at 2.66 mean moving ranges; Cp and Cpk are of "
-        "the same scatter.",
+        "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter.",
         style="dim",
     )
     if found.unread:
@@ -77,7 +80,7 @@ def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> Non
 
 
 def _lines(trend: Trend) -> list[str]:
-    lines = [f"not counted: {why}" for why in trend.left_out]
+    lines = [f"excluded: {why}" for why in trend.left_out]
     if trend.why_not:
         lines.append(trend.why_not)
     if trend.capability is not None:

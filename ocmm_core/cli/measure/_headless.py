@@ -17,6 +17,7 @@ from ocmm_core.calibration.records import CalibrationStatus, ProbeView
 from ocmm_core.cli.terminal import _WIDE
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
+from ocmm_core.fieldbus.report import pace_words
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import INCOMPLETE, JobHeader, JobView, state_lines
 from ocmm_core.measuring import Refusal
@@ -127,7 +128,7 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
         held, known = _held(view, truth)
         console.print(
             f"Measured ± U holds the true value of {held} of {known} characteristics; 95 % are "
-            "expected. (Form is left out: noise can only make it larger.)",
+            "expected. (Form excluded: noise can only enlarge it.)",
             highlight=False,
         )
 
@@ -170,6 +171,9 @@ def print_counters(console: Console, status: AcquisitionStatus) -> None:
         f"Frames  {status.frames} delivered, {status.frames_lost} lost, {status.overrun} overrun",
         highlight=False,
     )
+    if status.mean_pace is not None:
+        words = pace_words(status.mean_pace) or "The virtual bus kept pace with real time."
+        console.print(f"Pace    {status.mean_pace:.2f}: {words}", highlight=False)
 
 
 def exit_code(view: JobView) -> int:
@@ -188,7 +192,7 @@ def missing_sentences(view: JobView, job_path: Path, *, written: bool) -> str:
     said = f"{INCOMPLETE}: {missing} not measured."
     if written:
         return said
-    return f"{said} No report was written; ocmm report {job_path} --incomplete writes one."
+    return f"{said} No report written; ocmm report {job_path} --incomplete writes one."
 
 
 def _header(header: JobHeader) -> str:
@@ -214,7 +218,10 @@ def _wait(built: BuiltStation, console: Console) -> None:
             missing = station.job.missing()
             left = sum(count for _, count in missing)
             doing = f"Probing {missing[0][0]}" if missing else "Finishing"
-            progress.update(task, completed=total - left, description=doing)
+            slow = station.looks.acquisition().pace_words
+            progress.update(
+                task, completed=total - left, description=f"{slow} {doing}" if slow else doing
+            )
             if not missing or _script_is_over(built):
                 return
             if station.faults.measuring is not None:
@@ -247,8 +254,8 @@ def _require_calibration(built: BuiltStation) -> None:
             raise CalibrationError(
                 "calibration.not_usable",
                 f"{view.word.value}: {view.blocking_reason.what}",
-                f"{view.blocking_reason.remedy} With --uncalibrated points are taken all the same, "
-                "and prove nothing.",
+                f"{view.blocking_reason.remedy} With --uncalibrated, points are taken but prove "
+                "nothing.",
             )
 
 
@@ -268,9 +275,9 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
         return status.error("measure.source", f"Missing: {lacking}.")
     return MeasuringError(
         "measure.incomplete",
-        f"The source ended before the job was complete; missing: {lacking}.",
-        f"Measure what is missing; the points so far are in {job_path}, and "
-        f"ocmm report {job_path} --incomplete reports them.",
+        f"The source ended before the job was complete. Missing: {lacking}.",
+        f"Measure what is missing. Points so far are in {job_path}; ocmm report {job_path} "
+        "--incomplete reports them.",
     )
 
 

@@ -29,29 +29,29 @@ def await_part(console: Console, number: int, parts: int, serial: str, *, replay
     console.print(
         f"Part {number} of {parts} is next, serial {serial}. "
         + (
-            "The recording is played again from its beginning."
+            "The recording restarts from the beginning."
             if replayed
-            else "Put it in its place and take your hands and the probe off it."
+            else "Put it in place and keep hands and probe off it."
         ),
         highlight=False,
         markup=False,
     )
     try:
-        answer = console.input("Enter measures it, q and Enter ends here: ", markup=False)
+        answer = console.input("Enter: measure it; q and Enter: stop: ", markup=False)
     except EOFError:
         console.print()
-        raise _ended(number, parts, serial, "nobody answered: the input has ended") from None
+        raise _ended(number, parts, serial, "no answer: end of input") from None
     if not console.is_terminal:
         # Nobody's Enter has ended the line.
         console.print()
     if answer.strip().lower() in _NO:
-        raise _ended(number, parts, serial, "ended on demand")
+        raise _ended(number, parts, serial, "stopped by the operator")
 
 
 def _ended(number: int, parts: int, serial: str, why: str) -> MeasuringError:
     left = parts - number + 1
     return MeasuringError(
         "measure.parts_left",
-        f"Part {number} of {parts} was not begun ({why}).",
-        f"The parts before it are complete. Go on with --serial {serial} --parts {left}.",
+        f"Part {number} of {parts} was not started ({why}).",
+        f"The parts before it are complete. Continue with --serial {serial} --parts {left}.",
     )

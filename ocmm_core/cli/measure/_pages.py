@@ -40,7 +40,7 @@ def print_pages(
             printed, told = program.communicate()
             lines += printed.splitlines()
             if program.returncode != 0:
-                faults += told.strip().splitlines()[-1:] or ["the program that draws it ended"]
+                faults += told.strip().splitlines()[-1:] or ["the drawing program ended"]
     finally:
         for program in programs:
             if program.poll() is None:

@@ -3,27 +3,20 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
 
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import InputError
-from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.evaluation import places_of
-from ocmm_core.inspection.plan import (
-    Plan,
-    check_plan,
-    features_from_csv,
-    features_from_step,
-    load_plan,
-    new_plan,
-    save_plan,
-    usual_points,
-)
 
-plan_app = typer.Typer(no_args_is_help=True, help="Check, make and import plans.")
+if TYPE_CHECKING:
+    from ocmm_core.features.shapes import NominalFeature
+    from ocmm_core.inspection.plan import Plan
+
+
+plan_app = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
 
 STEP_ENDINGS = (".step", ".stp")
 
@@ -31,7 +24,7 @@ NameOption = Annotated[str | None, typer.Option("--name", help="Name of the plan
 PartNameOption = Annotated[str | None, typer.Option("--part", help="Name of the part.")]
 OutputOption = Annotated[Path, typer.Option("--output", "-o", help="Plan document to write.")]
 OverwriteOption = Annotated[
-    bool, typer.Option("--overwrite", help="Replace the document if there is one.")
+    bool, typer.Option("--overwrite", help="Overwrite an existing document.")
 ]
 
 
@@ -40,6 +33,8 @@ def check(
     plan: Annotated[Path, typer.Argument(help="Plan document (TOML).")],
 ) -> None:
     """Check a plan, and say what is not wrong but missing: pictures, sizes for the guidance."""
+    from ocmm_core.inspection.plan import load_plan
+
     loaded = load_plan(plan)
     console = make_console()
     points = sum(feature.points for feature in loaded.features)
@@ -59,6 +54,9 @@ def new(
     overwrite: OverwriteOption = False,
 ) -> None:  # fmt: skip
     """Make a plan with one plane to begin with; edit it in the window or as text."""
+    from ocmm_core.features.shapes import NominalFeature, Shape
+    from ocmm_core.inspection.plan import usual_points
+
     first = NominalFeature(
         name="DATUM_A", shape=Shape.PLANE, points=usual_points(Shape.PLANE), point=(0.0, 0.0, 0.0)
     )
@@ -68,7 +66,7 @@ def new(
 @plan_app.command(name="import")
 def import_(
     file: Annotated[
-        Path, typer.Argument(help="Table of features (CSV), or model (STEP, needs an extra).")
+        Path, typer.Argument(help="Feature table (CSV) or model (STEP, needs an extra).")
     ],
     output: OutputOption,
     name: NameOption = None,
@@ -80,6 +78,8 @@ def import_(
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
     side, points, text. A decimal comma needs semicolons between the columns.
     """
+    from ocmm_core.inspection.plan import features_from_csv, features_from_step
+
     is_step = file.suffix.lower() in STEP_ENDINGS
     features = features_from_step(file) if is_step else features_from_csv(file)
     _write(features, output, name, part, overwrite=overwrite)
@@ -87,8 +87,10 @@ def import_(
 
 def warnings_of(plan: Plan, folder: Path) -> list[str]:
     """Return what a plan lacks that it can be measured without."""
+    from ocmm_core.inspection.evaluation import places_of
+
     found = [
-        f"{feature.name}: the picture {feature.picture} is not there."
+        f"{feature.name}: picture {feature.picture} not found."
         for feature in plan.features
         if feature.picture and not (folder / feature.picture).is_file()
     ]
@@ -108,10 +110,12 @@ def _write(
     *,
     overwrite: bool,
 ) -> None:
+    from ocmm_core.inspection.plan import check_plan, new_plan, save_plan
+
     if output.exists() and not overwrite:
         raise InputError(
             "plan.exists",
-            f"{output}: there is such a file already.",
+            f"{output}: this file already exists.",
             "Choose another name, or give --overwrite.",
         )
     plan = msgspec.structs.replace(

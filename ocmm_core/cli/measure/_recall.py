@@ -5,38 +5,25 @@ from __future__ import annotations
 import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.calibration.records import default_folder, seal
 from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import make_console, progress_line
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.inspection.archive import (
-    COLUMNS,
-    KeptPlaces,
-    Outcome,
-    RecallRecord,
-    artefact_wrong,
-    decide,
-    decided,
-    headline,
-    job_line,
-    not_judged,
-    recall,
-    rests_on,
-    row,
-    totals,
-    worst_first,
-)
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.archive import RecallRecord
+
 
 _JOBS = Path("ocmm-out")
-_STYLES = {Outcome.HOLDS: "green", Outcome.CHANGES: "bold red", Outcome.UNKNOWN: "yellow"}
+_STYLES = {"HOLDS": "green", "CHANGES": "bold red", "UNKNOWN": "yellow"}
+"""By the name of the outcome."""
 
 
 def recall_command(
@@ -44,45 +31,47 @@ def recall_command(
     jobs: Annotated[
         list[Path] | None,
         typer.Argument(
-            help="Folders of jobs, with those in them, or job files. Default: ocmm-out.",
+            help="Job folders (searched with subfolders) or job files. Default: ocmm-out.",
             metavar="[FOLDER]...",
         ),
     ] = None,
     calibrations: Annotated[
         Path | None,
-        typer.Option("--calibrations", help="Folder of calibrations. Default: that of this user."),
+        typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
     ] = None,
     probes: Annotated[
         Path | None,
-        typer.Option("--probes", help="Folder of records of probes. Default: that of this user."),
+        typer.Option("--probes", help="Probe record folder. Default: that of this user."),
     ] = None,
     who: Annotated[
         str,
         typer.Option(
             "--by",
-            help="Your name: decides, so that points whose verdicts hold count again. Without it "
-            "nothing is stored.",
+            help="Your name: releases the points whose verdicts hold. Without it, nothing is "
+            "stored.",
         ),
     ] = "",
     artefact: Annotated[
         str | None,
         typer.Option(
             "--artefact",
-            help="Serial number of an artefact that was found to be wrong: what rests on it falls "
-            "first. Needs --since and --by.",
+            help="Serial number of an artefact found wrong: everything based on it is "
+            "invalidated first. Needs --since and --by.",
         ),
     ] = None,
     since: Annotated[
         datetime | None,
         typer.Option(
-            "--since", help="When the artefact was wrong.", formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"]
+            "--since",
+            help="Date since when the artefact was wrong.",
+            formats=["%Y-%m-%d", "%Y-%m-%dT%H:%M"],
         ),
     ] = None,
     json_file: Annotated[
         Path | None, typer.Option("--json", help="Write the recall to this file, sealed.")
     ] = None,
     pdf_file: Annotated[
-        Path | None, typer.Option("--pdf", help="Write the recall as pages to this file.")
+        Path | None, typer.Option("--pdf", help="Write the recall report to this file.")
     ] = None,
 ) -> None:
     """Recalculate the jobs that are in doubt because their calibration failed later.
@@ -91,6 +80,9 @@ def recall_command(
     exclude decides which of both counts. Verdicts CHANGE, HOLD, or CANNOT BE KNOWN. Job files are
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
+    from ocmm_core.calibration.records import default_folder, seal
+    from ocmm_core.inspection.archive import KeptPlaces, Outcome, decide, recall
+
     console = make_console()
     folder = calibrations if calibrations is not None else default_folder()
     if artefact is not None or since is not None:
@@ -118,25 +110,42 @@ def _let_fall(
     since: datetime | None,
     who: str,
 ) -> None:
+    from ocmm_core.inspection.archive import artefact_wrong
+
     if artefact is None or since is None or not who:
         raise InputError(
             "recall.artefact",
-            "A wrong artefact needs its serial number, the day since when, and your name.",
+            (
+                "Reporting a wrong artefact needs its serial number, the date since when, "
+                "and your name."
+            ),
             "Give --artefact, --since and --by.",
         )
     fallen = artefact_wrong(folder, artefact, since.astimezone(UTC), who, datetime.now(UTC))
     for one in fallen:
         console.print(
-            f"Fallen  {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, "
-            f"calibration {one.calibration[:12]}",
+            f"Invalid {one.kind} of rig {one.rig}, {one.made_utc[:16]} UTC, calibration "
+            f"{one.calibration[:12]}",
             highlight=False,
             markup=False,
         )
     if not fallen:
-        console.print(f"Everything that rests on artefact {artefact} has fallen before.")
+        console.print(f"Everything based on artefact {artefact} was already invalidated.")
 
 
 def _show(console: Console, record: RecallRecord) -> None:
+    from ocmm_core.inspection.archive import (
+        COLUMNS,
+        decided,
+        headline,
+        job_line,
+        not_judged,
+        rests_on,
+        row,
+        totals,
+        worst_first,
+    )
+
     console.print(headline(record), style="bold", highlight=False)
     for sentence in not_judged(record):
         console.print(sentence, style="yellow", highlight=False, markup=False)
@@ -152,7 +161,7 @@ def _show(console: Console, record: RecallRecord) -> None:
     for job in worst_first(record.jobs):
         name = Path(job.path).stem
         for one in job.characteristics:
-            table.add_row(name, *row(one), style=_STYLES[one.outcome])
+            table.add_row(name, *row(one), style=_STYLES[one.outcome.name])
             name = ""
     console.print(table)
     for job in worst_first(record.jobs):
@@ -160,6 +169,8 @@ def _show(console: Console, record: RecallRecord) -> None:
 
 
 def _print_pages(record: RecallRecord, path: Path) -> None:
+    from ocmm_core.calibration.records import seal
+
     with tempfile.TemporaryDirectory(prefix="ocmm-recall-") as name:
         sealed = Path(name) / "recall.json"
         sealed.write_bytes(seal(record))
@@ -167,8 +178,8 @@ def _print_pages(record: RecallRecord, path: Path) -> None:
             "ocmm_gui.reports._recall",
             [[str(sealed), str(path)]],
             "recall.pdf",
-            "The pages of the recall were not written",
-            "What was decided is stored; write the pages again.",
+            "The recall report was not written",
+            "The decision is stored; write the pages again.",
         )
 
 
@@ -180,5 +191,5 @@ def _write(path: Path, content: bytes) -> None:
         raise StorageError(
             "recall.unwritable",
             f"{path}: the recall cannot be written ({error.strerror}).",
-            "Give another file; what was decided is stored.",
+            "Give another file; the decision is stored.",
         ) from error

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
@@ -14,34 +14,27 @@ from rich.console import Console
 from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import progress_line
 from ocmm_core.errors import OcmmError
-from ocmm_core.export import (
-    ALL,
-    DEFAULT_FORMAT,
-    EXPORTERS,
-    FORMATS,
-    PDF,
-    chosen_formats,
-    preview,
-    preview_text,
-    require_complete,
-    write_report,
-)
-from ocmm_core.export.report import ReportData, load_profile, report_of_job
-from ocmm_core.inspection.archive import reopen_job
-from ocmm_core.inspection.evaluation import job_states, part_line
 from ocmm_core.processes import processes_for, side_by_side
 
-_PROFILED = ", ".join(name for name, one in FORMATS.items() if one.profile)
+if TYPE_CHECKING:
+    from ocmm_core.export.report import ReportData
+
+
+# Those of the registry, which is not loaded for a help; a test holds the two together.
+FORMAT_WORDS = "polyworks, qif, dfq, xlsx, json, pdf or all"
+PROFILED_WORDS = "polyworks, dfq, xlsx"
 
 
 def report_command(
     *,
-    jobs: Annotated[list[Path], typer.Argument(help="Job files (.ocmm), also of other computers.")],
+    jobs: Annotated[
+        list[Path], typer.Argument(help="Job files (.ocmm), also from other computers.")
+    ],
     formats: Annotated[
         list[str] | None,
         typer.Option(
             "--format",
-            help=f"One of {', '.join(FORMATS)} or {ALL}; may be given several times.",
+            help=f"One of {FORMAT_WORDS}; can be repeated.",
         ),
     ] = None,
     profile: Annotated[
@@ -49,37 +42,36 @@ def report_command(
         typer.Option(
             "--profile",
             help="Profile document of the text files: delimiter, decimal sign, unit, columns. "
-            f"Used by {_PROFILED}. Default: that for PolyWorks.",
+            f"Used by {PROFILED_WORDS}. Default: PolyWorks.",
         ),
     ] = None,
     out: Annotated[
         Path | None,
-        typer.Option("--out", help="Folder for the reports. Default: that of the first job."),
+        typer.Option("--out", help="Report folder. Default: that of the first job."),
     ] = None,
     preview_only: Annotated[
-        bool, typer.Option("--preview", help="Print what the files would hold, and write nothing.")
+        bool,
+        typer.Option("--preview", help="Print the contents of the files without writing them."),
     ] = False,
     probes: Annotated[
         Path | None,
         typer.Option(
             "--probes",
-            help="Folder of records of probes: what became known of the tip later is looked "
-            "up there. Default: that of this user.",
+            help="Probe record folder, searched for later findings on the tip. Default: that of "
+            "this user.",
         ),
     ] = None,
     calibrations: Annotated[
         Path | None,
         typer.Option(
             "--calibrations",
-            help="Folder of calibrations: what became known of the cameras later is looked up "
-            "there. Default: that of this user.",
+            help="Calibration folder, searched for later findings on the cameras. Default: that "
+            "of this user.",
         ),
     ] = None,
     incomplete: Annotated[
         bool,
-        typer.Option(
-            "--incomplete", help="Write the report also of a job that is not completely measured."
-        ),
+        typer.Option("--incomplete", help="Report an incomplete job too."),
     ] = False,
 ) -> None:
     """Report jobs from their own files, read-only.
@@ -89,6 +81,18 @@ def report_command(
     older one. Several jobs of one plan become several values in a Q-DAS file. A job that cannot be
     read is named and left out; the command ends with 2 then.
     """
+    from ocmm_core.export import (
+        DEFAULT_FORMAT,
+        EXPORTERS,
+        PDF,
+        chosen_formats,
+        preview,
+        preview_text,
+        require_complete,
+        write_report,
+    )
+    from ocmm_core.export.report import load_profile
+
     console = Console(soft_wrap=True)
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
@@ -102,7 +106,7 @@ def report_command(
             typer.echo(f"== {EXPORTERS[name].title}")
             typer.echo(preview_text(preview(data, name, layout)))
         if PDF.name in chosen:
-            typer.echo("The pages of the PDF report are shown by the window (Results, Report).")
+            typer.echo("The window shows the pages of the PDF report (Results, Report).")
         return
     folder = out if out is not None else jobs[0].parent
     if not incomplete:
@@ -186,6 +190,10 @@ def _read_all(
 
 
 def _read(path: Path, probes: Path | None, calibrations: Path | None) -> _Read:
+    from ocmm_core.export.report import report_of_job
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import job_states, part_line
+
     job = reopen_job(path, probes, calibrations=calibrations)
     words = "; ".join((*job_states(job.view), part_line(job.view)))
     return _Read(path, report_of_job(job), (*job.doubts, *job.remarks), words)

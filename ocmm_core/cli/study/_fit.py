@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Sequence
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.cli.study._fit_json import fit_json
-from ocmm_core.cli.study._fit_rows import FitRow, rows_of
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import FitError, InputError
-from ocmm_core.features.measured import fit_shape, outliers
-from ocmm_core.features.search import sizes_in_words
-from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Fit, Shape, read_points_file
-from ocmm_core.geometry import Float
-from ocmm_core.tolerances.decisions import U_LABEL
-from ocmm_core.tolerances.uncertainty import FitUncertainty, fit_uncertainty
+from ocmm_core.features.shapes import Shape
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.study._fit_rows import FitRow
+    from ocmm_core.features.shapes import Fit
+    from ocmm_core.geometry import Float
+    from ocmm_core.tolerances.uncertainty import FitUncertainty
+
 
 LISTED = 20
 """Outliers that are printed one by one."""
@@ -53,20 +53,20 @@ class CriterionWord(StrEnum):
 
 def fit_command(
     file: Annotated[
-        Path, typer.Argument(help="Text file, a row x y z in mm for every point.", metavar="FILE")
+        Path, typer.Argument(help="Text file, one row x y z in mm per point.", metavar="FILE")
     ],
     shape: Annotated[
         Shape,
         typer.Option(
             "--shape",
-            help="What to fit.",
+            help="Shape to fit.",
             parser=_shape_of,
             metavar=f"<{'|'.join(SHAPES)}>",
             autocompletion=lambda: list(SHAPES),
         ),
     ],
     criterion: Annotated[
-        CriterionWord, typer.Option("--criterion", help="How it is associated with the points.")
+        CriterionWord, typer.Option("--criterion", help="Association criterion.")
     ] = CriterionWord.LEAST_SQUARES,
     free: Annotated[
         bool,
@@ -83,13 +83,18 @@ def fit_command(
     system. U holds the true value in 95 of 100 cases, however few points there are; where the
     points determine a number too weakly for that, it is shown without U.
     """
+    from ocmm_core.cli.study._fit_json import fit_json
+    from ocmm_core.features.measured import fit_shape
+    from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, read_points_file
+    from ocmm_core.tolerances.uncertainty import fit_uncertainty
+
     if free and not shape.spec.may_be_free:
         raise InputError(
-            "fit.free", f"--free is for circles, not for a {_word_of(shape)}.", "Leave it out."
+            "fit.free", f"--free applies to circles, not to a {_word_of(shape)}.", "Omit it."
         )
     if free and criterion in (CriterionWord.INSCRIBED, CriterionWord.CIRCUMSCRIBED):
         raise InputError(
-            "fit.free", "--free goes with least-squares and minimum-zone only.", "Leave one out."
+            "fit.free", "--free goes with least-squares and minimum-zone only.", "Omit one."
         )
     held = read_points_file(file)
     points = held.points
@@ -114,8 +119,8 @@ def fit_command(
     _print_rival(console, fit)
     if fit.rival is None and shape.spec.often_ambiguous and len(points) <= MINIMUM_POINTS[shape]:
         console.print(
-            f"[yellow]{len(points)} points are as few as a {shape.value} needs: others may pass "
-            "through them as well. Take more points.[/]",
+            f"[yellow]{len(points)} points are the minimum for a {shape.value}: other elements "
+            "may pass through them too. Take more points.[/]",
             highlight=False,
         )
 
@@ -129,6 +134,9 @@ def _print_fit(
     *,
     free: bool,
 ) -> None:
+    from ocmm_core.cli.study._fit_rows import rows_of
+    from ocmm_core.tolerances.decisions import U_LABEL
+
     how = f"{criterion.value} ({fit.criterion.value})" + (", one problem in space" if free else "")
     table = Table(
         title=f"{fit.shape.value} through {n} points, {how}",
@@ -147,7 +155,7 @@ def _print_fit(
     console.print(table)
     if fit.contacts:
         held = ", ".join(str(row + 1) for row in fit.contacts)
-        console.print(f"Held by points {held} (rows of the file, counted from 1).")
+        console.print(f"Contact points {held} (rows of the file, from 1).")
     _print_uncertainty(console, rows)
 
 
@@ -156,8 +164,7 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
     stated = [row for row in rows if row.stated is not None]
     if not stated:
         console.print(
-            "No uncertainty: it follows from the residuals of least squares with more points than "
-            "determine the element.",
+            "No uncertainty: it needs least squares with more points than the element requires.",
             style="dim",
         )
         return
@@ -166,8 +173,8 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
         degrees = _range([one.degrees for one in known], 1)
         factors = _range([one.k for one in known if one.k is not None], 2)
         console.print(
-            f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. "
-            "It knows nothing of the measuring system.",
+            f"U from the scatter of the points: {degrees} degrees of freedom, k = {factors}. It "
+            "excludes the measuring system.",
             style="dim",
             highlight=False,
         )
@@ -187,11 +194,13 @@ def _range(values: Sequence[float], digits: int) -> str:
 
 
 def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
+    from ocmm_core.features.measured import outliers
+
     found = outliers(fit, points)
     for row in found[:LISTED]:
         console.print(
-            f"[yellow]Outlier: point {row + 1} lies {fit.residuals[row]:+.6f} mm off; it is in the "
-            "fit all the same.[/]",
+            f"[yellow]Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used "
+            "in the fit.[/]",
             highlight=False,
         )
     if len(found) > LISTED:
@@ -202,11 +211,13 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
 
 def _print_rival(console: Console, fit: Fit) -> None:
     """Print that the points fit another element as well, and which one."""
+    from ocmm_core.features.search import sizes_in_words
+
     if fit.rival is None:
         return
     console.print(
-        "[bold red]AMBIGUOUS:[/] the points fit two elements, and their noise cannot decide which "
-        "one it is. Use neither; take more points, spread over more of the feature.",
+        "[bold red]AMBIGUOUS:[/] the points fit two elements, and their noise cannot tell "
+        "which. Use neither; take more points, spread over more of the feature.",
         highlight=False,
     )
     for word, one in (("The one above:", fit), ("The other one:", fit.rival)):

@@ -3,34 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
-from ocmm_core.camera import load_rig
-from ocmm_core.cli.terminal import ProbeOption, RigOption, bending, make_console, tip_map
+from ocmm_core.cli.terminal import ProbeOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError
-from ocmm_core.measuring import (
-    BudgetTerm,
-    Examination,
-    ProbeReport,
-    examine,
-    label_verdict,
-    label_words,
-    map_range,
-    mechanics_words,
-)
-from ocmm_core.tracking import load_probe
+
+if TYPE_CHECKING:
+    from ocmm_core.measuring import BudgetTerm, ProbeReport
+
 
 probe_app = typer.Typer(
-    no_args_is_help=True, help="Examine a probe: how certain its tip is, and why not more."
+    no_args_is_help=True, help="Examine a probe: the uncertainty of its tip and what causes it."
 )
 
 
@@ -48,8 +38,8 @@ def design(
         Path | None,
         typer.Option(
             "--design",
-            help="Design document: materials and sections. Without it that of the resources folder "
-            "with the probe's name, if there is one.",
+            help="Design document: materials and sections. Default: the one in the resources "
+            "folder with the probe's name, if any.",
         ),
     ] = None,
     tilt: Annotated[
@@ -59,10 +49,10 @@ def design(
     spot_sigma: Annotated[
         float, typer.Option("--spot-sigma", min=1e-6, help="Noise of an averaged spot, px.")
     ] = 0.0105,
-    poses: Annotated[int, typer.Option("--poses", min=100, help="Poses of the number.")] = 4000,
+    poses: Annotated[int, typer.Option("--poses", min=100, help="Number of poses.")] = 4000,
     all_seen: Annotated[
         bool,
-        typer.Option("--all-seen", help="Take LEDs that face away from a camera to be seen."),
+        typer.Option("--all-seen", help="Treat LEDs facing away from a camera as visible."),
     ] = False,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the poses.")] = 1,
     out: Annotated[Path, typer.Option("--out", help="Folder for the figures.")] = Path("ocmm-out"),
@@ -73,9 +63,16 @@ def design(
     and bending where the design is known, and what each source adds to one point. Writes maps over
     tilt and volume and the bending line as SVG.
     """
+    from ocmm_core.calibration.probe_design import Postures, load_design, shipped_design
+    from ocmm_core.camera import load_rig
+    from ocmm_core.measuring import Examination, examine
+    from ocmm_core.tracking import load_probe
+
     if min(tilt) < 0.0 or max(tilt) > 180.0:
         raise InputError(
-            "design.tilt", f"The tilts {tilt} are none.", "Give three angles from 0 to 180 degrees."
+            "design.tilt",
+            f"The tilts {tilt} are not valid.",
+            "Give three angles from 0 to 180 degrees.",
         )
     cameras, body = load_rig(rig), load_probe(probe)
     path = probe_design if probe_design is not None else shipped_design(body)
@@ -97,6 +94,10 @@ def design(
 
 def print_report(console: Console, report: ProbeReport) -> None:
     """Print everything that was found, in sentences and tables."""
+    import numpy as np
+
+    from ocmm_core.measuring import label_verdict, label_words, mechanics_words
+
     asked, number = report.examination, report.number
     low, high = asked.postures.volume_world
     console.print(
@@ -115,13 +116,13 @@ def print_report(console: Console, report: ProbeReport) -> None:
     else:
         x, y, z = number.axes_um
         console.print(
-            f"[bold]Uncertainty of the tip by the spots: {number.space_um:.1f} µm[/] "
+            f"[bold]Uncertainty of the tip from spot noise: {number.space_um:.1f} µm[/] "
             f"(standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f}).",
             highlight=False,
         )
         console.print(
-            f"Below {number.p95_um:.1f} µm in 95 of 100 poses. "
-            f"{100.0 * number.share:.1f} % of all poses give a number.",
+            f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "
+            "all poses give a tip.",
             highlight=False,
         )
     console.print()
@@ -149,6 +150,9 @@ def print_report(console: Console, report: ProbeReport) -> None:
 
 def write_figures(report: ProbeReport, out: Path) -> list[Path]:
     """Write maps and bending line and return their names; raise InputError where that fails."""
+    from ocmm_core.cli.terminal import bending, tip_map
+    from ocmm_core.measuring import map_range
+
     limits = map_range(report.maps)
     subtitle = (
         f"Probe '{report.probe}', rig '{report.rig}', spots of {report.examination.sigma_px:g} px; "
@@ -171,16 +175,16 @@ def write_figures(report: ProbeReport, out: Path) -> list[Path]:
         raise InputError(
             "design.unwritable",
             f"{out}: the figures cannot be written ({error.strerror}).",
-            "Give a folder that you may write with --out.",
+            "Give a writable folder with --out.",
         ) from error
     return [out / name for name in files]
 
 
 def _budget_table(budget: tuple[BudgetTerm, ...]) -> Table:
-    table = Table(title="What one point is uncertain by", title_justify="left", box=box.SIMPLE_HEAD)
+    table = Table(title="Uncertainty of one point", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("Source", no_wrap=True)
     table.add_column("µm", justify="right", no_wrap=True)
-    table.add_column("Rests on")
+    table.add_column("Based on")
     for term in budget:
         table.add_row(term.name, f"{term.sigma_um:.2f}", term.rests_on)
     return table

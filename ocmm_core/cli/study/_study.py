@@ -5,21 +5,21 @@ from __future__ import annotations
 import time
 from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import numpy as np
 import typer
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
-from ocmm_core.camera import load_rig
-from ocmm_core.cli.terminal import RigOption, histogram, make_console, points_in_space
+from ocmm_core.cli.terminal import RigOption, make_console
 from ocmm_core.documents import resource, write_atomic
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.scene import ProbeStudy, StudyResult, draw_targets, run_study
-from ocmm_core.tracking import load_probe
+
+if TYPE_CHECKING:
+    from ocmm_core.simulation.scene import ProbeStudy, StudyResult
+
 
 study_app = typer.Typer(
-    no_args_is_help=True, help="Simulate how far a procedure is wrong by noise alone."
+    no_args_is_help=True, help="Simulate the error of a procedure caused by noise alone."
 )
 
 THESIS_RIG = resource("rigs", "thesis.toml")
@@ -45,7 +45,7 @@ def _study() -> None:
 def probe_calibration(
     *,
     runs: Annotated[int, typer.Option("--runs", min=1, help="Simulated calibrations.")] = 3000,
-    poses: Annotated[int, typer.Option("--poses", min=20, help="Poses of each of them.")] = 10_000,
+    poses: Annotated[int, typer.Option("--poses", min=20, help="Poses per calibration.")] = 10_000,
     estimator: Annotated[
         EstimatorName,
         typer.Option(
@@ -74,7 +74,7 @@ def probe_calibration(
     ] = True,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of angles and noise.")] = 1,
     processes: Annotated[
-        int | None, typer.Option("--processes", min=1, help="Default: one for each processor.")
+        int | None, typer.Option("--processes", min=1, help="Default: one per processor.")
     ] = None,
     out: Annotated[Path, typer.Option("--out", help="Folder for figures and numbers.")] = Path(
         "ocmm-out"
@@ -86,12 +86,18 @@ def probe_calibration(
     SVG, and the errors of all runs as CSV. The default values are those of the thesis: an RMS error
     of about 0.5 um, below some 1.5 um in every run.
     """
+    import numpy as np
+
+    from ocmm_core.camera import load_rig
+    from ocmm_core.simulation.scene import ProbeStudy, run_study
+    from ocmm_core.tracking import load_probe
+
     body = load_probe(probe)
     if not max(ranges) > 0.0 or max(map(abs, ranges)) > 180.0 or min(*ranges, *sigma) < 0.0:
         raise InputError(
             "study.range",
-            f"The ranges {ranges} or the noise {sigma} are none.",
-            "Give angles from 0 to 180 degrees, one of them above 0, and noise from 0 on.",
+            f"The ranges {ranges} or the noise {sigma} are not valid.",
+            "Give angles from 0 to 180 degrees, one of them above 0, and noise of 0 or more.",
         )
     study = ProbeStudy(
         leds=body.leds_probe - body.tip_probe,
@@ -126,13 +132,18 @@ def probe_calibration(
             f"LEDs RMS {tip:.3f} um."
         )
     console.print(
-        f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses a second and "
-        f"processor."
+        f"{elapsed:.1f} s; {runs * poses / result.cpu_s / 1e6:.2f} million poses per second per "
+        "processor."
     )
     console.print(f"Written: {', '.join(str(path) for path in written)}")
 
 
 def _write(study: ProbeStudy, result: StudyResult, seed: int, out: Path) -> list[Path]:
+    import numpy as np
+
+    from ocmm_core.cli.terminal import histogram, points_in_space
+    from ocmm_core.simulation.scene import ProbeStudy, draw_targets
+
     d = 1e3 * result.distances
     ranges = " / ".join(f"±{angle:.0f}°" for angle in np.degrees(study.ranges))
     files = {}
@@ -177,6 +188,6 @@ def _write(study: ProbeStudy, result: StudyResult, seed: int, out: Path) -> list
         raise InputError(
             "study.unwritable",
             f"{out}: the results cannot be written ({error.strerror}).",
-            "Give a folder that you may write with --out.",
+            "Give a writable folder with --out.",
         ) from error
     return [out / name for name in files]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
@@ -11,19 +11,15 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ocmm_core.cli.measure import print_states
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import reopen_job
-from ocmm_core.inspection.evaluation import JobUncertainty, job_uncertainty
-from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, rule_words
-from ocmm_core.tolerances.monte_carlo import (
-    MonteCarloOptions,
-    MonteCarloReport,
-    Task,
-    simulate_elsewhere,
-)
-from ocmm_core.tolerances.uncertainty import Budget
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.evaluation import JobUncertainty
+    from ocmm_core.tolerances.decisions import CharacteristicResult
+    from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloReport, Task
+    from ocmm_core.tolerances.uncertainty import Budget
+
 
 _BAR = 20
 
@@ -31,16 +27,16 @@ _BAR = 20
 def uncertainty_command(
     job: Annotated[Path, typer.Argument(help="Job file.", metavar="JOB")],
     only: Annotated[
-        str, typer.Option("--only", help="Name of one characteristic; else all of them.")
+        str, typer.Option("--only", help="Name of one characteristic; default: all.")
     ] = "",
     monte_carlo: Annotated[
-        bool, typer.Option("--monte-carlo", help="Simulate too, and compare.")
+        bool, typer.Option("--monte-carlo", help="Also run Monte Carlo and compare.")
     ] = False,
     trials: Annotated[
-        int, typer.Option("--trials", min=10_000, max=10_000_000, help="At most so many trials.")
+        int, typer.Option("--trials", min=10_000, max=10_000_000, help="Maximum number of trials.")
     ] = 1_000_000,
     digits: Annotated[
-        int, typer.Option("--digits", min=1, max=2, help="Significant digits of u wanted.")
+        int, typer.Option("--digits", min=1, max=2, help="Significant digits required for u.")
     ] = 2,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the simulation.")] = 1,
 ) -> None:
@@ -48,6 +44,11 @@ def uncertainty_command(
 
     The job is opened read-only and computed anew from its points. Ctrl+C gives a simulation up.
     """
+    from ocmm_core.cli.measure import print_states
+    from ocmm_core.inspection.archive import reopen_job
+    from ocmm_core.inspection.evaluation import job_uncertainty
+    from ocmm_core.tolerances.monte_carlo import MonteCarloOptions
+
     console = make_console()
     opened = reopen_job(job)
     print_states(console, opened.view)
@@ -58,7 +59,7 @@ def uncertainty_command(
     if only and only not in names:
         raise InputError(
             "uncertainty.name",
-            f"{job} has no characteristic called {only!r}.",
+            f"{job} has no characteristic named {only!r}.",
             f"Give one of: {', '.join(names)}.",
         )
     asked = [only] if only else names
@@ -76,6 +77,8 @@ def uncertainty_command(
 def _print_budget(
     console: Console, name: str, found: JobUncertainty, result: CharacteristicResult | None
 ) -> None:
+    from ocmm_core.tolerances.decisions import U_LABEL, rule_words
+
     budget = found.budgets.get(name)
     if budget is None:
         console.print(f"{name}: no budget. {found.missing.get(name, '')}", highlight=False)
@@ -83,7 +86,7 @@ def _print_budget(
     console.print(_table(budget))
     degrees = "" if budget.degrees > 1e6 else f", {budget.degrees:.0f} degrees of freedom"
     wider = (
-        " (more than 2 u: noise makes such a value greater than it is)"
+        " (more than 2 u: noise biases such a value upward)"
         if budget.expanded > 2.0001 * budget.standard
         else ""
     )
@@ -131,6 +134,8 @@ def _only(task: Task, names: list[str]) -> Task:
 
 
 def _simulated(console: Console, task: Task, options: MonteCarloOptions) -> MonteCarloReport:
+    from ocmm_core.tolerances.monte_carlo import simulate_elsewhere
+
     with Progress(console=console, transient=True) as progress:
         bar = progress.add_task("Monte Carlo", total=1.0)
         return simulate_elsewhere(

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich import box
@@ -11,25 +12,17 @@ from rich.table import Table
 
 from ocmm_core.cli.study._fit import CriterionWord
 from ocmm_core.cli.terminal import make_console
-from ocmm_core.features.measured import (
-    APEX_LIMIT,
-    DIRECTION_LIMIT,
-    POSITION_LIMIT,
-    SIZE_LIMIT,
-    Convention,
-    PairResult,
-    SetReport,
-    verify_folder,
-)
-from ocmm_core.features.shapes import Criterion
 
-_FIELDS = (
-    ("position", f"Position mm\n(limit {POSITION_LIMIT:.0e})"),
-    ("size", f"Size mm\n(limit {SIZE_LIMIT:.0e})"),
-    ("direction", f"Direction rad\n(limit {DIRECTION_LIMIT:.0e})"),
-    ("apex", f"Apex deg\n(limit {APEX_LIMIT:.0e})"),
-    ("form", f"Form mm\n(limit {SIZE_LIMIT:.0e})"),
-)
+if TYPE_CHECKING:
+    from ocmm_core.features.measured import PairResult, SetReport
+
+
+class ConventionWord(StrEnum):
+    """What certified numbers mean, on the command line."""
+
+    NIST = "nist"
+    PTB = "ptb"
+    ANY = "any"
 
 
 def verify_fits_command(
@@ -37,16 +30,17 @@ def verify_fits_command(
         Path, typer.Argument(help="Folder with pairs NAME.ds and NAME.fit.", metavar="DIR")
     ],
     convention: Annotated[
-        Convention,
+        ConventionWord,
         typer.Option(
             "--convention",
-            help="What the certified numbers mean: nist has diameters and circles in the plane of "
-            "their points; ptb has radii, circles as one problem, and cones' axes towards the "
-            "smaller radius; any takes whichever agrees and says so.",
+            help="Convention of the certified values: nist has diameters and circles in the "
+            "plane of their points; ptb has radii, circles as one problem, and cones' axes "
+            "towards the smaller radius; any uses whichever agrees and reports it.",
         ),
-    ] = Convention.ANY,
+    ] = ConventionWord.ANY,
     criterion: Annotated[
-        CriterionWord, typer.Option("--criterion", help="How the certified ones are associated.")
+        CriterionWord,
+        typer.Option("--criterion", help="Association criterion of the certified values."),
     ] = CriterionWord.LEAST_SQUARES,
 ) -> None:
     """Fit reference points and print the worst difference from the certified results.
@@ -54,9 +48,12 @@ def verify_fits_command(
     Every fit starts cold. Behind the certified numbers of a pair its form may stand.
     Exit code 1 where one is beyond a limit or there is no fit.
     """
-    reports = verify_folder(folder, convention, Criterion[criterion.name])
+    from ocmm_core.features.measured import Convention, verify_folder
+    from ocmm_core.features.shapes import Criterion
+
+    reports = verify_folder(folder, Convention[convention.name], Criterion[criterion.name])
     shown = [
-        item for item in _FIELDS
+        item for item in _fields()
         if item[0] != "form" or any(report.worst("form") is not None for report in reports)
     ]  # fmt: skip
     console = make_console()
@@ -83,6 +80,19 @@ def verify_fits_command(
     raise typer.Exit(int(failed > 0))
 
 
+def _fields() -> tuple[tuple[str, str], ...]:
+    """Return the columns: the field of a result, and its title."""
+    from ocmm_core.features.measured import APEX_LIMIT, DIRECTION_LIMIT, POSITION_LIMIT, SIZE_LIMIT
+
+    return (
+        ("position", f"Position mm\n(limit {POSITION_LIMIT:.0e})"),
+        ("size", f"Size mm\n(limit {SIZE_LIMIT:.0e})"),
+        ("direction", f"Direction rad\n(limit {DIRECTION_LIMIT:.0e})"),
+        ("apex", f"Apex deg\n(limit {APEX_LIMIT:.0e})"),
+        ("form", f"Form mm\n(limit {SIZE_LIMIT:.0e})"),
+    )
+
+
 def _lines(report: SetReport) -> list[str]:
     """Return a sentence for every pair that failed or is compared by its residuals alone."""
     lines = []
@@ -97,13 +107,13 @@ def _lines(report: SetReport) -> list[str]:
                 f"points; only residuals are compared, rms {result.residual:.1e} mm."
             )
         elif result.reading:
-            lines.append(f"{report.name}/{result.name}: agrees where read as {result.reading}.")
+            lines.append(f"{report.name}/{result.name}: agrees when read as {result.reading}.")
     return lines
 
 
 def _beyond(result: PairResult) -> str:
     """Return every difference of a pair that did not pass."""
-    known = [(field, getattr(result, field)) for field, _ in _FIELDS]
+    known = [(field, getattr(result, field)) for field, _ in _fields()]
     return ", ".join(f"{field} {value:.1e}" for field, value in known if value is not None)
 
 

@@ -9,7 +9,7 @@ import typer
 
 from ocmm_core.composition import source_help
 
-SOURCE_HELP = f"Where frames come from. {source_help()}"
+SOURCE_HELP = f"Source of frames. {source_help()}"
 
 PlanOption = Annotated[Path, typer.Option("--plan", help="Plan document (TOML): what to measure.")]
 SourceOption = Annotated[str, typer.Option("--source", help=SOURCE_HELP)]
@@ -17,14 +17,14 @@ OutOption = Annotated[Path, typer.Option("--out", help="Folder for the job file 
 RigOption = Annotated[Path, typer.Option("--rig", help="Rig document: the cameras.")]
 ProbeOption = Annotated[Path, typer.Option("--probe", help="Probe document: LEDs and tip.")]
 PartOption = Annotated[
-    Path, typer.Option("--part", help="Part document of the virtual rig: what is truly there.")
+    Path, typer.Option("--part", help="Part document of the virtual rig: the true part.")
 ]
 ReferenceOption = Annotated[
     Path | None,
     typer.Option(
         "--reference",
-        help="Reference body document (TOML): LEDs fixed on the part or its table. Everything is "
-        "given relative to it, so that a nudged camera frame or a moved table does not matter.",
+        help="Reference body document (TOML): LEDs fixed on the part or its table. All results "
+        "are relative to it, so a nudged camera frame or a moved table does not matter.",
     ),
 ]
 SeedOption = Annotated[
@@ -37,38 +37,39 @@ SpeedOption = Annotated[
     ),
 ]
 ForceOption = Annotated[
-    bool, typer.Option("--force", help="Use an interface although the computer uses it itself.")
+    bool,
+    typer.Option("--force", help="Use a network interface although the computer itself uses it."),
 ]
 CalibrationsOption = Annotated[
     Path | None,
     typer.Option(
         "--calibrations",
-        help="Folder of calibrations. Real cameras use that of this user without it; virtual ones "
-        "are measured with the rig document itself.",
+        help="Calibration folder. Default: that of this user for real cameras; virtual ones use "
+        "the rig document itself.",
     ),
 ]
 UncalibratedOption = Annotated[
     bool,
     typer.Option(
         "--uncalibrated",
-        help="Measure although the calibration or the records of the tip are missing or do not "
-        "hold: every verdict is NOT PROVEN, and the report says so.",
+        help="Measure although the calibration or tip records are missing or not valid: every "
+        "verdict is NOT PROVEN, and the report says so.",
     ),
 ]
 ProbesOption = Annotated[
     Path | None,
     typer.Option(
         "--probes",
-        help="Folder of records of probes. Real cameras use that of this user without it; virtual "
-        "ones are measured with the probe document itself.",
+        help="Probe record folder. Default: that of this user for real cameras; virtual ones "
+        "use the probe document itself.",
     ),
 ]
 TipOption = Annotated[
     str | None,
     typer.Option(
         "--tip",
-        help="Name of the tip that is on the probe now. Another one than before is mounted by "
-        "this, and must be checked.",
+        help="Name of the mounted tip. A name other than before records a tip change; the tip "
+        "must then be checked.",
     ),
 ]
 CheckAfterOption = Annotated[
@@ -76,15 +77,14 @@ CheckAfterOption = Annotated[
     typer.Option(
         "--check-after",
         min=0.0,
-        help="After so many hours without a point or a check the tip must be checked.",
+        help="Hours without a point or check after which the tip must be checked.",
     ),
 ]
 IncompleteOption = Annotated[
     bool,
     typer.Option(
         "--incomplete",
-        help="Write the report also of a job that was not measured completely; its pages and files "
-        "say INCOMPLETE.",
+        help="Report an incomplete job too; its pages and files say INCOMPLETE.",
     ),
 ]
 
@@ -92,8 +92,8 @@ ProbeDesignOption = Annotated[
     Path | None,
     typer.Option(
         "--probe-design",
-        help="Design document of the probe: its growth and bending enter U, and it can be "
-        "compensated for its temperature.",
+        help="Probe design document: growth and bending enter U, and the probe can be "
+        "temperature-compensated.",
     ),
 ]
 
@@ -112,19 +112,17 @@ TemperatureSigmaOption = Annotated[
 
 CompensateProbeOption = Annotated[
     bool,
-    typer.Option(
-        "--compensate-probe", help="Measure with the probe's geometry at its present temperature."
-    ),
+    typer.Option("--compensate-probe", help="Compensate the probe geometry for its temperature."),
 ]
 
 CompensatePartOption = Annotated[
-    bool, typer.Option("--compensate-part", help="Report coordinates as they are at 20 °C.")
+    bool, typer.Option("--compensate-part", help="Report coordinates at 20 °C.")
 ]
 
 PartExpansionOption = Annotated[
     float | None,
     typer.Option(
-        "--part-expansion", help="Expansion of the part, 1e-6/K; else that of the plan's material."
+        "--part-expansion", help="Expansion of the part, 1e-6/K; default: the plan's material."
     ),
 ]
 
@@ -135,22 +133,20 @@ StreamOption = Annotated[
         min=0,
         max=65535,
         metavar="PORT",
-        help="Give points, the button and poses to other programs, as lines of JSON on this TCP "
-        "port (0: a free one). Off without it.",
+        help="Stream points, button and poses to other programs, as JSON lines on this TCP port "
+        "(0: any free port). Default: off.",
     ),
 ]
 
 StreamHostOption = Annotated[
     str,
-    typer.Option(
-        "--stream-host", help="Address of the stream. Beyond this computer it needs a token."
-    ),
+    typer.Option("--stream-host", help="Address of the stream. Non-local addresses need a token."),
 ]
 
 StreamTokenOption = Annotated[
     Path | None,
     typer.Option(
         "--stream-token",
-        help="File whose first line is the token that clients of the stream must send.",
+        help="File whose first line is the token required from stream clients.",
     ),
 ]

@@ -40,7 +40,7 @@ def encoder_for(path: Path) -> Callable[[NDArray[np.uint16]], bytes]:
     if encoder is None:
         raise InputError(
             "picture.kind",
-            f"{path}: this is no name of a picture.",
+            f"{path}: not a picture file name.",
             "Give a file that ends with .png or .pgm.",
         )
     return encoder

@@ -81,7 +81,7 @@ def _reference_faults(element: etree._Element, by_id: dict[str, str]) -> Iterato
     target = _POINTS_TO.get(name)
     found = by_id[wanted]
     if target is None:
-        yield f"{name} is a reference that is not known."
+        yield f"{name} is an unknown reference."
     elif not found.endswith(target):
         yield f"{name} refers to {wanted}, which is a {found}."
     elif target.endswith(_SAME_FAMILY) and not name.endswith("Ids"):
@@ -117,15 +117,15 @@ def _number_faults(element: etree._Element) -> Iterator[str]:
     except ValueError:
         if name != "Direction":
             # The direction of a coordinate is the name of an axis.
-            yield f"{name} holds {element.text!r}, which is no number."
+            yield f"{name} holds {element.text!r}, which is not a number."
         return
     if not all(math.isfinite(number) for number in numbers):
-        yield f"{name} holds a number that is not finite."
+        yield f"{name} contains a non-finite number."
     elif name in _VECTORS or name == "Normals":
         for place in range(0, len(numbers) - 2, 3):
             length = math.hypot(*numbers[place : place + 3])
             if abs(length - 1.0) > _UNIT:
-                yield f"{name} has the length {length:.9f}, which is no unit vector."
+                yield f"{name} has length {length:.9f} and is not a unit vector."
 
 
 def _family(name: str) -> str:

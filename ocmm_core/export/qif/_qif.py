@@ -50,7 +50,7 @@ def _differences(
     try:
         root = etree.fromstring(files[name], parser)
     except etree.XMLSyntaxError as error:
-        return [f"{name}: it is no XML ({error})."]
+        return [f"{name}: not XML ({error})."]
     faults = check_qif(root)
     if not faults:
         faults = [
@@ -118,7 +118,7 @@ def _other_points(root: etree._Element, data: ReportData) -> Iterator[str]:
         len(told) == len(places) and np.allclose(told, places, 0.0, _SAME)
         for told, places in zip(sets, wanted, strict=False)
     ):
-        yield "The points are not those that were measured."
+        yield "The points are not the measured ones."
 
 
 def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:

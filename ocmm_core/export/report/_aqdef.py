@@ -192,17 +192,17 @@ def _alike(jobs: Sequence[ReportData]) -> Sequence[ReportData]:
         ] != [item.name for item in first.results]:
             raise StorageError(
                 "export.other_plan",
-                f"{data.job} was measured by another plan than {first.job}: their values cannot "
-                "stand in one file of statistics.",
+                f"{data.job} was measured with another plan than {first.job}: their values "
+                "cannot share one statistics file.",
                 "Report jobs of one plan together.",
             )
         if data.view.simulated != first.view.simulated:
             real, computed = sorted((first, data), key=lambda job: job.view.simulated)
             raise StorageError(
                 "export.simulated",
-                f"{computed.job} is SIMULATED and {real.job} is not: their values cannot stand in "
-                "one file of statistics.",
-                "Report simulated jobs by themselves.",
+                f"{computed.job} is SIMULATED and {real.job} is not: their values cannot share "
+                "one statistics file.",
+                "Report simulated jobs separately.",
             )
     return jobs
 

@@ -31,7 +31,7 @@ def compare_delimited(
     try:
         text = content.decode(profile.encoding)
     except UnicodeDecodeError as error:
-        return [f"{name}: byte {error.start} is no text."]
+        return [f"{name}: byte {error.start} is not text."]
     lines = text.split(profile.newline)
     if lines.pop() != "":
         return [f"{name}: the last line does not end."]

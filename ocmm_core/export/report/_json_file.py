@@ -314,7 +314,7 @@ def _seen(value: float) -> float | None:
 JSON = Exporter(
     name="json",
     title="JSON with raw observations",
-    purpose="programs of your own; everything, with raw observations",
+    purpose="your own programs; everything, with raw observations",
     suffixes=(".json",),
     profile="",
     contents=_contents,

@@ -209,12 +209,12 @@ def read_report(content: bytes) -> ReportFile:
         report = msgspec.json.decode(content, type=ReportFile)
     except (msgspec.MsgspecError, RecursionError) as error:
         raise InputError(
-            "report.json", f"This is no report of a job: {error}.", "Give a file of ocmm report."
+            "report.json", f"Not a job report: {error}.", "Give a file written by ocmm report."
         ) from error
     if report.schema != SCHEMA or report.unit != "mm":
         raise InputError(
             "report.schema",
-            f"The report is {report.schema!r} in {report.unit!r}, but {SCHEMA!r} in 'mm' is known.",
-            "Read it with the program that wrote it.",
+            f"The report is {report.schema!r} in {report.unit!r}; supported: {SCHEMA!r} in 'mm'.",
+            "Read it with the program version that wrote it.",
         )
     return report

@@ -36,7 +36,7 @@ def check_name(kind: str, name: str) -> str:
     if not NAME_PATTERN.fullmatch(name):
         raise StorageError(
             "export.name",
-            f"The {kind} name {name!r} cannot go into a report.",
+            f"The {kind} name {name!r} cannot be used in a report.",
             "Use 1 to 60 letters from A to Z, digits, spaces, '_', '.' or '-', beginning with a "
             "letter, a digit or '_'.",
         )
@@ -48,16 +48,16 @@ def check_file_stem(name: str) -> str:
     if not NAME_PATTERN.fullmatch(name):
         raise StorageError(
             "export.name",
-            f"The name of the job, {name!r}, cannot go into a report.",
-            "Copy the job file to a name of 1 to 60 letters from A to Z, digits, spaces, '_', '.' "
-            "or '-' that begins with a letter, a digit or '_', and report that.",
+            f"The job name {name!r} cannot be used in a report.",
+            "Copy the job file to a name of 1 to 60 letters from A to Z, digits, spaces, '_', "
+            "'.' or '-', starting with a letter, a digit or '_', and report the copy.",
         )
     if name.split(".")[0].strip().upper() in _DEVICES or name.rstrip(". ") != name:
         raise StorageError(
             "export.name",
-            f"Files cannot be called after the job name {name!r} on every system.",
-            "Copy the job file to another name that is no device and does not end with a dot or "
-            "a blank, and report that.",
+            f"The job name {name!r} is not a valid file name on every system.",
+            "Copy the job file to a name that is not a device name and does not end with a dot "
+            "or a space, and report the copy.",
         )
     return name
 

@@ -137,13 +137,13 @@ def _macro(points: Table) -> bytes:
 
 def _compare_macro(name: str, content: bytes, points: Table) -> list[str]:
     if not content.startswith(b"\xff\xfe"):
-        return [f"{name}: it does not begin with the mark of UTF-16."]
+        return [f"{name}: it does not start with the UTF-16 byte order mark."]
     lines = content[2:].decode("utf-16-le", "replace").split(_NEWLINE)
     if lines[0] != _VERSION or lines[-1] != "":
         return [f"{name}: its first or its last line is missing."]
     commands = [_CREATE.fullmatch(line) for line in lines[1:-1]]
     if any(command is None for command in commands):
-        return [f"{name}: it holds something else than points."]
+        return [f"{name}: it contains something other than points."]
     found = [list(command.groups()) for command in commands if command is not None]
     return _compare_lines(name, found, points)
 

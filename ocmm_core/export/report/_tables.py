@@ -138,8 +138,8 @@ class Units:
         if not math.isfinite(value):
             raise StorageError(
                 "export.not_finite",
-                f"A value of {name!r} is {value}, which is not a number that can be reported.",
-                "Measure that feature again.",
+                f"A value of {name!r} is {value}, which cannot be reported.",
+                "Repeat that feature.",
             )
         return Number(float(value), decimals)
 

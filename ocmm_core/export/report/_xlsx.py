@@ -178,7 +178,7 @@ def _differences(
         while wanted and not any(value is not None for value in wanted[-1]):
             wanted.pop()
         if found is None or len(found) != len(wanted):
-            different.append(f"{name}: sheet {title} has not the rows that were written.")
+            different.append(f"{name}: sheet {title} does not have the rows written.")
             continue
         for line, (row, cells) in enumerate(zip(wanted, found, strict=True), start=1):
             cells = cells + [None] * (len(row) - len(cells))

@@ -198,6 +198,6 @@ def not_converged(shape: Shape) -> FitError:
     """Return the error for an iteration that found no minimum."""
     return FitError(
         "fit.not_converged",
-        f"No {shape.value.lower()} fits the points: the iteration did not come to rest.",
+        f"No {shape.value.lower()} fits the points: the iteration did not converge.",
         "Check that the points belong to one feature and spread them over more of it.",
     )

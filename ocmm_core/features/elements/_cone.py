@@ -140,18 +140,25 @@ def _by_curvature(points: Float) -> Float:
     first = _starts(points, np.concatenate([axes, quadric_axes(points)]))
     centre = patch.foot + patch.normal / curvature
     # The axis passes at the centre of the bend; seen from there the points open to one side.
-    starts = np.zeros((len(angles), 8))
     feet = centre - (axes @ centre)[:, None] * axes
-    starts[:, 0:3], starts[:, 3:6] = feet, axes
     sample = sampled(points, RANKING_POINTS)
-    for start in starts:
-        arms = sample - start[0:3]
-        t = arms @ start[3:6]
-        rho = np.linalg.norm(arms - np.outer(t, start[3:6]), axis=1)
-        slope = np.polyfit(t, rho, 1)[0] if np.ptp(t) > 0.0 else 0.0
-        start[6] = np.arctan(slope)
-        start[7] = np.mean(rho * np.cos(start[6]) - t * np.sin(start[6]))
-    return np.concatenate([first, starts])
+    arms = sample - feet[:, None, :]
+    t = np.sum(arms * axes[:, None, :], axis=2)
+    rho = np.linalg.norm(arms - t[:, :, None] * axes[:, None, :], axis=2)
+    return np.concatenate([first, _flanks(feet, axes, t, rho)])
+
+
+def _flanks(feet: Float, axes: Float, t: Float, rho: Float) -> Float:
+    """Return starts (m, 8): around each axis the straight flank nearest to heights and distances.
+
+    ``feet`` and ``axes`` are (m, 3), heights ``t`` and distances ``rho`` (m, n).
+    """
+    t_mean, rho_mean = t.mean(axis=1), rho.mean(axis=1)
+    about = t - t_mean[:, None]
+    spread = np.maximum(np.sum(about**2, axis=1), 1e-12)
+    angle = np.arctan(np.sum(about * rho, axis=1) / spread)
+    radius = rho_mean - np.tan(angle) * t_mean
+    return np.column_stack([feet, axes, angle, radius * np.cos(angle)])
 
 
 def _starts(points: Float, axes: Float) -> Float:
@@ -178,13 +185,8 @@ def _starts(points: Float, axes: Float) -> Float:
     found = []
     for centres in (by_height[:, 0:2, 0], by_circle + middle):
         rho = np.linalg.norm(x - centres[:, None, :], axis=-1)
-        t_mean, rho_mean = t.mean(axis=1), rho.mean(axis=1)
-        about = t - t_mean[:, None]
-        spread = np.maximum(np.sum(about**2, axis=1), 1e-12)
-        angle = np.arctan(np.sum(about * rho, axis=1) / spread)
-        radius = rho_mean - np.tan(angle) * t_mean
         feet = np.einsum("mk,mkx->mx", centres, frames)
-        found.append(np.column_stack([feet, axes, angle, radius * np.cos(angle)]))
+        found.append(_flanks(feet, axes, t, rho))
     return np.concatenate(found)
 
 

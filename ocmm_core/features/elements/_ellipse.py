@@ -90,7 +90,7 @@ def _outline(points: Float, size: float, offset: float) -> list[Outline]:
             "feature.ball_too_large",
             "A ball of this size cannot touch the ends of the ellipse from inside: its radius is "
             f"not smaller than theirs, {size * short**2 / long:.3f} mm.",
-            "Use a smaller ball, or check the side in the plan.",
+            "Use a smaller ball, or check the probe side in the plan.",
         )
     return found
 

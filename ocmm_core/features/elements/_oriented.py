@@ -93,7 +93,7 @@ def turned_direction(
         if (-curvature if along else curvature) <= len(y) / WORST_CONDITION:
             raise degenerate(
                 shape,
-                "they do not say how it turns about the datums before it",
+                "they do not determine its rotation about the preceding datums",
                 "Take the points further apart, square to the direction of those datums.",
             )
         step = -slope / curvature
@@ -165,7 +165,7 @@ def _flat_or_straight(
     if start.criterion is not Criterion.LEAST_SQUARES:
         raise FitError(
             "fit.oriented_criterion",
-            f"A {shape.value.lower()} whose direction is given has least squares only.",
+            f"A {shape.value.lower()} with a given direction supports least squares only.",
             "Choose least squares for that feature.",
         )
     turned = fixed_direction(direction, n)

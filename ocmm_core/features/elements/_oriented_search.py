@@ -48,9 +48,9 @@ class OrientedSearch:
         if not ELEMENTS[start.shape].may_be_turned:
             raise FitError(
                 "fit.oriented_shape",
-                f"A {start.shape.value.lower()} is not found with a direction that the datums "
-                "give it.",
-                "Name it as the first datum, or choose least squares for it.",
+                f"Fitting a {start.shape.value.lower()} with a direction given by datums is not "
+                "supported.",
+                "Make it the first datum, or choose least squares for it.",
             )
         spec = start.shape.spec
         self._has_own_centre = spec.centred and spec.located == "everywhere"
@@ -221,7 +221,7 @@ class OrientedSearch:
         if np.linalg.cond(design / np.linalg.norm(design, axis=0)) > WORST_CONDITION:
             raise degenerate(
                 self._start.shape,
-                "they do not determine it with the direction that the datums give it",
+                "they do not determine it with the direction given by the datums",
                 "Spread the points over more of the feature.",
             )
         gain = np.zeros((k, n))
@@ -276,6 +276,6 @@ def unsettled(shape: Shape) -> FitError:
     """Return the error where no element was found."""
     return FitError(
         "fit.oriented_unsettled",
-        f"No {shape.value.lower()} with the direction that the datums give it was found.",
+        f"No {shape.value.lower()} with the direction given by the datums was found.",
         "Check the points of that feature; they may belong to different surfaces.",
     )

@@ -83,7 +83,7 @@ def own_plane(shape: Shape, points: Points3, direction_hint: Float | None) -> Ow
     if extents[2] > THICKEST * extents[1]:
         raise degenerate(
             shape,
-            "their scatter across the plane is nearly as great as their breadth in it",
+            "their scatter across the plane is nearly as large as their extent in it",
             "Take the points further apart, not along one line.",
         )
     axes[2] = oriented(axes[2], direction_hint)

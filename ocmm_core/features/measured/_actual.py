@@ -202,8 +202,8 @@ def fit_projected(
         raise FitError(
             "feature.projected_criterion",
             f"{nominal.name} is projected onto {nominal.projection} and asks for the criterion "
-            f"{nominal.criterion!r}, which goes with unprojected points only.",
-            "Choose least squares, or leave out the projection.",
+            f"{nominal.criterion!r}, which needs unprojected points.",
+            "Choose least squares, or remove the projection.",
         )
     projected = ELEMENTS[nominal.shape].projected
     if projected is None:
@@ -230,7 +230,7 @@ def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> Touche
     if np.ptp(radii) > SAME_RADIUS:
         raise FitError(
             "feature.mixed_tips",
-            f"The points of {nominal.name} were taken with balls of different size.",
+            f"The points of {nominal.name} were taken with balls of different diameters.",
             "Take all points of one feature with one stylus.",
         )
     return Touches(

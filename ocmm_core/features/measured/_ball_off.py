@@ -86,9 +86,8 @@ def compensation(
         word = "width" if spec.has_sides else "diameter"
         raise FitError(
             "feature.smaller_than_ball",
-            f"{nominal.name} would have a {word} of {min(sizes):.3f} mm once the ball is taken "
-            "off.",
-            "Check the side in the plan and the stylus in use.",
+            f"{nominal.name} would have a {word} of {min(sizes):.3f} mm after ball compensation.",
+            "Check the probe side in the plan and the stylus in use.",
         )
     return Compensation(geometry, by_raw, by_radius)
 
@@ -128,5 +127,5 @@ def _check_sides(nominal: NominalFeature, touches: Touches, approach: Float) -> 
         "feature.wrong_side",
         f"Point{'s' if wrong.size > 1 else ''} {listed} of {nominal.name} "
         f"{'were' if wrong.size > 1 else 'was'} approached from the wrong side: {where}.",
-        "Flip the arrow of that point or take it again; a wrong side is wrong by the whole ball.",
+        "Flip that point or take it again; a wrong side gives an error of a whole ball diameter.",
     )

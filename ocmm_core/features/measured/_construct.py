@@ -181,7 +181,7 @@ def in_order(constructions: Sequence[Construction]) -> list[Construction]:
         if not ready:
             raise InputError(
                 "construction.circle",
-                f"The constructions {', '.join(waiting)} need each other in a circle.",
+                f"The constructions {', '.join(waiting)} depend on each other in a loop.",
                 "Construct one of them from probed features.",
             )
         ordered += ready

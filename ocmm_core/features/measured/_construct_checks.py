@@ -167,14 +167,14 @@ def _offset(item: Offset, shapes: Sequence[Shape]) -> Shape:
     if not shapes[1].spec.has_sense and not item.towards:
         raise _FaultError(
             "towards",
-            f"is missing: a {shapes[1].value.lower()} does not say which way is positive",
+            f"is missing: a {shapes[1].value.lower()} does not define a positive direction",
         )
     return shapes[0]
 
 
 def _fit_through(item: FitThrough, shapes: Sequence[Shape], probed: Mapping[str, Shape]) -> Shape:
     if item.shape is Shape.POINT:
-        raise _FaultError("shape", "is a point, which is fitted through nothing")
+        raise _FaultError("shape", "is a point, which cannot be fitted")
     if item.through == "points":
         for name in item.features:
             if name not in probed:
@@ -196,7 +196,7 @@ def _cone_section(item: ConeSection, shapes: Sequence[Shape]) -> Shape:
     _all(shapes[:1], (Shape.CONE,))
     _all(shapes[1:], (Shape.PLANE,))
     if item.diameter != 0.0:
-        raise _FaultError("diameter", "is given, but with a plane the distance decides")
+        raise _FaultError("diameter", "is given, but with a plane the distance applies")
     return Shape.CIRCLE
 
 

@@ -73,7 +73,7 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
         if touches is None or raw is None or not raw.shape.spec.has_normals:
             raise FitError(
                 "construction.no_normals",
-                f"{feature.nominal.name} does not show the normal of the surface at its points.",
+                f"{feature.nominal.name} does not define the surface normal at its points.",
                 "Take the best fit through centres, or through features that are surfaces.",
             )
         normals = surface_normals(raw, touches.tips)

@@ -87,7 +87,7 @@ def line_in_plane(axis: Float, plane: Float) -> Float:
     """Return a line or axis seen along the normal of a plane, in the plane."""
     normal, along = unit(plane[DIRECTION]), unit(axis[DIRECTION])
     flat = along - (along @ normal) * normal
-    _clear(float(np.linalg.norm(flat)), "The line nearly stands on the plane")
+    _clear(float(np.linalg.norm(flat)), "The line is nearly normal to the plane")
     return element(dropped_on_plane(axis, plane)[POINT], unit(flat))
 
 
@@ -98,8 +98,8 @@ def circle_in_plane(circle: Float, plane: Float) -> Float:
     if abs(cosine) < np.cos(np.radians(MOST_TILT_DEG)):
         raise FitError(
             "construction.oblique",
-            f"The circle stands {np.degrees(np.arccos(min(abs(cosine), 1.0))):.0f} degrees oblique "
-            "to the plane, in which it is an ellipse.",
+            f"The circle is inclined {np.degrees(np.arccos(min(abs(cosine), 1.0))):.0f} degrees "
+            "to the plane, where it becomes an ellipse.",
             "Project its centre instead.",
         )
     centre = dropped_on_plane(circle, plane)[POINT]
@@ -126,7 +126,7 @@ def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
     if length < 2.0 * _LEAST_SINE:
         raise FitError(
             "construction.no_bisector",
-            "The faces look "
+            "The faces are oriented "
             + ("the same way: nothing lies between them." if between else "at each other."),
             f"Take the plane '{other_way}'.",
         )
@@ -190,7 +190,7 @@ def mirror_plane(pairs: Sequence[tuple[Float, Float]]) -> Float:
     ):
         raise FitError(
             "construction.no_symmetry",
-            "The pairs do not show in which plane they mirror each other.",
+            "The pairs do not define their plane of symmetry.",
             "Name pairs that lie on opposite sides, the first of each on the same side.",
         )
     return element(middles.mean(axis=0), np.sign(across) * normal)
@@ -204,8 +204,8 @@ def shifted(what: Float, along: Float, distance: float, towards: Float | None) -
         if abs(side) < SHORTEST_MM:
             raise FitError(
                 "construction.no_side",
-                "The feature that says which way is positive lies beside the direction.",
-                "Name as 'towards' a feature that lies clearly at one side.",
+                "The feature that defines the positive direction lies sideways to it.",
+                "Name as 'towards' a feature clearly on one side.",
             )
         way = np.sign(side) * way
     moved = what.copy()
@@ -221,7 +221,7 @@ def grown(what: Float, distance: float) -> Float:
         raise FitError(
             "construction.no_radius",
             f"The radius would be {moved[RADIUS]:.3f} mm.",
-            "Give a distance that leaves something.",
+            "Give a distance that leaves a radius above zero.",
         )
     return moved
 
@@ -259,8 +259,8 @@ def cone_at(cone: Float, plane: Float, distance: float) -> Float:
     if radius <= 0.0:
         raise FitError(
             "construction.beyond_apex",
-            "The cone does not reach so far: its apex lies before.",
-            "Give a distance at which there is a cone.",
+            "The cone does not extend that far: its apex comes first.",
+            "Give a distance within the cone.",
         )
     return element(centre, way, radius)
 
@@ -270,6 +270,6 @@ def _clear(sine: float, what: str) -> None:
         raise FitError(
             "construction.parallel",
             f"{what}: {np.degrees(np.arcsin(sine)):.2f} degrees.",
-            f"Take features that stand at {LEAST_ANGLE_DEG:g} degree to each other at least; "
-            "better at 30.",
+            f"Use features at least {LEAST_ANGLE_DEG:g} degree apart in angle; 30 or more is "
+            "better.",
         )

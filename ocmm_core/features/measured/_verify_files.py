@@ -97,7 +97,7 @@ def shape_of(file: Path) -> Shape:
     raise InputError(
         "verify.shape",
         f"{file}: neither its name nor that of its folder begins with the name of a shape.",
-        "Name it line, plane, circle, sphere, cylinder or cone (or by their first three letters).",
+        "Name it line, plane, circle, sphere, cylinder or cone (or their first three letters).",
     )
 
 
@@ -130,7 +130,7 @@ def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
     odd = [word for word in words if word[:1].isdigit() and not NUMBER.fullmatch(word)]
     if odd or any(word.lower() in ("nan", "inf") for word in words):
         raise InputError(
-            "verify.number", f"{file}: holds what is not a number.", "Give one number a line."
+            "verify.number", f"{file}: contains a non-number.", "Give one number per line."
         )
     numbers = np.array([number_of(word) for word in words if NUMBER.fullmatch(word)])
     needed = _NUMBERS[shape]
@@ -139,6 +139,6 @@ def certified_of(file: Path, shape: Shape) -> tuple[Float, float | None]:
             "verify.numbers",
             f"{file}: has {len(numbers)} numbers; a {shape.value.lower()} needs "
             f"{needed} finite ones.",
-            "Check whether the file is whole.",
+            "Check that the file is complete.",
         )
     return numbers[:needed], float(numbers[needed]) if len(numbers) > needed else None

@@ -4,8 +4,9 @@ In: points, centred and scaled, and a kind of distance. Out: the best minimum, a
 
 Read `_common` (checked points, centring), `_axes` and `_curvature` (starts), `_solver` and
 `_newton_kernel` (guarded steps), `_search` (many starts, the best minimum), `_rivals` (elements
-between which the points cannot decide). The distances are in `_axis_kernel`, `_flat_kernel`,
-`_ellipse_kernel`, `_tube_kernel` and `_point_kernel`.
+between which the points cannot decide). `_lanes_kernel` takes many starts down side by side,
+`_places_kernel` tells which ends are one place. The distances are in `_axis_kernel`,
+`_flat_kernel`, `_ellipse_kernel`, `_tube_kernel` and `_point_kernel`.
 It must not know one shape's fit: that is `elements`.
 """
 
@@ -38,7 +39,12 @@ if TYPE_CHECKING:
         principal_axes,
     )
     from ocmm_core.features.search._curvature import curved_patch
-    from ocmm_core.features.search._ellipse_kernel import conics, ellipse_feet, of_conic
+    from ocmm_core.features.search._ellipse_kernel import (
+        conics,
+        ellipse_feet,
+        ellipse_foot,
+        of_conic,
+    )
     from ocmm_core.features.search._flat_kernel import BALL, DISC, ELLIPSE, ROUND_ENDS, SQUARE_ENDS
     from ocmm_core.features.search._newton_kernel import STEP_SIZE, move, solve_step, terms
     from ocmm_core.features.search._point_kernel import (
@@ -84,7 +90,7 @@ else:
         _axis_kernel="CONE CYLINDER RING TORUS across axis_kernel tubes",
         _common="FLAT centred centred_solid checked_points degenerate oriented principal_axes",
         _curvature="curved_patch",
-        _ellipse_kernel="conics ellipse_feet ellipse_kernel of_conic",
+        _ellipse_kernel="conics ellipse_feet ellipse_foot ellipse_kernel of_conic",
         _flat_kernel="BALL DISC ELLIPSE ROUND_ENDS SQUARE_ENDS flat_kernel",
         _newton_kernel="STEP_SIZE move newton_kernel solve_step terms",
         _point_kernel="line_distances places spread spread_alike taubin",
@@ -128,6 +134,7 @@ __all__ = [
     "degenerate",
     "derivatives",
     "ellipse_feet",
+    "ellipse_foot",
     "ellipse_kernel",
     "few_axes",
     "flat_kernel",

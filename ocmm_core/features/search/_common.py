@@ -31,7 +31,7 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
     if array.ndim != 2 or array.shape[1] != 3:
         raise FitError(
             "fit.not_points",
-            f"The points of a {word} have the form {array.shape}, not (n, 3).",
+            f"The points of a {word} have the shape {array.shape}, not (n, 3).",
             "Give one row with x, y and z for every point.",
         )
     flat = array.ravel()
@@ -47,8 +47,7 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
     if len(array) < MINIMUM_POINTS[shape]:
         raise FitError(
             "fit.too_few_points",
-            f"There are {len(array)} of at least {MINIMUM_POINTS[shape]} points that a {word} "
-            "needs.",
+            f"A {word} needs at least {MINIMUM_POINTS[shape]} points ({len(array)} given).",
             "Take more points.",
         )
     return array
@@ -70,7 +69,7 @@ def centred(shape: Shape, points: Points3) -> tuple[Float, Float, float]:
     if size < SMALLEST_EXTENT:
         raise FitError(
             "fit.coincident",
-            f"The {len(points)} points of a {shape.value.lower()} are all in one place.",
+            f"The {len(points)} points of a {shape.value.lower()} coincide.",
             "Take the points apart from each other.",
         )
     return centroid, about, size

@@ -14,6 +14,9 @@ from ocmm_core.features.search import (
 from ocmm_core.features.search import (
     _flat_kernel as flat_kernel,
 )
+from ocmm_core.features.search import (
+    _lanes_kernel as lanes_kernel,
+)
 from ocmm_core.features.search._axis_kernel import CYLINDER, RING, axis_costs, axis_terms, move_axis
 from ocmm_core.features.search._ellipse_kernel import ellipse_terms
 from ocmm_core.features.search._flat_kernel import (
@@ -23,6 +26,12 @@ from ocmm_core.features.search._flat_kernel import (
     ball_terms,
     move_flat,
     slot_terms,
+)
+from ocmm_core.features.search._lanes_kernel import (
+    ENOUGH,
+    FIRST_DAMPING,
+    MOST_DAMPING,
+    descend_lanes,
 )
 from ocmm_core.geometry import Float
 
@@ -35,8 +44,6 @@ CONVERGED = 1e-13
 """Length of a step, against that of the parameters, below which the iteration has converged."""
 STAGNATED = 1e-8
 """The same where rounding keeps the steps from becoming shorter."""
-ENOUGH = 1e-4
-"""Relative gain of a step below which a start has descended."""
 ROUNDING = 1e-15
 """Of a residual, as the coordinates are scaled to one."""
 QUADRATIC = 1e-10
@@ -46,7 +53,7 @@ NOISE_OF_COST = 1e-12
 LEFT = 1e-9
 """Relative gain of the cost that a whole step of Newton's may still promise in a minimum."""
 # In parts of the diagonal of J'J, as Marquardt has it.
-FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
+NEWTON_DAMPING, LEAST_DAMPING = 1e-4, 1e-16
 """The first, and the one below which there is none. Along a valley that is a million times as long
 as wide a damping of 1e-9 still takes a ten thousandth of the step."""
 
@@ -172,7 +179,7 @@ def gain_of(jacobian: Float, gain: Float) -> tuple[float, float]:
 def at_rest(
     normal: Float, curvature: Float, gradient: Float, least: float, factor: Float, step: Float
 ) -> bool:
-    """Return whether a whole step promises to gain no more than ``least``.
+    """Return whether a whole step promises to lower the cost by no more than ``least``.
 
     A damped step is short because it is damped, and so is one where no damping helps: neither
     proves a minimum. For ``factor`` and ``step`` see `solve_step`; both are for work.
@@ -183,8 +190,9 @@ def at_rest(
         return False
     promised = 0.0
     for i in range(len(gradient)):
-        # g's + s'Hs / 2 with H s = -g is g's / 2: what half of the sum of squares falls by.
-        promised -= 0.5 * gradient[i] * step[i]
+        # Half of the cost, the sum of squares, changes by g's + s'Hs / 2, with H s = -g by g's / 2:
+        # the cost falls by -g's.
+        promised -= gradient[i] * step[i]
     return promised <= least
 
 
@@ -223,7 +231,8 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
             for i in range(8):
                 of_p += p[i] * p[i]
             length = np.sqrt(of_step) / (1.0 + np.sqrt(of_p))
-        # Residuals carry the rounding of coordinates near one, however small they are themselves.
+        # Residuals carry the rounding of coordinates near one, however small they are themselves. A
+        # difference of two costs carries it twice.
         noise = NOISE_OF_COST * cost + ROUNDING * np.sqrt(rows * cost) + rows * ROUNDING**2
         # Rejected; written so that NaN and infinity are, too. A cost that rises by its rounding is
         # taken, or the last steps in a minimum would be refused at random.
@@ -232,9 +241,9 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
             # short.
             if length < CONVERGED:
                 return cost, damping == 0.0 or at_rest(
-                    normal, curvature, gradient, LEFT * cost + noise, factor, step
+                    normal, curvature, gradient, LEFT * cost + 2.0 * noise, factor, step
                 )
-            damping = 10.0 * damping if damping > 0.0 else FIRST_DAMPING
+            damping = 10.0 * damping if damping > 0.0 else NEWTON_DAMPING
             # The step is nothing in a float64 long before.
             if damping > 1e20:
                 break
@@ -253,7 +262,7 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
             or (length < QUADRATIC and convex and damping == 0.0)
         ) and (
             damping == 0.0
-            or at_rest(normal, curvature, gradient, LEFT * cost + noise, factor, step)
+            or at_rest(normal, curvature, gradient, LEFT * cost + 2.0 * noise, factor, step)
         ):
             return cost, True
         # A step was taken: ten times less damping, and none below the least.
@@ -262,7 +271,7 @@ def newton(kind: int, points: Float, p: Float) -> tuple[float, bool]:
     return cost, False
 
 
-@compiled(axis_kernel, ellipse_kernel, flat_kernel)
+@compiled(axis_kernel, ellipse_kernel, flat_kernel, lanes_kernel)
 def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -> None:
     """Take some damped Gauss-Newton steps from every start, in place.
 
@@ -280,6 +289,9 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         (m,), out: sum of squared residuals.
     """
     n, k = len(points), STEP_SIZE[kind]
+    if kind < RING:
+        descend_lanes(kind, k, points, starts, steps, costs)
+        return
     residuals, jacobian, unused = np.empty(n), np.empty((k, n)).T, np.empty((0, 0))
     normal, factor = np.zeros((k, k)), np.zeros((k, k))
     gradient, step, moved = np.empty(k), np.empty(k), np.empty(8)
@@ -288,7 +300,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
         cost = terms(kind, points, p, residuals, jacobian, unused)
         # Starts are rough, and only their order and basin matter: plain Gauss-Newton, which needs
         # no second derivatives. An empty curvature tells `terms` so.
-        damping = 1e-3
+        damping = FIRST_DAMPING
         fresh = True
         for _ in range(steps):
             if fresh:
@@ -309,7 +321,7 @@ def descend(kind: int, points: Float, starts: Float, steps: int, costs: Float) -
             else:
                 damping *= 10.0
                 # It does not descend any more; others will.
-                if damping > 1e8:
+                if damping > MOST_DAMPING:
                     break
         costs[m] = cost
 

@@ -89,7 +89,7 @@ def candidates(
     if not best.converged:
         raise degenerate(
             shape,
-            "elements fit them ever better without end",
+            "ever larger elements fit them better",
             "Spread the points over more of the feature.",
         )
     possible = [best]
@@ -193,7 +193,7 @@ def unambiguous(fit: Fit) -> Fit:
     raise FitError(
         "fit.ambiguous",
         f"The {len(fit.residuals)} points fit two different elements of the shape "
-        f"{fit.shape.value.lower()} so well that their noise cannot decide: {first}, or {second}.",
+        f"{fit.shape.value.lower()}, and their noise cannot tell which: {first}, or {second}.",
         "Take more points, spread over more of the feature.",
     )
 

@@ -16,6 +16,7 @@ import numpy as np
 
 from ocmm_core.features.search._axis_kernel import RING
 from ocmm_core.features.search._newton_kernel import STEP_SIZE, descend, rank
+from ocmm_core.features.search._places_kernel import seen
 from ocmm_core.features.search._rivals import undecided
 from ocmm_core.features.search._solver import Solution, derivatives, gains, minimise
 from ocmm_core.geometry import Float
@@ -26,12 +27,15 @@ MIDDLE = 200
 """Points on which an end is refined before all points are used."""
 STEPS = 15
 """From starts of which only one end is wanted."""
-QUICK = ((60, 15), (8, 100))
-THOROUGH = ((300, 15), (50, 60), (20, 300))
-"""How many starts go on, the most promising first, and how many steps each then takes. Valleys are
-long and narrow where arcs are short."""
-REFINED, REFINED_MOST = 8, 20
-"""Ends that are refined."""
+FIRST, MOST = 60, 300
+"""Starts that take these steps, the most promising first: in a quick search and in a thorough
+one."""
+QUICK = ((8, 100),)
+THOROUGH, THOROUGH_AXIS = ((50, 60), (20, 300)), ((80, 60), (32, 300))
+"""How many go on after that, and how many steps each then takes. Valleys are long and narrow where
+arcs are short. About an axis more go, as they go side by side (`_lanes_kernel`)."""
+REFINED, REFINED_MOST = 8, 32
+"""Ends that are refined, at the most."""
 LEAST_REFINED, HOPELESS = 3, 100.0
 """After so many, ends that are still so many times worse on the sample than the best are left."""
 EQUAL = 1e-9
@@ -46,6 +50,8 @@ lie so close to an element and determine it well lie close to no other. Fewer po
 closer."""
 VALLEYS, VALLEY = 2, 40
 """Narrow valleys that are followed, and how often the iteration goes on in one."""
+STUCK, PATIENCE = 1e-9, 10
+"""Relative gain of such a round that is rounding, and how many of these end the way."""
 OPEN = 1e9
 """Condition number beyond which the points leave a number open."""
 WELL, NOISY = 50.0, 0.03
@@ -55,8 +61,9 @@ CLOSE, WELL_CLOSE = 0.003, 1000.0
 """The same where there are many points and they lie close."""
 FEW_POINTS = 12
 """So few are never certain."""
-SAME = 1e-6
-"""Relative difference below which two minima are one."""
+SAME, ONE, ALIKE = 1e-6, 1e-4, 1e-3
+"""Relative difference below which two minima are one: of one search, of two families, and of two
+ends before they are refined."""
 
 Family = Callable[[], Float]
 """Gives starts (m, 8)."""
@@ -79,14 +86,14 @@ def nearest_minimum(kind: int, points: Float, starts: Float, kept: int) -> Solut
     rank(kind, sample, starts, costs)
     # A start that is not a number sorts last.
     best = starts[np.argsort(costs)[:kept]]
-    costs = np.empty(len(best))
-    descend(kind, sample, best, STEPS, costs)
+    best, costs = _descended(kind, sample, best, STEPS)
     return minimise(kind, points, best[np.argmin(np.where(np.isfinite(costs), costs, np.inf))])
 
 
 def best_ends(kind: int, points: Float, starts: Float, count: int) -> Float:
     """Return at most ``count`` of the places (m, 8) to which ``starts`` lead, best first."""
-    return _ends(kind, points, _ranked(kind, points, starts), ((len(starts), STEPS),))[:count]
+    sample = sampled(points, SAMPLE)
+    return _best(*_descended(kind, sample, _ranked(kind, points, starts), STEPS))[:count]
 
 
 def planned(families: Sequence[Family], places: slice, sizes: Float) -> Family:
@@ -123,13 +130,16 @@ def minima(
         Whether one family is believed; `certain` if not given.
     """
     found: list[Solution] = []
-    asked: list[Float] = []
+    asked: list[tuple[Float, Float, Float]] = []
+    sample = sampled(points, SAMPLE)
     n, numbers = len(points), STEP_SIZE[kind]
     few = n <= numbers + SPARE
     for family in families:
         starts = _ranked(kind, points, family())
-        asked.append(starts)
-        own = _refined(kind, points, _ends(kind, points, starts, QUICK), REFINED, possible)
+        first, costs = _descended(kind, sample, starts[:FIRST], STEPS)
+        asked.append((first, costs, starts[FIRST:MOST]))
+        ends = _ends(kind, sample, first, costs, QUICK)
+        own = _refined(kind, points, ends, REFINED, possible)
         agreed = bool(own and found) and _one(kind, own[0], found[0])
         found = _joined(kind, found, own)
         if not found or few or not found[0].converged:
@@ -140,9 +150,13 @@ def minima(
             or (sure or partial(certain, kind, points))(found[0])
         ):
             return found
-    for starts in asked:
-        ends = _ends(kind, points, starts, THOROUGH)
-        found = _joined(kind, found, _refined(kind, points, ends, REFINED_MOST, possible))
+    for first, costs, starts in asked:
+        more, further = _descended(kind, sample, starts, STEPS)
+        more, further = np.concatenate([first, more]), np.concatenate([costs, further])
+        schedule = THOROUGH_AXIS if kind < RING else THOROUGH
+        ends = _ends(kind, sample, more, further, schedule)
+        own = _refined(kind, points, ends, REFINED_MOST, possible)
+        found = _joined(kind, found, own)
     return found
 
 
@@ -175,19 +189,31 @@ def determined(kind: int, points: Float, found: Solution) -> bool:
     return gains(derivatives(kind, points, found.parameters)[1])[2] < worst
 
 
-def _ends(kind: int, points: Float, starts: Float, schedule: Sequence[tuple[int, int]]) -> Float:
-    """Return where ``starts`` (m, 8), best first, lead on a sample of the points, best first."""
-    sample = sampled(points, SAMPLE)
+def _descended(kind: int, sample: Float, starts: Float, steps: int) -> tuple[Float, Float]:
+    """Return where some steps lead from every one of ``starts`` (m, 8), and the costs (m,)."""
+    ends, costs = starts.copy(), np.empty(len(starts))
+    descend(kind, sample, ends, steps, costs)
+    return ends, costs
+
+
+def _best(ends: Float, costs: Float) -> Float:
+    """Return those of the ``ends`` (m, 8) whose costs are finite and differ, best first."""
+    order = np.argsort(costs, kind="stable")
+    costs = costs[order]
+    apart = np.isfinite(costs)
+    apart[1:] &= ~(costs[1:] - costs[:-1] <= EQUAL * costs[1:])
+    kept: Float = ends[order[apart]]
+    return kept
+
+
+def _ends(
+    kind: int, sample: Float, ends: Float, costs: Float, schedule: Sequence[tuple[int, int]]
+) -> Float:
+    """Return where the best of ``ends`` (m, 8) lead on a sample of the points, best first."""
+    found = _best(ends, costs)
     for kept, steps in schedule:
-        starts = starts[:kept].copy()
-        costs = np.empty(len(starts))
-        descend(kind, sample, starts, steps, costs)
-        order = np.argsort(costs, kind="stable")
-        costs = costs[order]
-        apart = np.ones(len(costs), dtype=bool)
-        apart[1:] = ~(np.diff(costs) <= EQUAL * costs[1:])
-        starts = starts[order][apart & np.isfinite(costs)]
-    return starts
+        found = _best(*_descended(kind, sample, found[:kept], steps))
+    return found
 
 
 def _refined(
@@ -200,26 +226,26 @@ def _refined(
     """
     found: list[Solution] = []
     loose: list[Solution] = []
-    tried: list[Float] = []
+    tried, count = np.empty((most, 8)), 0
     best = np.inf
     middle = sampled(points, MIDDLE)
     for end in ends:
         if len(middle) < len(points):
             # Steps on fewer points are cheap, and the last ones on all points are then few.
             end = minimise(kind, middle, end).parameters
-        signature = _signature(kind, end)
-        if any(_same(signature, other, 1e-3) for other in tried):
+        if seen(kind, end, tried[:count], ALIKE):
             continue
-        tried.append(signature)
+        tried[count] = end
+        count += 1
         solution = minimise(kind, points, end)
         if not solution.converged:
             loose.append(solution)
         elif possible(solution.parameters):
             found.append(solution)
             best = min(best, solution.cost)
-        if len(tried) >= most:
+        if count >= most:
             break
-        if most == REFINED and len(tried) >= LEAST_REFINED and solution.cost > HOPELESS * best:
+        if most == REFINED and count >= LEAST_REFINED and solution.cost > HOPELESS * best:
             break
     n, numbers = len(points), STEP_SIZE[kind]
     loose.sort(key=lambda solution: solution.cost)
@@ -236,11 +262,15 @@ def _refined(
 
 def _followed(kind: int, points: Float, solution: Solution) -> Solution:
     """Return the end of a long and narrow valley, if it has one."""
-    sample = sampled(points, SAMPLE)
+    sample, stuck = sampled(points, SAMPLE), 0
     for _ in range(VALLEY):
-        if solution.converged:
+        if solution.converged or stuck == PATIENCE:
             break
-        solution = minimise(kind, sample, solution.parameters)
+        before = solution
+        solution = minimise(kind, sample, before.parameters)
+        stuck = stuck + 1 if solution.cost > before.cost * (1.0 - STUCK) else 0
+        if np.array_equal(solution.parameters, before.parameters):
+            break
     return solution if len(sample) == len(points) else minimise(kind, points, solution.parameters)
 
 
@@ -252,31 +282,14 @@ def is_open(kind: int, points: Float, solution: Solution) -> bool:
 def _joined(kind: int, found: Sequence[Solution], more: Sequence[Solution]) -> list[Solution]:
     """Return the solutions of both, best first, each once."""
     joined: list[Solution] = []
-    known: list[Float] = []
+    known = np.empty((len(found) + len(more), 8))
     for solution in sorted((*found, *more), key=lambda solution: solution.cost):
-        signature = _signature(kind, solution.parameters)
-        if not any(_same(signature, other, SAME) for other in known):
-            known.append(signature)
+        if not seen(kind, solution.parameters, known[: len(joined)], SAME):
+            known[len(joined)] = solution.parameters
             joined.append(solution)
     return joined
 
 
 def _one(kind: int, first: Solution, second: Solution) -> bool:
     """Return whether two solutions are the same minimum."""
-    one, other = _signature(kind, first.parameters), _signature(kind, second.parameters)
-    return _same(one, other, 1e-4)
-
-
-def _signature(kind: int, p: Float) -> Float:
-    """Return numbers that are equal where parameters (8,) describe one element."""
-    if kind <= RING:
-        return np.concatenate([p[0:3], np.outer(p[3:6], p[3:6]).ravel(), np.abs(p[6:8])])
-    # An outline is the same after half a turn, and with its sizes changed after a quarter.
-    turn, longer = p[2], p[3] - p[4]
-    turns = [longer * np.cos(2.0 * turn), longer * np.sin(2.0 * turn)]
-    quarters = [np.cos(4.0 * turn), np.sin(4.0 * turn)]
-    return np.array([p[0], p[1], p[3] + p[4], *turns, *quarters])
-
-
-def _same(first: Float, second: Float, tolerance: float) -> bool:
-    return bool(np.all(np.abs(first - second) < tolerance * (1.0 + np.abs(first).max())))
+    return bool(seen(kind, first.parameters, second.parameters[None], ONE))

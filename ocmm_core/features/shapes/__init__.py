@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         number_of,
         read_points_file,
     )
+    from ocmm_core.features.shapes._shape import Shape
     from ocmm_core.features.shapes._shape_spec import (
         ACROSS,
         DIRECTION,
@@ -40,19 +41,20 @@ if TYPE_CHECKING:
         Size,
     )
     from ocmm_core.features.shapes._shapes import GEOMETRY_NAMES, Fit, element, make_fit
-    from ocmm_core.features.shapes._specs import MINIMUM_POINTS, Shape, shapes_where
+    from ocmm_core.features.shapes._specs import MINIMUM_POINTS, shapes_where
 else:
     __getattr__ = door(
         __name__,
         _nominal="CRITERIA NominalFeature nominal_geometry",
         _nominal_checks="shape_fault",
         _points_file="COMMENT FIELDS NUMBER PointsFile decoded number_of read_points_file",
+        _shape="Shape",
         _shape_spec=(
             "ACROSS BallWay Criterion DIRECTION GEOMETRY_SIZE HALF_ANGLE POINT QifShape RADIUS "
             "SECOND ShapeSpec Size"
         ),
         _shapes="Fit GEOMETRY_NAMES element make_fit",
-        _specs="MINIMUM_POINTS Shape shapes_where",
+        _specs="MINIMUM_POINTS shapes_where",
     )
 
 __all__ = [

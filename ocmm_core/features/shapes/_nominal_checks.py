@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.features.shapes._nominal import CRITERIA, NominalFeature
-from ocmm_core.features.shapes._specs import Shape
+from ocmm_core.features.shapes._shape import Shape
 
 _ROUND_ENDS = (Shape.ELLIPSE, Shape.ROUND_SLOT)
 """Outlines that are a circle where both sizes are the same."""

@@ -108,13 +108,11 @@ def read_points_file(path: Path | str) -> PointsFile:
     if count is not None and count != len(points):
         raise InputError(
             "points.count",
-            f"{file}: the first line announces {count} points, but {len(points)} follow.",
-            "Check whether the file is whole.",
+            f"{file}: the first line declares {count} points, but {len(points)} follow.",
+            "Check that the file is complete.",
         )
     if not points:
-        raise InputError(
-            "points.empty", f"{file}: there are no points.", "Give rows with x, y and z."
-        )
+        raise InputError("points.empty", f"{file}: no points.", "Give rows with x, y and z.")
     return PointsFile(MM[unit] * np.array(points), unit)
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
-from enum import Enum
 
+from ocmm_core.features.shapes._shape import Shape
 from ocmm_core.features.shapes._shape_spec import (
     HALF_ANGLE,
     RADIUS,
@@ -16,29 +16,6 @@ from ocmm_core.features.shapes._shape_spec import (
     Size,
     SizeField,
 )
-
-
-class Shape(Enum):
-    """Shape of a feature, in the words of the plan and of the export."""
-
-    POINT = "Point"
-    LINE = "Line"
-    PLANE = "Plane"
-    CIRCLE = "Circle"
-    SPHERE = "Sphere"
-    CYLINDER = "Cylinder"
-    ELLIPSE = "Ellipse"
-    ROUND_SLOT = "RoundSlot"
-    SQUARE_SLOT = "SquareSlot"
-    RECTANGLE = "Rectangle"
-    CONE = "Cone"
-    TORUS = "Torus"
-
-    @property
-    def spec(self) -> ShapeSpec:
-        """Return its entry in the registry."""
-        return SPECS[self]
-
 
 _SQUARES = frozenset({Criterion.LEAST_SQUARES})
 _ZONE = _SQUARES | {Criterion.MINIMUM_ZONE}

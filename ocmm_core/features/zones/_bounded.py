@@ -60,8 +60,8 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
     if surface is None or start.free:
         raise FitError(
             "fit.no_criterion",
-            f"The criterion {criterion.value} is not offered for a {start.shape.value.lower()}"
-            f"{' in space' if start.free else ''}.",
+            f"The criterion {criterion.value} is not available for a "
+            f"{start.shape.value.lower()}{' in space' if start.free else ''}.",
             "Choose least squares, or a circle in its own plane, sphere or cylinder.",
         )
     task = task_of(start, points, surface)
@@ -85,8 +85,8 @@ def fit_bounded(start: Fit, points: Points3, criterion: Criterion) -> Fit:
 def _not_around(shape: Shape) -> FitError:
     return FitError(
         "fit.not_around",
-        f"There is no largest inscribed {shape.value.lower()}: the points lie on one side of it, "
-        "and it could grow for ever.",
+        f"No largest inscribed {shape.value.lower()}: the points lie on one side of it, so it "
+        "could grow without limit.",
         "Take points on more than half of the circumference, or choose least squares.",
     )
 

@@ -131,7 +131,9 @@ def certificate(fit: Fit, points: Points3, offset: float = 0.0) -> Certificate:
             f"({balance.unbalanced:.1e})."
         )
     elif not balance.holds:
-        sentence = f"Not certified: {count} contacts balance, but a move along them is better."
+        sentence = (
+            f"Not certified: {count} contacts balance, but a move along them reduces the zone."
+        )
     else:
         sentence = f"certified: {count} contacts in balance ({balance.unbalanced:.1e})"
         if not balance.unique:

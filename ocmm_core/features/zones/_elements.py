@@ -20,7 +20,7 @@ from ocmm_core.features.shapes import (
     Shape,
     shapes_where,
 )
-from ocmm_core.features.zones._outlines import FIRST_SIZE, SECOND_SIZE, STEP_SIZE, TURN, Values
+from ocmm_core.features.zones._steps import FIRST_SIZE, SECOND_SIZE, STEP_SIZE, TURN, Values
 from ocmm_core.features.zones._surfaces import (
     CONE,
     CYLINDER,

@@ -16,7 +16,8 @@ from scipy.linalg import null_space
 from ocmm_core.features.zones._certificate import FLAT_CURVATURE, Balance
 from ocmm_core.features.zones._elements import ZoneTask
 from ocmm_core.features.zones._kernel import narrowest_zone
-from ocmm_core.features.zones._solver import SETTLED, after, natural_steps, zone_at
+from ocmm_core.features.zones._settle_kernel import SETTLED
+from ocmm_core.features.zones._solver import after, natural_steps, zone_at
 from ocmm_core.features.zones._surfaces import Placed, distances, possible, second_derivatives
 from ocmm_core.geometry import Float, Int
 

@@ -169,7 +169,7 @@ def settled_fit(task: ZoneTask, start: Fit, criterion: Criterion, zone: Zone) ->
     if max(lengths) > LARGEST_RADIUS:
         raise degenerate(
             task.shape,
-            "the smallest zone belongs to an element that is all but flat",
+            "the minimum zone belongs to a nearly flat element",
             "Spread the points over more of the feature.",
         )
     if formless(task, zone, found, noise):
@@ -220,8 +220,8 @@ def unproven(shape: Shape, balance: Balance) -> FitError:
     """Return the error for a zone whose contacts do not hold it."""
     return FitError(
         "fit.not_converged",
-        f"No smallest zone of the {shape.value.lower()} was found: {len(balance.contacts)} "
-        f"points touch it, but do not hold it ({balance.unbalanced:.0e}).",
+        f"No minimum zone of the {shape.value.lower()} found: {len(balance.contacts)} contact "
+        f"points do not constrain it ({balance.unbalanced:.0e}).",
         "Check that the points belong to one feature and spread them over more of it.",
     )
 

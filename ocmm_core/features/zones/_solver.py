@@ -3,7 +3,8 @@
 A linear step within a trust region names the points that will touch (`_kernel`); a Newton step
 on these contacts, curvature included, then goes to the optimum quadratically. Method: R. Fletcher
 and E. Sainz de la Maza, Mathematical Programming 43 (1989); for geometry in coordinate metrology
-D. Hutzschenreuter and others, J. Sens. Sens. Syst. 7 (2018) reach 1e-14 with one of its kind.
+D. Hutzschenreuter and others, J. Sens. Sens. Syst. 7 (2018) reach 1e-14 with one of its kind. Of
+many points only those near the bounds take part, until what holds them holds all.
 
 Distances curve, thus a zone may have several local minima, whose widths differ by about the width
 squared over the radius. The starts lie where the least-squares residuals grow by about the zone.
@@ -16,8 +17,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.features.zones._kernel import narrowest_zone
-from ocmm_core.features.zones._outlines import FIRST_SIZE, TURN
+from ocmm_core.features.zones._settle_kernel import CLOSE, SETTLED, newton_step, settle_zone
+from ocmm_core.features.zones._steps import FIRST_SIZE, TURN
 from ocmm_core.features.zones._surfaces import (
     ANGLES,
     DistanceKind,
@@ -26,21 +27,15 @@ from ocmm_core.features.zones._surfaces import (
     distances,
     full_step,
     possible,
-    second_derivatives,
 )
 from ocmm_core.geometry import Float, Int
 
 MAX_STEPS = 200
 FEWER_STEPS = 40
 """From a further start; most settle within fifteen."""
-FARTHEST = 1e3
-"""Distance of an axis or centre from the points, against their size, where a start is given up."""
-SETTLED = 4e-16
-"""Predicted gain of zone width, against the distances, that is rounding."""
-POLISHES = 3
-"""Newton steps after the width has settled."""
-CLOSE = 1e-5
-"""Longest of these, against the distances."""
+ALL_POINTS, NEAREST, FURTHER, EXCHANGES = 150, 40, 10, 20
+"""Up to so many points all take part. Of more it is so many nearest to either bound, and further
+ones where these do not hold the zone of all, so many times."""
 LARGEST_LEAN = 0.7
 """A step leans the axis and opens a cone by no more than this; lengths by twice the size."""
 NEARLY_FLAT = 1e-4
@@ -141,53 +136,65 @@ def settle(
     most
         Number of steps after which it is given up.
     """
-    zone = zone_at(surface, points, start)
-    limit = np.where(_delicate(surface), LARGEST_LEAN, 2.0)
-    greatest = float(np.min(limit[:, None] / np.maximum(np.abs(steps), 1e-300)))
-    radius = min(radius, greatest)
-    polishes = 0
-    for _ in range(most):
-        placed = zone.placed
-        local = placed.local(points)
-        found, jacobian = distances(surface, local, placed.sizes)
-        scale = max(1.0, float(np.abs(found).max()))
-        middle = middle_of(surface, zone)
-        found = found - middle
-        by_step = jacobian[:, surface.free] @ steps
-        step, basis, multipliers, gain = _linear_step(surface, found, by_step, radius)
-        held = basis < 2 * len(points)
-        newton = _newton_step(
-            surface, local, placed.sizes, middle, found, by_step, steps, basis[held],
-            multipliers[held], greatest,
-        )  # fmt: skip
-        if gain <= SETTLED * scale:
-            settled = replace(zone, settled=True)
-            # Where curvature holds the element, its place is still rough when its width is not.
-            if newton is None or polishes == POLISHES or np.abs(newton).max() > CLOSE * scale:
-                return settled
-            moved = zone_at(surface, points, after(surface, placed, steps @ newton))
-            if moved.width > zone.width + 4.0 * SETTLED * scale:
-                return settled
-            zone, polishes = moved, polishes + 1
-            continue
-        if newton is not None:
-            moved = zone_at(surface, points, after(surface, placed, steps @ newton))
-            if zone.width - moved.width > 0.25 * gain:
-                zone, radius = moved, min(max(radius, 2.0 * np.abs(newton).max()), greatest)
-                continue
-        moved = zone_at(surface, points, after(surface, placed, steps @ step))
-        won = zone.width - moved.width
-        if won < 0.25 * gain:
-            radius = 0.25 * float(min(radius, np.abs(step).max()))
-        elif won > 0.75 * gain:
-            radius = min(2.0 * radius, greatest)
-        if won > 0.0:
-            zone = moved
-        elif radius < 1e-17:
+    radii = (radius, _greatest(_delicate(surface), steps))
+    return _by_few(surface, points, start, steps, radii, most, None)[0]
+
+
+def _greatest(delicate: NDArray[np.bool_], steps: Float) -> float:
+    """Return the greatest size of the trust region."""
+    limit = np.where(delicate, LARGEST_LEAN, 2.0)
+    return float(np.min(limit[:, None] / np.maximum(np.abs(steps), 1e-300)))
+
+
+def _by_few(
+    surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
+    most: int, chosen: Int | None,
+) -> tuple[Zone, Int | None]:  # fmt: skip
+    """Return what `settle` does, and the rows that took part; None for all.
+
+    ``radii`` are the first and the greatest size of the trust region; ``chosen`` rows may hold the
+    zone, as others have from elsewhere.
+    """
+    if len(points) <= ALL_POINTS:
+        return _settled(surface, points, start, steps, radii, most), None
+    if chosen is None:
+        found, _ = distances(surface, start.local(points), start.sizes)
+        chosen = _extremes(surface, found, NEAREST)
+    for _ in range(EXCHANGES):
+        there = _settled(surface, points[chosen], start, steps, radii, most)
+        if not there.settled:
             break
-        if np.abs(zone.placed.origin).max() > FARTHEST:
-            break
-    return zone
+        found, _ = distances(surface, there.placed.local(points), there.placed.sizes)
+        full = replace(there, upper=_bounds(surface, found)[0], lower=_bounds(surface, found)[1])
+        beyond = full.width - there.width
+        if beyond <= SETTLED * max(1.0, float(np.abs(found).max())):
+            # What holds the zone of some points against all of them holds that of all.
+            return full, chosen
+        start, radii = there.placed, (max(beyond, CLOSE), radii[1])
+        chosen = np.union1d(chosen, _extremes(surface, found, FURTHER))
+    return _settled(surface, points, start, steps, radii, most), chosen
+
+
+def _extremes(surface: ElementFamily, found: Float, count: int) -> Int:
+    """Return the rows of the ``count`` distances (n,) nearest to either bound of their zone."""
+    values = np.abs(found) if surface.even else found
+    order = np.argpartition(values, (count, len(values) - count) if surface.lower else -count)
+    rows = order[-count:]
+    return np.sort(np.concatenate([order[:count], rows]) if surface.lower else rows)
+
+
+def _settled(
+    surface: ElementFamily, points: Float, start: Placed, steps: Float, radii: tuple[float, float],
+    most: int,
+) -> Zone:  # fmt: skip
+    """Return the local optimum for ``points`` (n, 3) by trust regions of these sizes."""
+    frame, origin, sizes = start.frame.copy(order="C"), start.origin.copy(), start.sizes.copy()
+    upper, lower, settled = settle_zone(
+        surface.code, surface.sign, surface.lower, surface.even, surface.rows,
+        np.ascontiguousarray(points), frame, origin, sizes,
+        np.ascontiguousarray(steps), min(radii), radii[1], most,
+    )  # fmt: skip
+    return Zone(Placed(frame, origin, sizes), upper, lower, settled=settled)
 
 
 def _delicate(surface: ElementFamily) -> NDArray[np.bool_]:
@@ -195,72 +202,9 @@ def _delicate(surface: ElementFamily) -> NDArray[np.bool_]:
     return np.isin(surface.free, (TURN,) if surface.outline else ANGLES)
 
 
-def _linear_step(
-    surface: ElementFamily, found: Float, by_step: Float, radius: float
-) -> tuple[Float, Int, Float, float]:
-    """Return the step of the linear problem, its basis, multipliers and the width it gains."""
-    k = by_step.shape[1]
-    m = k + 2 if surface.lower else k + 1
-    solution, basis, multipliers = np.zeros(m), np.zeros(m, dtype=np.int64), np.zeros(m)
-    if surface.even:
-        # Every point counts with either sign; row n + i is then point i below, as it always is.
-        found, by_step = np.concatenate([found, -found]), np.concatenate([by_step, -by_step])
-    narrowest_zone(
-        found, np.ascontiguousarray(by_step), np.full(k, radius), surface.lower, 0.0,
-        solution, basis, multipliers,
-    )  # fmt: skip
-    step = solution[:k]
-    linear = found + by_step @ step
-    gain = np.ptp(found) - np.ptp(linear) if surface.lower else found.max() - linear.max()
-    return step, basis, multipliers, float(gain)
-
-
 def after(surface: ElementFamily, placed: Placed, free_step: Float) -> Placed:
     """Return the element after a step (k,) of what its family frees."""
     return placed.moved(full_step(surface, free_step))
-
-
-def _newton_step(
-    surface: ElementFamily, local: Float, sizes: Float, middle: float, found: Float, by_step: Float,
-    steps: Float, contacts: Int, multipliers: Float, limit: float,
-) -> Float | None:  # fmt: skip
-    """Return the step to where all ``contacts`` touch and their forces balance.
-
-    None where there is no such step shorter than ``limit``. Distances ``found`` are counted from
-    ``middle``.
-    """
-    n, k = by_step.shape
-    rows = contacts % n
-    signs = np.where(contacts < n, 1.0, -1.0)
-    free = list(surface.free)
-    hessian = np.zeros((k, k))
-    if len(contacts) < (k + 2 if surface.lower else k + 1):
-        curvature, _, _ = second_derivatives(surface, local[rows], sizes, signs * multipliers)
-        hessian = steps.T @ curvature[np.ix_(free, free)] @ steps
-    touch = np.concatenate([by_step[rows], by_bounds(surface, signs)], axis=1)
-    unknowns = touch.shape[1]
-    matrix = np.zeros((unknowns + len(rows), unknowns + len(rows)))
-    matrix[:k, :k] = hessian
-    matrix[unknowns:, :unknowns] = touch
-    matrix[:unknowns, unknowns:] = (signs[:, None] * touch).T
-    right = np.zeros(len(matrix))
-    right[unknowns:] = -found[rows]
-    right[k] = -1.0
-    if surface.lower:
-        right[k + 1] = 1.0
-    step: Float = np.zeros(k)
-    for _ in range(2):
-        # The second round counts with the distances after the first: contacts that curve away
-        # would else undo what a step along them gains (N. Maratos).
-        try:
-            step = np.asarray(np.linalg.solve(matrix, right)[:k], dtype=np.float64)
-        except np.linalg.LinAlgError:
-            return None
-        if not np.abs(step).max() < limit:
-            return None
-        there, _ = distances(surface, local[rows], sizes, full_step(surface, steps @ step))
-        right[unknowns:] = -(there - middle - by_step[rows] @ step)
-    return step
 
 
 def by_bounds(surface: ElementFamily, signs: Float) -> Float:
@@ -308,17 +252,20 @@ def best_zone(
     steps = natural_steps(surface, points, start)
     found, _ = distances(surface, start.local(points), start.sizes)
     spread = float(np.ptp(found))
-    best = settle(surface, points, start, steps, max(spread, 1e-12))
+    delicate = _delicate(surface)
+    radii = (max(spread, 1e-12), _greatest(delicate, steps))
+    best, chosen = _by_few(surface, points, start, steps, radii, MAX_STEPS, None)
     if best.width > first.width:
         best = first
     for direction in reach * spread * start_pattern(len(surface.free), starts):
         free_step = steps @ direction
-        lean = np.abs(free_step[_delicate(surface)]).max(initial=0.0)
+        lean = np.abs(free_step[delicate]).max(initial=0.0)
         free_step *= min(1.0, LARGEST_LEAN / max(lean, 1e-300))
         begun = after(surface, start, free_step)
         if not possible(surface, begun):
             continue
-        there = settle(surface, points, begun, steps, spread, FEWER_STEPS)
+        # Points that held other zones hold this one, or tell that others do.
+        there, chosen = _by_few(surface, points, begun, steps, radii, FEWER_STEPS, chosen)
         if there.settled and (there.width < best.width or not best.settled):
             best = there
     return best
@@ -348,11 +295,14 @@ def polished(
     local = placed.local(points)
     found, jacobian = distances(surface, local, placed.sizes)
     middle = middle_of(surface, zone)
-    step = _newton_step(
-        surface, local, placed.sizes, middle, found - middle, jacobian[:, surface.free] @ steps,
-        steps, contacts, multipliers, longest,
+    step = np.empty(len(steps))
+    touched = newton_step(
+        surface.code, surface.sign, surface.lower, surface.even, surface.rows,
+        np.ascontiguousarray(local), placed.sizes, middle, found - middle,
+        jacobian[:, surface.free] @ steps, np.ascontiguousarray(steps), contacts, multipliers,
+        longest, step,
     )  # fmt: skip
-    if step is None:
+    if not touched:
         return zone
     moved = zone_at(surface, points, after(surface, placed, steps @ step))
     rounding = 4.0 * SETTLED * max(1.0, float(np.abs(found).max()))

@@ -15,17 +15,17 @@ from enum import Enum
 
 import numpy as np
 
-from ocmm_core.features.zones._outlines import (
+from ocmm_core.features.zones._distance_kernel import ELLIPSE as ELLIPSE_CODE
+from ocmm_core.features.zones._distance_kernel import zone_distances
+from ocmm_core.features.zones._place_kernel import move_zone, possible_sizes
+from ocmm_core.features.zones._steps import (
     FIRST_SIZE,
     SECOND_SIZE,
     STEP_SIZE,
     TURN,
     Values,
-    ellipse_distances,
-    rectangle_distances,
-    slot_distances,
 )
-from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.geometry import Float, Int
 
 TINY = 1e-30
 ANGLES = (3, 4, FIRST_SIZE)
@@ -45,11 +45,8 @@ class DistanceKind(Enum):
     SQUARE_ENDS = "distance from a rectangle in its plane"
 
 
-_OUTLINES = {
-    DistanceKind.ELLIPSE: ellipse_distances,
-    DistanceKind.ROUND_ENDS: slot_distances,
-    DistanceKind.SQUARE_ENDS: rectangle_distances,
-}
+_CODES = {kind: code for code, kind in enumerate(DistanceKind)}
+"""As `_distance_kernel` counts them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,7 +78,17 @@ class ElementFamily:
     @property
     def outline(self) -> bool:
         """Return whether it is one in a plane, with two sizes and a direction of its length."""
-        return self.kind in _OUTLINES
+        return self.code >= ELLIPSE_CODE
+
+    @property
+    def rows(self) -> Int:
+        """Return what it frees as the kernels want it."""
+        return np.array(self.free, dtype=np.int64)
+
+    @property
+    def code(self) -> int:
+        """Return what `_distance_kernel` calls the kind."""
+        return _CODES[self.kind]
 
 
 PLANE = ElementFamily(DistanceKind.HEIGHT, (3, 4))
@@ -139,30 +146,15 @@ class Placed:
         The foot keeps the numbers small; for elements that a slide along the axis changes, it is
         left out by their own w.
         """
-        axis = np.array([step[3], step[4], 1.0])
-        axis /= np.linalg.norm(axis)
-        lean = np.cross([0.0, 0.0, 1.0], axis)
-        length = float(np.linalg.norm(lean))
-        if length > 0.0:
-            lean *= np.arcsin(min(length, 1.0)) / length
-        lean[2] = step[TURN]
-        frame = self.frame @ rotation_from_vector(lean)
-        # Rounding of many turns must not bend the frame.
-        frame, _ = np.linalg.qr(frame)
-        frame = frame * np.where(np.sum(frame * (self.frame), axis=0) < 0.0, -1.0, 1.0)
-        sizes = self.sizes + np.array([step[FIRST_SIZE], step[SECOND_SIZE], 0.0])
-        return Placed(frame, self.origin + self.frame @ step[:3], sizes)
+        frame, origin, sizes = np.empty((3, 3)), np.empty(3), np.empty(3)
+        own = np.ascontiguousarray(self.frame)
+        move_zone(own, self.origin, self.sizes, step, frame, origin, sizes)
+        return Placed(frame, origin, sizes)
 
 
 def possible(surface: ElementFamily, placed: Placed) -> bool:
     """Return whether there is an element with these sizes."""
-    long, short, offset = placed.sizes
-    if surface.kind is DistanceKind.ROUND_ENDS:
-        return bool(0.0 < short < long)
-    if surface.kind is DistanceKind.ELLIPSE:
-        # A ball that rolls inside must fit into the sharper ends.
-        return bool(min(long, short) > 0.0 and -offset * max(long, short) < min(long, short) ** 2)
-    return bool(min(long, short) > 0.0) or not surface.outline
+    return bool(possible_sizes(surface.code, placed.sizes))
 
 
 def full_step(surface: ElementFamily, free_step: Float) -> Float:
@@ -173,9 +165,9 @@ def full_step(surface: ElementFamily, free_step: Float) -> Float:
 
 
 def distances(
-    surface: ElementFamily, local: Values, sizes: Values, step: Values | None = None
+    surface: ElementFamily, local: Values, sizes: Float, step: Values | None = None
 ) -> tuple[Values, Values]:
-    """Return distances (n,) and their slopes (n, 8) at ``step`` (8,) from the element.
+    """Return distances (n,) and their jacobian (n, 8) at ``step`` (8,) from the element.
 
     Parameters
     ----------
@@ -186,52 +178,19 @@ def distances(
     sizes
         (3,): see `Placed`.
     step
-        (8,): where distances and slopes are taken, zero unless given.
+        (8,): where distances and jacobian are taken, zero unless given.
     """
-    if step is None:
-        step = np.zeros(STEP_SIZE)
-    if surface.outline:
-        return _OUTLINES[surface.kind](local, sizes, step)
-    arms = local - step[:3]
-    axis = np.array([step[3], step[4], 1.0])
-    square = step[3] * step[3] + step[4] * step[4] + 1.0
-    jacobian = np.zeros((len(local), STEP_SIZE), dtype=np.result_type(local, step))
-    if surface.kind is DistanceKind.CENTRE:
-        found = np.sqrt(np.sum(arms * arms, axis=1))
-        jacobian[:, :3] = -arms / _above_zero(found)[:, None]
-        return surface.sign * found, surface.sign * jacobian
-    along = arms @ axis / square
-    length = np.sqrt(square)
-    height = along * length
-    across = arms - along[:, None] * axis
-    if surface.kind is not DistanceKind.AXIS:
-        jacobian[:, :3] = -axis / length
-        jacobian[:, 3:5] = across[:, :2] / length
-        if surface.kind is DistanceKind.HEIGHT:
-            return surface.sign * height, surface.sign * jacobian
-    radius = np.sqrt(np.sum(across * across, axis=1))
-    outward = across / _above_zero(radius)[:, None]
-    radial = np.zeros_like(jacobian)
-    radial[:, :3] = -outward
-    radial[:, 3:5] = -along[:, None] * outward[:, :2]
-    if surface.kind is DistanceKind.AXIS:
-        return surface.sign * radius, surface.sign * radial
-    size = sizes[0] + step[FIRST_SIZE]
-    if surface.kind is DistanceKind.SLOPE:
-        cosine, sine = np.cos(size), np.sin(size)
-        jacobian = cosine * radial - sine * jacobian
-        jacobian[:, FIRST_SIZE] = -radius * sine - height * cosine
-        return radius * cosine - height * sine, jacobian
-    radial[:, FIRST_SIZE] = -1.0
-    beyond = radius - size
-    found = np.sqrt(beyond * beyond + height * height)
-    jacobian = beyond[:, None] * radial + height[:, None] * jacobian
-    return found, jacobian / _above_zero(found)[:, None]
-
-
-def _above_zero(lengths: Values) -> Values:
-    """Return ``lengths`` without zeros: a point on the axis itself has no side, hence no slope."""
-    return np.where(np.abs(lengths) < 1e-200, 1e-200, lengths)
+    step = np.zeros(STEP_SIZE) if step is None else step
+    kind = np.result_type(local, step)
+    found, jacobian = (
+        np.empty(len(local), dtype=kind),
+        np.empty((len(local), STEP_SIZE), dtype=kind),
+    )
+    zone_distances(
+        surface.code, surface.sign, np.ascontiguousarray(local, dtype=kind), sizes,
+        step.astype(kind), found, jacobian,
+    )  # fmt: skip
+    return found, jacobian
 
 
 def second_derivatives(
@@ -248,7 +207,7 @@ def second_derivatives(
     by_points
         (n, 3): d(distance) / d(point), in the frame of the element; not weighted.
     mixed
-        (n, 8, 3): d(weighted slopes) / d(point), in the frame of the element.
+        (n, 8, 3): d(weighted jacobian) / d(point), in the frame of the element.
     """
     by_step = np.zeros((STEP_SIZE, STEP_SIZE))
     by_points = np.zeros((len(local), 3))

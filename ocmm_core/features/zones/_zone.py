@@ -67,7 +67,7 @@ def fit_zone(start: Fit, points: Points3, offset: float = 0.0) -> Fit:
     if surface is None:
         raise FitError(
             "fit.no_criterion",
-            f"A minimum zone is not offered for a {start.shape.value.lower()}.",
+            f"A minimum zone is not available for a {start.shape.value.lower()}.",
             "Choose least squares.",
         )
     task = task_of(start, points, surface, offset)
@@ -115,7 +115,7 @@ def fit_zone_line_in_plane(start: Fit, points: Points3, plane_normal: Float | No
     if np.linalg.norm(direction) < 0.1:
         raise degenerate(
             Shape.LINE,
-            "they run square to the plane in which straightness is asked for",
+            "they run normal to the plane of the straightness",
             "Name the plane in which the line lies.",
         )
     # The start is the line of the projected points, or its zone might not be the wider one.

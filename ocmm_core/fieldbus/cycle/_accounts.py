@@ -100,8 +100,19 @@ class BusAccounts:
         objects: ObjectService,
         phase_ns: float,
         celsius: Mapping[str, float],
+        pace: float | None,
     ) -> BusReport:
-        """Return everything as it is now; ``celsius`` is how warm the cameras are, by name."""
+        """Return everything as it is now.
+
+        Parameters
+        ----------
+        bus, supervisor, objects, phase_ns
+            Who knows it, and where on the bus clock the cycles begin.
+        celsius
+            How warm the cameras are, by name.
+        pace
+            Of a bus whose time waits for this computer; None for every other one.
+        """
         settings, session, view = self._settings, bus.session, bus.view
         known = view.cameras if len(view.cameras) == len(settings.cameras) else ()
         # Where a bring-up has found a camera; one that failed leaves it in INIT.
@@ -143,6 +154,7 @@ class BusAccounts:
             events=self.journal.events(),
             events_dropped=self.journal.dropped,
             notes=self._notes,
+            pace=pace,
         )
 
     def _camera(

@@ -31,6 +31,7 @@ from ocmm_core.fieldbus.wire import (
     OP,
     PREOP,
     SAFEOP,
+    HostTime,
     LinkWatch,
     Master,
     Port,
@@ -130,7 +131,7 @@ class Session:
             self.master = None
 
 
-def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
+def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> Iterator[BusPhase]:
     """Find, check, configure and synchronise the cameras and bring them to operation.
 
     Parameters
@@ -139,6 +140,8 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
         What to open and what to find there.
     session
         Filled on the way; the caller closes it, whatever happens.
+    host_time
+        In which the bus lives.
 
     Yields
     ------
@@ -156,11 +159,11 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
     before, session.serials = session.serials, ()
     # An end of the ring without link leaves a line, which needs no redundancy.
     live = _live_interfaces(settings)
-    _await_devices(settings, live)
+    _await_devices(settings, live, host_time)
     session.serials = before
     yield BusPhase.SCAN
     session.ring_is_line = len(live) < len(settings.interfaces)
-    master = session.master = Master(*live)
+    master = session.master = Master(live[0], live[1] if len(live) > 1 else "", host_time)
     master.find()
     yield BusPhase.SCAN
     for _ in master.steps_to(PREOP):
@@ -175,9 +178,11 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
     yield from _configure(settings, session, master)
     config = CameraConfig(frame_period_ns=settings.frame_period_ns)
     master.map()
-    yield from _settle_clocks(settings, session, master)
+    yield from _settle_clocks(settings, session, master, host_time)
     yield BusPhase.START
-    start_ns = _program_exposures(settings, session, master)
+    # Nobody takes exposures before the first cycle.
+    host_time.hold()
+    start_ns = _program_exposures(settings, session, master, host_time)
     session.schedule = Schedule(start_ns, settings.frame_period_ns, config.crc())
     master.request(SAFEOP)
     for _ in master.steps_to(SAFEOP):
@@ -190,6 +195,7 @@ def bring_up(settings: BusSettings, session: Session) -> Iterator[BusPhase]:
     for _ in master.steps_to(OP):
         # No step in between: without outputs the cameras' watchdogs would bite.
         master.cycle(0, _START_TIMEOUT_NS, silent, ())
+    master.begin_cycles()
     master.port.tally.forget()
 
 
@@ -203,9 +209,9 @@ def _live_interfaces(settings: BusSettings) -> tuple[str, ...]:
     return tuple(live) or (settings.interface,)
 
 
-def _await_devices(settings: BusSettings, live: tuple[str, ...]) -> None:
+def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: HostTime) -> None:
     """Ask with one frame of our own whether anybody is there, before pysoem waits for them."""
-    port = Port(live)
+    port = Port(live, host_time)
     try:
         trouble = port.link_trouble()
         if trouble:
@@ -225,8 +231,8 @@ def _await_devices(settings: BusSettings, live: tuple[str, ...]) -> None:
             # The time of the first part would reach the second one late by an unknown delay.
             raise BusError(
                 "bus.redundancy",
-                f"The ring is open behind camera {port.ring.reached} of the wire, so the clocks "
-                "of the cameras on both sides cannot be kept together.",
+                f"The ring is open behind camera {port.ring.reached}, so the camera clocks on "
+                "both sides cannot be synchronised.",
                 f"Replace the cable behind camera {port.ring.reached}.",
             )
     finally:
@@ -259,9 +265,9 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
             if master.read_object(place, label, index, sub) != value:
                 raise BusError(
                     "bus.configuration",
-                    f"Camera {label} did not keep its configuration "
-                    f"(object {index:#06x}:{sub:02x}).",
-                    "Switch the camera off and on and start again.",
+                    f"Camera {label} did not retain its configuration (object "
+                    f"{index:#06x}:{sub:02x}).",
+                    "Power-cycle the camera and start again.",
                 )
             yield BusPhase.CONFIGURE
         version = master.read_object(place, label, _FIRMWARE, 0)
@@ -271,9 +277,11 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
     session.areas, session.firmware = tuple(areas), tuple(firmware)
 
 
-def _settle_clocks(settings: BusSettings, session: Session, master: Master) -> Iterator[BusPhase]:
+def _settle_clocks(
+    settings: BusSettings, session: Session, master: Master, host_time: HostTime
+) -> Iterator[BusPhase]:
     """Pass the reference time on until every camera's clock follows it."""
-    deadline = time.monotonic() + _CLOCK_TIMEOUT_S
+    deadline = time.monotonic() + host_time.patience * _CLOCK_TIMEOUT_S
     calm = 0
     while calm < _CLOCK_READINGS:
         yield BusPhase.CLOCKS
@@ -290,17 +298,19 @@ def _settle_clocks(settings: BusSettings, session: Session, master: Master) -> I
             raise BusError(
                 "bus.clock",
                 f"The clock of camera '{worst}' does not follow the bus ({worst_ns} ns off).",
-                "Check cables and devices between the cameras; use no ordinary switch.",
+                "Check cables and devices between the cameras; do not use an ordinary switch.",
             )
         time.sleep(_CLOCK_PAUSE_S)
 
 
-def _program_exposures(settings: BusSettings, session: Session, master: Master) -> int:
+def _program_exposures(
+    settings: BusSettings, session: Session, master: Master, host_time: HostTime
+) -> int:
     """Program the same first exposure into all cameras and return its time."""
     period, cycle = settings.frame_period_ns, settings.cycle_period_ns
     now = int.from_bytes(master.read_register(session.places[0], "on the bus", _TIME, 8), "little")
     start = (now + _LEAD_NS) // cycle * cycle
-    session.start_host_ns = time.monotonic_ns() + start - now
+    session.start_host_ns = host_time.now_ns() + start - now
     for place, camera in zip(session.places, settings.cameras, strict=True):
         label = f"'{camera.name}'"
         for register, content in (
@@ -314,7 +324,7 @@ def _program_exposures(settings: BusSettings, session: Session, master: Master) 
         if master.read_register(place, label, _SYNC0_START, 8) != struct.pack("<Q", start):
             raise BusError(
                 "bus.clock",
-                f"Camera {label} did not take the time of the first exposure.",
-                "Switch the camera off and on and start again.",
+                f"Camera {label} did not accept the time of the first exposure.",
+                "Power-cycle the camera and start again.",
             )
     return start

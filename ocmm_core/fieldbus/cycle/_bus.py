@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import itertools
-import time
 from collections.abc import Iterator, Sequence
 
 from ocmm_core.errors import BusError
@@ -14,7 +13,7 @@ from ocmm_core.fieldbus.cycle._watch import StateWatch, WatchView
 from ocmm_core.fieldbus.device import COUNTER_MODULUS, OUTPUT_STRUCT, Control, Header
 from ocmm_core.fieldbus.objects import ObjectService
 from ocmm_core.fieldbus.report import BusPhase
-from ocmm_core.fieldbus.wire import SAFEOP, Master, Passage, ServiceChannel
+from ocmm_core.fieldbus.wire import SAFEOP, HostTime, Master, Passage, ServiceChannel
 
 __all__ = ["BusSettings", "CameraBus"]
 
@@ -33,6 +32,8 @@ class CameraBus:
         What to open and what to find there.
     objects
         Requests to the cameras that are served beside the cycle.
+    host_time
+        In which the bus lives.
 
     Attributes
     ----------
@@ -42,7 +43,13 @@ class CameraBus:
         How the last cycle went over the wire; None before the first one.
     """
 
-    def __init__(self, settings: BusSettings, objects: ObjectService | None = None) -> None:
+    def __init__(
+        self,
+        settings: BusSettings,
+        objects: ObjectService | None = None,
+        host_time: HostTime | None = None,
+    ) -> None:
+        self._time = host_time or HostTime()
         self._settings = settings
         names = tuple(camera.name for camera in settings.cameras)
         self._objects = objects or ObjectService(None, names)
@@ -101,10 +108,11 @@ class CameraBus:
     def open_steps(self) -> Iterator[BusPhase]:
         """Open, or open again, step by step; see `bring_up`."""
         self.close()
+        self._time.flow()
         session = self._session = Session(serials=self._session.serials)
         self._watch = StateWatch(())
         try:
-            yield from bring_up(self._settings, session)
+            yield from bring_up(self._settings, session, self._time)
         except BaseException:
             self.close()
             raise
@@ -143,7 +151,7 @@ class CameraBus:
                 OUTPUT_STRUCT.pack(Control.STREAM, 0, (frame - 1) % COUNTER_MODULUS, token),
             )
         self._lift()
-        self._objects.work(time.monotonic_ns())
+        self._objects.work(self._time.now_ns())
         late_before = master.port.tally.late
         passage = self.passage = master.cycle(
             token,
@@ -174,7 +182,9 @@ class CameraBus:
         if passage.whole and passage.working_counter > 0:
             inputs = master.inputs(self._session.places)
         if passage.whole and passage.working_counter == master.expected_working_counter:
-            plausible = self.clock.observe(passage.sent_ns, passage.answered_ns, master.clock_ns)
+            plausible = self.clock.observe(
+                *self._time.passage(passage.sent_ns, passage.answered_ns), master.clock_ns
+            )
         return CycleAnswer(
             whole=passage.whole,
             working_counter=passage.working_counter,

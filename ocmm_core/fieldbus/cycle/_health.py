@@ -39,6 +39,9 @@ _SILENT_CYCLES = 3
 _SPOT_LIMIT = 8192 * SUBPIXELS
 """No sensor is larger; in pixels on the wire."""
 _KNOWN_FRAME_FLAGS = 0x000F
+# Plain numbers: a flag of an enumeration costs more than the question.
+_OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
+_FRAME_WORDS = FRAME_DTYPE.itemsize // 4
 _CYCLE_COUNTERS = 256
 _OLD_CYCLE = 200
 """A cycle counter that seems to have advanced so far went back instead."""
@@ -169,7 +172,7 @@ def judge(
     if answer.working_counter != answer.expected_working_counter:
         return _bad(
             Alarm.WORKING_COUNTER,
-            f"Only part of the cameras took part in the cycle (working counter "
+            "Only some cameras took part in the cycle (working counter "
             f"{answer.working_counter} of {answer.expected_working_counter}).",
         )
     if answer.view.age:
@@ -181,7 +184,7 @@ def judge(
             else f"Camera state unknown for {answer.view.age} cycles.",
         )
     if not answer.clock_plausible:
-        return _bad(Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be.")
+        return _bad(Alarm.CLOCK_JUMP, "The bus clock shows an impossible time.")
     for header, content, record in zip(answer.headers, answer.inputs, records, strict=True):
         complaint = _complaint(header, content, record, schedule, answer.clock_ns)
         if complaint is not None:
@@ -236,7 +239,7 @@ def _bus_fault(view: WatchView, names: Sequence[str]) -> CycleFault | None:
     if view.devices > len(names):
         return _bad(
             Alarm.CAMERAS,
-            f"There are {view.devices} devices on the bus where the rig has {len(names)} cameras.",
+            f"{view.devices} devices on the bus, but the rig has {len(names)} cameras.",
         )
     for camera, name in zip(view.cameras, names, strict=True):
         fault = _state_fault(camera, name)
@@ -275,10 +278,10 @@ def _complaint(
 ) -> tuple[Alarm, str] | None:
     """Return what is wrong with the data of one camera, or None."""
     if not check_data_crc(content):
-        return Alarm.PAYLOAD, "sent data that were damaged on the way"
-    if not header.status & CameraStatus.OPERATIONAL:
+        return Alarm.PAYLOAD, "sent data that were corrupted in transit"
+    if not header.status & _OPERATIONAL:
         return Alarm.LEFT_OPERATION, "is not in operation"
-    if not header.status & CameraStatus.SYNCHRONISED:
+    if not header.status & _SYNCHRONISED:
         return Alarm.SYNC, "is not synchronised to the bus clock"
     if record.boot_counter is not None and header.boot_counter != record.boot_counter:
         return Alarm.RESTARTED, "was restarted"
@@ -291,14 +294,14 @@ def _complaint(
             f"makes a frame every {header.period_ns} ns instead of every {schedule.period_ns} ns"
         )
     if header.config_crc != schedule.config_crc:
-        return Alarm.CONFIGURATION, "has another configuration than was set"
+        return Alarm.CONFIGURATION, "has a configuration other than the one set"
     if header.frames_valid > FRAMES_PER_CYCLE:
         return Alarm.PAYLOAD, f"claims {header.frames_valid} frames in one cycle"
     first, rest = divmod(header.start_ns - schedule.start_ns, schedule.period_ns)
     if rest or first < 0 or first % COUNTER_MODULUS != header.counter:
         return Alarm.PAYLOAD, "sent a frame counter and an exposure time that do not fit together"
     if first > record.next_frame and not header.status & CameraStatus.OVERRUN:
-        return Alarm.GAP, "left out frames without saying so"
+        return Alarm.GAP, "skipped frames without reporting it"
     end_ns = header.start_ns + header.frames_valid * schedule.period_ns
     if header.frames_valid and end_ns > clock_ns + MAX_AHEAD_NS:
         return Alarm.SYNC, "sent frames from the future"
@@ -311,13 +314,17 @@ def _frames_complaint(content: bytes, count: int) -> tuple[Alarm, str] | None:
     """Return what is wrong with the frames themselves: the check sum was made over nonsense."""
     if not count:
         return None
-    frames = np.frombuffer(content, FRAME_DTYPE, count=count, offset=HEADER_STRUCT.size)
-    if int(frames["valid"].max()) >> N_SLOTS:
+    words = np.frombuffer(content, "<i4", count=count * _FRAME_WORDS, offset=HEADER_STRUCT.size)
+    frames = words.reshape(count, _FRAME_WORDS)
+    # Two numbers of 16 bits each stand before the spots.
+    marks = int(np.bitwise_or.reduce(frames[:, 0]))
+    if (marks & 0xFFFF) >> N_SLOTS:
         return Alarm.PAYLOAD, f"claims spots in more than {N_SLOTS} slots"
-    if int(np.bitwise_or.reduce(frames["flags"])) & ~_KNOWN_FRAME_FLAGS:
+    if (marks >> 16 & 0xFFFF) & ~_KNOWN_FRAME_FLAGS:
         return Alarm.PAYLOAD, "sent frame flags that do not exist"
-    if max(int(frames["xy"].max()), -int(frames["xy"].min())) > _SPOT_LIMIT:
-        return Alarm.PAYLOAD, "sent spots far outside of its sensor"
+    spots = frames[:, 1:]
+    if max(int(spots.max()), -int(spots.min())) > _SPOT_LIMIT:
+        return Alarm.PAYLOAD, "sent spots far outside its sensor"
     return None
 
 

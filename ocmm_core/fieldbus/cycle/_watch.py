@@ -80,6 +80,10 @@ class StateWatch:
         self._seen = 0
         self._newest = 0
         self._lifts: dict[int, int] = {}
+        # The same in every cycle.
+        self._whether = Datagram(Command.BRD, 0, AL_STATUS, bytes(2))
+        self._states = [Datagram(Command.FPRD, at, AL_STATUS, bytes(_AL_BYTES)) for at in stations]
+        self._clocks = [Datagram(Command.FPRD, at, TIME_DIFFERENCE, bytes(4)) for at in stations]
 
     @property
     def view(self) -> WatchView:
@@ -103,17 +107,17 @@ class StateWatch:
                 lambda _answer: None,
             )
         yield Job(
-            Datagram(Command.BRD, 0, AL_STATUS, bytes(2)),
+            self._whether,
             lambda answer: self._count(cycle, answer),
         )
-        for camera, station in enumerate(self._stations):
+        for camera in range(len(self._stations)):
             yield Job(
-                Datagram(Command.FPRD, station, AL_STATUS, bytes(_AL_BYTES)),
+                self._states[camera],
                 lambda answer, camera=camera: self._state(camera, cycle, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
             )
             # In every cycle: no frame may be taken that was exposed by another clock.
             yield Job(
-                Datagram(Command.FPRD, station, TIME_DIFFERENCE, bytes(4)),
+                self._clocks[camera],
                 lambda answer, camera=camera: self._clock(camera, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
             )
         turn, rest = divmod(cycle, _SLOW_CYCLES)
@@ -151,7 +155,10 @@ class StateWatch:
             # The highest bit is the sign.
             size = raw & 0x7FFFFFFF
             offset = -size if raw >> 31 else size
-            self._cameras[camera] = replace(self._cameras[camera], clock_offset_ns=offset)
+            known = self._cameras[camera]
+            self._cameras[camera] = CameraView(
+                known.answers, known.state, known.error, known.code, offset, known.link_errors
+            )
 
     def _errors(self, camera: int, answer: Datagram | None) -> None:
         if answer is not None and answer.working_counter == 1:

@@ -361,6 +361,10 @@ def require_raw(config: CameraConfig) -> None:
         )
 
 
+_SLOT_NUMBERS = np.arange(N_SLOTS, dtype=np.uint16)
+_ALL_SLOTS = (1 << N_SLOTS) - 1
+
+
 def encode_frames(
     valid: NDArray[np.uint16],
     flags: NDArray[np.uint16],
@@ -388,7 +392,7 @@ def encode_frames(
     frames = np.zeros(len(valid), FRAME_DTYPE)
     frames["valid"] = valid
     frames["flags"] = flags
-    seen = (valid[:, None] >> np.arange(N_SLOTS, dtype=np.uint16)) & 1 == 1
+    seen = (valid[:, None] >> _SLOT_NUMBERS) & 1 == 1
     steps = SUBPIXELS if mode == CameraMode.RAW else SUBMILLIMETRES
     frames["xy"] = np.round(np.where(seen[:, :, None], uv, 0.0) * steps)
     return frames
@@ -397,12 +401,13 @@ def encode_frames(
 def decode_spots(
     frames: NDArray[np.void], mode: CameraMode = CameraMode.RAW
 ) -> NDArray[np.float64]:
-    """Return the spots (n, 8, 2) of frames (n,) of `FRAME_DTYPE`; NaN where not valid.
+    """Return the spots (..., 8, 2) of frames (...) of `FRAME_DTYPE`; NaN where not valid.
 
     They are in px in mode RAW and ideal image points in mm in mode CORRECTED.
     """
-    seen = (frames["valid"][:, None] >> np.arange(N_SLOTS, dtype=np.uint16)) & 1 == 1
+    valid = frames["valid"]
     steps = SUBPIXELS if mode == CameraMode.RAW else SUBMILLIMETRES
     spots: NDArray[np.float64] = frames["xy"] / float(steps)
-    spots[~seen] = np.nan
+    if not (valid == _ALL_SLOTS).all():
+        spots[(valid[..., None] >> _SLOT_NUMBERS) & 1 == 0] = np.nan
     return spots

@@ -60,7 +60,7 @@ class DiagnosisMessage:
                 return cls(code, time_ns, register, data)
         raise BusError(
             "bus.history",
-            f"The error history of the camera holds a message of {len(content)} bytes that this "
+            f"The camera error history contains a message of {len(content)} bytes that this "
             "program cannot read.",
-            "Install the firmware of the camera that belongs to this program.",
+            "Install the camera firmware that matches this program.",
         )

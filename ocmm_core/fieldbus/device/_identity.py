@@ -72,8 +72,8 @@ def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> 
             parts.append(f"not in the rig: {', '.join(extra)}")
         raise BusError(
             "bus.cameras",
-            f"The cameras on the bus are not those of the rig: {'; '.join(parts)}.",
-            "Connect and switch on the cameras of the rig, or load the rig of these cameras.",
+            f"The cameras on the bus do not match the rig: {'; '.join(parts)}.",
+            "Connect and switch on the cameras of the rig, or load the matching rig.",
         )
     places_by_serial = {serial: place for place, serial in enumerate(serials)}
     order = tuple(places_by_serial[camera.serial] for camera in expected)
@@ -86,7 +86,7 @@ def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> 
                 "bus.alias",
                 f"Camera '{camera.name}' (serial {camera.serial}) carries the station alias "
                 f"{alias}{whose}, but the rig says {camera.alias}.",
-                "Check whether cameras were exchanged; then correct the alias or the rig.",
+                "Check whether cameras were swapped; then correct the alias or the rig.",
             )
     return order
 
@@ -97,18 +97,18 @@ def _check_kind(position: int, device: FoundDevice) -> None:
             "bus.foreign_device",
             f"The device at position {position} of the bus (vendor {device.vendor:#010x}, "
             f"product {device.product:#010x}) is not an {DEVICE_NAME}.",
-            "Leave only the cameras on this bus.",
+            "Connect only the cameras to this bus.",
         )
     if device.revision != REVISION:
         raise BusError(
             "bus.revision",
-            f"The camera at position {position} has revision {device.revision:#010x}; "
-            f"this program knows {REVISION:#010x}.",
+            f"The camera at position {position} has revision {device.revision:#010x}; this "
+            f"program supports {REVISION:#010x}.",
             "Update the camera or this program.",
         )
     if device.serial is None:
         raise BusError(
             "bus.no_serial",
-            f"The camera at position {position} does not tell its serial number.",
-            "Switch the camera off and on; if that does not help, have it repaired.",
+            f"The camera at position {position} does not report its serial number.",
+            "Power-cycle the camera; if that does not help, have it repaired.",
         )

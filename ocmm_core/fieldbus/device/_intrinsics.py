@@ -77,7 +77,7 @@ class Intrinsics:
         if (magic, version, reserved) != (_MAGIC, _VERSION, 0):
             raise _unfit("it is of an unknown kind or version")
         if _CRC.unpack(content[-_CRC.size :])[0] != zlib.crc32(content[: -_CRC.size]):
-            raise _unfit("its check sum is wrong")
+            raise _unfit("its checksum is wrong")
         found = cls(serial, date_s, width, height, *_NUMBERS.unpack_from(content, _HEAD.size))
         found._check()
         return found

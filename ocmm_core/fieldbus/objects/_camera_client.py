@@ -156,7 +156,7 @@ def write_intrinsics(access: ObjectAccess, intrinsics: Intrinsics, note: str = "
     if len(words) > NOTE_BYTES:
         raise InputError(
             "bus.note",
-            f"The note beside the intrinsics has {len(words)} bytes.",
+            f"The note stored with the intrinsics has {len(words)} bytes.",
             f"Shorten it to {NOTE_BYTES} bytes.",
         )
     access.write(CALIBRATION, 1, block)
@@ -189,6 +189,6 @@ def read_intrinsics(access: ObjectAccess) -> Intrinsics | None:
 def _lost_intrinsics() -> BusError:
     return BusError(
         "bus.intrinsics",
-        "The camera does not hold the intrinsics that were written to it.",
+        "The camera did not retain the intrinsics written to it.",
         "Write them again; if that does not help, have the camera checked.",
     )

@@ -129,7 +129,7 @@ def take_snapshot(
         width, height = (read_number(access, SNAPSHOT, sub, 2) for sub in (12, 13))
         total = read_number(access, SNAPSHOT, 8, 4)
         if total != 2 * width * height or not total or (region and region[2:] != (width, height)):
-            raise _failed("snapshot", "its size does not fit to the request")
+            raise _failed("snapshot", "its size does not match the request")
         content = bytearray()
         while len(content) < total:
             if progress is not None:
@@ -140,7 +140,7 @@ def take_snapshot(
                 raise _failed("snapshot", f"a chunk has {len(chunk)} bytes")
             content += chunk
         if zlib.crc32(content) != read_number(access, SNAPSHOT, 11, 4):
-            raise _failed("snapshot", "its check sum is wrong")
+            raise _failed("snapshot", "its checksum is wrong")
         if progress is not None:
             progress(total, total)
     except BaseException:
@@ -183,7 +183,7 @@ def _wait(
         if percent != last:
             last, moved = percent, time.monotonic()
         if time.monotonic() - moved > _STALL_S:
-            raise _failed(what, f"it got no further for {_STALL_S:.0f} s")
+            raise _failed(what, f"no progress for {_STALL_S:.0f} s")
         time.sleep(_POLL_S)
     if state != Work.DONE:
         raise _failed(what, "the camera reports a failure")
@@ -193,5 +193,5 @@ def _failed(what: str, why: str) -> BusError:
     return BusError(
         f"bus.{what.replace(' ', '_')}",
         f"The {what} of the camera failed: {why}.",
-        "Try again; look into the error history of the camera.",
+        "Retry; see the error history of the camera.",
     )

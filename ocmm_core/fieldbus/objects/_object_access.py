@@ -48,7 +48,7 @@ def read_text(access: ObjectAccess, index: int, sub: int) -> str:
     try:
         return access.read(index, sub, room=STRING_BYTES).rstrip(b"\x00").decode("ascii")
     except UnicodeDecodeError as error:
-        raise unfit(index, sub, "it is no text") from error
+        raise unfit(index, sub, "not text") from error
 
 
 def unfit(index: int, sub: int, why: str) -> BusError:
@@ -56,5 +56,5 @@ def unfit(index: int, sub: int, why: str) -> BusError:
     return BusError(
         "bus.object",
         f"Object {index:#06x}:{sub:02x} of the camera cannot be used: {why}.",
-        "Install the firmware of the camera that belongs to this program.",
+        "Install the camera firmware that matches this program.",
     )

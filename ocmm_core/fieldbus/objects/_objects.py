@@ -273,6 +273,6 @@ def _no_camera(request: Request, names: tuple[str, ...]) -> ObjectReply:
         code=Alarm.OBJECT_TIMEOUT if known else "bus.request",
         what=f"Camera '{request.camera}' is not in operation."
         if known
-        else f"There is no camera '{request.camera}'; there are: {', '.join(names)}.",
+        else f"No camera '{request.camera}'; available: {', '.join(names)}.",
         remedy="Wait until the bus is in operation." if known else "Give one of these names.",
     )

@@ -154,5 +154,5 @@ def _wrong(why: str) -> InputError:
     return InputError(
         "bus.request",
         f"A request to the bus process {why}.",
-        "Use the commands 'ocmm bus'; if this came from them, report it as a fault.",
+        "Use the commands 'ocmm bus'; if this came from them, report it as a program error.",
     )

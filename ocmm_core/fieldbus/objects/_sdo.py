@@ -99,7 +99,7 @@ class SdoTransfer(ABC):
             raise BusError(
                 "bus.mailbox",
                 f"Mailboxes of {mailbox_bytes} bytes are too small for objects.",
-                "Install the firmware of the camera that belongs to this program.",
+                "Install the camera firmware that matches this program.",
             )
         self.index = index
         self.sub = sub
@@ -178,19 +178,19 @@ class SdoTransfer(ABC):
 
     def _check_segment(self, command: int, specifier: _Server) -> None:
         if command >> 5 != specifier:
-            raise self._unfit(f"its command {command:#04x} is no segment")
+            raise self._unfit(f"its command {command:#04x} is not a segment")
         if command >> 4 & 1 != self._toggle:
             raise self._unfit("a segment is missing or came twice")
         self._toggle = 1 - self._toggle
 
     def _refused(self, body: bytes) -> BusError:
         code = int.from_bytes(body[4:8], "little")
-        text = ABORT_TEXTS.get(code, "no known reason")
+        text = ABORT_TEXTS.get(code, "unknown reason")
         return BusError(
             "bus.refused",
             f"Object {self.index:#06x}:{self.sub:02x} was refused by the camera: {text} "
             f"({code:#010x}).",
-            "Check the object and its value; install the firmware that belongs to this program.",
+            "Check the object and its value; install the firmware that matches this program.",
         )
 
     def _unfit(self, why: str) -> BusError:
@@ -239,7 +239,7 @@ class SdoRead(SdoTransfer):
     def _take_first(self, body: bytes) -> None:
         command = body[0]
         if command >> 5 != _Server.UPLOAD:
-            raise self._unfit(f"its command {command:#04x} begins nothing that was asked for")
+            raise self._unfit(f"its command {command:#04x} starts nothing that was requested")
         if command & 2:
             self._total = 4 - (command >> 2 & 3) if command & 1 else 4
             part = body[4 : 4 + self._total]
@@ -263,7 +263,7 @@ class SdoRead(SdoTransfer):
         if last and not self._done:
             raise self._unfit(f"it ends after {len(self._value)} of {self._total} bytes")
         if self._done and not last:
-            raise self._unfit("it goes on after its end")
+            raise self._unfit("it continues after its end")
 
     def _append(self, part: bytes) -> None:
         if len(self._value) + len(part) > self._total:
@@ -341,6 +341,6 @@ def _complaint(content: bytes) -> str:
     """Return why a mailbox is no CoE message; the camera's own complaint where it is one."""
     if len(content) >= MAILBOX_HEAD.size + 4 and content[5] & 0x0F == _KIND_ERROR:
         (detail,) = struct.unpack_from("<H", content, MAILBOX_HEAD.size + 2)
-        text = MAILBOX_ERRORS.get(detail, "no known reason")
+        text = MAILBOX_ERRORS.get(detail, "unknown reason")
         return f"the camera could not read the request ({text}, {detail})"
-    return "it is no CANopen message"
+    return "not a CANopen message"

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         WirePicture,
         is_present,
         microseconds,
+        pace_words,
         shares,
         trouble_words,
         unaccounted,
@@ -54,8 +55,8 @@ else:
         ),
         _formatting="report_text",
         _messages=(
-            "Link WirePicture is_present microseconds shares trouble_words unaccounted "
-            "wire_picture within_us"
+            "Link WirePicture is_present microseconds pace_words shares trouble_words "
+            "unaccounted wire_picture within_us"
         ),
     )
 
@@ -78,6 +79,7 @@ __all__ = [
     "encode_report",
     "is_present",
     "microseconds",
+    "pace_words",
     "report_text",
     "shares",
     "trouble_words",

@@ -73,18 +73,18 @@ class Alarm(StrEnum):
         AlarmResponse.WAIT, errors=("bus.no_cameras",),
     )  # fmt: skip
     LOST_ANSWERS = AlarmSpec(
-        "bus.lost_answers", "Answers get lost",
+        "bus.lost_answers", "Answers lost",
         "Check the bus cables and keep them away from drives and welders.",
         AlarmResponse.WAIT,
     )  # fmt: skip
     LATE_ANSWERS = AlarmSpec(
-        "bus.late_answers", "Answers come late",
-        "Let nothing but the cameras be on this network adapter.",
+        "bus.late_answers", "Answers late",
+        "Connect only the cameras to this network adapter.",
         AlarmResponse.WAIT,
     )  # fmt: skip
     STRAY_ANSWERS = AlarmSpec(
-        "bus.stray_answers", "Answers came twice or out of order",
-        "Use no ordinary switch between the cameras.",
+        "bus.stray_answers", "Duplicate or out-of-order answers",
+        "Do not use an ordinary switch between the cameras.",
         AlarmResponse.NOTE,
     )  # fmt: skip
     WORKING_COUNTER = AlarmSpec(
@@ -98,8 +98,8 @@ class Alarm(StrEnum):
         AlarmResponse.BRING_UP, 10, errors=("bus.no_answer",),
     )  # fmt: skip
     FOREIGN_DEVICE = AlarmSpec(
-        "bus.foreign_device", "A device that is no camera is on the bus",
-        "Leave only the cameras on this bus.",
+        "bus.foreign_device", "A device on the bus is not a camera",
+        "Connect only the cameras to this bus.",
         AlarmResponse.REPEAT, errors=("bus.revision",),
     )  # fmt: skip
     DUPLICATE = AlarmSpec(
@@ -109,27 +109,27 @@ class Alarm(StrEnum):
     )  # fmt: skip
     DUPLICATE_ADDRESS = AlarmSpec(
         "bus.duplicate_address", "Two cameras answer to the same address",
-        "Switch the cameras off and on.",
+        "Power-cycle the cameras.",
         AlarmResponse.BRING_UP, 2,
     )  # fmt: skip
     CAMERAS = AlarmSpec(
-        "bus.cameras", "The cameras are not those of the rig",
-        "Connect the cameras of the rig, or load the rig of these cameras.",
+        "bus.cameras", "The cameras do not match the rig",
+        "Connect the cameras of the rig, or load the matching rig.",
         AlarmResponse.BRING_UP, 3, errors=("bus.no_serial", "bus.too_many"),
     )  # fmt: skip
     ALIAS = AlarmSpec(
-        "bus.alias", "Cameras were exchanged",
-        "Put the cameras back, or correct their alias and calibrate.",
+        "bus.alias", "Cameras were swapped",
+        "Swap the cameras back, or correct their alias and calibrate.",
         AlarmResponse.REPEAT,
     )  # fmt: skip
     RESTARTED = AlarmSpec(
         "bus.restarted", "A camera was restarted",
-        "Wait until it is checked again; look at its supply.",
+        "Wait until it is checked again; check its power supply.",
         AlarmResponse.BRING_UP, 2,
     )  # fmt: skip
     LEFT_OPERATION = AlarmSpec(
         "bus.left_operation", "A camera left operation",
-        "Wait until it is back; if it stays away, switch it off and on.",
+        "Wait until it is back; if it stays away, power-cycle it.",
         AlarmResponse.LIFT, errors=("bus.state",),
     )  # fmt: skip
     WATCHDOG = AlarmSpec(
@@ -144,26 +144,26 @@ class Alarm(StrEnum):
     )  # fmt: skip
     FROZEN = AlarmSpec(
         "bus.frozen", "A camera repeats old data",
-        "Switch the camera off and on; have it checked if it repeats.",
+        "Power-cycle the camera; have it checked if it happens again.",
         AlarmResponse.WAIT,
     )  # fmt: skip
     CONFIGURATION = AlarmSpec(
-        "bus.configuration", "A camera has another configuration than was set",
-        "Start the acquisition again.",
+        "bus.configuration", "A camera has a configuration other than the one set",
+        "Restart the acquisition.",
         AlarmResponse.BRING_UP, 20, errors=("bus.mapping",),
     )  # fmt: skip
     FRAME_RATE = AlarmSpec(
         "bus.frame_rate", "A camera runs at another frame rate",
-        "Start the acquisition again.",
+        "Restart the acquisition.",
         AlarmResponse.BRING_UP, 20,
     )  # fmt: skip
     PAYLOAD = AlarmSpec(
-        "bus.payload", "A camera's data contradict themselves",
+        "bus.payload", "Inconsistent data from a camera",
         "Check the bus cables; have the camera checked.",
         AlarmResponse.WAIT,
     )  # fmt: skip
     GAP = AlarmSpec(
-        "bus.gap", "A camera left out frames",
+        "bus.gap", "A camera skipped frames",
         "Check the load of this computer and the bus cables.",
         AlarmResponse.BRING_UP, 10,
     )  # fmt: skip
@@ -174,7 +174,7 @@ class Alarm(StrEnum):
     )  # fmt: skip
     CLOCK_DRIFT = AlarmSpec(
         "bus.clock_drift", "The clocks of cameras and computer drift apart",
-        "Have the first camera checked; its clock is out of its tolerance.",
+        "Have the first camera checked; its clock is out of tolerance.",
         AlarmResponse.NOTE,
     )  # fmt: skip
     EMERGENCY = AlarmSpec(
@@ -184,7 +184,7 @@ class Alarm(StrEnum):
     )  # fmt: skip
     OBJECT_TIMEOUT = AlarmSpec(
         "bus.object_timeout", "A camera does not answer a request",
-        "Measuring goes on; repeat the request.",
+        "Measuring continues; repeat the request.",
         AlarmResponse.NOTE,
     )  # fmt: skip
     OBJECT_REFUSED = AlarmSpec(
@@ -194,7 +194,12 @@ class Alarm(StrEnum):
     )  # fmt: skip
     REDUNDANCY = AlarmSpec(
         "bus.redundancy", "The redundancy cable or a bus cable is broken",
-        "Measuring goes on; replace the broken cable.",
+        "Measuring continues; replace the broken cable.",
+        AlarmResponse.NOTE,
+    )  # fmt: skip
+    STRETCHED = AlarmSpec(
+        "bus.stretched", "The virtual bus is slower than real time",
+        "Nothing is lost; close other programs to make it faster.",
         AlarmResponse.NOTE,
     )  # fmt: skip
     HOST_BUSY = AlarmSpec(

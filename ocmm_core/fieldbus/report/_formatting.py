@@ -22,9 +22,9 @@ _BAR = 40
 _COLUMNS = 100
 _MEANINGS = (
     "good: all cameras answered in time with new, consistent data",
-    "late: this computer came too late or left the cycle out; the frames come with the next",
-    "lost: no answer, or the cameras were not in operation; they send again what they kept",
-    "bad:  an answer came and was refused (working counter, state, counters, clock, content)",
+    "late: this computer was too late or skipped the cycle; the frames come with the next",
+    "lost: no answer, or the cameras were not in operation; they resend buffered frames",
+    "bad:  an answer was rejected (working counter, state, counters, clock, content)",
 )
 
 
@@ -58,7 +58,7 @@ def report_text(report: BusReport, *, rig: str, written: datetime) -> str:
     for part in (_wire, _cycles, _cameras, _clocks):
         lines += ["", *part(report)]
     for title, histogram in (
-        ("Lateness of the start of a cycle", report.lateness),
+        ("Delay of the cycle start", report.lateness),
         ("Round trip, from sending to the last answer", report.round_trip),
     ):
         lines += ["", *_histogram(title, histogram)]
@@ -83,7 +83,11 @@ def _cycles(report: BusReport) -> list[str]:
     counts = {"good": report.good, "late": report.late, "lost": report.lost, "bad": report.bad}
     cycle = microseconds(report.cycle_period_ns / 1e3)
     frame = microseconds(report.frame_period_ns / 1e3)
-    lines = [f"Cycles of {cycle}, frames every {frame}", f"  elapsed    {report.elapsed:>12}"]
+    lines = [f"Cycles of {cycle}, frames every {frame}"]
+    if report.pace is not None:
+        waits = "the time of this virtual bus waits for this computer, so no cycle is late"
+        lines += [f"  pace       {report.pace:>12.2f}  of real time", *_wrapped("  ", waits)]
+    lines.append(f"  elapsed    {report.elapsed:>12}")
     for (name, count), share in zip(counts.items(), shares(tuple(counts.values())), strict=True):
         lines.append(f"  {name:<10} {count:>12}  {share:8.3f} %")
     gap = unaccounted(report)
@@ -95,7 +99,7 @@ def _cycles(report: BusReport) -> list[str]:
     lines += [f"  {meaning}" for meaning in _MEANINGS]
     lines += [
         f"  recoveries {report.recoveries:>12}",
-        f"  stray      {report.stray_answers:>12}  answers that nobody waited for any more",
+        f"  stray      {report.stray_answers:>12}  late or duplicate answers, discarded",
         f"  objects    {report.objects_done:>12}  transfers done, {report.objects_failed} failed",
     ]
     return lines
@@ -150,7 +154,7 @@ def _histogram(title: str, histogram: Histogram) -> list[str]:
 def _events(report: BusReport) -> list[str]:
     lines = ["Events, newest first (times in UTC)"]
     if report.events_dropped:
-        lines.append(f"  {report.events_dropped} older ones are not kept")
+        lines.append(f"  {report.events_dropped} older ones were dropped")
     for event in reversed(report.events):
         lines += [f"  {line}" for line in _event(event)]
     return lines if report.events else [*lines, "  none"]

@@ -13,6 +13,23 @@ from ocmm_core.fieldbus.report._report import BusPhase, BusReport, CameraReport,
 _BEFORE_CAMERAS = (BusPhase.CLOSED, BusPhase.LINK, BusPhase.SCAN)
 
 
+_SLOW = 0.95
+"""A virtual bus at this pace or faster is called as fast as real time."""
+
+
+def pace_words(pace: float | None) -> str:
+    """Return that a virtual bus is slower than real time; empty where it is not.
+
+    Parameters
+    ----------
+    pace
+        Bus time over real time; None for a bus that waits for nobody.
+    """
+    if pace is None or pace >= _SLOW:
+        return ""
+    return f"Virtual bus at {pace:.2f} of real time: this computer is too slow for 1.0."
+
+
 class Link(Enum):
     """A piece of cable between two neighbours on the wire."""
 

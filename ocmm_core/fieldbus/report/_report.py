@@ -161,6 +161,9 @@ class BusReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         Older ones that are gone.
     notes
         What this computer does not allow the process (priority, memory, processor).
+    pace
+        Bus time over real time on a virtual bus that waits for a busy computer; None on every
+        other one.
     """
 
     interface: str
@@ -188,6 +191,7 @@ class BusReport(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     events: tuple[BusEvent, ...] = ()
     events_dropped: int = 0
     notes: tuple[str, ...] = ()
+    pace: float | None = None
 
 
 MAX_EVENTS = 100

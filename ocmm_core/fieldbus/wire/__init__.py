@@ -3,8 +3,9 @@
 In: bytes of an interface. Out: answers told apart, words of EEPROM, who is on the wire.
 
 Read `_datagrams` (bytes of EtherCAT), `_sockets` and `_port` (our own raw sockets), `_interface`
-(may it be used), `_master` (the only file that imports pysoem), `_service` (one frame of our own
-per cycle), `_tally` (which answers came), `_scan`, `_mapping`, `_eeprom`, `_ring_cable`.
+(may it be used), `_host_time` (which clock waits for whom), `_master` (the only file that imports
+pysoem), `_service` (one frame of our own per cycle), `_tally` (which answers came), `_scan`,
+`_mapping`, `_eeprom`, `_ring_cable`.
 It must not know objects or alarms; it decides nothing about a fault.
 """
 
@@ -24,7 +25,12 @@ if TYPE_CHECKING:
         has_passed,
     )
     from ocmm_core.fieldbus.wire._eeprom import EepromRead
-    from ocmm_core.fieldbus.wire._interface import check_interface, is_virtual_interface
+    from ocmm_core.fieldbus.wire._host_time import HostTime
+    from ocmm_core.fieldbus.wire._interface import (
+        check_interface,
+        is_virtual_cable,
+        is_virtual_interface,
+    )
     from ocmm_core.fieldbus.wire._mapping import check_mapping
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
     from ocmm_core.fieldbus.wire._port import Passage, Port
@@ -42,7 +48,8 @@ else:
         __name__,
         _datagrams="Command Datagram decode_frame encode_frame frame_index has_passed",
         _eeprom="EepromRead",
-        _interface="check_interface is_virtual_interface",
+        _host_time="HostTime",
+        _interface="check_interface is_virtual_cable is_virtual_interface",
         _mapping="check_mapping",
         _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
         _port="Passage Port",
@@ -59,6 +66,7 @@ __all__ = [
     "Command",
     "Datagram",
     "EepromRead",
+    "HostTime",
     "Job",
     "LinkWatch",
     "Master",
@@ -76,6 +84,7 @@ __all__ = [
     "encode_scan",
     "frame_index",
     "has_passed",
+    "is_virtual_cable",
     "is_virtual_interface",
     "scan_devices",
 ]

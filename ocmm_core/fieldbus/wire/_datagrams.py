@@ -100,7 +100,7 @@ def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
         raise BusError(
             "bus.frame",
             f"{len(datagrams)} datagrams of {size} bytes do not make an EtherCAT frame.",
-            "Report this as a fault of the program.",
+            "Report this as a program error.",
         )
     parts = [
         _ETHERNET_HEAD.pack(_BROADCAST, _SOURCE, ETHERTYPE),
@@ -141,12 +141,12 @@ def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
     """
     index = frame_index(frame)
     if index is None:
-        raise _malformed("it is no EtherCAT frame")
+        raise _malformed("not an EtherCAT frame")
     (head,) = _ETHERCAT_HEAD.unpack_from(frame, _ETHERNET_HEAD.size)
     at = _ETHERNET_HEAD.size + _ETHERCAT_HEAD.size
     end = at + (head & _LENGTH_MASK)
     if head >> 12 != _KIND_DATAGRAMS or end > len(frame):
-        raise _malformed("its head does not fit its length")
+        raise _malformed("its header does not match its length")
     datagrams = []
     more = True
     while more:
@@ -157,7 +157,7 @@ def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
         length = flags & _LENGTH_MASK
         at = start + length + _COUNTER.size
         if at > end:
-            raise _malformed("a datagram ends outside of it")
+            raise _malformed("a datagram ends outside it")
         (counter,) = _COUNTER.unpack_from(frame, start + length)
         datagrams.append(
             Datagram(command, target, register, bytes(frame[start : start + length]), counter)
@@ -170,5 +170,5 @@ def _malformed(why: str) -> BusError:
     return BusError(
         "bus.malformed",
         f"A frame on the bus cannot be read: {why}.",
-        "Check cables and adapter; let nothing but cameras be on this network.",
+        "Check cables and adapter; connect only cameras to this network.",
     )

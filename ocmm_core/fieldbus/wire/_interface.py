@@ -7,6 +7,7 @@ interface that the computer uses for its network is refused.
 
 from __future__ import annotations
 
+import ctypes
 import errno
 import fcntl
 import re
@@ -20,11 +21,13 @@ _INTERFACES = Path("/sys/class/net")
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
 _SIOCGIFADDR = 0x8915
 _SIOCGIFFLAGS = 0x8913
+_ASK_DRIVER, _GET_DRIVER, _DRIVER_BYTES = 0x8946, 0x3, 196
+"""Linux: SIOCETHTOOL, ETHTOOL_GDRVINFO and the size of its answer, struct ethtool_drvinfo."""
 _UP = 0x1
 _LOOPBACK = 0x8
 _CAP_NET_ADMIN = 12
 _ETHERTYPE = 0x88A4
-_RIGHTS = "Give the bus process its rights once: sudo installer/linux/grant-rights.sh"
+_RIGHTS = "Grant the bus process its rights once: sudo installer/linux/grant-rights.sh"
 
 
 def is_virtual_interface(name: str) -> bool:
@@ -38,6 +41,25 @@ def is_virtual_interface(name: str) -> bool:
     if not _NAME.fullmatch(name) or not place.is_dir():
         return False
     return not (place / "device").exists() and not any(place.glob("lower_*"))
+
+
+def is_virtual_cable(name: str) -> bool:
+    """Return whether an interface is an end of a cable that exists in this computer only.
+
+    Unlike `is_virtual_interface` it asks the driver, also inside a private network.
+    """
+    if not _NAME.fullmatch(name):
+        return False
+    answer = bytearray(_DRIVER_BYTES)
+    struct.pack_into("<I", answer, 0, _GET_DRIVER)
+    place = (ctypes.c_char * len(answer)).from_buffer(answer)
+    request = struct.pack("16sQ16x", name.encode("ascii"), ctypes.addressof(place))
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+            fcntl.ioctl(channel, _ASK_DRIVER, request)
+    except OSError:
+        return False
+    return bytes(answer[4:36]).rstrip(b"\x00") == b"veth"
 
 
 def check_interface(name: str, *, force: bool = False) -> None:
@@ -67,21 +89,24 @@ def check_interface(name: str, *, force: bool = False) -> None:
             "bus.interface_name",
             f"'{name}' is not the name of a network interface "
             "(1 to 15 letters, digits, '_', '.' or '-').",
-            "Give a name that 'ip link' lists.",
+            "Use a name listed by 'ip link'.",
         )
     if name not in (known := [entry for _, entry in socket.if_nameindex()]):
         raise BusError(
             "bus.no_interface",
-            f"There is no network interface '{name}'; there are: {', '.join(known)}.",
-            "Give one of these, or plug in the adapter of the cameras.",
+            f"No network interface '{name}'; available: {', '.join(known)}.",
+            "Give one of these, or plug in the camera adapter.",
         )
     _check_rights(name)
     flags = _flags(name)
     if flags & _LOOPBACK:
         raise BusError(
             "bus.loopback",
-            f"Interface '{name}' is the loopback of this computer; no camera can be on it.",
-            "Give the interface that the cameras are plugged into.",
+            (
+                f"Interface '{name}' is the loopback of this computer; no camera can be "
+                "connected to it."
+            ),
+            "Give the interface the cameras are connected to.",
         )
     if not flags & _UP:
         raise BusError(
@@ -94,7 +119,7 @@ def check_interface(name: str, *, force: bool = False) -> None:
         raise BusError(
             "bus.in_use",
             f"Interface '{name}' {use}; the camera bus would cut this computer off.",
-            "Give the cameras a network adapter of their own (or force it if you are sure).",
+            "Give the cameras their own network adapter (or force it if you are sure).",
         )
 
 

@@ -19,7 +19,7 @@ from ocmm_core.fieldbus.device import (
 IO_MAP_BYTES = 4096
 """What pysoem can map; it writes over its own memory beyond that."""
 
-_REMEDY = "Install the firmware of the camera that belongs to this program, or update this program."
+_REMEDY = "Install the camera firmware that matches this program, or update this program."
 
 
 def check_room(n_cameras: int) -> None:
@@ -30,7 +30,7 @@ def check_room(n_cameras: int) -> None:
             "bus.too_many",
             f"There are {n_cameras} cameras on the bus; their process data of {size} bytes each "
             f"do not fit into the {IO_MAP_BYTES} bytes of one bus.",
-            f"Leave at most {IO_MAP_BYTES // size} cameras on the bus.",
+            f"Connect at most {IO_MAP_BYTES // size} cameras to the bus.",
         )
 
 
@@ -56,9 +56,9 @@ def check_mapping(name: str, read: Callable[[int, int], bytes]) -> Iterator[None
         if found != struct.pack(layout, expected):
             raise BusError(
                 "bus.mapping",
-                f"Camera '{name}' maps other process data than this program knows: object "
-                f"{index:#06x}:{sub:02x} is 0x{found[::-1].hex()}, "
-                f"but should be 0x{struct.pack(layout, expected)[::-1].hex()}.",
+                f"Camera '{name}' maps process data unknown to this program: object "
+                f"{index:#06x}:{sub:02x} is 0x{found[::-1].hex()}, but should be "
+                f"0x{struct.pack(layout, expected)[::-1].hex()}.",
                 _REMEDY,
             )
         yield

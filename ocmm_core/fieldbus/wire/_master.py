@@ -29,6 +29,7 @@ from ocmm_core.fieldbus.device import (
     FoundDevice,
 )
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
+from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._mapping import check_room
 from ocmm_core.fieldbus.wire._port import Passage, Port
 from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
@@ -40,6 +41,7 @@ SAFEOP: int = pysoem.SAFEOP_STATE
 OP: int = pysoem.OP_STATE
 STATE_NAMES = {INIT: "INIT", PREOP: "PREOP", SAFEOP: "SAFEOP", OP: "OP"}
 
+_RET_US = 2000
 _SDO_TIMEOUT_US = 80_000
 _STATE_US = 100_000
 _STATE_TIMEOUT_S = 1.0
@@ -47,6 +49,8 @@ _STATE_POLL_S = 0.002
 _SETTLE_US = 300
 _SETTLE_RING_US = 400
 _SETTLE_LINE_US = 60
+_SETTLE_STRETCHED_US = 50_000
+_FUSE_STRETCHED_S = 30.0
 _FUSE_S = 0.1
 _FUSE_RET_US, _FUSE_RET_RING_US = 50, 1000
 _STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
@@ -73,6 +77,8 @@ class Master:
         A network interface that `check_interface` accepted.
     redundant
         A second one, at the other end of the ring; empty without a redundancy cable.
+    host_time
+        In which answers are waited for.
 
     Raises
     ------
@@ -80,17 +86,21 @@ class Master:
         It cannot be opened.
     """
 
-    def __init__(self, interface: str, redundant: str = "") -> None:
+    def __init__(
+        self, interface: str, redundant: str = "", host_time: HostTime | None = None
+    ) -> None:
+        self._time = host_time or HostTime()
         self._interface = interface
         self._devices: list[Any] = []
         self._own: list[socket.socket] = []
         self._port: Port | None = None
         interfaces = [interface, redundant] if redundant else [interface]
-        _shorten_pysoem_timeouts()
+        _shorten_pysoem_timeouts(self._time.patience)
         before = packet_sockets()
         self._master = pysoem.Master()
         self._master.always_release_gil = True
-        self._master.sdo_read_timeout = self._master.sdo_write_timeout = _SDO_TIMEOUT_US
+        patient_us = self._time.patience * _SDO_TIMEOUT_US
+        self._master.sdo_read_timeout = self._master.sdo_write_timeout = patient_us
         try:
             try:
                 self._master.open(*interfaces)
@@ -105,10 +115,10 @@ class Master:
                 raise BusError(
                     "bus.socket",
                     "The socket of the EtherCAT master was not found.",
-                    "Install the version of pysoem that this program names.",
+                    "Install the pysoem version required by this program.",
                 )
             self._own = [socket.socket(fileno=os.dup(number)) for number in opened]
-            self._port = Port(interfaces)
+            self._port = Port(interfaces, self._time)
         except BaseException:
             self.close()
             raise
@@ -159,8 +169,8 @@ class Master:
                 raise BusError(
                     "bus.duplicate_address",
                     f"The device at position {position + 1} of the bus has the station address "
-                    f"{address:#06x} where it was given {self.station(position):#06x}.",
-                    "Switch the cameras off and on.",
+                    f"{address:#06x} instead of {self.station(position):#06x}.",
+                    "Power-cycle the cameras.",
                 )
 
     def station(self, position: int) -> int:
@@ -210,8 +220,8 @@ class Master:
                 return answers[0].data
         raise BusError(
             "bus.no_answer",
-            f"Camera {name} does not answer as it should (register {question.register:#06x}).",
-            "Check its cable; switch the camera off and on.",
+            f"Camera {name} gives an unexpected answer (register {question.register:#06x}).",
+            "Check its cable; power-cycle the camera.",
         )
 
     def map(self) -> None:
@@ -224,7 +234,7 @@ class Master:
             raise BusError(
                 "bus.map",
                 "The process data of the cameras could not be mapped.",
-                "Switch the cameras off and on and start again.",
+                "Power-cycle the cameras and start again.",
             ) from error
         sizes = {(len(device.input), len(device.output)) for device in self._devices}
         if sizes != {(INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size)}:
@@ -252,11 +262,15 @@ class Master:
         kept = timeouts.ret, timeouts.eeprom
         # Without effect while one socket waits, but not for two; the EEPROM is not needed.
         ring = self.port.ring is not None
-        timeouts.ret = timeouts.eeprom = _FUSE_RET_RING_US if ring else _FUSE_RET_US
+        fuse_s = _FUSE_S
+        if self._time.stretched:
+            fuse_s = _FUSE_STRETCHED_S
+        else:
+            timeouts.ret = timeouts.eeprom = _FUSE_RET_RING_US if ring else _FUSE_RET_US
         helper = _fork_quietly()
         if helper == 0:
             try:
-                time.sleep(_FUSE_S)
+                time.sleep(fuse_s)
                 self._set_blocking(blocking=False)
             finally:
                 os._exit(0)
@@ -291,14 +305,14 @@ class Master:
         BusError
             One of them does not get there.
         """
-        deadline = time.monotonic() + _STATE_TIMEOUT_S
+        deadline = time.monotonic() + self._time.patience * _STATE_TIMEOUT_S
         while self._master.read_state() != state:
             yield
             if time.monotonic() > deadline:
                 raise BusError(
                     "bus.state",
                     self._stuck(state),
-                    "Switch the cameras off and on; if that does not help, call the service.",
+                    "Power-cycle the cameras; if that does not help, call service.",
                 )
             time.sleep(_STATE_POLL_S)
 
@@ -311,14 +325,19 @@ class Master:
         service = ServiceChannel()
         self.port.collect(service)
         self._master.send_processdata()
-        self._master.receive_processdata(10_000)
+        self._master.receive_processdata(10_000 * self._time.patience)
         self.port.tally.learn(self.port.collect(service))
+        # Software cameras on a computer of one core cannot answer while this process spins.
+        self._set_blocking(blocking=self._time.stretched)
+
+    def begin_cycles(self) -> None:
+        """Wait no longer than told from now on: all devices are in operation."""
         self._set_blocking(blocking=False)
 
     def pump_clock(self) -> None:
         """Pass the reference time on once, without a look at what comes back."""
         self._master.send_processdata()
-        self._master.receive_processdata(2000)
+        self._master.receive_processdata(2000 * self._time.patience)
 
     def set_output(self, position: int, content: bytes) -> None:
         """Set what a device gets in the next cycle."""
@@ -326,7 +345,7 @@ class Master:
             raise BusError(
                 "bus.output",
                 f"Outputs of {len(content)} bytes do not fit.",
-                "Report this as a fault of the program.",
+                "Report this as a program error.",
             )
         self._devices[position].output = content
 
@@ -355,14 +374,16 @@ class Master:
         port.begin(service, token)
         for own in self._own:
             drain(own)
+        # Both leave one right behind the other, so that whoever answers wakes up once.
+        beside = service.compose(jobs)
         sent_ns = time.monotonic_ns()
         if self._master.send_processdata() <= 0:
             return Passage(0, False, False, sent_ns, sent_ns)
-        port.send_service(service.compose(jobs))
+        port.send_service(beside)
         deadline_ns = sent_ns + timeout_ns
         if port.ring is None:
             whole, any_came, answered_ns = port.await_answers(service, deadline_ns)
-            settle_us = _SETTLE_US
+            settle_us = _SETTLE_STRETCHED_US if self._time.stretched else _SETTLE_US
         else:
             # Halves of an answer are put together by pysoem, which sends them round once more.
             # Frames that are 16 cycles old look fresh to it; the cameras' counters tell them.
@@ -418,10 +439,11 @@ def _fork_quietly() -> int:
         return os.fork()
 
 
-def _shorten_pysoem_timeouts() -> None:
+def _shorten_pysoem_timeouts(patience: int) -> None:
     """Let no single call of pysoem wait for seconds; these settings exist only once a process."""
-    pysoem.settings.timeouts.rx_mailbox = _SDO_TIMEOUT_US
-    pysoem.settings.timeouts.state = _STATE_US
+    pysoem.settings.timeouts.ret = patience * _RET_US
+    pysoem.settings.timeouts.rx_mailbox = patience * _SDO_TIMEOUT_US
+    pysoem.settings.timeouts.state = patience * _STATE_US
 
 
 def al_text(code: int) -> str:
@@ -443,13 +465,13 @@ def _call(action: Callable[[], bytes], name: str, what: str) -> bytes:
                 "bus.refused",
                 f"Camera {name} refuses {what} (abort code {error.abort_code:#010x}: "
                 f"{error.desc}).",
-                "Install the firmware of the camera that belongs to this program.",
+                "Install the camera firmware that matches this program.",
             ) from error
         except _CALL_ERRORS as error:
             if attempt == _TRIES - 1:
                 raise BusError(
                     "bus.no_answer",
-                    f"Camera {name} does not answer as it should ({what}).",
-                    "Check its cable; switch the camera off and on.",
+                    f"Camera {name} gives an unexpected answer ({what}).",
+                    "Check its cable; power-cycle the camera.",
                 ) from error
     raise AssertionError("the last try returns or raises")

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram, frame_index
+from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._ring_cable import RingCable
 from ocmm_core.fieldbus.wire._service import FIRST_INDEX, Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, receive, transmit
@@ -20,6 +21,9 @@ _SERVICE_WAIT_NS = 250_000
 """After the process data are complete, the answer of the service frame is waited for so long."""
 _ASK_NS = 10_000_000
 _ASK_TRIES = 3
+_POLL_S = 0.005
+_STALL_NS = 2_000_000_000
+"""Software cameras that took no frame for so long stand still, whatever the computer does."""
 _DL_INFORMATION = 0x0000
 
 
@@ -54,6 +58,8 @@ class Port:
     ----------
     interfaces
         One network interface, or two.
+    host_time
+        In which the answers are waited for.
 
     Attributes
     ----------
@@ -65,7 +71,8 @@ class Port:
         What a redundancy cable makes of the answers; None without one.
     """
 
-    def __init__(self, interfaces: Sequence[str]) -> None:
+    def __init__(self, interfaces: Sequence[str], host_time: HostTime | None = None) -> None:
+        self._time = host_time or HostTime()
         self.tally = AnswerTally()
         self.links = [LinkWatch(name) for name in interfaces]
         self.ring = RingCable() if len(interfaces) > 1 else None
@@ -73,6 +80,7 @@ class Port:
         self._questions = ServiceChannel()
         self._service_came = False
         self._copies = 0
+        self._came = 0
         try:
             for name in interfaces:
                 self._channels.append(listen(name))
@@ -102,7 +110,7 @@ class Port:
             frame = service.compose([Job(datagram, keep) for datagram in datagrams])
             if frame is None or not self._send(frame):
                 return None
-            self._wait(lambda: service.waits, service, _ASK_NS)
+            self._wait(lambda: service.waits, service, self._time.patience * _ASK_NS)
             if len(answers) == len(datagrams):
                 return tuple(answers)
             service.abandon()
@@ -130,7 +138,8 @@ class Port:
             if self.ring is None:
                 self.tally.take_late(frame)
         self._service_came = False
-        self._copies = 0
+        self._copies = self._came = 0
+        self._time.mark()
 
     def send_service(self, frame: bytes | None) -> None:
         """Send the service frame of this cycle."""
@@ -150,6 +159,9 @@ class Port:
             When they were complete, or when the wait ended.
         """
         tally = self.tally
+        if self._time.stretched:
+            self._wait_for_all(service)
+            return tally.missing == 0, tally.any_came or self._service_came, time.monotonic_ns()
         self._wait(lambda: tally.missing > 0, service, deadline_ns - time.monotonic_ns())
         answered_ns = time.monotonic_ns()
         whole = tally.missing == 0
@@ -176,6 +188,7 @@ class Port:
         own = []
         for end, channel in enumerate(self._channels):
             while (frame := receive(channel)) is not None:
+                self._came += 1
                 index = frame_index(frame)
                 if index is None:
                     continue
@@ -210,6 +223,23 @@ class Port:
         if self.ring.is_whole(index, end, frame, other_has_link=has_link):
             return True
         return not transmit(self._channels[other], frame)
+
+    def _wait_for_all(self, service: ServiceChannel) -> None:
+        """Wait until nothing is on its way any more: what is missing then was really lost."""
+        tally = self.tally
+        sent = tally.missing + service.waits
+        give_up_ns = time.monotonic_ns() + _STALL_NS
+        while tally.missing or service.waits:
+            ready = False
+            with contextlib.suppress(OSError, ValueError):
+                ready = bool(select.select(self._channels, [], [], _POLL_S)[0])
+            if ready:
+                for frame in self.collect(service):
+                    tally.take(frame)
+                continue
+            stands_still = self.link_trouble() or time.monotonic_ns() > give_up_ns
+            if stands_still or not self._time.on_their_way(sent, self._came):
+                return
 
     def _wait(self, waiting: Callable[[], bool], service: ServiceChannel, time_ns: int) -> None:
         deadline = time.monotonic_ns() + time_ns

@@ -143,7 +143,7 @@ def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
     def ask(command: Command, register: int, data: bytes) -> bytes:
         answer = exchange(Datagram(command, target, register, data))
         if answer.working_counter != 1:
-            raise _lost(position, "does not answer any more")
+            raise _lost(position, "no longer answers")
         return answer.data
 
     (state,) = struct.unpack("<H", ask(Command.APRD, _AL_STATUS, bytes(2)))
@@ -169,12 +169,12 @@ def _read_eeprom(ask: Callable[[Command, int, bytes], bytes], position: int, wor
         if status & _ERRORS or place != word:
             break
         return bytes(data)
-    raise _lost(position, f"does not give its EEPROM away (word {word})")
+    raise _lost(position, f"does not release its EEPROM (word {word})")
 
 
 def _lost(position: int, why: str) -> BusError:
     return BusError(
         "bus.scan",
         f"The device at position {position + 1} of the bus {why}.",
-        "Let no other master use the bus, then switch that device off and on.",
+        "Stop any other master on the bus, then power-cycle that device.",
     )

@@ -89,7 +89,7 @@ def next_serial(serial: str) -> str:
     if match is None:
         raise InputError(
             "batch.serial",
-            f"The serial number {serial!r} has no number to increment.",
+            f"{serial!r} has no number to increment.",
             "Give the serial number of every part.",
         )
     digits = match.group(1)
@@ -108,6 +108,6 @@ def require_new_serial(folder: Path, batch: str, serial: str) -> None:
         if part.serial == serial:
             raise InputError(
                 "batch.repeated",
-                f"Serial number {serial} of batch {batch} was measured already: {part.path}.",
-                "Give the serial number of this part, or go on with that job (--continue).",
+                f"Serial number {serial} of batch {batch} is already measured: {part.path}.",
+                "Give the serial number of this part, or resume that job (--continue).",
             )

@@ -39,7 +39,7 @@ def points_in_doubt(
         if one.calibration != calibration:
             if one.kind is EventKind.ACCEPTED and doubts and not failures:
                 # Nobody will answer the doubt by a check any more, so it is believed.
-                failures.append(Span(good, f"{doubts[0].why} It was never verified since."))
+                failures.append(Span(good, f"{doubts[0].why} Not verified since."))
         elif one.kind is EventKind.PASSED:
             # What failed before this good check may have been wrong up to it.
             failed |= points_between(taken, failures, now, reason="first")

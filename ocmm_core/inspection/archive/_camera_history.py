@@ -33,8 +33,8 @@ from ocmm_core.inspection.evaluation import HoldReason, held_back
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
 
-_VERIFIED = "The calibration was verified since and passed."
-_TAKEN_OVER = "The history of the calibration knows of it."
+_VERIFIED = "The calibration has since been verified and passed."
+_TAKEN_OVER = "Recorded in the calibration history."
 _RECALLED = "A recall found that the verdicts hold."
 _SAME_ALARM = timedelta(minutes=1)
 """The monitor holds points back and puts the calibration in doubt at once."""
@@ -100,7 +100,7 @@ def settle_by_calibration(
     used = record_hash(record)
     absent = (
         f"The history of calibration {used[:12]} of rig '{record.rig}' is not on this computer: "
-        "whether it failed later is not known here."
+        "whether it failed later is unknown here."
     )
     try:
         store = CalibrationStore(store_folder(folder, record.rig))
@@ -113,8 +113,8 @@ def settle_by_calibration(
     except (OcmmError, OSError) as error:
         why = error.what if isinstance(error, OcmmError) else str(error)
         sentence = (
-            f"The history of the calibration of rig '{record.rig}' cannot be read, so that nobody "
-            f"knows whether it failed since: {why}"
+            f"The history of the calibration of rig '{record.rig}' cannot be read, so it is "
+            f"unknown whether it has failed since: {why}"
         )
         return History(unread=(sentence,))
     return History(

@@ -169,7 +169,7 @@ def compare_folder(
         There is no such folder, or it has fewer than two jobs of one plan.
     """
     if not folder.is_dir():
-        raise InputError("compare.folder", f"{folder}: there is no such folder.", "Check its name.")
+        raise InputError("compare.folder", f"{folder}: folder not found.", "Check the name.")
     return compare_files(sorted(folder.glob(f"*{SUFFIX}")), progress, probes, calibrations)
 
 
@@ -222,7 +222,7 @@ def compare_files(
     jobs.sort(key=lambda job: job.created_utc)
     same = [job for job in jobs if job.plan_text == jobs[-1].plan_text]
     others = [
-        f"{job.path.name} was measured by another plan, {job.plan}."
+        f"{job.path.name} was measured with another plan, {job.plan}."
         for job in jobs
         if job.plan_text != jobs[-1].plan_text
     ]
@@ -288,16 +288,16 @@ def _trends(jobs: Sequence[PartJob]) -> tuple[Trend, ...]:
         if job.plan_text != first.plan_text:
             raise InputError(
                 "compare.plan",
-                f"{job.path} was measured by another plan than {first.path}.",
-                "Compare jobs of one plan; after a change of the plan they are of two.",
+                f"{job.path} was measured with another plan than {first.path}.",
+                "Compare jobs of one plan; a changed plan counts as another.",
             )
     seen: set[str] = set()
     for job in jobs:
         if job.uuid in seen:
             raise InputError(
                 "compare.twice",
-                f"{job.path}: this job is among those chosen twice, maybe as a copy.",
-                "Choose it once.",
+                f"{job.path}: this job is selected twice, possibly as a copy.",
+                "Select it once.",
             )
         seen.add(job.uuid)
     ordered = sorted(jobs, key=lambda job: job.created_utc)
@@ -318,7 +318,7 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[PartJob]) -> Trend:
         stated, why, verdict = job.values[index]
         if job.simulated and not computed:
             stated = None
-            why = f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs by themselves."
+            why = f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs separately."
         if stated is None:
             left_out.append(f"{job.path.stem}: {why}")
         else:
@@ -355,7 +355,7 @@ def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
     if job.view.unproven:
         return job.view.unproven
     if result.stated is None:
-        return result.note or "It was not measured."
+        return result.note or "Not measured."
     if held_below(result, job.plan, job.view):
         return result.note
     return ""

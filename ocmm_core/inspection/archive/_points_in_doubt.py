@@ -132,7 +132,7 @@ def _sentences(held: Mapping[int, str], hold_reason: HoldReason) -> list[str]:
     """Return for every reason how many points it puts in doubt, and what to do."""
     reasons = list(held.values())
     return [
-        f"{why} {_counted(reasons.count(why))} in doubt. {hold_reason.remedy}"
+        f"{why} {_counted(reasons.count(why))} suspect. {hold_reason.remedy}"
         for why in dict.fromkeys(reasons)
     ]
 

@@ -136,14 +136,14 @@ def _paths(jobs: Sequence[Path]) -> list[Path]:
         else:
             raise InputError(
                 "recall.folder",
-                f"{place}: there is no such folder or job file.",
-                "Give the folder in which the jobs are kept.",
+                f"{place}: folder or job file not found.",
+                "Give the folder that contains the jobs.",
             )
     if not found:
         raise InputError(
             "recall.no_jobs",
-            f"There is no job in {', '.join(str(place) for place in jobs)}.",
-            "Give the folder in which the jobs are kept.",
+            f"No job in {', '.join(str(place) for place in jobs)}.",
+            "Give the folder that contains the jobs.",
         )
     return list(found)
 
@@ -157,7 +157,7 @@ def _touched(
     touched: list[_Touched] = []
     unread: list[str] = []
     for done, path in enumerate(paths):
-        tell(f"Looking at {path.name}", _LOOKING * done / len(paths))
+        tell(f"Checking {path.name}", _LOOKING * done / len(paths))
         try:
             record, in_doubt = _doubted(path, places.calibrations, stores)
             if record is not None and in_doubt:
@@ -191,8 +191,8 @@ def _doubted(
             raise InputError(
                 "recall.unknown",
                 f"{path}: its calibration {used[:12]} is not in the history of rig "
-                f"'{record.rig}' in {calibrations}, so that nobody knows here whether it failed.",
-                "Give the folder of the calibrations that it was measured with.",
+                f"'{record.rig}' in {calibrations}, so it is unknown here whether it failed.",
+                "Give the calibration folder it was measured with.",
             )
         doubts = points_in_doubt(events, used, first_taken(job))
         why = doubts.open | doubts.failed
@@ -207,17 +207,17 @@ def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> 
     try:
         later = store.active()
         if later is None or store.active_hash == record_hash(record):
-            return Later(None, why_not="There is no later calibration: calibrate and verify first.")
+            return Later(None, why_not="No later calibration: calibrate and verify first.")
         status = store.status(now)
     except OcmmError as error:
         return Later(None, why_not=error.what)
     if not status.state.usable:
         return Later(
             None,
-            why_not=f"The calibration in force cannot be used: {status.reason} {status.remedy}",
+            why_not=f"The active calibration cannot be used: {status.reason} {status.remedy}",
         )
     if _cameras(later) != _cameras(record):
-        return Later(None, why_not="The calibration in force is of other cameras.")
+        return Later(None, why_not="The active calibration belongs to other cameras.")
     # Noise that a calibration left over beyond that of the rig is no sign of a change.
     scale = max(record.chi2_per_dof, later.chi2_per_dof, 1.0) ** 0.5
     return Later(later, record_hash(later), scale=scale)
@@ -318,7 +318,9 @@ def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) ->
     """
     if not who:
         raise InputError(
-            "recall.nobody", "Nobody is named who decides.", "Give the name of who decides."
+            "recall.nobody",
+            "No name given for the decision.",
+            "Give the name of the person who decides.",
         )
     about = dict.fromkeys((job.rig, job.calibration) for job in record.jobs)
     stores = {rig: CalibrationStore(store_folder(places.calibrations, rig)) for rig, _ in about}
@@ -326,8 +328,8 @@ def decide(record: RecallRecord, places: KeptPlaces, who: str, now: datetime) ->
         if any(one.utc > record.made_utc for one in store.events):
             raise InputError(
                 "recall.overtaken",
-                f"Something happened to the calibrations of rig '{rig}' since the recall.",
-                "Recall the jobs again.",
+                f"The calibrations of rig '{rig}' have changed since the recall.",
+                "Run the recall again.",
             )
     decided = msgspec.structs.replace(record, made_by=who)
     found = [one for one in Outcome if record.count(one)]

@@ -71,9 +71,9 @@ def artefact_wrong(
     if not any(records or checks for _, records, checks in found):
         raise InputError(
             "recall.artefact",
-            f"No calibration or verification in {calibrations} rests on an artefact with serial "
-            f"number {serial!r} since {since.date().isoformat()}.",
-            "Check the serial number and the date; the page Calibration names the artefacts.",
+            f"No calibration or verification in {calibrations} is based on an artefact with "
+            f"serial number {serial!r} since {since.date().isoformat()}.",
+            "Check serial number and date; the Calibration page lists the artefacts.",
         )
     fallen: list[Fallen] = []
     reason = f"Artefact {serial} was found to be wrong since {since.date().isoformat()}."

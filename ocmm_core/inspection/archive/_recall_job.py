@@ -172,7 +172,7 @@ def findings_of(
         try:
             anew = _anew(job, rig_from_record(later.record), status, later.scale)
         except OcmmError as error:
-            why_not = f"It cannot be computed with the later calibration: {error.what}"
+            why_not = f"Cannot be recalculated with the later calibration: {error.what}"
     places: dict[str, list[int]] = {point.feature: [] for point in job.points}
     for place, point in enumerate(job.points):
         places[point.feature].append(place)
@@ -215,16 +215,16 @@ def _hindrance(job: ReopenedJob) -> str:
     """Return why a job cannot be computed with other cameras; empty where it can."""
     others = [*job.faults, *job.differences, *job.cameras.unread, *job.history.unread]
     if others:
-        return f"The job file is in doubt: {others[0]}"
+        return f"The job file is suspect: {others[0]}"
     if job.view.unproven:
         return job.view.unproven
     if not job.points:
         return "The job has no points."
     if job.options.reference is not None:
-        return "It was measured with a reference body, whose first place is of the old cameras."
+        return "Measured with a reference body whose initial position refers to the old cameras."
     rule = job.plan.alignment
     if isinstance(rule, Relocation) or saved_frame_in(rule) is not None:
-        return "It rests on a saved frame, whose place is not known to the later calibration."
+        return "Based on a saved frame whose position is unknown to the later calibration."
     return ""
 
 

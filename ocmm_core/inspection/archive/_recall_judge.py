@@ -164,9 +164,9 @@ def _recalled(
         else:
             return _unknown(own, "The cameras may have changed between its points.")
     if after and in_world:
-        return _unknown(own, "It is stated in the world of the cameras, not of the part.")
+        return _unknown(own, "Stated in the camera world frame, not the part frame.")
     if after and (later.measured is None) != (own.measured is None):
-        return _unknown(own, later.note or "It has no value by the later calibration.")
+        return _unknown(own, later.note or "No value with the later calibration.")
     stated = [one for one, possible in ((own, before), (later, after)) if possible]
     after_value = _value(stated[-1])
     verdicts = {one.verdict for one in stated}
@@ -185,7 +185,7 @@ def _recalled(
     which = " and ".join(
         name for name, possible in (("before", before), ("after", after)) if possible
     )
-    reason = f"Same verdict by the calibration {which} the change."
+    reason = f"Same verdict with the calibration {which} the change."
     if not released:
         reason += " The value is off by more than its U: use the recalculated one."
     return RecalledCharacteristic(

@@ -17,9 +17,9 @@ from ocmm_core.inspection.evaluation import SIMULATED
 COLUMNS = ("Job", "Characteristic", "Before", "After", "Result", "Why")
 
 _MEANS = {
-    Outcome.HOLDS: "Same verdict by every calibration that its spots allow.",
-    Outcome.CHANGES: "Another verdict by the later calibration, the only one that its spots fit.",
-    Outcome.UNKNOWN: "Measure the part again: the file cannot tell.",
+    Outcome.HOLDS: "Same verdict with every calibration its spots allow.",
+    Outcome.CHANGES: "Different verdict with the later calibration, the only one its spots fit.",
+    Outcome.UNKNOWN: "Measure the part again: the file cannot decide.",
 }
 
 
@@ -28,7 +28,7 @@ def headline(record: RecallRecord) -> str:
     if not record.jobs:
         if record.unread:
             return f"{len(record.unread)} NOT JUDGED of {record.looked_at} checked"
-        return f"NO JOB IN DOUBT ({record.looked_at} checked)"
+        return f"NO SUSPECT JOBS ({record.looked_at} checked)"
     words = "   ".join(f"{record.count(one)} {one.value}" for one in reversed(Outcome))
     return f"{SIMULATED}   {words}" if all(job.simulated for job in record.jobs) else words
 
@@ -51,17 +51,17 @@ def not_judged(record: RecallRecord, most: int | None = None) -> tuple[str, ...]
     """Return a sentence for each job that was not judged, no more than ``most`` of them."""
     shown = [f"Not judged: {sentence}" for sentence in record.unread[:most]]
     left = len(record.unread) - len(shown)
-    return (*shown, f"Not judged: {left} more; all of them are in the PDF.") if left else (*shown,)
+    return (*shown, f"Not judged: {left} more; all are in the PDF.") if left else (*shown,)
 
 
 def decided(record: RecallRecord) -> str:
     """Return what the recall decides."""
     if not record.made_by:
-        return "Not decided: this recall has released no point."
+        return "Not decided: no points released by this recall."
     released = sum(bool(job.released) for job in record.jobs)
     return (
         f"Decided by {record.made_by}, {record.made_utc[:16].replace('T', ' ')} UTC: points of "
-        f"{_counted(released, 'job')} count again, all others stay held back."
+        f"{_counted(released, 'job')} released, all others stay held back."
     )
 
 
@@ -77,7 +77,7 @@ def rests_on(job: RecalledJob) -> str:
     """Return what the judgement of a job rests on, with hashes."""
     later = f", recalculated with {job.later[:12]}" if job.later else ""
     return (
-        f"{len(job.in_doubt)} points in doubt: {' '.join(job.why)} Rig {job.rig}, calibration "
+        f"{len(job.in_doubt)} suspect points: {' '.join(job.why)} Rig {job.rig}, calibration "
         f"{job.calibration[:12]}{later}. File SHA-256 {job.sha256[:16]}."
     )
 

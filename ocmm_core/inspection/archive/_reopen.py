@@ -183,7 +183,7 @@ def _reopened(
     body, options = stored.measured_with(events, job.reference())
     points = job.points()
     use = ReferenceUse(rig, body, options.reference, job, begun=bool(points))
-    tell(f"Computing points 1 to {len(points)}", 0.1)
+    tell(f"Recalculating points 1 to {len(points)}", 0.1)
     sensitivities = use.sensitivities([(point.spots, point.reference_spots) for point in points])
     tell("Checking the audit of the file", 0.5)
     session = InspectionSession(plan, rig, body, job, options)
@@ -191,13 +191,13 @@ def _reopened(
     faults = tuple(job.verify())
     history = settle_by_history(session, job, records, probes)
     cameras = settle_by_calibration(session, job, stored.camera_record(), calibrations)
-    tell("Comparing with what is stored", 0.6)
+    tell("Comparing with the stored results", 0.6)
     anew = [[one.tip_world] for one in sensitivities]
     if "thesis" in methods_used(events):
         for tips, point in zip(anew, points, strict=True):
             tips.append(use.thesis_tip(point.spots, point.reference_spots))
     differences = tuple(_differences(points, anew, plan, body))
-    tell("Computing the results anew", 0.7)
+    tell("Recalculating the results", 0.7)
     return ReopenedJob(
         path=path,
         head=head,
@@ -224,7 +224,7 @@ def _judged(view: JobView, doubts: Sequence[str]) -> JobView:
     """Return the view, nothing in it proven where something speaks against the file."""
     if not doubts:
         return view
-    why = f"The job file is in doubt: {doubts[0]}"
+    why = f"The job file is suspect: {doubts[0]}"
     results = tuple(not_proven(result, why) for result in view.characteristics)
     return replace(view, unproven=why, characteristics=results)
 
@@ -248,7 +248,8 @@ def _differences(
         apart = float(np.nanmin(np.linalg.norm(np.array(tips) - point.tip_world, axis=1)))
         if not apart <= SAME_TIP_MM:
             found.append(
-                f"Point {point.number} lies {apart:.4f} mm from where its raw spots put it."
+                f"Point {point.number} is {apart:.4f} mm from the position computed from "
+                "its raw spots."
             )
         if point.tip_radius != body.tip_radius:
             found.append(

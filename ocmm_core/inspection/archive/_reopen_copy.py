@@ -42,7 +42,7 @@ def copy_of_job(path: Path) -> Iterator[Path]:
     """
     if not path.is_file():
         raise StorageError(
-            "job.missing", f"{path}: there is no such file.", "Check the name and the folder."
+            "job.missing", f"{path}: file not found.", "Check the name and the folder."
         )
     try:
         folder = tempfile.TemporaryDirectory(prefix="ocmm-job-")
@@ -77,8 +77,8 @@ def _copy(path: Path, copy: Path) -> None:
         time.sleep(_PAUSE_S)
     raise StorageError(
         "job.busy",
-        f"{path}: the job changes faster than it can be copied.",
-        "Open it again when less is stored at a time.",
+        f"{path}: the job is changing too fast to be copied.",
+        "Open it again when fewer points are being stored.",
     )
 
 
@@ -101,7 +101,7 @@ def _content(path: Path) -> bytes:
             raise StorageError(
                 "job.unreadable",
                 f"{path}: the file cannot be read ({error}).",
-                "Check that you may read it.",
+                "Check read permission.",
             ) from error
         raise damaged(path, str(error)) from error
 
@@ -115,5 +115,5 @@ def _log(path: Path) -> bytes:
         raise StorageError(
             "job.unreadable",
             f"{path}: the log of the job cannot be read ({error.strerror}).",
-            "Check that you may read it, also the file beside the job whose name ends in -wal.",
+            "Check read permission, also of the file beside the job ending in -wal.",
         ) from error

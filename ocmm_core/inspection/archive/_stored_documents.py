@@ -114,7 +114,7 @@ class StoredDocuments:
             raise InputError(
                 "job.record",
                 f"{self.path}: the record of the {what} in the job cannot be read: {error}.",
-                "Open the job with the program that wrote it.",
+                "Open the job with the program version that wrote it.",
             ) from error
 
     def _from_text(self, what: str, text: str, load: Callable[[Path], T]) -> T:

@@ -59,7 +59,7 @@ def points_in_doubt(events: Sequence[TipEvent], tip: str, taken: Mapping[int, da
     return doubts
 
 
-_MOUNTED = "Tip '{tip}' was mounted anew."
+_MOUNTED = "Tip '{tip}' was mounted again."
 _FAILED_WORDS = {
     TipEventKind.FAILED: "The check of tip '{tip}' failed ({utc} UTC).",
     TipEventKind.NOT_QUALIFIED: "The qualification of tip '{tip}' failed ({utc} UTC).",

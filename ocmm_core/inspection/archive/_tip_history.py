@@ -30,7 +30,7 @@ from ocmm_core.inspection.evaluation import HoldReason
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
 
-_CHECKED = "The tip was checked since and is as it was."
+_CHECKED = "The tip has since been checked and is unchanged."
 
 
 def settle_tip(
@@ -84,8 +84,8 @@ def settle_by_history(
     except (StorageError, OSError) as error:
         why = error.what if isinstance(error, StorageError) else str(error)
         sentence = (
-            f"The history of probe '{name}' cannot be read, so that nobody knows whether its tip "
-            f"failed since: {why}"
+            f"The history of probe '{name}' cannot be read, so it is unknown whether its tip "
+            f"has failed since: {why}"
         )
         return History(unread=(sentence,))
     used = record_hash(probe.calibration)

@@ -58,8 +58,8 @@ def amount_words(item: Characteristic, result: CharacteristicResult) -> str:
     edge = limit - u if above else limit + u
     if beyond > 0.0:
         return (
-            f"{beyond:.4f}{unit} beyond {of_limit}, less than U ({u:.4f}{unit}): neither good nor "
-            "bad is proven."
+            f"{beyond:.4f}{unit} beyond {of_limit}, less than U ({u:.4f}{unit}): neither "
+            "conformance nor non-conformance is proven."
         )
     side = "above" if not above else "below"
     return (

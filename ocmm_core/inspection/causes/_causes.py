@@ -90,8 +90,8 @@ def _side(
         if inquiry.cured(item, trial) is not None:
             return CauseFinding(
                 Cause.SIDE, (name,), inquiry.own_points(name)[:MOST_POINTS],
-                f"Check the probe side of {name}: flip its points, or probe it again from "
-                "outside the material.",
+                f"Check the probe side of {name}: flip its points, or re-probe it from outside "
+                "the material.",
                 f"{name} is off by the ball diameter, {diameter:.3f} mm.",
             )  # fmt: skip
     return None
@@ -117,7 +117,7 @@ def _single_points(
     seen = best[1]
     name, points = seen.feature, points_words(seen.numbers)
     off = ", ".join(f"{value:+.3f}" for value in seen.off)
-    evidence = f"Without {points} it would be much better; off by {off} mm."
+    evidence = f"Far better without {points}; off by {off} mm."
     if name not in inquiry.own_features(item) or name in inquiry.held_by:
         return CauseFinding(
             Cause.DATUM, (name,), seen.numbers, f"Re-probe {points} of datum {name}.", evidence
@@ -145,12 +145,12 @@ def _ball(
     if common.both_sides:
         seen = f"every {small} size is too small and every {large} one too large"
     else:
-        seen = "all sizes are off the same way"
+        seen = "all sizes are off in the same direction"
     return CauseFinding(
         Cause.TIP, inquiry.own_features(item), inquiry.strongest(item, result),
         f"Qualify the tip: {seen}, by about {2.0 * abs(common.ball):.3f} mm.",
-        f"The ball acts {2.0 * abs(common.ball):.3f} mm "
-        f"{'larger' if common.ball > 0.0 else 'smaller'} than its diameter in use.",
+        f"The ball appears {2.0 * abs(common.ball):.3f} mm "
+        f"{'larger' if common.ball > 0.0 else 'smaller'} than the diameter in use.",
     )  # fmt: skip
 
 
@@ -174,7 +174,7 @@ def _warmth(
         Cause.TEMPERATURE, inquiry.own_features(item), inquiry.strongest(item, result),
         f"{verb} the part's temperature: lengths {grow} with distance, {per_100:.0f} µm per "
         "100 mm.",
-        f"That is about {kelvin:+.0f} K.",
+        f"Equivalent to about {kelvin:+.0f} K.",
     )  # fmt: skip
 
 
@@ -200,8 +200,8 @@ def _datum(
     off = common.place.misfits[name]
     return CauseFinding(
         Cause.DATUM, (name,), inquiry.farthest(name),
-        f"Clean and re-probe datum {name}: it does not fit the other features.",
-        f"{name} is off by {off:.3f} mm where the other features agree.",
+        f"Clean and re-probe datum {name}: inconsistent with the other features.",
+        f"{name} is off by {off:.3f} mm while the other features agree.",
     )  # fmt: skip
 
 
@@ -219,7 +219,7 @@ def _frame(
         if (beyond_limit(at, result) or 0.0) < 0.0:
             return CauseFinding(
                 Cause.ALIGNMENT, bound.features, (),
-                f"Check the alignment ({bound.frame}): in it the plan's own nominal of "
+                f"Check the alignment ({bound.frame}): in it, the plan nominal of "
                 f"{item.features[0]} is {drawn:.3f} mm, not {item.nominal:.3f} mm.",
                 "The value agrees with the nominal geometry of the plan.",
             )  # fmt: skip

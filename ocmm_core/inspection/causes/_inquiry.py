@@ -235,7 +235,7 @@ class Inquiry:
             return None
         try:
             return budget_of(
-                item, evaluation, self.job.actual, self.job.parts, self.job.covariance,
+                item, evaluation, self.job.actual, self.job.parts, self.job.factors,
                 self.job.samples,
             )  # fmt: skip
         except MeasuringError:

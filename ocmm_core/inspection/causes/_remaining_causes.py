@@ -25,16 +25,16 @@ _CHANCE = 3.0
 
 _REMEDIES = {
     "Image noise": "take more points",
-    "Sensor pattern": "take more points, with the probe turned between them",
+    "Sensor pattern": "take more points, rotating the probe between them",
     "Cameras": "measure near the middle of the volume, or calibrate the cameras again",
     "Reference body": "calibrate the reference body again",
     "Probe geometry": "calibrate the probe and its tip again",
-    "Probe temperature": "measure the temperature of the probe, or let it settle",
-    "Probe weight": "hold the probe as it was calibrated",
+    "Probe temperature": "measure the probe temperature, or let it stabilise",
+    "Probe weight": "hold the probe as during its calibration",
     "Hand force": "touch with less force, or take more points",
     "Tip radius": "qualify the tip",
-    "Saved frame": "measure the features of the frame in this job",
-    "Part temperature": "measure the temperature of the part more accurately",
+    "Saved frame": "measure the datum features in this job",
+    "Part temperature": "measure the part temperature more accurately",
 }
 
 
@@ -62,7 +62,7 @@ def few_points(
         return CauseFinding(
             Cause.COVERAGE, (view.name,), inquiry.own_points(view.name)[:MOST_POINTS],
             f"Probe more of {view.name}: {coverage.words} have points. {coverage.warning}",
-            "The places of the points make every error of theirs count more.",
+            "The point positions amplify every point error.",
         )  # fmt: skip
     return None
 
@@ -85,8 +85,8 @@ def scatter(
             form = inquiry.job.actual[shape].fit.form
             return CauseFinding(
                 Cause.PART, (shape,), inquiry.extremes(shape),
-                f"Most likely the part: {shape} has a form error of {form:.3f} mm. More points on "
-                "it settle the value.",
+                f"Most likely the part: {shape} has a form error of {form:.3f} mm. More points "
+                "on it stabilise the value.",
                 f"Its points scatter more than those of the other features; they are "
                 f"{100.0 * min(random, 1.0):.0f} % of the variance of U.",
             )  # fmt: skip
@@ -98,7 +98,7 @@ def scatter(
     hold = "Hold the probe still, and take" if noisy else "Take"
     return CauseFinding(
         Cause.NOISE, tuple(own), inquiry.strongest(item, result),
-        f"{hold} more points on {names}: their scatter is most of the uncertainty.", evidence,
+        f"{hold} more points on {names}: their scatter dominates the uncertainty.", evidence,
     )  # fmt: skip
 
 
@@ -152,8 +152,8 @@ def the_part(inquiry: Inquiry, item: Characteristic, result: CharacteristicResul
     elif result.verdict is Verdict.NOT_CONFORM:
         said = f"Most likely the part: {beyond:.3f}{small} out, {beyond / u:.1f} times U"
     else:
-        said = "Most likely the part: it is at its limit, nearer than U can tell"
+        said = "Most likely the part: it is at its limit, within U"
     return CauseFinding(
         Cause.PART, names, inquiry.strongest(item, result),
-        f"{said}. The points agree.", "No error of measuring fits what the points show.",
+        f"{said}. The points agree.", "No measuring error explains the points.",
     )  # fmt: skip

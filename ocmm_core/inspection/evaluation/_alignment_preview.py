@@ -10,7 +10,7 @@ from ocmm_core.errors import InputError
 from ocmm_core.inspection.evaluation._evaluation import checked_features
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import MeasuredPoint, joint_covariance, reported_points
+from ocmm_core.measuring import MeasuredPoint, joint_factors, reported_points
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
@@ -38,12 +38,12 @@ def alignment_of_points(
     if bound is None:
         raise InputError(
             "alignment.none",
-            f"The plan {plan.name} has no alignment: all its results hold in any frame.",
-            "Add an alignment to the plan if coordinates or positions are wanted.",
+            f"Plan {plan.name} has no alignment: its results are independent of the frame.",
+            "Add an alignment to the plan to get coordinates or positions.",
         )
     reported = reported_points(points, options.climate.part)
-    covariance = joint_covariance(
+    factors = joint_factors(
         reported, sensitivities, rig, body, options.contact, options.climate.part,
         doubt_of(bound),
     )  # fmt: skip
-    return preview_alignment(bound, checked_features(plan, reported, options), covariance)
+    return preview_alignment(bound, checked_features(plan, reported, options), factors)

@@ -106,10 +106,7 @@ def _sectors(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
     elif fit.shape.spec.is_long:
         along = float(np.ptp(arms @ fit.direction))
         if along < _SHORTEST * fit.radius:
-            warning = (
-                f"The points lie within {along:.1f} mm along the axis, which hardly shows its "
-                "direction: touch at two heights."
-            )
+            warning = f"Points span only {along:.1f} mm of the axis. Probe at two heights."
     return _coverage(list(cells), "sectors", warning, start)
 
 
@@ -128,10 +125,7 @@ def _sphere(nominal: NominalFeature, fit: Fit, tips: Float) -> Coverage:
     widest = float(np.degrees(np.arccos(np.clip(heights.min(), -1.0, 1.0))))
     warning = ""
     if widest < _CAP_DEG:
-        warning = (
-            f"The points lie within {widest:.0f} degrees of their middle: touch nearer to the "
-            "equator, too."
-        )
+        warning = f"Points span only {widest:.0f}° from their middle. Add some near the equator."
     return _coverage(cells, "patches", warning, start)
 
 
@@ -158,9 +152,9 @@ def _plane(
     cells[places[:, 1], places[:, 0]] = True
     warning = ""
     if narrow < _NARROWEST:
-        warning = "The points lie nearly on a line: touch beside it, too."
+        warning = "Points are nearly on one line. Add one beside it."
     elif known and float(np.ptp(flat, axis=0).min()) < _SHORTEST:
-        warning = "The points lie on a small part of the plane: touch nearer to its corners, too."
+        warning = "Points cover little of the plane. Add some near its corners."
     return _coverage(list(cells.ravel()), "cells", warning)
 
 
@@ -176,8 +170,7 @@ def _line(
         middle = float(there @ fit.direction)
         if length < _SHORTEST * nominal.length:
             warning = (
-                f"The points extend over {length:.1f} of {nominal.length:.1f} mm: touch nearer to "
-                "its ends, too."
+                f"Points span {length:.1f} of {nominal.length:.1f} mm. Add some near the ends."
             )
         length = nominal.length
     places = ((along - middle) / max(length, 1e-9) + 0.5) * count

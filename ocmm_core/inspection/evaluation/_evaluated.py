@@ -1,15 +1,13 @@
 """A job with all that its results rest on, and what it would say if its points were others.
 
 The results of a job are enough for a screen. Whoever asks where they come from, for a budget or a
-cause, wants the features, the parts of the covariance and the gradients behind them, too.
+cause, wants the features, the parts of the uncertainty and the gradients behind them, too.
 """
 
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-
-import numpy as np
 
 from ocmm_core.alignment import AnyAlignment, BoundAlignment, doubt_of
 from ocmm_core.camera import Rig
@@ -22,10 +20,11 @@ from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import (
     Contribution,
     MeasuredPoint,
+    PointFactors,
     ProbeState,
     contributions,
+    factors_of,
     reported_points,
-    sum_of,
 )
 from ocmm_core.tolerances.decisions import CharacteristicResult, evaluate_all
 from ocmm_core.tolerances.kinds import evaluate, involved_features
@@ -48,8 +47,8 @@ class EvaluatedJob:
         Every feature, or why there is none.
     alignment
         Bound and settled; None without one.
-    parts, covariance
-        Parts of the joint covariance, and their sum, (3 N + 1, 3 N + 1), mm^2.
+    parts, factors
+        Parts of the joint uncertainty of the points, and their sum.
     samples
         What the features show of their form.
     evaluations, missing
@@ -62,7 +61,7 @@ class EvaluatedJob:
     found: Mapping[str, ActualFeature | FitError]
     alignment: BoundAlignment | None
     parts: tuple[Contribution, ...]
-    covariance: Float
+    factors: PointFactors
     samples: tuple[FormSample, ...]
     evaluations: Mapping[str, Evaluation]
     missing: Mapping[str, str]
@@ -87,24 +86,22 @@ class EvaluatedJob:
         else:
             found = checked_features(self.plan, points, self.options)
             alignment = alignment_of(self.plan, found)
-        return evaluate_all(items, alignment, found, self.covariance, self.plan.rule)
+        return evaluate_all(items, alignment, found, self.factors, self.plan.rule)
 
     def results_without(
         self, items: Sequence[Characteristic], numbers: Collection[int]
     ) -> tuple[CharacteristicResult, ...]:
         """Return the results of characteristics if points had not been taken."""
         kept = [i for i, point in enumerate(self.points) if point.number not in numbers]
-        columns = [3 * i + k for i in kept for k in range(3)] + [3 * len(self.points)]
         found = checked_features(self.plan, [self.points[i] for i in kept], self.options)
-        covariance = self.covariance[np.ix_(columns, columns)]
         alignment = alignment_of(self.plan, found)
-        return evaluate_all(items, alignment, found, covariance, self.plan.rule)
+        return evaluate_all(items, alignment, found, self.factors.kept(kept), self.plan.rule)
 
     def results_in(
         self, items: Sequence[Characteristic], alignment: AnyAlignment
     ) -> tuple[CharacteristicResult, ...]:
         """Return the results of characteristics if the part frame were another."""
-        return evaluate_all(items, alignment, self.found, self.covariance, self.plan.rule)
+        return evaluate_all(items, alignment, self.found, self.factors, self.plan.rule)
 
     def moved(self, by: Float) -> tuple[MeasuredPoint, ...]:
         """Return the points with ball centres moved by (N, 3), mm."""
@@ -138,7 +135,7 @@ def evaluated_job(
         reported, sensitivities, rig, body, options.contact, options.climate.part, probe,
         doubt_of(alignment),
     )  # fmt: skip
-    covariance = sum_of(parts, len(reported))
+    factors = factors_of(parts, len(reported))
     frames = Frames(actual, alignment)
     evaluations: dict[str, Evaluation] = {}
     missing: dict[str, str] = {}
@@ -150,8 +147,8 @@ def evaluated_job(
         except OcmmError as error:
             missing[item.name] = error.what
     return EvaluatedJob(
-        plan, options, reported, found, alignment, parts, covariance,
-        form_samples(found, covariance), evaluations, missing,
+        plan, options, reported, found, alignment, parts, factors,
+        form_samples(found, factors), evaluations, missing,
     )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._quarantine import with_doubt
 from ocmm_core.inspection.evaluation._single_points import compensate_by_plan
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import MeasuredPoint, joint_covariance, reported_points
+from ocmm_core.measuring import MeasuredPoint, joint_factors, reported_points
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
     evaluate_all,
@@ -99,11 +99,11 @@ def evaluate_job(
     reported = reported_points(points, options.climate.part)
     actual = checked_features(plan, reported, options)
     alignment = alignment_of(plan, actual)
-    covariance = joint_covariance(
+    factors = joint_factors(
         reported, sensitivities, rig, body, options.contact, options.climate.part,
         doubt_of(alignment),
     )  # fmt: skip
-    results = evaluate_all(plan.characteristics, alignment, actual, covariance, plan.rule)
+    results = evaluate_all(plan.characteristics, alignment, actual, factors, plan.rule)
     touched = {point.feature for point in points}
     judged = tuple(
         _as_far_as_probed(plan, item, result, done, skipped, touched, actual)
@@ -143,12 +143,12 @@ def _as_far_as_probed(
     if spec_of(item.kind).own_form:
         # Every further point can only make form worse: a part of them says nothing.
         waits = not_measured(item, "")
-        return provisional(waits, f"Form is judged when {open_[0]} has all its points.")
+        return provisional(waits, f"Form is evaluated when {open_[0]} is complete.")
     if result.measured is None:
         # The feature itself may be what has no number yet; its own reason is the better one.
         why = result.note if open_[0] in own else f"Waits for {open_[0]}."
         return provisional(result, why)
-    return provisional(result, f"Provisional: {open_[0]} has not all its points yet.")
+    return provisional(result, f"Provisional: {open_[0]} is incomplete.")
 
 
 def checked_features(
@@ -222,7 +222,7 @@ def _scattered(feature: ActualFeature) -> FitError:
     worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
     return FitError(
         "session.form",
-        f"The points of {feature.nominal.name} scatter by {feature.fit.form:.3f} mm; point "
-        f"{worst} lies farthest off.",
-        "Undo the points that belong elsewhere and take them again.",
+        f"Points of {feature.nominal.name} scatter by {feature.fit.form:.3f} mm; point {worst} "
+        "is farthest off.",
+        "Undo the points that do not belong here and take them again.",
     )

@@ -22,8 +22,7 @@ LIMITS_EVENT = "limits"
 """Kind of the event of the job file."""
 
 FOR_COMPARISON = (
-    "Its poses were computed by the method of the thesis, for comparison: U is not that of this "
-    "method."
+    "Poses computed with the method of the thesis, for comparison: U does not apply to this method."
 )
 """Why a job with such points proves nothing."""
 
@@ -79,5 +78,5 @@ def _read(text: str) -> _Written:
         raise InputError(
             "session.limits",
             f"The job's record of its limits cannot be read: {error}.",
-            "Open the job with the program that wrote it.",
+            "Open the job with the program version that wrote it.",
         ) from error

@@ -27,29 +27,29 @@ class HoldReason(Enum):
     CAMERAS = (
         "points held back",
         "points released",
-        "Verify the calibration; if it passes they count again, else take them again.",
+        "Verify the calibration. If it passes, the points count again; if not, re-probe them.",
     )
     TIP = (
         "points held back for the tip",
         "points released for the tip",
-        "Make the quick tip check; if it passes they count again, else take them again.",
+        "Run the quick tip check. If it passes, the points count again; if not, re-probe them.",
     )
     FAILED_TIP = (
         "points of a tip that failed",
         "points of a tip that failed, released",
-        "Take them again.",
+        "Re-probe them.",
     )
     """Nothing releases them: nobody knows since when the tip was wrong."""
     CALIBRATION = (
         "points held back for the calibration",
         "points released for the calibration",
-        "Verify the calibration; if it passes they count again, else recall the jobs.",
+        "Verify the calibration. If it passes, the points count again; if not, recall the jobs.",
     )
     """By the history of the calibration; what the monitor saw in the job itself is `CAMERAS`."""
     FAILED_CALIBRATION = (
         "points of a calibration that failed",
         "points of a calibration that failed, released",
-        "Recall the jobs (ocmm recall), and take again what that does not release.",
+        "Recall the jobs (ocmm recall) and re-probe the points it does not release.",
     )
     """Only a recall releases them: nobody knows since when the cameras were wrong."""
 

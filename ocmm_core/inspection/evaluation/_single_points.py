@@ -55,8 +55,8 @@ def compensate_by_plan(
         if slant > MAX_SLANT_DEG:
             actual[name] = FitError(
                 "session.slant",
-                f"{name} was approached {slant:.0f} degrees off the direction in the plan.",
-                "Undo it and touch again, straight onto the surface.",
+                f"{name} was approached {slant:.0f}° off the planned direction.",
+                "Undo it and touch again, square to the surface.",
             )
     return actual
 

@@ -19,7 +19,7 @@ from ocmm_core.inspection.evaluation._evaluated import EvaluatedJob, evaluated_j
 from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import MeasuredPoint, ProbeState, joint_covariance, reported_points
+from ocmm_core.measuring import MeasuredPoint, ProbeState, joint_factors, reported_points
 from ocmm_core.tolerances.monte_carlo import Task
 from ocmm_core.tolerances.uncertainty import (
     Budget,
@@ -68,7 +68,7 @@ def job_uncertainty(
 
 def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
     """Return budgets and tasks of a job that was evaluated already."""
-    plan, actual, covariance, samples = job.plan, job.actual, job.covariance, job.samples
+    plan, actual, factors, samples = job.plan, job.actual, job.factors, job.samples
     budgets: dict[str, Budget] = {}
     missing = dict(job.missing)
     plain: list[Characteristic] = []
@@ -78,7 +78,7 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
         if evaluation is not None:
             try:
                 budgets[item.name] = budget_of(
-                    item, evaluation, actual, job.parts, covariance, samples
+                    item, evaluation, actual, job.parts, factors, samples
                 )
             except MeasuringError as error:
                 missing[item.name] = error.what
@@ -86,7 +86,7 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
     nominals = nominal_geometries(plan.features, plan.constructions)
     tasks = tuple(
         Task(
-            tuple(group), job.alignment, job.points, actual, covariance,
+            tuple(group), job.alignment, job.points, actual, factors,
             _of_surfaces(taken, len(job.points)), tuple(plan.constructions), nominals,
         )
         for group, taken in ((plain, samples), (of_form, ()))
@@ -123,15 +123,15 @@ def frame_covariance(
         return np.array(plan.alignment.covariance) if plan.alignment.covariance else None
     if saved_frame_in(alignment) is not None or isinstance(plan.alignment, Relocation):
         return None
-    covariance = joint_covariance(reported, sensitivities, rig, body, options.contact, climate.part)
+    factors = joint_factors(reported, sensitivities, rig, body, options.contact, climate.part)
     actual = {k: v for k, v in found.items() if isinstance(v, ActualFeature)}
     jacobian = Frames(actual, alignment).of_part(plan.name).by_coordinates
     tips = np.array([point.tip_world for point in reported])
     # A turn counts by what it moves at the size of the part, mm, and is held beside a shift.
     arm = max(float(np.linalg.norm(np.ptp(tips, axis=0))), 1.0)
     scale = np.array([arm] * 3 + [1.0] * 3)
-    samples = form_samples(found, covariance)
-    moved = widened(scale[:, None] * jacobian, covariance, samples).covariance
+    samples = form_samples(found, factors)
+    moved = widened(scale[:, None] * jacobian, factors, samples).covariance
     of_frame: Float = moved / np.outer(scale, scale)
     return 0.5 * (of_frame + of_frame.T)
 

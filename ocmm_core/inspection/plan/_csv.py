@@ -63,8 +63,8 @@ def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
     if len(raw) > LARGEST_BYTES:
         raise InputError(
             "plan.csv",
-            f"{path}: the file has {len(raw)} bytes, which is no table of features.",
-            f"Give at most {MOST_FEATURES} features.",
+            f"{path}: the file has {len(raw)} bytes and is not a feature table.",
+            f"At most {MOST_FEATURES} features are allowed.",
         )
     try:
         text = raw.decode("utf-8-sig")
@@ -83,7 +83,7 @@ def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
             "plan.csv", f"{path}: the table is not complete: {error}.", "Save it as CSV again."
         ) from error
     if not rows:
-        raise InputError("plan.csv", f"{path}: the file is empty.", "Give a table of features.")
+        raise InputError("plan.csv", f"{path}: the file is empty.", "Choose a feature table.")
     columns = _columns(path, rows[0])
     found: list[NominalFeature] = []
     lines: dict[str, int] = {}
@@ -95,7 +95,7 @@ def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
             raise InputError(
                 "plan.csv",
                 f"{path}, line {line}: it has {len(row)} columns, the first line {len(columns)}.",
-                f"Give every line the same columns.{hint}",
+                f"Every line needs the same columns.{hint}",
             )
         cells = {
             column: _Cell(path, line, column, text.strip())
@@ -104,7 +104,7 @@ def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
         feature = _feature(cells, comma=delimiter != ",")
         if feature.name in lines:
             raise cells["name"].fault(
-                f"is the name of line {lines[feature.name]}, too", "Name each feature once."
+                f"is already the name in line {lines[feature.name]}", "Use each feature name once."
             )
         lines[feature.name] = line
         found.append(feature)
@@ -112,7 +112,7 @@ def features_from_csv(path: Path | str) -> tuple[NominalFeature, ...]:
         raise InputError(
             "plan.csv",
             f"{path}: the table has {len(found)} features.",
-            f"Give 1 to {MOST_FEATURES}, one a line below the names of the columns.",
+            f"Allowed: 1 to {MOST_FEATURES}, one per line below the column names.",
         )
     return tuple(found)
 
@@ -138,7 +138,7 @@ def _columns(path: Path, row: list[str]) -> list[str]:
     if missing or twice:
         what = f"column '{missing[0]}' is missing" if missing else f"'{twice[0]}' is there twice"
         raise InputError(
-            "plan.csv", f"{path}, line 1: {what}.", f"{', '.join(NEEDED)} are needed, once each."
+            "plan.csv", f"{path}, line 1: {what}.", f"Required, once each: {', '.join(NEEDED)}."
         )
     return columns
 
@@ -147,14 +147,14 @@ def _feature(cells: dict[str, _Cell], *, comma: bool) -> NominalFeature:
     name = cells["name"]
     if not NAME_PATTERN.fullmatch(name.text):
         raise name.fault(
-            "is no name",
-            "A name has 1 to 60 letters, digits, spaces, '_', '.' or '-' and begins with a letter, "
-            "a digit or '_'.",
+            "is not a valid name",
+            "A name has 1 to 60 letters, digits, spaces, '_', '.' or '-' and starts with a "
+            "letter, a digit or '_'.",
         )
     word = cells["shape"]
     shape = _SHAPES.get(re.sub("[^a-z]", "", word.text.lower()))
     if shape is None:
-        raise word.fault("is no shape", f"Shapes are {', '.join(s.value for s in Shape)}.")
+        raise word.fault("is not a shape", f"Shapes are {', '.join(s.value for s in Shape)}.")
     values = {
         column: _number(cells[column], comma=comma) if column in cells else 0.0
         for column in ("x", "y", "z", "i", "j", "k", "diameter", "length", "width", "angle")
@@ -184,7 +184,7 @@ def _number(cell: _Cell, *, comma: bool) -> float:
     value = number(cell.text, comma=comma)
     if value is None:
         raise cell.fault(
-            "is no number", "Write it like 12.5, or 12,5 where semicolons part the columns."
+            "is not a number", "Write it as 12.5, or 12,5 if semicolons separate the columns."
         )
     return value
 
@@ -193,7 +193,7 @@ def _points(cell: _Cell | None, shape: Shape) -> int:
     if cell is None or not cell.text:
         return usual_points(shape)
     if not re.fullmatch(r"\d{1,4}", cell.text):
-        raise cell.fault("is no count of points", "Give a whole number.")
+        raise cell.fault("is not a number of points", "Give a whole number.")
     return int(cell.text)
 
 
@@ -201,7 +201,7 @@ def _side(cell: _Cell | None) -> Literal["outer", "inner"]:
     if cell is None or cell.text.lower() in ("", "outer"):
         return "outer"
     if cell.text.lower() != "inner":
-        raise cell.fault("is no side", "Write outer (shaft, ball, face) or inner (bore).")
+        raise cell.fault("is not a side", "Write outer (shaft, ball, face) or inner (bore).")
     return "inner"
 
 
@@ -209,5 +209,5 @@ def _text(cell: _Cell | None) -> str:
     if cell is None:
         return ""
     if not cell.text.isprintable():
-        raise cell.fault("has characters that do not print", "Write it in plain words.")
+        raise cell.fault("contains non-printing characters", "Use plain text.")
     return cell.text

@@ -25,8 +25,8 @@ def _construction_doubt(plan: Plan) -> str:
     if not missing:
         return ""
     return (
-        f"The nominals do not give {', '.join(missing)}: what it is made from is parallel, in one "
-        "place, or not given itself."
+        f"The nominals do not define {', '.join(missing)}: its features are parallel, "
+        "coincident, or themselves undefined."
     )
 
 
@@ -38,5 +38,5 @@ def _frame_doubt(plan: Plan) -> str:
     try:
         frame_of(bound, bound.nominals)
     except FitError as error:
-        return f"A part just as drawn could not be aligned: {error.what} {error.remedy}"
+        return f"Even a nominal part could not be aligned: {error.what} {error.remedy}"
     return ""

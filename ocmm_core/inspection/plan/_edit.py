@@ -122,7 +122,7 @@ def remove_item(plan: Plan, name: str, group: str = "") -> Plan:
     if users:
         raise InputError(
             "plan.in_use",
-            f"{name} is needed by {', '.join(users)}.",
+            f"{name} is used by {', '.join(users)}.",
             f"Remove or change {'it' if len(users) == 1 else 'them'} first.",
         )
     changed = msgspec.structs.replace(plan, **{group: items})
@@ -175,7 +175,7 @@ def group_of_name(plan: Plan, name: str) -> str:
         if any(item.name == name for item in getattr(plan, group)):
             return group
     raise InputError(
-        "plan.no_item", f"The plan has nothing called {name!r}.", "Choose one of its list."
+        "plan.no_item", f"The plan has no item named {name!r}.", "Choose one from its list."
     )
 
 
@@ -196,8 +196,8 @@ def _index(items: list[Any], group: str, name: str) -> int:
             return index
     raise InputError(
         "plan.no_item",
-        f"The {group} of the plan have nothing called {name!r}.",
-        "Choose one of the list.",
+        f"The {group} of the plan have no item named {name!r}.",
+        "Choose one from the list.",
     )
 
 

@@ -36,12 +36,12 @@ def save_plan(plan: Plan, path: Path | str) -> None:
         raise StorageError(
             "plan.not_written",
             f"{path}: the plan cannot be written ({error.strerror or error}).",
-            "Choose a folder that you may write to, with room for it.",
+            "Choose a writable folder with enough space.",
         ) from error
     if load_plan(path) != plan:
         raise StorageError(
             "plan.not_same",
-            f"{path}: the plan that was written is not read back as it was.",
+            f"{path}: the written plan reads back differently.",
             "Save it under another name, and report this.",
         )
 

@@ -43,15 +43,15 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
     if plan_file is None:
         raise InputError(
             "plan.no_file",
-            "A picture lies beside its plan, and the plan has no file yet.",
+            "A picture is stored beside its plan, and the plan has no file yet.",
             "Save the plan first.",
         )
     index = next((i for i, item in enumerate(plan.features) if item.name == feature), None)
     if index is None:
         raise InputError(
             "plan.no_step",
-            "Only a feature that is probed is a step with a picture.",
-            "Choose the feature first.",
+            "Only probed features can have a picture.",
+            "Select the feature first.",
         )
     content = _content(source)
     folder = plan_file.absolute().parent
@@ -88,14 +88,14 @@ def _content(source: Path) -> bytes:
     if signature is None or not content.startswith(signature):
         raise InputError(
             "plan.no_picture",
-            f"{source}: this is no PNG or JPEG picture.",
-            "Give a file that ends in .png, .jpg or .jpeg and holds such a picture.",
+            f"{source}: not a PNG or JPEG picture.",
+            "Choose a picture file ending in .png, .jpg or .jpeg.",
         )
     if len(content) > LARGEST_BYTES:
         raise InputError(
             "plan.large_picture",
             f"{source}: the picture has {len(content) / 1e6:.0f} MB.",
-            f"Save it smaller, with at most {LARGEST_BYTES / 1e6:.0f} MB.",
+            f"Reduce it to at most {LARGEST_BYTES / 1e6:.0f} MB.",
         )
     return content
 
@@ -121,7 +121,7 @@ def _copied(source: Path, content: bytes, folder: Path) -> str:
         if target.is_file() and target.read_bytes() == content:
             return name
     raise StorageError(
-        "plan.picture_names", f"{folder}: no name for {stem} is left.", "Name the file otherwise."
+        "plan.picture_names", f"{folder}: no free file name for {stem}.", "Rename the file."
     )
 
 
@@ -133,5 +133,5 @@ def _write(target: Path, content: bytes) -> None:
         raise StorageError(
             "plan.picture_not_written",
             f"{target}: the picture cannot be written ({error.strerror or error}).",
-            "Choose a folder that you may write to, with room for it.",
+            "Choose a writable folder with enough space.",
         ) from error

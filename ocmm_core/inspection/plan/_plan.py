@@ -134,7 +134,7 @@ def load_plan(path: Path | str) -> Plan:
 def check_plan(path: Path, plan: Plan) -> None:
     """Raise InputError if the plan asks for something that cannot be measured."""
     if not plan.features:
-        raise _error(path, "features", "is empty: there is nothing to measure")
+        raise _error(path, "features", "is empty: nothing to measure")
     names = [("name", plan.name), ("part", plan.part)]
     names += [(f"features[{i}].name", item.name) for i, item in enumerate(plan.features)]
     names += [(f"constructions[{i}].name", item.name) for i, item in enumerate(plan.constructions)]
@@ -144,8 +144,8 @@ def check_plan(path: Path, plan: Plan) -> None:
             raise _error(
                 path,
                 field,
-                f"is {name!r}; a name has 1 to 60 letters, digits, spaces, '_', '.' or '-' "
-                "and begins with a letter, a digit or '_'",
+                f"is {name!r}; a name has 1 to 60 letters, digits, spaces, '_', '.' or '-' and "
+                "starts with a letter, a digit or '_'",
             )
     for group in ("features", "characteristics"):
         seen: set[str] = set()
@@ -188,8 +188,8 @@ def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) 
             raise _error(
                 path,
                 f"{at}.projection",
-                f"names {feature.projection!r}, which is constructed: project the circle onto it "
-                "by a construction instead",
+                f"names {feature.projection!r}, which is constructed: use a construction to "
+                "project the circle onto it",
             )
 
 

@@ -47,7 +47,7 @@ def features_from_step(
     """
     path = Path(path)
     if not read_bytes(path).lstrip().startswith(b"ISO-10303-21"):
-        raise _error(path, "it is no STEP file", "Give a file with the ending .step or .stp.")
+        raise _error(path, "not a STEP file", "Choose a file ending in .step or .stp.")
     context = multiprocessing.get_context("spawn")
     answer, asked = context.Pipe(duplex=False)
     worker = context.Process(target=read_step, args=(str(path), asked), daemon=True)
@@ -61,9 +61,7 @@ def features_from_step(
         if ready:
             found = answer.recv()
         elif given_up():
-            raise InputError(
-                "plan.step_given_up", f"{path}: importing was given up.", "Import it again."
-            )
+            raise InputError("plan.step_given_up", f"{path}: import cancelled.", "Import it again.")
         else:
             found = f"reading took longer than {timeout_s:.0f} s"
     except EOFError:
@@ -78,7 +76,7 @@ def features_from_step(
     if found == "MISSING":
         raise InputError(
             "plan.step_extra",
-            "STEP files are read by an extra that is not installed.",
+            "Reading STEP files needs an extra that is not installed.",
             "Install it with: pip install 'ocmm[step]'; or import the features from CSV.",
         )
     if isinstance(found, str):

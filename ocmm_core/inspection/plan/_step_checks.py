@@ -19,7 +19,7 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
         Compensation that the plan says for features that say none.
     """
     if len(feature.text) > LONGEST_TEXT or not feature.text.replace("\n", " ").isprintable():
-        return "text", f"is longer than {LONGEST_TEXT} characters, or has some that do not print"
+        return "text", f"is longer than {LONGEST_TEXT} characters, or contains non-printing ones"
     fault = picture_fault(feature.picture)
     if fault:
         return "picture", fault
@@ -28,12 +28,11 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
     # The axis of the probe stands on a face; along a bore it says nothing about the wall.
     if method == "shank" and feature.shape.spec.is_curved:
         return "compensation", (
-            f"is 'shank', but the axis of the probe does not say on which side of a {shape} the "
-            "material is"
+            f"is 'shank', but the probe axis does not determine the probe side of a {shape}"
         )
     # A line does not name its face; every other shape says where its surface looks to.
     if method == "nominal" and feature.shape is Shape.LINE:
-        return "compensation", f"is 'nominal', but the plan does not say where a {shape} looks to"
+        return "compensation", f"is 'nominal', but the plan does not say which way a {shape} faces"
     return None
 
 

@@ -80,12 +80,12 @@ def _faces(path: str) -> list[StepFace]:
 
     reader = STEPControl_Reader()
     if reader.ReadFile(path) != IFSelect_RetDone:
-        msg = "it is no complete STEP file"
+        msg = "not a complete STEP file"
         raise ValueError(msg)
     reader.TransferRoots()
     shape = reader.OneShape()
     if shape is None or shape.IsNull():
-        msg = "it holds no shape"
+        msg = "contains no shape"
         raise ValueError(msg)
     # The older of the versions that are allowed call it otherwise.
     as_face = getattr(TopoDS, "Face", None) or TopoDS.Face_s

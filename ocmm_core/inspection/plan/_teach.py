@@ -38,7 +38,7 @@ def taught_plan(
     if T_part_from_world is None:
         raise InputError(
             "plan.no_frame",
-            "Nominals are taught in the part frame, which is not measured.",
+            "Nominals are taught in the part frame, which is not measured yet.",
             "Give the plan an alignment and measure its features.",
         )
     features = []

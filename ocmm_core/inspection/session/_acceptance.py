@@ -161,8 +161,8 @@ def judge_touch(
     if not meant.feature:
         return Refusal(
             RefusalCode.NO_FEATURE,
-            "Every feature of the plan is done.",
-            "Select a feature to measure it again, or export the report.",
+            "All features of the plan are measured.",
+            "Select a feature to reopen or repeat, or write the report.",
             stable.time_s,
         )
     side = side_of(
@@ -197,8 +197,8 @@ def _doubt(
     if uncertainty > limit:
         return Refusal(
             RefusalCode.UNCERTAIN,
-            f"The point would be uncertain by {uncertainty:.3f} mm (limit {limit:.3f} mm).",
-            "Turn the probe so that more LEDs face both cameras.",
+            f"The uncertainty of the point would be {uncertainty:.3f} mm (limit {limit:.3f} mm).",
+            "Turn the probe so that both cameras see more LEDs.",
             stable.time_s,
         )
     return None

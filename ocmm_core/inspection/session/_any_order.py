@@ -104,8 +104,7 @@ def touched_feature(
         return Refusal(
             RefusalCode.AMBIGUOUS,
             f"No feature of the plan is within {SEARCH_MM:g} mm of the ball.",
-            "Touch nearer to a feature, or select the feature that you mean and probe in the order "
-            "of the plan.",
+            "Touch nearer to a feature, or select the intended feature and probe in plan order.",
             contact.time_s,
         )
     close = [near for near in found if near.gap - found[0].gap < APART_MM]
@@ -122,7 +121,7 @@ def touched_feature(
         RefusalCode.AMBIGUOUS,
         f"The touch may belong to {first.name} ({first.gap:.1f} mm away) or to {second.name} "
         f"({second.gap:.1f} mm away).",
-        "Select the one that you mean, or touch where they are further apart.",
+        "Select the intended one, or touch where they are further apart.",
         contact.time_s,
     )
 

@@ -126,7 +126,7 @@ def assign_touch(
     if wanted is not None and wanted not in progress.names:
         return Refusal(
             RefusalCode.NO_FEATURE,
-            f"The touch was meant for {wanted}, which the plan does not have.",
+            f"The touch was intended for {wanted}, which is not in the plan.",
             "Touch a feature of the plan.",
             contact.time_s,
         )

@@ -114,7 +114,7 @@ class Conditions:
         if before.record() != self._options.climate.record():
             raise MeasuringError(
                 "session.temperature",
-                f"{self._ledger.job.path}: its points were taken with other temperatures or "
-                f"switches. {before.words}",
-                "Go on with the same, or begin a new job.",
+                f"{self._ledger.job.path}: its points were taken with other temperature "
+                f"settings. {before.words}",
+                "Continue with the same settings, or start a new job.",
             )

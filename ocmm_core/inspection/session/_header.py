@@ -40,9 +40,9 @@ def check_header(header: JobHeader) -> None:
         if not missing and not NAME_PATTERN.fullmatch(name):
             raise InputError(
                 "header.name",
-                f"The {field} is {name!r}, which other programs could not take.",
-                "Use 1 to 60 letters from A to Z, digits, spaces, '_', '.' or '-', and begin with "
-                "a letter, a digit or '_'.",
+                f"The {field} is {name!r}, which other programs may not accept.",
+                "Use 1 to 60 letters from A to Z, digits, spaces, '_', '.' or '-', starting "
+                "with a letter, a digit or '_'.",
             )
 
 

@@ -77,7 +77,7 @@ class TouchIntake:
         if touch.interrupted:
             return Refusal(
                 RefusalCode.GAP,
-                "The frames of the cameras were interrupted during the touch.",
+                "Camera frames were interrupted during the touch.",
                 "Touch again when the machine is ready.",
                 0.0,
             )

@@ -102,8 +102,8 @@ class JobPoints:
                 return point
         raise MeasuringError(
             "session.no_such_point",
-            f"There is no point {number} that counts.",
-            "Choose one of the points of the list.",
+            f"No active point {number}.",
+            "Choose a point from the list.",
         )
 
     def deleted(self, feature: str) -> tuple[DeletedPoint, ...]:
@@ -253,8 +253,8 @@ class JobPoints:
         if item is None or number in self._successor:
             raise MeasuringError(
                 "session.not_deleted",
-                f"Point {number} was not deleted, or is back already.",
-                "Choose one of the deleted points of the feature.",
+                f"Point {number} was not deleted, or is already restored.",
+                "Choose a deleted point of the feature.",
             )
         return item.point
 

@@ -99,7 +99,7 @@ class JobLedger:
         if name not in self.progress.names:
             raise MeasuringError(
                 "session.feature",
-                f"The plan has no feature called {name!r}.",
+                f"The plan has no feature named {name!r}.",
                 "Select one of the features in the list.",
             )
         return name

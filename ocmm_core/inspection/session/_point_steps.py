@@ -33,9 +33,7 @@ class PointSteps:
         ledger = self._ledger
         with ledger.lock:
             if not ledger.points.counting:
-                raise MeasuringError(
-                    "session.no_point", "No point was taken yet.", "Take one first."
-                )
+                raise MeasuringError("session.no_point", "No points taken yet.", "Take one first.")
             old = ledger.points.counting[-1] if number is None else ledger.points.point(number)
             new = replace(
                 old,
@@ -77,7 +75,7 @@ class PointSteps:
         ledger = self._ledger
         with ledger.lock:
             feature = ledger.points.taken_out(number).feature
-            ledger.did(f"restoring of point {number}", ledger.settled(feature, 1), restore=[number])
+            ledger.did(f"restore of point {number}", ledger.settled(feature, 1), restore=[number])
 
 
 def _checked_reason(reason: str) -> str:
@@ -86,7 +84,7 @@ def _checked_reason(reason: str) -> str:
     if not line or not line.isprintable():
         raise MeasuringError(
             "session.no_reason",
-            "A point is only deleted with a reason.",
-            "Say in some words why it does not belong to the feature.",
+            "Deleting a point needs a reason.",
+            "State briefly why it does not belong to the feature.",
         )
     return line

@@ -69,21 +69,21 @@ class ReferenceUse:
                 "session.other_reference",
                 f"{job.path}: the points of this job are relative to a reference body, and it is "
                 + ("not given now." if reference is None else f"not '{reference.name}'."),
-                "Give the reference body that the job was begun with (--reference), as it was "
-                "fixed then; or begin a new job.",
+                "Give the reference body the job was started with (--reference), fixed as it "
+                "was then; or start a new job.",
             )
         if stored is None and reference is not None and begun:
             raise MeasuringError(
                 "session.no_reference",
-                f"{job.path}: the points of this job were taken without a reference body.",
-                "Go on without --reference, or begin a new job.",
+                f"{job.path}: this job was measured without a reference body.",
+                "Continue without --reference, or start a new job.",
             )
         if stored is not None and job.head.rig_identity != rig.identity:
             raise MeasuringError(
                 "session.other_cameras",
-                f"{job.path}: the cameras were calibrated anew since this job was begun: where the "
-                "reference body stood then is not known to these.",
-                "Begin a new job.",
+                f"{job.path}: the cameras were recalibrated after this job was started; the "
+                "position of the reference body at that time is unknown to the new calibration.",
+                "Start a new job.",
             )
         if stored is not None and reference is not None:
             self.home = home_of(stored.spots, stored.n_frames, rig, reference)
@@ -125,7 +125,7 @@ class ReferenceUse:
         if self._reference is None or self.home is None or len(beside) != len(observed):
             raise MeasuringError(
                 "session.reference_home",
-                "It is not known where the reference body stood when the job began.",
+                "The position of the reference body at the start of the job is unknown.",
                 "Let part and cameras come to rest until the machine is ready, then touch again.",
             )
         return relative_sensitivities(

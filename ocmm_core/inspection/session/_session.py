@@ -77,16 +77,16 @@ class InspectionSession:
         if begun and job.head.probe_identity != body.identity:
             raise MeasuringError(
                 "session.other_probe",
-                f"{job.path}: the points of this job were taken with another probe, with another "
-                f"tip, or before the tip was calibrated or qualified anew.",
-                "Begin a new job; or give the probe and the tip that this one was begun with.",
+                f"{job.path}: the points of this job were taken with another probe, another "
+                "tip, or before the tip was calibrated or qualified again.",
+                "Start a new job, or give the probe and tip this one was started with.",
             )
         if begun and options.reference is None and job.head.rig_identity != rig.identity:
             raise MeasuringError(
                 "session.other_cameras",
-                f"{job.path}: the cameras were calibrated anew since this job was begun: where its "
-                "points are is not known to these.",
-                "Begin a new job.",
+                f"{job.path}: the cameras were recalibrated after this job was started; the "
+                "position of its points is unknown to the new calibration.",
+                "Start a new job.",
             )
         self._reference = ReferenceUse(rig, body, options.reference, job, begun=begun)
         acceptance = Acceptance(ledger, rig, body, options, self._reference)
@@ -201,7 +201,7 @@ class InspectionSession:
         name = simulated_frame(self._ledger.plan.alignment)
         if not name or self.conditions.simulated:
             return ""
-        return f"The frame {name} of the plan is {SIMULATED}: it says nothing about a real part."
+        return f"Frame {name} of the plan is {SIMULATED}: it says nothing about a real part."
 
     def _state(self) -> JobState:
         """Return what the job is, beside its points."""

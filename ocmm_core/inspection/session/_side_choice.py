@@ -42,7 +42,7 @@ def chosen_methods(plan: Plan, progress: Progress, method: str, name: str) -> di
     if method not in METHODS:
         raise MeasuringError(
             "session.method",
-            f"{method!r} is no way to find the side of the material.",
+            f"{method!r} is not a method for finding the probe side.",
             f"Choose one of: {', '.join(METHODS)}.",
         )
     chosen = dict(progress.methods)
@@ -56,6 +56,6 @@ def chosen_methods(plan: Plan, progress: Progress, method: str, name: str) -> di
             raise MeasuringError(
                 "session.method",
                 f"The compensation of {name} {fault[1]}.",
-                "Choose another way for it.",
+                "Choose another method.",
             )
     return chosen

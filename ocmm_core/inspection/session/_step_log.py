@@ -131,7 +131,7 @@ class StepLog:
         """
         step = self.last
         if step is None:
-            raise MeasuringError("session.no_point", "No point was taken yet.", "Take one first.")
+            raise MeasuringError("session.no_point", "No points taken yet.", "Take one first.")
         self._deeds.undid(self._reverse(step, "undone", "undid"))
 
     def redo(self) -> None:

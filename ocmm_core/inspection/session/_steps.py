@@ -47,7 +47,7 @@ class JobSteps:
         with ledger.lock:
             name = ledger.known(name or ledger.require_active())
             ledger.did(
-                f"skipping of {name}",
+                f"skip of {name}",
                 ledger.progress.left_out(name),
                 events=[("skipped", name)],
             )
@@ -65,9 +65,9 @@ class JobSteps:
             name = ledger.known(name or ledger.require_active())
             numbers = [point.number for point in ledger.points.of(name)]
             ledger.did(
-                f"repeating of {name}",
+                f"repeat of {name}",
                 ledger.progress.opened(name),
-                annul=dict.fromkeys(numbers, f"{name} is measured anew"),
+                annul=dict.fromkeys(numbers, f"{name} is repeated"),
                 events=[("repeated", name)],
             )
             ledger.selected = name
@@ -92,7 +92,7 @@ class JobSteps:
                     f"Take {minimum - count} more.",
                 )
             ledger.did(
-                f"finishing of {feature.name}",
+                f"finish of {feature.name}",
                 ledger.progress.finished(feature.name),
                 events=[("finished", f"{feature.name} with {count} points")],
             )
@@ -131,11 +131,9 @@ class JobSteps:
         with ledger.lock:
             name = ledger.known(name or ledger.looked_at or ledger.require_active())
             if name not in ledger.progress.done | ledger.progress.skipped:
-                raise MeasuringError(
-                    "session.open", f"{name} is open: it takes points.", "Touch it."
-                )
+                raise MeasuringError("session.open", f"{name} is open for points.", "Touch it.")
             ledger.did(
-                f"reopening of {name}",
+                f"reopen of {name}",
                 ledger.progress.opened(name),
                 events=[("reopened", name)],
             )

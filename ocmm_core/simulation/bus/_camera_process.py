@@ -21,6 +21,7 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.bus._camera_time import SteppedCameraTime
 from ocmm_core.simulation.bus._chain import Chain, Unit
 from ocmm_core.simulation.bus._faults import Faults
 from ocmm_core.simulation.bus._wire import Wire
@@ -55,6 +56,8 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         empty: none.
     switched_on
         How often the cameras were switched on before.
+    ring_path
+        Ring of a bus process whose time waits for this computer; empty: a time that does not.
     """
 
     interface: str
@@ -66,6 +69,7 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     seed: int = 0
     control: str = ""
     switched_on: int = 0
+    ring_path: str = ""
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -125,6 +129,7 @@ def make_wire(config: SegmentConfig) -> Wire:
         Faults(config.drop, config.seed),
         config.second_interface,
         config.control,
+        SteppedCameraTime(config.ring_path) if config.ring_path else None,
     )
 
 
@@ -146,8 +151,8 @@ def _run(arguments: list[str]) -> None:
     except msgspec.DecodeError as error:
         raise InputError(
             "simulation.segment",
-            f"The configuration of the software cameras is not valid: {error}.",
-            "Start them through the program.",
+            f"Invalid configuration of the software cameras: {error}.",
+            "Start them from OCMM.",
         ) from error
     ended = threading.Event()
     for number in (signal.SIGTERM, signal.SIGINT):

@@ -79,15 +79,15 @@ def rig_up(
     _need_root("up")
     if rig_status().record is not None:
         raise BusError(
-            "rig.up", "The virtual rig is up already.", "Use it, or run 'ocmm rig down' first."
+            "rig.up", "The virtual rig is already up.", "Use it, or run 'ocmm rig down' first."
         )
     known = {name for _, name in socket.if_nameindex()}
     for name in (host, cameras):
         if name in known:
             raise BusError(
                 "rig.name",
-                f"There is an interface '{name}' already, and this program did not make it.",
-                "Choose another name, or remove that interface yourself.",
+                f"Interface '{name}' already exists and was not created by this program.",
+                "Choose another name, or remove that interface manually.",
             )
     make_link(host, cameras)
     process: subprocess.Popen[bytes] | None = None
@@ -110,7 +110,10 @@ def rig_up(
         if isinstance(error, OSError):
             raise BusError(
                 "rig.state",
-                f"{_state_file()}: what was made cannot be written down ({error.strerror}).",
+                (
+                    f"{_state_file()}: the state of the virtual rig cannot be saved "
+                    f"({error.strerror})."
+                ),
                 "Make that folder writable.",
             ) from error
         raise
@@ -156,7 +159,7 @@ def rig_status() -> RigStatus:
         raise BusError(
             "rig.state",
             f"{_state_file()}: the note about the virtual rig cannot be read ({error}).",
-            "Remove that file and the interfaces it should name.",
+            "Remove that file and the interfaces it lists.",
         ) from error
     there = (record.host_index, record.host) in socket.if_nameindex()
     return RigStatus(record, there, _is_running(record))
@@ -181,11 +184,11 @@ def _start_cameras(segment: SegmentConfig) -> subprocess.Popen[bytes]:
         if process.poll() is not None or time.monotonic() > deadline:
             process.kill()
             process.wait()
-            reason = said[-1] if said else "they said nothing"
+            reason = said[-1] if said else "no message"
             raise BusError(
                 "rig.cameras",
                 f"The software cameras do not start: {reason}",
-                "Correct what they complain about and try again.",
+                "Correct the reported cause and retry.",
             )
         time.sleep(_POLL_S)
 
@@ -194,7 +197,7 @@ def _need_root(verb: str) -> None:
     if os.geteuid() != 0:
         raise BusError(
             "rig.root",
-            "Named network interfaces can be made and removed by root only.",
+            "Only root can create and remove named network interfaces.",
             f"Run 'sudo ocmm rig {verb}', or use --source ethercat:virtual, which needs no rights.",
         )
 

@@ -64,7 +64,7 @@ def make_link(near: str, far: str) -> None:
     if complaint is not None:
         raise BusError(
             "bus.virtual_link",
-            f"The virtual cable '{near}' - '{far}' cannot be made: {complaint}.",
+            f"The virtual cable '{near}' - '{far}' cannot be created: {complaint}.",
             "Check that these names are free and that the kernel has virtual Ethernet (veth); "
             "or use --source simulated.",
         )

@@ -57,8 +57,10 @@ class VirtualBus(ChildProcess):
     """
 
     def __init__(self, bus: BusConfig, segment: SegmentConfig, ring: FrameRing) -> None:
-        cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
-        master = msgspec.structs.replace(bus, interface=HOST_INTERFACE)
+        cameras = msgspec.structs.replace(
+            segment, interface=CAMERA_INTERFACE, ring_path=str(ring.path)
+        )
+        master = msgspec.structs.replace(bus, interface=HOST_INTERFACE, stretched=True)
         super().__init__(
             [sys.executable, "-m", _MODULE],
             cameras.to_json() + master.to_json(),

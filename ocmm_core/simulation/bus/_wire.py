@@ -13,6 +13,7 @@ import numpy as np
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire import LinkWatch
+from ocmm_core.simulation.bus._camera_time import CameraTime
 from ocmm_core.simulation.bus._chain import Chain
 from ocmm_core.simulation.bus._fault_commands import FaultCommands
 from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, Faults
@@ -22,6 +23,8 @@ _FRAME_BYTES = 2048
 _DEED_BYTES = 4096
 _IDLE_S = 0.002
 _HOUSEKEEPING_NS = 5_000_000
+_LOOK_ROUNDS = 4
+"""Watchdogs need a look that often, links and names of interfaces only every so many times."""
 
 
 class LinkPort:
@@ -67,13 +70,15 @@ class LinkPort:
             if origin[2] != socket.PACKET_OUTGOING:
                 return bytearray(content)
 
-    def send(self, frame: bytearray | bytes) -> None:
-        """Send a frame; what cannot be sent is lost, as on a cable."""
+    def send(self, frame: bytearray | bytes) -> bool:
+        """Send a frame and say whether it left; what cannot be sent is lost, as on a cable."""
         try:
             self._socket.send(frame)
+            return True
         except OSError:
             # A link that is down refuses at once; without a pause this would spin.
             time.sleep(1e-4)
+            return False
 
     def renew(self) -> None:
         """Open the interface again where another one has its name now."""
@@ -107,6 +112,8 @@ class Wire:
     control
         Path of a Unix datagram socket that takes `CameraDeed` as JSON and sends a `DeedAnswer`
         back; empty: none.
+    camera_time
+        In which the cameras live; by default that of this computer.
     """
 
     def __init__(
@@ -116,7 +123,9 @@ class Wire:
         faults: Faults | None = None,
         second_interface: str = "",
         control: str = "",
+        camera_time: CameraTime | None = None,
     ) -> None:
+        self._time = camera_time or CameraTime()
         self.chain = chain
         self._faults = faults or Faults()
         self._random = np.random.default_rng(self._faults.seed)
@@ -140,7 +149,7 @@ class Wire:
 
     def run(self, stopping: Callable[[], bool]) -> None:
         """Answer until ``stopping``, asked every few milliseconds, says so."""
-        housekeeping = 0
+        housekeeping = rounds = 0
         wanted: list[LinkPort | socket.socket] = [*self._ports]
         if self._control is not None:
             wanted.append(self._control)
@@ -150,17 +159,20 @@ class Wire:
             if now - housekeeping > _HOUSEKEEPING_NS:
                 housekeeping = now
                 for unit in self.chain.units:
-                    unit.camera.esc.poll(now)
-                for port in self._ports:
-                    port.renew()
-                self._look_at_links()
+                    unit.camera.esc.poll(self._time.now_ns())
+                rounds += 1
+                if rounds % _LOOK_ROUNDS == 0:
+                    for port in self._ports:
+                        port.renew()
+                    self._look_at_links()
                 if stopping():
                     return
             self._obey()
             if answered:
                 continue
+            at_ns = self._time.now_ns()
             # One camera at a time, so that an answer never waits for more than one chunk.
-            busy = any(unit.powered and unit.camera.generate(now) for unit in self.chain.units)
+            busy = any(unit.powered and unit.camera.generate(at_ns) for unit in self.chain.units)
             if not busy:
                 ready, _, _ = select.select(wanted, [], [], _IDLE_S)
                 if ready and self._answers_nothing(ready):
@@ -169,6 +181,7 @@ class Wire:
 
     def close(self) -> None:
         """Give the interfaces back."""
+        self._time.close()
         for port in self._ports:
             port.close()
         if self._control is not None:
@@ -186,16 +199,39 @@ class Wire:
         return self._control not in ready and not self._answer_all()
 
     def _answer_all(self) -> bool:
+        if self._time.stretched:
+            return self._answer_together()
         answered = False
         for number, port in enumerate(self._ports):
             while (frame := port.receive()) is not None:
                 answered = True
-                way = self.chain.ways[number]
-                if not way.segment.process(frame, time.monotonic_ns()) or self._lose():
-                    continue
-                if way.leaves is not None:
-                    self._ports[way.leaves].send(frame)
+                leaves = self._work_on(frame, number, time.monotonic_ns())
+                if leaves is not None:
+                    self._ports[leaves].send(frame)
         return answered
+
+    def _answer_together(self) -> bool:
+        """Answer all frames that are there at once: the master waits, and wakes up once."""
+        done: list[tuple[bytearray, int | None]] = []
+        for number, port in enumerate(self._ports):
+            while (frame := port.receive()) is not None:
+                now_ns = self._time.now_ns()
+                if not done:
+                    # No frame that was exposed may be missing, however slow this computer is.
+                    for unit in self.chain.units:
+                        unit.camera.keep_up(now_ns)
+                done.append((frame, self._work_on(frame, number, now_ns)))
+        for frame, leaves in done:
+            sent = leaves is not None and self._ports[leaves].send(frame)
+            self._time.taken(answered=sent)
+        return bool(done)
+
+    def _work_on(self, frame: bytearray, number: int, now_ns: int) -> int | None:
+        """Let the cameras work on a frame; return the port where it leaves, None: nowhere."""
+        way = self.chain.ways[number]
+        if not way.segment.process(frame, now_ns) or self._lose():
+            return None
+        return way.leaves
 
     def _lose(self) -> bool:
         if not self._faults.drop:
@@ -213,7 +249,7 @@ class Wire:
                 return
             try:
                 answer = self._deeds.do(
-                    msgspec.json.decode(content, type=CameraDeed), time.monotonic_ns()
+                    msgspec.json.decode(content, type=CameraDeed), self._time.now_ns()
                 )
             except msgspec.DecodeError as error:
                 answer = DeedAnswer(

@@ -307,7 +307,7 @@ def _check_plane(path: Path, at: str, entry: PlaneEntry) -> None:
             raise _error(
                 path,
                 f"{at}.areas[{number}]",
-                f"is {[u0, v0, u1, v1]}, which encloses nothing",
+                f"is {[u0, v0, u1, v1]}, which encloses no area",
                 "Give the lower corner first, then the upper one.",
             )
 

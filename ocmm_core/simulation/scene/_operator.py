@@ -209,8 +209,8 @@ class Operator:
             if count < 1:
                 raise InputError(
                     "simulation.touches",
-                    f"The feature '{name}' is to be touched {count} times.",
-                    "Give at least one touch for each feature, or leave the feature out.",
+                    f"Feature '{name}' is set to be touched {count} times.",
+                    "Give at least one touch for each feature, or omit the feature.",
                 )
             rng = np.random.default_rng([self._seed, _STREAM, old.rounds, index])
             artefact = self._part.artefact(name)

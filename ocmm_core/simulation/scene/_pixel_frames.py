@@ -157,7 +157,7 @@ class PixelFrames:
                 "camera.exposure",
                 f"The exposure time is {exposure_ns} ns, but a frame lasts "
                 f"{self.rig.frame_period_ns} ns.",
-                "Set an exposure time above zero that fits into the frame period.",
+                "Set an exposure time above zero and within the frame period.",
             )
         unit.finder = self._finder(unit.sensor, threshold, tuple(Window(*w) for w in windows))
         unit.exposure_ns = exposure_ns

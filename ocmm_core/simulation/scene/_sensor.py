@@ -201,7 +201,7 @@ class Sensor:
         if frames < 1:
             raise InputError(
                 "simulation.black_image",
-                f"The black image is to be the mean of {frames} frames.",
+                f"The black image is set to the mean of {frames} frames.",
                 "Give one frame at least.",
             )
         key = exposure.mix(self._black_stream, np.uint64(frames))

@@ -53,7 +53,6 @@ from ocmm_core.simulation.slave._registers import (
     SYNC_ACTIVATION,
     SYNC_MANAGER,
     SYSTEM_TIME,
-    TIME_DELAY,
     TIME_DIFFERENCE,
     TIME_OFFSET,
     WATCHDOG_COUNT,
@@ -69,6 +68,8 @@ _MAX_REPLIES = 4
 _SM_FULL = 0x08
 _EEPROM_64_BIT = 0x40
 _MEMORY_BYTES = 0x10000
+_OFFSET_AND_DELAY = struct.Struct("<qi")
+"""The delay follows the offset."""
 
 
 class Application(Protocol):
@@ -154,16 +155,18 @@ class Esc:
     @property
     def system_time_ns(self) -> int:
         """Return the distributed-clock time."""
-        return int(
-            self.clock.local_ns(self.now_ns)
-            + self._get(TIME_OFFSET, "<q")
-            + self._get(TIME_DELAY, "<i")
-        )
+        offset, delay = _OFFSET_AND_DELAY.unpack_from(self.memory, TIME_OFFSET)
+        return int(self.clock.local_ns(self.now_ns) + offset + delay)
+
+    @property
+    def is_synchronised(self) -> bool:
+        """Return whether SYNC0 is on."""
+        return self.memory[SYNC_ACTIVATION] & 0x03 == 0x03
 
     @property
     def sync0(self) -> tuple[int, int] | None:
         """Return start and period of SYNC0, ns of system time, or None while it is off."""
-        if self.memory[SYNC_ACTIVATION] & 0x03 != 0x03:
+        if not self.is_synchronised:
             return None
         return int(self._get(SYNC0_START, "<Q")), int(self._get(SYNC0_CYCLE, "<I"))
 

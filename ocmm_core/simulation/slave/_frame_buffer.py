@@ -108,6 +108,10 @@ class FrameBuffer:
         """Make no more exposures."""
         self.period_ns = 0
 
+    def is_behind(self, now_ns: int) -> bool:
+        """Return whether frames were exposed that are not made yet."""
+        return self.running and self._generated <= self._newest(now_ns)
+
     def generate(self, now_ns: int) -> bool:
         """Make the next chunk of frames if it is due; say whether something was made."""
         if not self.running or self._generated > self._newest(now_ns) + _AHEAD_FRAMES:

@@ -18,6 +18,7 @@ from ocmm_core.simulation.slave._registers import FMMU, N_FMMU, PORT_TIME, STATI
 ETHERTYPE = 0x88A4
 _ETHERNET_HEAD = 14
 _DATAGRAM_HEAD = 10
+_HEAD, _WORD = struct.Struct("<BBHHHH"), struct.Struct("<H")
 _HOP_NS = 120
 """Delay of one slave on the wire."""
 
@@ -93,7 +94,7 @@ class Segment:
         view = memoryview(frame)
         at = _ETHERNET_HEAD + 2
         while True:
-            command, _index, low, high, flags, _event = struct.unpack_from("<BBHHHH", frame, at)
+            command, _index, low, high, flags, _event = _HEAD.unpack_from(frame, at)
             length = flags & 0x07FF
             start = at + _DATAGRAM_HEAD
             if start + length + 2 > len(frame):
@@ -103,9 +104,9 @@ class Segment:
                 count = self._logical(command, high << 16 | low, data)
             else:
                 count, low = self._physical(command, low, high, data)
-                struct.pack_into("<H", frame, at + 2, low)
-            (before,) = struct.unpack_from("<H", frame, start + length)
-            struct.pack_into("<H", frame, start + length, before + count & 0xFFFF)
+                _WORD.pack_into(frame, at + 2, low)
+            (before,) = _WORD.unpack_from(frame, start + length)
+            _WORD.pack_into(frame, start + length, before + count & 0xFFFF)
             if not flags & 0x8000:
                 break
             at = start + length + 2
@@ -158,7 +159,7 @@ class Segment:
                 addressed = target == 0
                 target = target + 1 & 0xFFFF
             elif command in _STATION:
-                addressed = target == struct.unpack_from("<H", slave.memory, STATION_ADDRESS)[0]
+                addressed = target == _WORD.unpack_from(slave.memory, STATION_ADDRESS)[0]
             elif command in _BROADCAST:
                 addressed = True
                 target = target + 1 & 0xFFFF

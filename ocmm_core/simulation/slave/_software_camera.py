@@ -68,6 +68,10 @@ _SYNC_CODES = (0x001A, 0x002C, *range(0x0030, 0x0038))
 """AL status codes of falls that the clock signal caused."""
 _LOST_LINKS = slice(0x0310, 0x0314)
 _SYNC0_MODE = 2
+# Plain numbers: flags of an enumeration cost more than the frame that they go with.
+_OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
+_OVERRUN, _DARK = int(CameraStatus.OVERRUN), int(CameraStatus.DARK)
+_DIAGNOSIS, _STREAM = int(CameraStatus.DIAGNOSIS), int(Control.STREAM)
 
 
 class SoftwareCamera:
@@ -175,7 +179,7 @@ class SoftwareCamera:
         if cycle and self._outputs_ns and self._state == OP:
             self._missed += max(0, round((now - self._outputs_ns) / cycle) - 1)
         self._outputs_ns = now
-        if control & Control.STREAM and self.buffer.running and not self.frozen:
+        if control & _STREAM and self.buffer.running and not self.frozen:
             self.buffer.acknowledge(counter)
 
     def refresh_inputs(self) -> None:
@@ -186,11 +190,13 @@ class SoftwareCamera:
         first = count = 0
         if buffer.running:
             first, count = buffer.take(self.esc.system_time_ns)
-        status = CameraStatus.OPERATIONAL if self.esc.state == OP else 0
-        status |= CameraStatus.SYNCHRONISED if self.esc.sync0 is not None else 0
-        status |= CameraStatus.OVERRUN if buffer.follows_loss(first) else 0
-        status |= CameraStatus.DARK if buffer.is_dark(first, count) else 0
-        status |= CameraStatus.DIAGNOSIS if self._diagnosis.pending else 0
+        status = (
+            (_OPERATIONAL if self.esc.state == OP else 0)
+            | (_SYNCHRONISED if self.esc.is_synchronised else 0)
+            | (_OVERRUN if buffer.follows_loss(first) else 0)
+            | (_DARK if buffer.is_dark(first, count) else 0)
+            | (_DIAGNOSIS if self._diagnosis.pending else 0)
+        )
         self._cycle = self._cycle + 1 & 0xFF
         HEADER_STRUCT.pack_into(
             memory,
@@ -214,6 +220,12 @@ class SoftwareCamera:
         self.esc.now_ns = now_ns
         self.buffer.blind = self.electronics.sensor_fails
         return self.buffer.generate(self.esc.system_time_ns) or self.electronics.work(now_ns)
+
+    def keep_up(self, now_ns: int) -> None:
+        """Make all frames that are exposed by now."""
+        self.esc.now_ns = now_ns
+        while self.buffer.is_behind(self.esc.system_time_ns):
+            self.generate(now_ns)
 
     def remap(self, position: int, mapping_index: int) -> None:
         """Fault: let another PDO stand at a position of the input assignment."""
@@ -252,7 +264,7 @@ class SoftwareCamera:
 
     def _bus_cycle_ns(self) -> int:
         sync0, sync1 = struct.unpack_from("<II", self.esc.memory, SYNC0_CYCLE)
-        return int(sync0 + sync1) if self.esc.sync0 is not None else 0
+        return int(sync0 + sync1) if self.esc.is_synchronised else 0
 
     def _sync_failed(self) -> bool:
         (code,) = struct.unpack_from("<H", self.esc.memory, AL_STATUS_CODE)

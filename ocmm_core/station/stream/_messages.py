@@ -100,7 +100,7 @@ def read_request(line: bytes) -> Request:
         ) from error
     if request.resume < 0:
         raise InputError(
-            "stream.request", f"'resume' is {request.resume}.", "Give the last number you have."
+            "stream.request", f"'resume' is {request.resume}.", "Send the last number you received."
         )
     return request
 

@@ -35,7 +35,7 @@ def check_stream(options: StreamOptions) -> None:
     if not _is_loopback(options.host) and len(options.token) < SHORTEST_TOKEN:
         raise InputError(
             "stream.token",
-            f"The stream would be open to everybody who can reach {options.host}.",
+            f"The stream would be open to anyone who can reach {options.host}.",
             f"Give a token of {SHORTEST_TOKEN} characters or more, or listen on 127.0.0.1.",
         )
 

@@ -128,9 +128,9 @@ class StreamServer:
         except OSError as error:
             raise MeasuringError(
                 "stream.address",
-                f"The stream cannot be given on {host}:{port} ({error.strerror or error}).",
-                "Choose another port, or end the program that uses it; the address must be one of "
-                "this computer.",
+                f"The stream cannot listen on {host}:{port} ({error.strerror or error}).",
+                "Choose another port, or close the program that uses it; the address must "
+                "belong to this computer.",
             ) from error
         self._listener.setblocking(False)
         self._wake_read.setblocking(False)
@@ -285,7 +285,7 @@ class StreamServer:
         self._clients[connection] = client
         self._selector.register(connection, selectors.EVENT_READ)
         if len(self._clients) > MOST_CLIENTS:
-            self._end(client, f"there are {MOST_CLIENTS} clients already")
+            self._end(client, f"already {MOST_CLIENTS} clients")
             return
         job = "" if self._job is None else self._job.stem
         needed = bool(self._options.token)
@@ -327,7 +327,7 @@ class StreamServer:
         if request.resume > last:
             self._end(
                 client,
-                f"this stream has come to {last}; it is another one than yours: resume from 0",
+                f"this stream is at {last}; it is not the one you had: resume from 0",
             )
             return
         client.begun, client.poses, client.next_seq = True, request.poses, request.resume + 1
@@ -382,7 +382,7 @@ class StreamServer:
             try:
                 client.fill(self._messages)
             except OSError as error:
-                self._end(client, f"older messages cannot be read any more ({error})")
+                self._end(client, f"older messages can no longer be read ({error})")
         if client.waiting:
             self._write(client)
         else:
@@ -390,7 +390,7 @@ class StreamServer:
             if client.ending:
                 self._drop(client)
         if client.is_silent(now):
-            self._end(client, f"no request came within {REQUEST_TIMEOUT_S:g} s")
+            self._end(client, f"no request within {REQUEST_TIMEOUT_S:g} s")
         if client.is_stalled(now):
             self._drop(client)
 

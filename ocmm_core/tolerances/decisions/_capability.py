@@ -112,9 +112,9 @@ class ProcessCapability:
             f"from {self.count} parts."
         )
         if self.count < CUSTOMARY_VALUES:
-            text += f" Fewer than {CUSTOMARY_VALUES}: an indication, no proof."
+            text += f" Fewer than {CUSTOMARY_VALUES}: indicative only."
         if self.measurement_share > 0.1:
-            text += f" {100.0 * self.measurement_share:.0f} % of the variance is the measurement's."
+            text += f" Measurement: {100.0 * self.measurement_share:.0f} % of the variance."
         return text
 
 
@@ -171,16 +171,16 @@ def capability(
     if not (math.isfinite(low) or math.isfinite(high)):
         raise InputError(
             "capability.no_limits",
-            "A capability needs a limit, and neither is given.",
-            "Give the characteristic its limits.",
+            "Capability needs at least one limit.",
+            "Add limits to the characteristic.",
         )
     mean = float(values.mean())
     within, overall = _sigma_within(values), float(values.std(ddof=1))
     if within <= 0.0 or overall <= 0.0:
         raise InputError(
             "capability.no_scatter",
-            f"All {len(values)} values are the same, which no process gives.",
-            "Check that every job is of another part.",
+            f"All {len(values)} values are identical, which no real process gives.",
+            "Check that every job is a different part.",
         )
     cp, cpk = _indices(mean, within, low, high)
     pp, ppk = _indices(mean, overall, low, high)
@@ -210,7 +210,7 @@ def _checked(values: Float) -> Float:
     if len(values) < FEWEST_VALUES:
         raise InputError(
             "capability.too_few",
-            f"There are {len(values)} values; a scatter shows from {FEWEST_VALUES} on.",
+            f"{len(values)} values; a scatter needs at least {FEWEST_VALUES}.",
             f"Measure {FEWEST_VALUES - len(values)} more parts.",
         )
     if not np.isfinite(values).all():

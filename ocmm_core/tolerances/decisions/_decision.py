@@ -50,7 +50,7 @@ RULES: dict[Rule, RuleStatement] = {
         2, "ISO 14253-1, conformance probability at least 97.7 % (guard band U at each limit)"
     ),
     "ilac-g8": RuleStatement(1, "ILAC-G8, guard band w = U at each limit"),
-    "simple": RuleStatement(2, "simple acceptance: the uncertainty is not taken into account"),
+    "simple": RuleStatement(2, "simple acceptance: uncertainty not taken into account"),
 }
 
 
@@ -123,13 +123,13 @@ def decide(
         raise MeasuringError(
             "decision.not_finite",
             "The value or its uncertainty is not a finite number.",
-            "Take the points of the feature again.",
+            "Re-probe the feature.",
         )
     if spread.sigma <= 0.0:
         raise MeasuringError(
             "decision.no_uncertainty",
-            "The uncertainty is zero, which no measurement has.",
-            "Take more points than the shape needs at least.",
+            "The uncertainty is zero, which is impossible.",
+            "Take more than the minimum number of points.",
         )
     low = -math.inf if spread.one_sided else nominal + lower
     high = nominal + upper

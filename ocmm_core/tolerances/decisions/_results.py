@@ -9,7 +9,7 @@ from dataclasses import replace
 from ocmm_core.alignment import AnyAlignment, unknown_frame
 from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.geometry import Float
+from ocmm_core.measuring import PointFactors
 from ocmm_core.tolerances.decisions._decision import (
     Rule,
     make_result,
@@ -34,7 +34,7 @@ def evaluate_all(
     characteristics: Sequence[Characteristic],
     alignment: AnyAlignment | None,
     actual: Mapping[str, ActualFeature | FitError],
-    covariance: Float | None,
+    factors: PointFactors | None,
     rule: Rule,
 ) -> tuple[CharacteristicResult, ...]:
     """Return a result for every characteristic, in their order.
@@ -45,17 +45,17 @@ def evaluate_all(
         As the plan says.
     actual
         Features as measured, or why they are not (`features.actual.actual_features`).
-    covariance
-        (3 N + 1, 3 N + 1), mm^2: of all N ball centres and the tip radius, in the order of the
-        jacobians. Without it nothing is stated: a value without uncertainty is no result.
+    factors
+        Uncertainty of all N ball centres and the tip radius, in the order of the jacobians.
+        Without it nothing is stated: a value without uncertainty is no result.
     """
-    samples = () if covariance is None else form_samples(actual, covariance)
+    samples = () if factors is None else form_samples(actual, factors)
     measured = {
         name: feature for name, feature in actual.items() if isinstance(feature, ActualFeature)
     }
     frames = Frames(measured, alignment)
     return tuple(
-        _evaluated(characteristic, alignment, actual, measured, frames, covariance, samples, rule)
+        _evaluated(characteristic, alignment, actual, measured, frames, factors, samples, rule)
         for characteristic in characteristics
     )
 
@@ -66,7 +66,7 @@ def _evaluated(
     actual: Mapping[str, ActualFeature | FitError],
     measured: Mapping[str, ActualFeature],
     frames: Frames,
-    covariance: Float | None,
+    factors: PointFactors | None,
     samples: Sequence[FormSample],
     rule: Rule,
 ) -> CharacteristicResult:
@@ -74,13 +74,13 @@ def _evaluated(
         feature = actual.get(name)
         if isinstance(feature, FitError):
             return not_measured(characteristic, feature.what)
-    if covariance is None:
+    if factors is None:
         return not_measured(
             characteristic, "No uncertainty: the covariance of the points is unknown."
         )
     try:
         evaluation = evaluate(characteristic, measured, alignment, frames)
-        spreads = spreads_of(characteristic, evaluation, measured, covariance, samples)
+        spreads = spreads_of(characteristic, evaluation, measured, factors, samples)
         if not math.isfinite(spreads.growth):
             why = f"{NOT_DETERMINED} {WHAT_TO_DO}"
             return without_uncertainty(characteristic, evaluation, why)
@@ -90,18 +90,18 @@ def _evaluated(
     unknown = unknown_frame(alignment)
     if unknown and needs_part_frame(characteristic):
         result = not_proven(result, unknown)
-    return _with_notes(result, characteristic, evaluation, covariance)
+    return _with_notes(result, characteristic, evaluation, factors)
 
 
 def _with_notes(
     result: CharacteristicResult,
     characteristic: Characteristic,
     evaluation: Evaluation,
-    covariance: Float,
+    factors: PointFactors,
 ) -> CharacteristicResult:
     value, uncertainty = result.measured, result.uncertainty
     if evaluation.noise is not None:
-        floor = noise_floor(evaluation.noise, covariance)
+        floor = noise_floor(evaluation.noise, factors)
         said = f"Noise floor: {floor:.4f} mm on a perfect part."
         return replace(result, floor=floor, note=f"{result.note} {said}".strip())
     if value is None or uncertainty is None:

@@ -36,10 +36,10 @@ _FLATTEST_DEG = 0.01
 _VECTOR_DEG = 0.5
 """Angles below this, which should be none, are the length of a vector."""
 
-_NO_SIDE = "Nothing says on which side of a right angle it is."
+_NO_SIDE = "The side of the right angle is undefined."
 _ONE_WAY = (
-    "Noise moves an angle so near to its end one way only, which its U does not hold: parallelism "
-    "or perpendicularity says it better."
+    "So near its end, noise shifts the angle in one direction only, which U does not cover: use "
+    "parallelism or perpendicularity."
 )
 
 _MAPS = {2: ((180.0, -1.0), (0.0, 1.0)), 0: ((0.0, 1.0), (180.0, -1.0)),
@@ -216,14 +216,14 @@ def angle_of_axes(
     if min(between, 180.0 - between) < _FLATTEST_DEG:
         raise FitError(
             "characteristic.no_angle",
-            f"The angle of {characteristic.name} has no sense at {value:.3f} degrees, and so no "
-            "uncertainty that could be stated.",
+            f"The angle of {characteristic.name} has no sense at {value:.3f} degrees, so no "
+            "uncertainty can be stated.",
             "Tolerance parallelism, perpendicularity or angularity instead.",
         )
     if not rule.surely(value) and not _both_sides_alike(characteristic, rule, value):
         raise FitError(
             "characteristic.no_side",
-            f"Nothing says on which side of a right angle the {value:.3f} degrees of "
+            f"It is undefined on which side of a right angle the {value:.3f} degrees of "
             f"{characteristic.name} are: an axis has no direction of its own.",
             "Give the plan an alignment, and its features their nominal directions.",
         )

@@ -86,7 +86,7 @@ def _names_fault(asked: Asked, spec: KindSpec) -> Fault | None:
 def _limits_fault(item: Characteristic, spec: KindSpec) -> Fault | None:
     if spec.one_sided:
         if item.nominal != 0.0:
-            return "nominal", f"is {item.nominal:g}; a {item.kind} tolerance has none"
+            return "nominal", f"is {item.nominal:g}; a {item.kind} tolerance has no nominal"
         if item.lower != 0.0:
             return "lower", f"is {item.lower:g}; a {item.kind} tolerance has an upper limit only"
         if not item.upper > 0.0:
@@ -126,8 +126,8 @@ def _number_fault(asked: Asked, spec: KindSpec) -> Fault | None:
         return "modifier", "goes with the position of a feature that has a size only"
     if bool(item.modifier) != (item.material_size > 0.0):
         return "material_size", (
-            f"is {item.material_size:g}; with a modifier it is the limit of size in mm, without "
-            "one it is left out"
+            f"is {item.material_size:g}; with a modifier it is the limit of size in mm; without "
+            "one it is omitted"
         )
     if item.length < 0.0:
         return "length", f"is {item.length:g}"

@@ -173,8 +173,8 @@ def _refuse_folded(characteristic: Characteristic, value: float) -> None:
     if value < _SHORTEST_MM:
         raise FitError(
             "characteristic.no_distance",
-            f"The features of {characteristic.name} are in one place; a distance of zero has no "
-            "uncertainty that could be stated.",
+            f"The features of {characteristic.name} coincide; no uncertainty can be stated for "
+            "a distance of zero.",
             "Tolerance the coordinates of the features instead.",
         )
 

@@ -59,8 +59,8 @@ def evaluate(
     if float(np.abs(moving).max()) < _NOTHING:
         raise FitError(
             "characteristic.by_definition",
-            f"{characteristic.name} is fixed by the part frame itself, whatever the part is like.",
-            "Leave it out, or align to other features.",
+            f"{characteristic.name} is fixed by the part frame itself, independent of the part.",
+            "Remove it, or align to other features.",
         )
     of_form = spec_of(characteristic.kind).own_form
     note = points_note([actual[name] for name in characteristic.features], of_form=of_form)
@@ -139,8 +139,8 @@ def geometry_value(
     if value is None:
         raise FitError(
             "characteristic.no_geometry",
-            f"The {characteristic.kind} of {characteristic.name} does not follow from geometry "
-            "alone.",
+            f"The {characteristic.kind} of {characteristic.name} cannot be evaluated from "
+            "geometry alone.",
             "Evaluate it from the points.",
         )
     return value(characteristic, geometries, shapes, alignment)

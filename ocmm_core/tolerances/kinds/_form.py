@@ -73,8 +73,8 @@ def form(
         # The element passes through all of them; zero would look like a perfect part.
         raise FitError(
             "characteristic.no_form",
-            f"{feature.nominal.name} has {len(feature.residual_jacobian)} points; a "
-            f"{shape.value.lower()} shows a form from {MINIMUM_POINTS[shape] + 1} points on.",
+            f"{feature.nominal.name} has {len(feature.residual_jacobian)} points; form of a "
+            f"{shape.value.lower()} needs at least {MINIMUM_POINTS[shape] + 1}.",
             "Take more points.",
         )
     smallest = characteristic.association != "least squares"

@@ -116,7 +116,7 @@ def _shares(zone: Fit, free: Float) -> Float:
     if left > _UNBALANCED:
         raise FitError(
             "characteristic.zone",
-            "The points that touch the smallest zone do not hold it.",
+            "The contact points do not constrain the minimum zone.",
             "Spread the points over more of the feature.",
         )
     shares[rows] = signs * found

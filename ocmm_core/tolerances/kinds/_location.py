@@ -164,13 +164,13 @@ def _without_datums(item: Characteristic) -> bool:
 
 def _axis_missing(asked: Asked) -> Fault | None:
     if asked.of_planes and not asked.item.axis:
-        return "axis", "is missing: it says across which planes the position counts"
+        return "axis", "is missing: it defines the direction of the position tolerance"
     return None
 
 
 def _frame_missing(asked: Asked) -> Fault | None:
     if not asked.item.datums and not asked.aligned:
-        return "datums", "is empty, and the plan has no 'alignment' that would take their place"
+        return "datums", "is empty, and the plan has no 'alignment' to use instead"
     return None
 
 

@@ -142,7 +142,7 @@ def _rows(characteristic: Characteristic, datum: ActualFeature, direction: Float
     if float(np.linalg.norm(across)) < _MEANT:
         raise FitError(
             "characteristic.no_zone",
-            f"{characteristic.name} does not say where its two planes stand.",
+            f"{characteristic.name} does not define the orientation of its two planes.",
             "Give it the 'axis' across the planes, or the zone 'cylinder'.",
         )
     return unit(across)[None]

@@ -33,7 +33,7 @@ def registered(entries: Iterable[KindSpec]) -> Mapping[str, KindSpec]:
     for entry in entries:
         if entry.name in found:
             raise InternalError(
-                "kind.twice", f"Two kinds are called {entry.name!r}.", "Give one another name."
+                "kind.twice", f"Two kinds are named {entry.name!r}.", "Rename one of them."
             )
         found[entry.name] = entry
     for entry in found.values():

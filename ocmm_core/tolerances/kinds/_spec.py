@@ -72,7 +72,7 @@ Check = Callable[[Asked], Fault | None]
 class MonteCarlo(Enum):
     """How a value may be simulated; what the way does not fit goes through every evaluation."""
 
-    SECOND_ORDER = "the value of the geometry of elements that are fitted anew"
+    SECOND_ORDER = "the value of the geometry of refitted elements"
     RANGE = "the range of the residuals of a least-squares element"
     VECTOR = "the length of a vector that follows the centres to first order"
     EVALUATED = "every trial is evaluated like the job"

@@ -62,8 +62,8 @@ def symmetry(
     if float(first.fit.direction @ second.fit.direction) > _OPPOSITE:
         raise FitError(
             "characteristic.not_opposite",
-            f"{first.nominal.name} and {second.nominal.name} do not face away from each other; "
-            "there is no middle between them.",
+            f"{first.nominal.name} and {second.nominal.name} do not face away from each other, "
+            "so they have no mid-plane.",
             "Name two opposite faces.",
         )
     return _of_faces(first, second, datum)

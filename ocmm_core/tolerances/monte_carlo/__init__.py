@@ -20,7 +20,6 @@ if TYPE_CHECKING:
         MonteCarloOptions,
         MonteCarloReport,
         MonteCarloValue,
-        factor_of,
         simulate,
     )
     from ocmm_core.tolerances.monte_carlo._process import simulate_elsewhere
@@ -28,7 +27,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _monte_carlo="MonteCarloOptions MonteCarloReport MonteCarloValue factor_of simulate",
+        _monte_carlo="MonteCarloOptions MonteCarloReport MonteCarloValue simulate",
         _process="simulate_elsewhere",
         _trials="Task",
     )
@@ -38,7 +37,6 @@ __all__ = [
     "MonteCarloReport",
     "MonteCarloValue",
     "Task",
-    "factor_of",
     "simulate",
     "simulate_elsewhere",
 ]

@@ -1,6 +1,6 @@
 """Propagation of distributions by Monte Carlo, as JCGM 101:2008 says, and what it says of the GUM.
 
-All inputs are perturbed together by their joint covariance, the whole evaluation is done anew with
+All inputs are perturbed together by their joint uncertainty, the whole evaluation is done anew with
 its curvature (`_trials`), and trials are added in batches until twice the standard
 errors of the mean, of the standard uncertainty and of both ends of the interval are below the
 numerical tolerance (7.9). Then the interval of linear propagation, y ± U, is compared with the one
@@ -144,17 +144,17 @@ def simulate(
     begun, worked = time.monotonic(), time.process_time()
     quick = quick_model(task)
     slow = [item.name for item in task.characteristics if item.name not in quick.values]
-    factor = factor_of(task)
+    draws = task.factors.with_own(task.form).draws()
     found: dict[str, MonteCarloValue] = {}
     failed = 0
     if quick.values:
         names = list(quick.values)
         run = _Run(task, names, options.max_trials, options.batch, options)
-        failed += run.go(quick.trials, factor, 0, tell, given_up)
+        failed += run.go(quick.trials, draws, 0, tell, given_up)
         found |= {name: run.value(name) for name in names}
     if slow:
         run = _Run(task, slow, options.max_slow_trials, options.slow_batch, options)
-        failed += run.go(lambda rows: slow_trials(task, slow, rows), factor, 1, tell, given_up)
+        failed += run.go(lambda rows: slow_trials(task, slow, rows), draws, 1, tell, given_up)
         found |= {name: run.value(name) for name in slow}
     return MonteCarloReport(
         tuple(found[item.name] for item in task.characteristics),
@@ -163,18 +163,6 @@ def simulate(
         time.process_time() - worked,
         options.seed,
     )
-
-
-def factor_of(task: Task) -> Float:
-    """Return a matrix (r, 3 N + 1) that turns independent numbers into deviations."""
-    covariance = task.covariance.copy()
-    for index, block in enumerate(task.form):
-        place = slice(3 * index, 3 * index + 3)
-        covariance[place, place] += block
-    variances, vectors = np.linalg.eigh(covariance)
-    kept = variances > 1e-14 * variances[-1]
-    factor: Float = np.ascontiguousarray((vectors[:, kept] * np.sqrt(variances[kept])).T)
-    return factor
 
 
 class _Run:
@@ -186,6 +174,7 @@ class _Run:
         self._options, self._batch = options, batch
         self._batches = max(most // batch, 1)
         self._names = list(names)
+        self._coordinates = 3 * len(task.points) + 1
         self._linear = _linear(task, names)
         self._units = {item.name: spec_of(item.kind).unit for item in task.characteristics}
         start = np.array([self._linear[name][0] for name in names])
@@ -199,7 +188,7 @@ class _Run:
     def go(
         self,
         trials: Callable[[Float], tuple[Float, int]],
-        factor: Float,
+        draws: Callable[[np.random.Generator, int], Float],
         stream: int,
         tell: Tell,
         given_up: Callable[[], bool],
@@ -211,13 +200,13 @@ class _Run:
             rng = np.random.default_rng(
                 np.random.SeedSequence(self._options.seed, spawn_key=(stream, index))
             )
-            rows = max(min(_BLOCK_NUMBERS // factor.shape[1], self._batch), 1)
+            rows = max(min(_BLOCK_NUMBERS // self._coordinates, self._batch), 1)
             lost = 0
             for first in range(0, self._batch, rows):
                 if given_up():
                     break
                 count = min(rows, self._batch - first)
-                deviations = rng.standard_normal((count, len(factor))) @ factor
+                deviations = draws(rng, count)
                 values, bad = trials(deviations)
                 lost += bad
                 place = index * self._batch + first
@@ -231,8 +220,8 @@ class _Run:
                 if given_up():
                     raise MeasuringError(
                         "monte_carlo.given_up",
-                        "The simulation was given up.",
-                        "Start it again when you are ready.",
+                        "Simulation cancelled.",
+                        "Restart it when you are ready.",
                     )
                 for index in range(self._done, self._done + ahead):
                     place = slice(index * self._batch, (index + 1) * self._batch)
@@ -264,7 +253,7 @@ class _Run:
         if len(draws) < 2:
             raise MeasuringError(
                 "monte_carlo.nothing",
-                f"{name} came out in no trial.",
+                f"{name} could not be evaluated in any trial.",
                 "Take more points, spread over more of the features.",
             )
         sigma = float(draws.std(ddof=1))
@@ -312,12 +301,13 @@ def tolerance_of(sigma: float, digits: int) -> float:
 
 def _linear(task: Task, names: Sequence[str]) -> Mapping[str, tuple[float, float]]:
     """Return value and standard uncertainty of linear propagation by name."""
-    factor = factor_of(task)
+    factors = task.factors.with_own(task.form)
     asked = {item.name: item for item in task.characteristics}
     found = {}
     for name in names:
         item = asked[name]
         involved = {key: task.actual[key] for key in involved_features(item, task.alignment)}
         evaluation = evaluate(item, involved, task.alignment)
-        found[name] = (evaluation.value, float(np.linalg.norm(factor @ evaluation.gradient)))
+        variance = float(factors.of(evaluation.gradient[None])[0, 0])
+        found[name] = (evaluation.value, math.sqrt(max(variance, 0.0)))
     return found

@@ -60,8 +60,8 @@ def simulate_elsewhere(
             if given_up():
                 raise MeasuringError(
                     "monte_carlo.given_up",
-                    "The simulation was given up.",
-                    "Start it again when you are ready.",
+                    "Simulation cancelled.",
+                    "Restart it when you are ready.",
                 )
             if not receiver.poll(_LOOK_S):
                 continue
@@ -76,8 +76,8 @@ def simulate_elsewhere(
     except EOFError as error:
         raise MeasuringError(
             "monte_carlo.died",
-            "The simulation ended unexpectedly; the computer may be short of memory.",
-            "Close other programs, or ask for fewer trials.",
+            "The simulation ended unexpectedly; the computer may be out of memory.",
+            "Close other programs, or request fewer trials.",
         ) from error
     finally:
         process.terminate()

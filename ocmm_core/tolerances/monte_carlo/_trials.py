@@ -23,7 +23,7 @@ from ocmm_core.features.measured import (
 )
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Shape
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint, PointFactors
 from ocmm_core.tolerances.kinds import (
     MonteCarlo,
     evaluate,
@@ -51,11 +51,11 @@ class Task:
     characteristics, alignment
         As the plan says.
     points
-        As reported, in the order of ``covariance``.
+        As reported, in the order of ``factors``.
     actual
         Features as measured; those of the characteristics.
-    covariance
-        (3 N + 1, 3 N + 1), mm^2: of all ball centres and the tip radius.
+    factors
+        Of all ball centres and the tip radius.
     form
         (N, 3, 3), mm^2: what the form of the surfaces adds to each point.
     constructions, nominals
@@ -66,7 +66,7 @@ class Task:
     alignment: AnyAlignment | None
     points: tuple[MeasuredPoint, ...]
     actual: Mapping[str, ActualFeature]
-    covariance: Float
+    factors: PointFactors
     form: Float
     constructions: tuple[Construction, ...] = ()
     nominals: Mapping[str, Float] = field(default_factory=dict)
@@ -181,7 +181,7 @@ def _quick_value(
         # The element of the association, or points that are opposite, and not the element itself.
         return None
     gradient = evaluation.gradient
-    sigma = float(np.sqrt(gradient @ task.covariance @ gradient))
+    sigma = float(np.sqrt(task.factors.of(gradient[None])[0, 0]))
     if spec.folds and evaluation.value < _FAR * sigma:
         return None
     shapes = {name: feature.fit.shape for name, feature in involved.items()}

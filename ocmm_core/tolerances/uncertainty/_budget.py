@@ -11,7 +11,7 @@ import numpy as np
 from ocmm_core.errors import MeasuringError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import Contribution
+from ocmm_core.measuring import Contribution, PointFactors
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty._first_order import NOT_DETERMINED, WHAT_TO_DO
 from ocmm_core.tolerances.uncertainty._interval import Length, expanded
@@ -85,7 +85,7 @@ def budget_of(
     evaluation: Evaluation,
     actual: Mapping[str, ActualFeature],
     parts: Sequence[Contribution],
-    covariance: Float,
+    factors: PointFactors,
     samples: Sequence[FormSample],
 ) -> Budget:
     """Return the budget of a value.
@@ -97,9 +97,9 @@ def budget_of(
     actual
         Features that it rests on.
     parts
-        Parts of the joint covariance (`measuring.contributions`).
-    covariance
-        Their sum, (3 N + 1, 3 N + 1).
+        Parts of the joint uncertainty (`measuring.contributions`).
+    factors
+        Their sum.
     samples
         What the features show of their form (`sampling.form_samples`).
 
@@ -108,13 +108,13 @@ def budget_of(
     MeasuringError
         Its elements are determined too weakly for an uncertainty.
     """
-    spreads = spreads_of(characteristic, evaluation, actual, covariance, samples)
+    spreads = spreads_of(characteristic, evaluation, actual, factors, samples)
     if not math.isfinite(spreads.growth):
         raise MeasuringError("uncertainty.curved", NOT_DETERMINED, WHAT_TO_DO)
     spread = spreads.of_value
     gradients = gradients_of(evaluation, bonus=False)
     way = spread.way if isinstance(spread, Length) else np.ones(1)
-    form = widened(gradients, covariance, contributing_samples(characteristic, actual, samples))
+    form = widened(gradients, factors, contributing_samples(characteristic, actual, samples))
 
     def row(name: str, of: Float, kind: str, distribution: str, origin: str) -> BudgetRow:
         # What is subtracted to tell parts from each other may come out below zero by rounding.

@@ -1,12 +1,12 @@
 """Whether an uncertainty of first order holds, and what to do where it does not quite.
 
 U is the change of a value, to first order, when all points move along the way that changes it most,
-as far as the covariance of the points and the degrees of freedom say. Here they are moved that far,
-to both sides, and the elements are fitted again (`features.second_order`). How far the value really
-goes is the second-order term of the fit where it counts, at the ends of the interval (compare the
-profiles of D. M. Bates and D. G. Watts, Nonlinear Regression Analysis, 1988, chapter 6). A term
-that is small makes U a little longer, so that both tails together keep their probability; where it
-is not, the interval of first order says nothing, and neither would one that is only stretched.
+as far as their uncertainty and the degrees of freedom say. Here they are moved that far, to both
+sides, and the elements are fitted again (`features.second_order`). How far the value really goes is
+the second-order term of the fit where it counts, at the ends of the interval (compare the profiles
+of D. M. Bates and D. G. Watts, Nonlinear Regression Analysis, 1988, chapter 6). A term that is
+small makes U a little longer, so that both tails together keep their probability; where it is not,
+the interval of first order says nothing, and neither would one that is only stretched.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from scipy.special import chdtri, ndtr, stdtr
 from ocmm_core.features.measured import ActualFeature, beyond_first_order
 from ocmm_core.features.shapes import Criterion
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import PointFactors
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, Widened, student_factor
 
@@ -52,7 +53,7 @@ Follow: TypeAlias = Callable[[Float], Float]
 
 def growth(
     gradients: Float,
-    covariance: Float | None,
+    factors: PointFactors | None,
     samples: Sequence[FormSample],
     found: Widened,
     follow: Follow,
@@ -62,7 +63,7 @@ def growth(
 
     Parameters
     ----------
-    gradients, covariance, samples, found
+    gradients, factors, samples, found
         Arguments of `sampling.widened`, and what it gave.
     follow
         Fits the elements again.
@@ -76,15 +77,11 @@ def growth(
     if greatest <= 0.0:
         return 1.0
     asked = [i for i, variance in enumerate(variances) if variance > _SMALL * greatest]
-    used = np.flatnonzero(np.any(gradients != 0.0, axis=0))
-    kept = None if covariance is None else covariance[np.ix_(used, used)]
     moves = []
     for i in asked:
         along = vectors[:, i] @ gradients
-        move = np.zeros(gradients.shape[1])
-        if kept is not None:
-            # Points that the value does not rest on move along; they are of no interest.
-            move[used] = kept @ along[used]
+        # Points that the value does not rest on move along; they are of no interest.
+        move = np.zeros(len(along)) if factors is None else factors.moved(along)
         places = move[:-1].reshape(-1, 3)
         for sample in samples:
             scale = found.scales.get(sample.feature, 0.0)

@@ -26,6 +26,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature, Touches
 from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Shape
 from ocmm_core.geometry import Float, Int
+from ocmm_core.measuring import PointFactors
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 
 _COVERAGE = 2.0
@@ -72,7 +73,7 @@ class FormSample:
 
 
 def form_samples(
-    actual: Mapping[str, ActualFeature | FitError], covariance: Float
+    actual: Mapping[str, ActualFeature | FitError], factors: PointFactors
 ) -> tuple[FormSample, ...]:
     """Return what every feature with more points than its shape needs says about form.
 
@@ -82,24 +83,24 @@ def form_samples(
     ----------
     actual
         Features as measured.
-    covariance
-        (3 N + 1, 3 N + 1), mm^2: of all N ball centres and the tip radius.
+    factors
+        Of all N ball centres and the tip radius.
     """
     found = []
     for name, feature in actual.items():
         if not isinstance(feature, ActualFeature) or feature.touches is None:
             continue
         if feature.fit.shape is Shape.LINE:
-            sample = _line_sample(name, feature, feature.touches, covariance)
+            sample = _line_sample(name, feature, feature.touches, factors)
         else:
-            sample = _sample(name, feature, feature.touches, covariance)
+            sample = _sample(name, feature, feature.touches, factors)
         if sample is not None:
             found.append(sample)
     return tuple(found)
 
 
 def _sample(
-    name: str, feature: ActualFeature, touches: Touches, covariance: Float
+    name: str, feature: ActualFeature, touches: Touches, factors: PointFactors
 ) -> FormSample | None:
     places = np.array(touches.places, dtype=np.int64)
     degrees = len(places) - MINIMUM_POINTS[feature.fit.shape]
@@ -110,7 +111,7 @@ def _sample(
     if feature.fit.criterion is not Criterion.LEAST_SQUARES:
         # Other elements touch the points from one side or halve their range.
         residuals = residuals - residuals.mean()
-    noise = by_points @ covariance @ by_points.T
+    noise = factors.of(by_points)
     own = by_points[:, :-1].reshape(len(places), -1, 3)[np.arange(len(places)), places]
     lengths = np.linalg.norm(own, axis=1)
     normals = own / np.maximum(lengths, 1e-12)[:, None]
@@ -120,7 +121,7 @@ def _sample(
 
 
 def _line_sample(
-    name: str, feature: ActualFeature, touches: Touches, covariance: Float
+    name: str, feature: ActualFeature, touches: Touches, factors: PointFactors
 ) -> FormSample | None:
     """Return the sample of a line, whose points deviate in two directions across it."""
     places = np.array(touches.places, dtype=np.int64)
@@ -133,8 +134,7 @@ def _line_sample(
     along = (touches.tips - touches.tips.mean(axis=0)) @ direction
     kept = np.eye(n) - 1.0 / n - np.outer(along, along) / float(along @ along)
     by_points = np.kron(kept, across)
-    columns = (3 * places[:, None] + np.arange(3)).ravel()
-    noise = by_points @ covariance[np.ix_(columns, columns)] @ by_points.T
+    noise = factors.kept(places).of(np.hstack([by_points, np.zeros((3 * n, 1))]))
     pair = np.linalg.svd(across)[0][:, :2]
     residuals = feature.fit.residuals
     return sample_of(
@@ -182,21 +182,21 @@ class Widened:
     scales: Mapping[str, float] = field(default_factory=dict)
 
 
-def widened(gradients: Float, covariance: Float | None, samples: Sequence[FormSample]) -> Widened:
+def widened(
+    gradients: Float, factors: PointFactors | None, samples: Sequence[FormSample]
+) -> Widened:
     """Return the covariance (k, k) of values with ``gradients`` (k, 3 N + 1), form included.
 
     Parameters
     ----------
-    covariance
-        (3 N + 1, 3 N + 1): of all but form. None where the noise of the points is not known: all
+    factors
+        Of all but form. None where the noise of the points is not known: all
         that ``samples`` show is form then.
     """
-    if covariance is None:
-        plain = np.zeros((len(gradients), len(gradients)))
-    else:
-        plain = gradients @ covariance @ gradients.T
+    nothing_known = np.zeros((len(gradients), len(gradients)))
+    plain = nothing_known if factors is None else factors.of(gradients)
     # Nothing is added to what is no covariance: whoever decides refuses it.
-    nothing = covariance is not None and float(np.trace(plain)) <= 0.0
+    nothing = factors is not None and float(np.trace(plain)) <= 0.0
     if not np.all(np.isfinite(plain)) or nothing:
         return Widened(plain, {}, np.inf)
     squares_of: dict[str, Float] = {}

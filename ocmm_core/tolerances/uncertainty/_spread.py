@@ -10,6 +10,7 @@ import numpy as np
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import PointFactors
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty._extent import Extent, Rank
 from ocmm_core.tolerances.uncertainty._first_order import follow_features, growth
@@ -45,33 +46,33 @@ def spreads_of(
     characteristic: Characteristic,
     evaluation: Evaluation,
     actual: Mapping[str, ActualFeature],
-    covariance: Float,
+    factors: PointFactors,
     samples: Sequence[FormSample],
 ) -> Spreads:
     """Return how a value scatters.
 
     Parameters
     ----------
-    covariance
-        (3 N + 1, 3 N + 1), mm^2: of all but form.
+    factors
+        Of all but form.
     samples
         What the features show of their form (`sampling.form_samples`).
     """
     samples = contributing_samples(characteristic, actual, samples)
     gradients = gradients_of(evaluation, bonus=False)
-    found = widened(gradients, covariance, samples)
+    found = widened(gradients, factors, samples)
     grown = 1.0
     if evaluation.noise is None and evaluation.ranked is None:
         # A range or rank of single points rests on no fit that could bend.
         follow = follow_features(gradients, actual.values())
         if follow is not None:
-            grown = growth(gradients, covariance, samples, found, follow)
+            grown = growth(gradients, factors, samples, found, follow)
     scale = grown if np.isfinite(grown) else 1.0
-    of_value = _spread(characteristic, evaluation, covariance, scale**2 * found.covariance, False)
+    of_value = _spread(characteristic, evaluation, factors, scale**2 * found.covariance, False)
     if evaluation.bonus_gradient is None:
         return Spreads(of_value, of_value, grown)
-    less = widened(gradients_of(evaluation, bonus=True), covariance, samples)
-    judged = _spread(characteristic, evaluation, covariance, scale**2 * less.covariance, True)
+    less = widened(gradients_of(evaluation, bonus=True), factors, samples)
+    judged = _spread(characteristic, evaluation, factors, scale**2 * less.covariance, True)
     return Spreads(of_value, judged, grown)
 
 
@@ -129,7 +130,7 @@ def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Float:
 def _spread(
     characteristic: Characteristic,
     evaluation: Evaluation,
-    covariance: Float,
+    factors: PointFactors,
     found: Float,
     bonus: bool,
 ) -> Spread:
@@ -146,11 +147,11 @@ def _spread(
     value = evaluation.value - taken
     if evaluation.noise is not None and np.isfinite(sigma):
         noise = evaluation.noise
-        errors = noise.by_coordinates @ covariance @ noise.by_coordinates.T
+        errors = factors.of(noise.by_coordinates)
         free = noise.free if noise.free.shape[1] > 0 and len(noise.free) <= _FEW else None
         return Extent(value, sigma, noise.deviations, errors, free)
     ranked = evaluation.ranked
     if ranked is not None and np.isfinite(sigma):
-        errors = ranked.gradients @ covariance @ ranked.gradients.T
+        errors = factors.of(ranked.gradients)
         return Rank(value, sigma, ranked.sizes, errors, ranked.greatest)
     return Normal(value, sigma, one_sided=spec_of(characteristic.kind).one_sided)

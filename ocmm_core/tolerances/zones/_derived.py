@@ -114,9 +114,9 @@ def sections(name: str, places: Float) -> tuple[Section, ...]:
         if scattered > max(_GAP_MM, _THICKEST * whole) and whole > 2.0 * _GAP_MM:
             raise FitError(
                 "characteristic.no_sections",
-                f"The points of {name} do not lie in sections: {len(section.rows)} of them spread "
+                f"The points of {name} are not in sections: {len(section.rows)} of them spread "
                 f"over {scattered:.1f} mm.",
-                f"Take at least {SECTION_RECOMMENDED} points around in one section, then the next.",
+                f"Take at least {SECTION_RECOMMENDED} points around one section, then the next.",
             )
         if len(section.rows) < SECTION_POINTS:
             raise FitError(
@@ -174,9 +174,9 @@ def median_line(feature: ActualFeature) -> tuple[DerivedPoint, ...]:
     if len(found) < 3:
         raise FitError(
             "characteristic.no_axis",
-            f"{feature.nominal.name} was probed in {len(found)} section(s); an axis shows whether "
-            "it is straight from three on.",
-            "Take points around at three heights or more.",
+            f"{feature.nominal.name} was probed in {len(found)} section(s); straightness of an "
+            "axis needs at least three.",
+            "Probe around at three heights or more.",
         )
     centres = [section_circle(feature, section) for section in found]
     return tuple(DerivedPoint(fit.point, by_all[0:3]) for fit, by_all in centres)

@@ -113,8 +113,8 @@ def smallest_length(deviations: Deviations, size: int) -> Smallest:
             return Smallest(motion, value, shares)
     raise FitError(
         "characteristic.zone",
-        "The smallest zone was not found: the search did not come to rest.",
-        "Check that the points belong to the feature, and name datums that hold it.",
+        "Minimum zone not found: the search did not converge.",
+        "Check that the points belong to the feature, and name datums that constrain it.",
     )
 
 
@@ -176,7 +176,7 @@ def _program(
     if answer.x is None:
         raise FitError(
             "characteristic.zone",
-            "The smallest zone was not found: its linear program has no solution.",
+            "Minimum zone not found: its linear program has no solution.",
             "Check that the points belong to the feature.",
         )
     duals = -np.asarray(answer.ineqlin.marginals, dtype=np.float64)

@@ -144,7 +144,7 @@ def _own(feature: ActualFeature) -> tuple[Touches, Fit]:
         raise FitError(
             "characteristic.no_points",
             f"{feature.nominal.name} is constructed and has no surface points of its own.",
-            "Tolerance a feature that is probed.",
+            "Tolerance a probed feature.",
         )
     return feature.touches, feature.raw
 

@@ -115,7 +115,7 @@ def between_faces(
             "characteristic.not_opposite",
             f"{one.nominal.name} and {other.nominal.name} are not opposite to each other; there "
             "is no two-point size between them.",
-            "Name two opposite faces, or leave out the association.",
+            "Name two opposite faces, or omit the association.",
         )
     across = _across(one.fit.geometry, other.fit.geometry)
     square = np.eye(3) - np.outer(across, across)

@@ -2,11 +2,12 @@
 
 In: arrays of spots, packed cameras and bodies. Out: labels, tip, covariance, chi-square, in place.
 
-Read `_small_algebra` (algebra of fixed size, nothing allocated), `_kernel` (the spots of a frame
-to a tip: here a spot becomes a millimetre), `_sensitivity_kernel` (how a pose answers to what it
-was computed from), then the search for labels: `_meeting_kernel` (where
-rays of two cameras meet), `_grow_kernel`, `_identify_kernel` (all that the spots can mean, and the
-decision), `_doubt_kernel`, `_follow_kernel`.
+Read `_small_algebra` (algebra of fixed size, nothing allocated), `_kernel` (the steps from spots to
+a pose: here a spot becomes a millimetre), `_lanes` (eight frames side by side), `_lane_algebra`,
+`_lane_start`, `_lane_equations` and `_solve_kernel` (labelled frames to tips),
+`_sensitivity_kernel` (how a pose answers to what it was computed from), then the search for
+labels: `_meeting_kernel` (where rays of two cameras meet), `_grow_kernel`, `_identify_kernel` (all
+that the spots can mean, and the decision), `_doubt_kernel`, `_follow_kernel`.
 It must not know documents or classes: `tracking` gives it numbers, and nothing is raised in a
 loop.
 """
@@ -22,7 +23,7 @@ if TYPE_CHECKING:
     from ocmm_core.tracking.kernels import _small_algebra as small_algebra
     from ocmm_core.tracking.kernels._follow_kernel import extend_tracked, without_rivals
     from ocmm_core.tracking.kernels._identify_kernel import FOUND
-    from ocmm_core.tracking.kernels._kernel import LOST, MAX_TIP_SIGMA, OK, allocate, solve_frames
+    from ocmm_core.tracking.kernels._kernel import LOST, MAX_TIP_SIGMA, OK
     from ocmm_core.tracking.kernels._sensitivity_kernel import (
         ANSWERED,
         N_LENS,
@@ -36,14 +37,16 @@ if TYPE_CHECKING:
         forward,
         turn,
     )
+    from ocmm_core.tracking.kernels._solve_kernel import allocate, solve_frames
 else:
     __getattr__ = door(
         __name__,
         _follow_kernel="extend_tracked without_rivals",
         _identify_kernel="FOUND identify_kernel",
-        _kernel="LOST MAX_TIP_SIGMA OK allocate solve_frames",
+        _kernel="LOST MAX_TIP_SIGMA OK",
         _sensitivity_kernel="ANSWERED N_LENS TOO_FEW answer_of_poses",
         _small_algebra="backward best_turn cholesky forward small_algebra turn",
+        _solve_kernel="allocate solve_frames",
     )
 
 __all__ = [

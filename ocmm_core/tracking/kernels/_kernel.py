@@ -1,16 +1,7 @@
-"""The compiled hot path: spots of a frame to tip, covariance and chi-square.
+"""The compiled steps from spots to a pose, as the search for labels takes them.
 
-The same function serves single frames and batches and releases the GIL. It does what
-`tracking.pose` does in plain numpy, frame by frame and without temporary arrays:
-
-1. exact inversion of the distortion (three Newton steps);
-2. closed-form triangulation of every LED that two cameras see, with homogeneous rows
-   ``(x R3 - f R1) . X = f x0 - x z0`` (thesis 2.4.1, errata);
-3. rigid fit of the body with determinant +1 (Horn 1987, unit quaternions);
-4. Gauss-Newton steps on the reprojection residuals of all spots, in pixels.
-
-Step 4 is what makes the tip statistically efficient; `gauss_newton_steps = 0` is the method of
-the thesis.
+What the search tries has a few spots, added one at a time. Frames whose labels are known go through
+`_solve_kernel`, in the same steps.
 """
 
 from __future__ import annotations
@@ -21,8 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from ocmm_core.geometry import Float, Int
-from ocmm_core.tracking.kernels._small_algebra import backward, best_turn, cholesky, forward, turn
+from ocmm_core.geometry import Float
+from ocmm_core.tracking.kernels._lanes import Number
+from ocmm_core.tracking.kernels._small_algebra import best_turn
 
 Bool: TypeAlias = NDArray[np.bool_]
 
@@ -35,38 +27,47 @@ a covariance of first order would be too small (measured: below this limit it ho
 
 
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def distortion_slope(
+    x: Number, y: Number, k1: float, k2: float, p1: float, p2: float
+) -> tuple[Number, Number, Number, Number]:
+    """Return the radial distortion at an ideal point, mm, and elements 00, 01 and 11 of d/d(x, y).
+
+    Symmetric because the distortion is the gradient of a potential (radial and Brown terms are), so
+    that d(xd)/dy = d(yd)/dx.
+    """
+    r2 = x * x + y * y
+    radial = r2 * (k1 + k2 * r2)
+    # d(radial)/d(r2) times two: with r2 = x^2 + y^2, d(radial)/dx is x slope and d(radial)/dy y
+    # slope.
+    slope = 2.0 * k1 + 4.0 * k2 * r2
+    j00 = 1.0 + radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
+    j11 = 1.0 + radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
+    j01 = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
+    return radial, j00, j01, j11
+
+
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def undistort(
-    xd: float, yd: float, k1: float, k2: float, p1: float, p2: float
-) -> tuple[float, float, float, float, float]:
+    xd: Number, yd: Number, k1: float, k2: float, p1: float, p2: float
+) -> tuple[Number, Number, Number, Number, Number]:
     """Return the ideal image point of a distorted one, mm, and the slope of the distortion there.
 
-    The slope is symmetric: its elements 00, 01 and 11.
+    The slope is symmetric: its elements 00, 01 and 11. One point, or eight side by side (`_lanes`).
     """
     # The distorted point is the start: it is off by the distortion itself, a few per cent.
     x, y = xd, yd
-    j00, j01, j11 = 1.0, 0.0, 1.0
-    # Three Newton steps (`camera.NEWTON_STEPS`, exact to 5e-13 px); the fourth round only writes
-    # the slope at the point found. The thesis takes one step, which is off by 0.045 px and more.
-    for step in range(4):
-        r2 = x * x + y * y
-        radial = r2 * (k1 + k2 * r2)
-        # d(radial)/d(r2) times two: with r2 = x^2 + y^2, d(radial)/dx is x slope and d(radial)/dy y
-        # slope.
-        slope = 2.0 * k1 + 4.0 * k2 * r2
-        j00 = 1.0 + radial + x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x
-        j11 = 1.0 + radial + y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x
-        # Symmetric because the distortion is the gradient of a potential (radial and Brown terms
-        # are), so that d(xd)/dy = d(yd)/dx.
-        j01 = x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y
-        if step == 3:
-            break
+    # Three Newton steps (`camera.NEWTON_STEPS`, exact to 5e-13 px). The thesis takes one step,
+    # which is off by 0.045 px and more.
+    for _ in range(3):
+        radial, j00, j01, j11 = distortion_slope(x, y, k1, k2, p1, p2)
         # What is missing to the observed point, mm; J dx = fx is solved by the inverse of a 2x2
         # matrix.
         fx = xd - (x + x * radial + 2.0 * p1 * x * y + p2 * (3.0 * x * x + y * y))
         fy = yd - (y + y * radial + p1 * (x * x + 3.0 * y * y) + 2.0 * p2 * x * y)
-        determinant = j00 * j11 - j01 * j01
-        x += (j11 * fx - j01 * fy) / determinant
-        y += (j00 * fy - j01 * fx) / determinant
+        scale = 1.0 / (j00 * j11 - j01 * j01)
+        x = x + (j11 * fx - j01 * fy) * scale
+        y = y + (j00 * fy - j01 * fx) * scale
+    _, j00, j01, j11 = distortion_slope(x, y, k1, k2, p1, p2)
     return x, y, j00, j01, j11
 
 
@@ -154,35 +155,6 @@ def fit_leds(
         origin[i] = b[i] - (rotation[i, 0] * a[0] + rotation[i, 1] * a[1] + rotation[i, 2] * a[2])
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
-def observe(spots: Float, cams: Float, ideal: Float, jacobian: Float, seen: Bool) -> int:
-    """Take the distortion off the spots (C, L, 2), px, of a frame; return how many there are.
-
-    Leaves the ideal image points (C, L, 2), mm, and the Jacobian there (C, L, 4), px/mm, by rows.
-    """
-    observations = 0
-    for c in range(seen.shape[0]):
-        sx, sy = cams[c, 13], cams[c, 14]
-        for led in range(seen.shape[1]):
-            u, v = spots[c, led, 0], spots[c, led, 1]
-            there = np.isfinite(u) and np.isfinite(v)
-            seen[c, led] = there
-            if not there:
-                continue
-            observations += 1
-            x, y, j00, j01, j11 = undistort(
-                # cams 13 to 20: Sx, Sy, u0, v0, k1, k2, p1, p2; 12 is f, 9 to 11 t and 0 to 8 R
-                # by rows.
-                (u - cams[c, 15]) / sx, (v - cams[c, 16]) / sy,
-                cams[c, 17], cams[c, 18], cams[c, 19], cams[c, 20],
-            )  # fmt: skip
-            ideal[c, led, 0], ideal[c, led, 1] = x, y
-            # diag(Sx, Sy) J, by rows: px per mm.
-            jacobian[c, led, 0], jacobian[c, led, 1] = sx * j00, sx * j01
-            jacobian[c, led, 2], jacobian[c, led, 3] = sy * j01, sy * j11
-    return observations
-
-
 @njit(cache=True, nogil=True, error_model="numpy", inline="always")
 def spot_rows(
     ideal: Float, jacobian: Float, cam: Float,
@@ -260,131 +232,3 @@ def normal_equations(
                 for j in range(i + 1):
                     h[i, j] += row[0, i] * row[0, j] + row[1, i] * row[1, j]
     return total
-
-
-@njit(cache=True, nogil=True, error_model="numpy")
-def solve_frames(
-    uv: Float, cams: Float, leds: Float, tip: Float, sigma: float, gauss_newton_steps: int,
-    status: NDArray[np.uint8], tips: Float, covariances: Float, rotations: Float, origins: Float,
-    chi2: Float, dof: Int,
-) -> None:  # fmt: skip
-    """Solve every frame of a batch; see `tracking.pose.solve` for the meaning of the outputs.
-
-    Parameters
-    ----------
-    uv
-        (n, C, L, 2), px by LED number, NaN where not seen.
-    cams, leds, tip
-        (C, 21), (L, 3) and (3,): `Rig.packed`, `ProbeBody.leds_probe`, `ProbeBody.tip_probe`.
-    sigma
-        Standard deviation of a spot, px, both axes.
-    gauss_newton_steps
-        0 for the method of the thesis.
-    status, tips, covariances, rotations, origins, chi2, dof
-        Outputs (n,), (n, 3), (n, 3, 3), (n, 3, 3), (n, 3), (n,), (n,).
-    """
-    n, n_cameras, n_leds = uv.shape[0], uv.shape[1], uv.shape[2]
-    # Room for one frame, used by all of a batch in turn.
-    ideal = np.empty((n_cameras, n_leds, 2))
-    jacobian = np.empty((n_cameras, n_leds, 4))
-    seen = np.empty((n_cameras, n_leds), np.bool_)
-    points = np.empty((n_leds, 3))
-    located = np.empty(n_leds, np.bool_)
-    rotation = np.empty((3, 3))
-    origin = np.empty(3)
-    work4 = np.empty((4, 4))
-    vectors4 = np.empty((4, 4))
-    work3 = np.empty((3, 3))
-    step3 = np.empty((3, 3))
-    h = np.empty((6, 6))
-    g = np.empty(6)
-    column = np.empty((3, 6))
-    for frame in range(n):
-        observations = observe(uv[frame], cams, ideal, jacobian, seen)
-        count = triangulate_leds(ideal, seen, cams, points, located)
-        # Two points leave the turn about their line free.
-        solved = count >= 3
-        if solved:
-            fit_leds(leds, points, located, count, rotation, origin, work4, vectors4)
-            squares = normal_equations(ideal, jacobian, seen, cams, leds, rotation, origin, h, g)
-            solved = cholesky(h)
-        if solved:
-            for step in range(gauss_newton_steps):
-                # With H = L L': y = L^-1 g, and |y|^2 = g'H^-1 g is what a full step takes off the
-                # sum of squares.
-                forward(h, g)
-                reduction = 0.0
-                for i in range(6):
-                    reduction += g[i] * g[i]
-                backward(h, g)
-                turn(rotation, g[0], g[1], g[2], step3, work3)
-                for i in range(3):
-                    origin[i] += g[3 + i]
-                if step + 1 < gauss_newton_steps:
-                    squares = normal_equations(
-                        ideal, jacobian, seen, cams, leds, rotation, origin, h, g
-                    )
-                    solved = solved and cholesky(h)
-                else:
-                    # To first order the last step takes this much off the sum of squares.
-                    # The covariance below uses the factor at the pose before the last step, too.
-                    squares = max(squares - reduction, 0.0)
-        if solved:
-            qx = rotation[0, 0] * tip[0] + rotation[0, 1] * tip[1] + rotation[0, 2] * tip[2]
-            qy = rotation[1, 0] * tip[0] + rotation[1, 1] * tip[1] + rotation[1, 2] * tip[2]
-            qz = rotation[2, 0] * tip[0] + rotation[2, 1] * tip[1] + rotation[2, 2] * tip[2]
-            # d(tip)/d(pose) = [-skew(q), I]; its rows through the factor give the covariance.
-            for i in range(3):
-                for k in range(6):
-                    column[i, k] = 0.0
-                column[i, 3 + i] = 1.0
-            # -skew(q) w = w x q, row by row; q is the arm from the probe's origin to the ball,
-            # world axes.
-            column[0, 1], column[0, 2] = qz, -qy
-            column[1, 0], column[1, 2] = -qz, qx
-            column[2, 0], column[2, 1] = qy, -qx
-            total = 0.0
-            for i in range(3):
-                # H^-1 = L^-T L^-1, so A H^-1 A' is the product of the rows L^-1 A' with each other.
-                forward(h, column[i])
-                for k in range(6):
-                    total += column[i, k] * column[i, k]
-            solved = sigma * sigma * total <= MAX_TIP_SIGMA * MAX_TIP_SIGMA
-        if not solved:
-            status[frame] = LOST
-            tips[frame] = np.nan
-            covariances[frame] = np.nan
-            rotations[frame] = np.nan
-            origins[frame] = np.nan
-            chi2[frame] = np.nan
-            dof[frame] = 0
-            continue
-        status[frame] = OK
-        # Two coordinates a spot, six numbers of the pose.
-        dof[frame] = 2 * observations - 6
-        chi2[frame] = squares / (sigma * sigma)
-        for i in range(3):
-            origins[frame, i] = origin[i]
-            for j in range(3):
-                rotations[frame, i, j] = rotation[i, j]
-        tips[frame, 0], tips[frame, 1] = qx + origin[0], qy + origin[1]
-        tips[frame, 2] = qz + origin[2]
-        for i in range(3):
-            for j in range(i + 1):
-                value = 0.0
-                for k in range(6):
-                    value += column[i, k] * column[j, k]
-                covariances[frame, i, j] = covariances[frame, j, i] = sigma * sigma * value
-
-
-def allocate(n: int) -> tuple[NDArray[np.uint8], Float, Float, Float, Float, Float, Int]:
-    """Return the outputs of `solve_frames` for ``n`` frames, in its order."""
-    return (
-        np.empty(n, np.uint8),
-        np.empty((n, 3)),
-        np.empty((n, 3, 3)),
-        np.empty((n, 3, 3)),
-        np.empty((n, 3)),
-        np.empty(n),
-        np.empty(n, np.int64),
-    )

@@ -13,16 +13,19 @@ shows spots moved by B db: the derivative by the parameters is +(J'J)^-1 J' B.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
+from ocmm_core.tracking.kernels import _kernel as kernel
+from ocmm_core.tracking.kernels import _small_algebra as small_algebra
 from ocmm_core.tracking.kernels._kernel import (
+    Bool,
     fit_leds,
     normal_equations,
-    observe,
     spot_rows,
     triangulate_leds,
+    undistort,
 )
 from ocmm_core.tracking.kernels._small_algebra import backward, cholesky, forward, turn
 
@@ -38,7 +41,7 @@ _STEP_LIMIT = 1e-10
 """rad and mm: the tip is rounded to 1e-12 mm, and Gauss-Newton gains some three digits a step."""
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(kernel, small_algebra)
 def lens_rows(cam: Float, px: float, py: float, pz: float, by_point: Float, by_lens: Float) -> None:
     """Write how the pixel of a world point moves with the point (2, 3) and its camera (2, 14).
 
@@ -86,7 +89,36 @@ def lens_rows(cam: Float, px: float, py: float, pz: float, by_point: Float, by_l
     by_lens[0, 13], by_lens[1, 13] = sx * (3.0 * x * x + y * y), sy * 2.0 * x * y
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled(kernel, small_algebra)
+def observe(spots: Float, cams: Float, ideal: Float, jacobian: Float, seen: Bool) -> int:
+    """Take the distortion off the spots (C, L, 2), px, of a frame; return how many there are.
+
+    Leaves the ideal image points (C, L, 2), mm, and the Jacobian there (C, L, 4), px/mm, by rows.
+    """
+    observations = 0
+    for c in range(seen.shape[0]):
+        sx, sy = cams[c, 13], cams[c, 14]
+        for led in range(seen.shape[1]):
+            u, v = spots[c, led, 0], spots[c, led, 1]
+            there = np.isfinite(u) and np.isfinite(v)
+            seen[c, led] = there
+            if not there:
+                continue
+            observations += 1
+            x, y, j00, j01, j11 = undistort(
+                # cams 13 to 20: Sx, Sy, u0, v0, k1, k2, p1, p2; 12 is f, 9 to 11 t and 0 to 8 R
+                # by rows.
+                (u - cams[c, 15]) / sx, (v - cams[c, 16]) / sy,
+                cams[c, 17], cams[c, 18], cams[c, 19], cams[c, 20],
+            )  # fmt: skip
+            ideal[c, led, 0], ideal[c, led, 1] = x, y
+            # diag(Sx, Sy) J, by rows: px per mm.
+            jacobian[c, led, 0], jacobian[c, led, 1] = sx * j00, sx * j01
+            jacobian[c, led, 2], jacobian[c, led, 3] = sy * j01, sy * j11
+    return observations
+
+
+@compiled(kernel, small_algebra)
 def answer_of_poses(
     uv: Float, cams: Float, leds: Float,
     status: NDArray[np.uint8], located: Int, seen_by: Int, rotations: Float, origins: Float,

@@ -14,28 +14,28 @@ from ocmm_core.tracking import SCHEMA, LedEntry, OrientationRule, ProbeDocument,
 from ocmm_gui.kit import NumberTable, digit_font, led_name, text_font
 
 _FIELDS = (
-    ("name", "Name", "Of the probe; its records carry it"),
-    ("tip", "Tip, mm", "Centre of the ball in the frame of the probe: x y z"),
-    ("tip_diameter", "Ball, mm", "Diameter by the maker's certificate"),
+    ("name", "Name", "Name of the probe, used in its records"),
+    ("tip", "Tip, mm", "Centre of the ball in the probe frame: x y z"),
+    ("tip_diameter", "Ball, mm", "Diameter from the maker's certificate"),
     ("tip_diameter_sigma", "Ball ±, mm", "Standard uncertainty of the diameter"),
-    ("tip_sigma", "Tip ±, mm", "Standard uncertainties of its place: x y z"),
+    ("tip_sigma", "Tip ±, mm", "Standard uncertainties of its position: x y z"),
     ("led_sigma", "LEDs ±, mm", "Standard uncertainty of each coordinate of an LED"),
-    ("emission_half_angle_deg", "Light, °", "An LED is seen up to so far from its direction"),
+    ("emission_half_angle_deg", "Light, °", "Largest viewing angle off its direction"),
     (
-        "rules", "Promises",
-        "What the hand keeps: axis of the probe > direction; x y z > x y z; …; empty: none",
+        "rules", "Rules",
+        "Orientation rules: probe axis > direction; x y z > x y z; …; empty: none",
     ),
-    ("strobe", "Strobe", "Period in frames: frame in which each LED is dark; empty: always bright"),
-    ("file", "File", "A new one; a document that was used is never changed"),
+    ("strobe", "Strobe", "Period in frames: dark frame of each LED; empty: always on"),
+    ("file", "File", "New name; a used document is never changed"),
 )  # fmt: skip
 _COLUMNS = (
     ("LED", "its number"),
-    ("X", "mm, frame of the probe"),
-    ("Y", "mm, frame of the probe"),
-    ("Z", "mm, frame of the probe"),
-    ("dX", "direction of its light; its length does not matter"),
-    ("dY", "direction of its light"),
-    ("dZ", "direction of its light"),
+    ("X", "mm, probe frame"),
+    ("Y", "mm, probe frame"),
+    ("Z", "mm, probe frame"),
+    ("dX", "emission direction; length is ignored"),
+    ("dY", "emission direction"),
+    ("dZ", "emission direction"),
 )
 
 
@@ -146,7 +146,7 @@ class DefinitionForm(QWidget):
         """Return what is filled in, with LEDs; raise InputError where something is no number."""
         text = {key: field.text().strip() for key, field in self.fields.items()}
         if not text["name"]:
-            raise InputError("definition.name", "The probe has no name.", "Give it one.")
+            raise InputError("definition.name", "The probe has no name.", "Enter one.")
         return ProbeDocument(
             schema=SCHEMA,
             unit="mm",
@@ -166,7 +166,7 @@ class DefinitionForm(QWidget):
         """Return the file; raise InputError where none is named."""
         text = self.fields["file"].text().strip()
         if not text:
-            raise InputError("definition.file", "No file is named.", "Name a new one.")
+            raise InputError("definition.file", "No file name.", "Enter a new one.")
         return Path(text).expanduser()
 
 
@@ -178,7 +178,9 @@ def number(text: str, what: str) -> float:
         value = float("nan")
     if not -1e6 < value < 1e6:
         raise InputError(
-            "definition.number", f"{what} is {text.strip()!r}, which is no number.", "Correct it."
+            "definition.number",
+            f"{what} is {text.strip()!r}, which is not a number.",
+            "Correct it.",
         )
     return value
 
@@ -187,7 +189,9 @@ def _vector(text: str, what: str) -> Vector3:
     values = [number(word, what) for word in text.replace(";", " ").split()]
     if len(values) != 3:
         raise InputError(
-            "definition.vector", f"{what} has {len(values)} numbers.", "Write x y z, with blanks."
+            "definition.vector",
+            f"{what} has {len(values)} numbers.",
+            "Enter x y z, separated by spaces.",
         )
     return values[0], values[1], values[2]
 
@@ -198,8 +202,8 @@ def _rules(text: str) -> tuple[OrientationRule, ...]:
         axis, _, world = part.partition(">")
         rules.append(
             OrientationRule(
-                probe_axis=_vector(axis, "The axis of a promise"),
-                world_direction=_vector(world, "The direction of a promise"),
+                probe_axis=_vector(axis, "The axis of an orientation rule"),
+                world_direction=_vector(world, "The direction of an orientation rule"),
             )
         )
     return tuple(rules)
@@ -213,11 +217,11 @@ def _strobe(text: str) -> StrobeEntry | None:
 
 
 def _frame(text: str) -> int:
-    value = number(text, "A frame of the strobe code")
+    value = number(text, "Frame of the strobe code")
     if value != round(value):
         raise InputError(
-            "definition.strobe", f"A frame of the strobe code is {text.strip()!r}.",
-            "Write whole numbers, such as 8: 0 1 2 3 4 5.",
+            "definition.strobe", f"Frame of the strobe code is {text.strip()!r}.",
+            "Enter whole numbers, e.g. 8: 0 1 2 3 4 5.",
         )  # fmt: skip
     return round(value)
 

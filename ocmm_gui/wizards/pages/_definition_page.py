@@ -41,9 +41,8 @@ SETTLE_MS = 500
 """So long after the last key the definition is examined."""
 
 _PURPOSE = (
-    "Write down where the LEDs and the ball are. Whether the LEDs can be taken for one another is "
-    "examined while you write. Afterwards start the program with the new document and calibrate "
-    "the probe."
+    "Enter LED and ball positions. LED ambiguity is checked as you type. Then restart OCMM with "
+    "the new document and calibrate the probe."
 )
 
 
@@ -66,19 +65,19 @@ class DefinitionPage(QWidget):
         self.picture = ProbePicture()
         self._word = FitText("Verdict", limit=34)
         self._word.setFixedHeight(44)
-        self.sentence = sentence_label("What the verdict means", 17)
+        self.sentence = sentence_label("Meaning of the verdict", 17)
         self.import_panel = PathPanel("probe document", "file", verb="Read")
         self.import_panel.given.connect(self._import)
         self.buttons = {
             key: self._button(text, tip, keys, call)
             for key, text, tip, keys, call in (
-                ("leave", "Leave", "Back; what is not saved is lost", "Esc", self._leave),
-                ("import", "Import", "Begin with another document", "F4", self._ask_import),
-                ("measured", "As measured", "Take the LEDs of the calibration in force", "F7",
+                ("leave", "Leave", "Back; unsaved changes are lost", "Esc", self._leave),
+                ("import", "Import", "Start from another document", "F4", self._ask_import),
+                ("measured", "As measured", "Use the LEDs of the active calibration", "F7",
                  self._take_measured),
-                ("add", "Add LED", "One more LED, like the last one", "F5", self._add),
-                ("remove", "Remove LED", "Remove the chosen LED", "F6", self._remove),
-                ("save", "Save", "Write it as a new document", "F2", self._save),
+                ("add", "Add LED", "Add an LED, copying the last one", "F5", self._add),
+                ("remove", "Remove LED", "Remove the selected LED", "F6", self._remove),
+                ("save", "Save", "Save as a new document", "F2", self._save),
             )
         }  # fmt: skip
         self.buttons["save"].setProperty("role", "primary")
@@ -165,7 +164,7 @@ class DefinitionPage(QWidget):
         except OcmmError as error:
             self._show_refused(error)
             return
-        self._say("SAVED", Mark.GOOD, f"The probe is in {path}.")
+        self._say("SAVED", Mark.GOOD, f"Probe saved in {path}.")
         self.saved.emit(path)
 
     def _ask_import(self) -> None:
@@ -233,7 +232,7 @@ class DefinitionPage(QWidget):
     def _lay_out(self) -> None:
         title = QLabel("Define a probe")
         title.setFont(text_font(28, bold=True))
-        purpose = sentence_label("What it is for", 16)
+        purpose = sentence_label("Purpose", 16)
         purpose.setText(_PURPOSE)
         form = QVBoxLayout()
         form.addWidget(self.form)
@@ -265,10 +264,10 @@ class DefinitionPage(QWidget):
 def examined_words(found: DefinitionCheck) -> str:
     """Return in words why the LEDs cannot be confused, and by how much."""
     if found.body.code is not None:
-        return "The LEDs cannot be confused: each of them is dark in another frame."
+        return "The LEDs cannot be confused: each is dark in a different frame."
     nearest, hidden = found.labels[0].ambiguity, found.nearest_hidden
     if nearest is None:
-        text = "The LEDs cannot be confused: the promises exclude every other order."
+        text = "The LEDs cannot be confused: the orientation rules exclude every other order."
     else:
         order = ", ".join(led_name(label) for label in nearest.labels)
         text = (
@@ -277,7 +276,7 @@ def examined_words(found: DefinitionCheck) -> str:
         )
     if hidden is not None and hidden.ambiguity is not None:
         text += (
-            f" While {led_name(hidden.hidden - 1)} is hidden the nearest one misses by "
+            f" With {led_name(hidden.hidden - 1)} hidden, the nearest wrong order misses by "
             f"{hidden.ambiguity.residual_mm:.1f} mm."
         )
     return text

@@ -17,22 +17,22 @@ from ocmm_gui.kit import Mark, NumberTable, led_name, sentence_label
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _TIP = (
-    ("", "coordinate in the frame of the probe's document"),
+    ("", "coordinate in the frame of the probe document"),
     ("This, mm", "this calibration"),
     ("± µm", "standard uncertainty (k = 1)"),
-    ("2nd, µm", "second sweep less first"),
+    ("2nd, µm", "second minus first sweep"),
     ("± µm", "standard uncertainty of that difference (k = 1)"),
-    ("Spheres, µm", "by the mean of the spheres' centres (thesis 3.2), less this"),
-    ("Change, µm", "this less the calibration in force"),
+    ("Spheres, µm", "mean of the sphere centres (thesis 3.2), minus this"),
+    ("Change, µm", "this minus the active calibration"),
 )
-_IN_FRAME = "in the frame of the probe's document"
+_IN_FRAME = "in the frame of the probe document"
 _LEDS = (
     ("LED", "its number"),
     ("X, mm", _IN_FRAME),
     ("Y, mm", _IN_FRAME),
     ("Z, mm", _IN_FRAME),
     ("2nd, µm", "second sweep from first"),
-    ("Change, µm", "from the calibration in force"),
+    ("Change, µm", "against the active calibration"),
 )
 
 
@@ -55,7 +55,7 @@ class PivotCompare(QWidget):
     def show_outcome(self, outcome: PivotOutcome) -> None:
         """Show what changes."""
         spread = 1e3 * outcome.first.thesis.spread
-        ball = f"The centres of the LEDs' spheres lie {spread:.1f} µm (RMS) from their mean."
+        ball = f"LED sphere centres scatter {spread:.1f} µm (RMS) about their mean."
         self.summary.setText(f"{_change_words(outcome.change)} {ball}")
         self.tip.show_rows(_tip_rows(outcome))
         self.leds.show_rows(_led_rows(outcome))
@@ -83,7 +83,7 @@ class PivotResultPage(ResultFrame):
         outcome = self._outcome
         if outcome is None or outcome.change is None or not outcome.must_be_confirmed:
             return ""
-        return f"The tip changed by {outcome.change.tip_distance:.3f} mm. Why?"
+        return f"The tip moved by {outcome.change.tip_distance:.3f} mm. Why?"
 
     def judge(self, outcome: object) -> Said:
         """Return whether something speaks against a calibration."""
@@ -93,19 +93,19 @@ class PivotResultPage(ResultFrame):
             return Said(
                 "TIP CHANGED",
                 Mark.DOUBT,
-                f"The tip is {outcome.change.tip_distance:.3f} mm from where it was. Accept it "
-                f"only if you know why; you will be asked for the reason.",
+                f"The tip has moved by {outcome.change.tip_distance:.3f} mm. Accept only if you "
+                "know why; you will be asked for the reason.",
             )
         if outcome.findings:
             return Said(
                 "USABLE, LOOK",
                 Mark.DOUBT,
-                "The calibration may be used, but something speaks against it; see below.",
+                "The calibration can be used, but with reservations; see below.",
             )
         return Said(
             "GOOD",
             Mark.GOOD,
-            "Both sweeps show the same tip. After accepting, qualify the tip on the sphere.",
+            "Both sweeps give the same tip. After accepting, qualify the tip on the sphere.",
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -172,7 +172,7 @@ def _led_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
 
 def _change_words(change: PivotChange | None) -> str:
     if change is None:
-        return "This tip was never calibrated before: nothing to compare with."
+        return "First calibration of this tip: nothing to compare with."
     when = datetime.fromisoformat(change.previous.made_utc).astimezone()
     return (
         f"Since the calibration of {when:%Y-%m-%d} the tip moved by {change.tip_distance:.4f} mm "

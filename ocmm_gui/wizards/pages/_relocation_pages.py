@@ -37,7 +37,7 @@ class TiltRow(Painted):
     """How the probe was held, and which ways are missing."""
 
     def __init__(self) -> None:
-        super().__init__("Ways of holding the probe", (400, _TILT_PX), (200, _TILT_PX))
+        super().__init__("Probe attitudes", (400, _TILT_PX), (200, _TILT_PX))
         self._tilts: tuple[Tilt, ...] = ()
         self.setFixedHeight(_TILT_PX)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -112,7 +112,7 @@ class WavePage(CollectPage):
 
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig, "Volume shown")
-        self.length = Score("A length would be known to")
+        self.length = Score("Uncertainty of a length")
         self.scores.addWidget(self.length)
         self.side.setStretch(0, 5)
         self.side.setStretch(1, 4)
@@ -146,9 +146,9 @@ class BarPage(CollectPage):
     """Where the bar could be shown next."""
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Placements of the bar")
+        super().__init__(rig, "Bar placements")
         self._volume = rig.volume_world
-        self.length = Score("A length would be known to")
+        self.length = Score("Uncertainty of a length")
         self.scores.addWidget(self.length)
         self.side.setStretch(0, 5)
         self.side.setStretch(1, 4)
@@ -164,7 +164,7 @@ class BarPage(CollectPage):
             places = example_places(self._volume, view.bars_wanted, view.bar_placements)
             current = view.bar_placements if view.bar_placements < view.bars_wanted else None
             places = places[: view.bar_placements + 1]
-            words = "One way to show the bar next" if current is not None else "All are taken"
+            words = "A suitable next bar placement" if current is not None else "All taken"
             self.picture.show_contents(bars(places, current), words)
 
 
@@ -180,7 +180,7 @@ class SeatPicture(Painted):
         """Show the points by name; the first ``taken`` of them are done."""
         if (tuple(names), taken) != (self._names, self._taken):
             self._names, self._taken = tuple(names), taken
-            self.setAccessibleDescription(f"{taken} of {len(names)} points are taken")
+            self.setAccessibleDescription(f"{taken} of {len(names)} points taken")
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -192,7 +192,7 @@ class SeatPicture(Painted):
         if not self._names:
             painter.setFont(text_font(22))
             painter.setPen(QColor(theme.text))
-            text = "The world stays with the cameras."
+            text = "The world fixed to the cameras."
             painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, text)
             return
         row = min(72.0, inside.height() / len(self._names))
@@ -211,8 +211,8 @@ class SeatPicture(Painted):
 
 
 _SEAT_WORDS = {
-    "origin": "Origin: here is (0, 0, 0)",
-    "on X": "On X: the X axis goes through it",
+    "origin": "Origin: (0, 0, 0)",
+    "on X": "On X: the X axis passes through it",
     "in XY": "In XY: on the side of positive Y",
 }
 
@@ -242,7 +242,7 @@ def show_prediction(score: Score, view: RelocationView) -> None:
         score.show_score("–", f"of {view.length_mm:.0f} mm; too early to tell", 0.0)
         return
     share = min(limit / sigma, 1.0) if sigma > 0.0 else 1.0
-    note = f"of {view.length_mm:.0f} mm (k = 1); {1e3 * limit:.1f} µm will do"
+    note = f"of {view.length_mm:.0f} mm (k = 1); {1e3 * limit:.1f} µm is enough"
     score.show_score(f"{1e3 * sigma:.1f} µm", note, share)
 
 

@@ -16,11 +16,11 @@ from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _CHANGES = (
     ("Camera", "which camera"),
-    ("Shift mm", "distance of its centres, after the common motion was taken out"),
-    ("Turn mrad", "angle between its attitudes, after the common motion was taken out"),
-    ("f mm", "focal length, after less before"),
-    ("u0 px", "principal point, after less before"),
-    ("v0 px", "principal point, after less before"),
+    ("Shift mm", "shift of its centre, common motion removed"),
+    ("Turn mrad", "rotation, common motion removed"),
+    ("f mm", "focal length, after minus before"),
+    ("u0 px", "principal point, after minus before"),
+    ("v0 px", "principal point, after minus before"),
 )
 
 
@@ -38,7 +38,7 @@ class CompareView(QWidget):
         self.setAccessibleName("Before and after")
         self.summary = sentence_label("What changes", 16)
         self.cameras = NumberTable("Changes of the cameras", _CHANGES)
-        self.space = SpaceArrows("Points of the volume, after less before", rig)
+        self.space = SpaceArrows("Points of the volume, after minus before", rig)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)
@@ -51,13 +51,13 @@ class CompareView(QWidget):
         self.cameras.setVisible(comparison is not None)
         self.space.setVisible(comparison is not None)
         if comparison is None:
-            self.summary.setText("These cameras were never calibrated: nothing to compare with.")
+            self.summary.setText("First calibration of these cameras: nothing to compare with.")
             return
         before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
         self.summary.setText(
-            f"All cameras together moved by {comparison.moved_mm:.3f} mm and turned by "
-            f"{1e3 * comparison.turned_rad:.3f} mrad; below is what is left of each camera. "
-            f"Standard uncertainty of a length: {_um(before)} before, {_um(after)} after."
+            f"All cameras together moved by {comparison.moved_mm:.3f} mm and rotated by "
+            f"{1e3 * comparison.turned_rad:.3f} mrad; the remaining change of each camera is "
+            f"below. Standard uncertainty of a length: {_um(before)} before, {_um(after)} after."
         )
         self.cameras.show_rows([_change_words(one) for one in comparison.cameras])
         self.space.show_vectors(comparison.nodes_world, comparison.differences_world, "no points")
@@ -87,12 +87,12 @@ class ResultPage(ResultFrame):
             return Said(
                 "USABLE, LOOK",
                 Mark.DOUBT,
-                "The calibration may be used, but something speaks against it; see below.",
+                "The calibration can be used, but with reservations; see below.",
             )
         return Said(
             "GOOD",
             Mark.GOOD,
-            "Nothing speaks against this calibration. After accepting, verify it.",
+            "No objections to this calibration. After accepting, verify it.",
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -103,7 +103,7 @@ class ResultPage(ResultFrame):
         self.sensors.show_residuals(outcome.residuals)
         self.histogram.show_residuals(outcome.residuals)
         self.space.show_vectors(
-            outcome.errors_at_world, outcome.errors_world, "no points were held back"
+            outcome.errors_at_world, outcome.errors_world, "no points held back"
         )
         self.compare.show_comparison(comparison)
         focal = PARAMETERS.index("focal")

@@ -99,7 +99,7 @@ class SpheresPage(CollectPage):
         super().show_seen(seen)
         view = seen.view_as(VerificationView)
         if not view.spheres:
-            self.sphere.show_taken(0, "No sphere was chosen: go on.")
+            self.sphere.show_taken(0, "No sphere chosen: press Next.")
             return
         open_ones = [i for i, taken in enumerate(view.spheres) if taken < view.sphere_points]
         number = open_ones[0] if open_ones else len(view.spheres) - 1

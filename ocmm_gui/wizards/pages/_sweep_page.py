@@ -19,7 +19,7 @@ from ocmm_gui.kit import Mark, Sound
 from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
 
 _TURNS = ("Leaning", "Leaning the other way", "Turning the handle")
-_SEATED = "The ball is in the cone: keep it there."
+_SEATED = "Ball in the cone: keep it there."
 _SOUNDS = {
     SweepPhase.COUNTDOWN: Sound.TICK,
     SweepPhase.TAKING: Sound.STARTED,
@@ -46,8 +46,8 @@ class SweepPage(HandsPage):
         self._phase = SweepPhase.IDLE
         self._cells: tuple[MapCell, ...] = ()
         self._mapped = Mapped()
-        self.sigma = Score("The tip would be known to")
-        self.bars = Bars("How far the probe was turned", 6 if second else 5)
+        self.sigma = Score("Uncertainty of the tip")
+        self.bars = Bars("Rotation of the probe", 6 if second else 5)
         self.scores.addWidget(self.sigma, 2)
         self.scores.addWidget(self.bars, 6)
 
@@ -71,7 +71,7 @@ class SweepPage(HandsPage):
         known = bool(np.isfinite(sigma)) and sigma > 0.0
         self.sigma.show_score(
             f"{1e3 * sigma:.1f} µm" if known else "–",
-            f"(k = 1); {1e3 * wanted:.0f} µm will do" if known else "too early to tell",
+            f"(k = 1); {1e3 * wanted:.0f} µm is enough" if known else "too early to tell",
             min(wanted / sigma, 1.0) if known else 0.0,
         )
         self.bars.show_rows(self._rows(view, sweep))
@@ -130,7 +130,7 @@ def told_of(view: PivotView, sweep: SweepView) -> Told:
     if sweep.phase is SweepPhase.COUNTDOWN:
         seconds = max(view.countdown_s or 0.0, 0.0)
         share = 1.0 - seconds / COUNTDOWN_S
-        return Told(f"BEGINS IN {int(np.ceil(seconds))}", _SEATED, Mark.ACTIVE, share)
+        return Told(f"STARTS IN {int(np.ceil(seconds))}", _SEATED, Mark.ACTIVE, share)
     if sweep.phase is SweepPhase.TAKING:
         missing = sweep.missing or hint
         return Told("SWEEP", missing, Mark.ACTIVE, min(sweep.covered, 1.0))

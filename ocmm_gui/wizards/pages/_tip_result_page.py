@@ -21,16 +21,16 @@ from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _SCALE_PX = 58.0
 _CHECKED = (
-    ("Check", "what is compared with a limit"),
-    ("Error, µm", "what was found"),
+    ("Check", "quantity checked"),
+    ("Error, µm", "value found"),
     ("U, µm", "expanded uncertainty (k = 2)"),
     ("Limit, µm", "of the error"),
 )
 _COMPARED = (
-    ("", "what is compared"),
+    ("", "quantity compared"),
     ("Now", "this qualification"),
-    ("Before", "the qualification before"),
-    ("Change", "now less before"),
+    ("Before", "previous qualification"),
+    ("Change", "now minus before"),
 )
 
 
@@ -143,13 +143,13 @@ class TipResultPage(ResultFrame):
             return Said("", Mark.OPEN, "")
         if outcome.record.passed:
             return Said(
-                "PASSED", Mark.GOOD, "Store the verdict: points may then be taken with this tip."
+                "PASSED", Mark.GOOD, "Store the verdict; points can then be taken with this tip."
             )
         return Said(
             "FAILED",
             Mark.BAD,
-            "Clean ball, sphere and cone, tighten the stylus, and qualify again; if it stays, "
-            "calibrate the probe or change the stylus.",
+            "Clean ball, sphere and cone, tighten the stylus and qualify again. If it fails "
+            "again, calibrate the probe or change the stylus.",
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -189,12 +189,14 @@ class TipCheckResultPage(ResultFrame):
             return Said("", Mark.OPEN, "")
         if outcome.record.passed:
             return Said(
-                "PASSED", Mark.GOOD, "The tip is as it was qualified. Store the verdict and go on."
+                "PASSED",
+                Mark.GOOD,
+                "The tip is still as qualified. Store the verdict and continue.",
             )
         return Said(
             "FAILED",
             Mark.BAD,
-            "The tip is not as it was qualified. Store the verdict: no points are taken then until "
+            "The tip is no longer as qualified. Store the verdict: no points are taken until "
             "the tip is qualified or the probe calibrated.",
         )
 
@@ -216,7 +218,7 @@ def _compared(now: TipRecord, before: TipRecord | None) -> list[tuple[str, ...]]
         ("2s in the cone, µm", "articulation_2s_mm", 1e3, ".1f"),
         ("Largest in the cone, µm", "articulation_max_mm", 1e3, ".1f"),
         ("Point, µm", "point_sigma_mm", 1e3, ".2f"),
-        ("Warmth, °C", "temperature_c", 1.0, ".1f"),
+        ("Temperature, °C", "temperature_c", 1.0, ".1f"),
     ):
         new = getattr(now, attribute)
         old = None if before is None else getattr(before, attribute)

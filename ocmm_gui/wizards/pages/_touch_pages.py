@@ -32,7 +32,7 @@ class SpherePage(HandsPage):
     def __init__(self, rig: Rig) -> None:
         super().__init__(rig, "Touch", "Places on the sphere, seen from its pole")
         self.ball = Score("Diameter of the ball")
-        self.bars = Bars("How well the sphere is covered", 3)
+        self.bars = Bars("Coverage of the sphere", 3)
         self.scores.addWidget(self.ball, 3)
         self.scores.addWidget(self.bars, 3)
 
@@ -56,7 +56,7 @@ class SpherePage(HandsPage):
         rows = [
             Row("Places", f"{touched} / {places}", touched / max(places, 1)),
             Row(
-                "Diameter known to",
+                "Uncertainty of the diameter",
                 f"{1e3 * sigma:.1f} / {1e3 * limit:.1f} µm" if known else "–",
                 min(limit / sigma, 1.0) if known else 0.0,
             ),
@@ -78,9 +78,9 @@ class ConePage(HandsPage):
     keys = _KEYS
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Hold", "Ways of holding the probe")
+        super().__init__(rig, "Hold", "Probe attitudes")
         self._up = upright(rig)
-        self.spread = Score("The tip stays within (2 s)")
+        self.spread = Score("Spread of the tip (2 s)")
         self.tips = TipScatter(rig)
         self.scores.addWidget(self.spread, 2)
         self.scores.addWidget(self.tips, 4)
@@ -185,7 +185,7 @@ def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
         still = f"HOLD STILL  {countdown.seconds_left:.1f}"
         return Told(still, _sentence(where), Mark.ACTIVE, countdown.fraction)
     if countdown.phase is Phase.READY:
-        note = "Taken by itself." if automatic else "Press Space to take it."
+        note = "Taken automatically." if automatic else "Press Space to take it."
         return Told("READY", note, Mark.GOOD, 1.0)
     if countdown.phase is Phase.TAKEN:
         return Told("TAKEN", f"Next: {where}", Mark.GOOD, 0.0)
@@ -200,7 +200,7 @@ def _sentence(where: str) -> str:
 def _next_place(sphere: SphereProgress) -> str:
     if sphere.next_place is not None:
         return sphere.places[sphere.next_place].name
-    return "one more point, where the map shows it" if sphere.also_world is not None else ""
+    return "one more point, as shown on the map" if sphere.also_world is not None else ""
 
 
 def _next_attitude(cone: ConeProgress) -> str:

@@ -60,9 +60,9 @@ class VerdictPage(StepPage):
         self._seen: Seen | None = None
         self._word = FitText("Verdict", limit=40)
         self._word.setFixedHeight(54)
-        self.sentence = sentence_label("What the verdict means", 17)
+        self.sentence = sentence_label("Meaning of the verdict", 17)
         self.facts = Facts("Figures of the verdict")
-        self.warnings = sentence_label("What makes the verdict weaker", 14)
+        self.warnings = sentence_label("Reservations", 14)
         self.chart = ErrorChart()
         # What speaks against a session may be longer than a small window is high.
         told = QVBoxLayout()
@@ -141,7 +141,7 @@ class VerdictPage(StepPage):
             text = "Press R to calculate."
         elif outcome.record.passed:
             self._word.show_text("PASSED", theme.good, Mark.GOOD)
-            text = "Store the verdict: the calibration may then be used."
+            text = "Store the verdict; the calibration can then be used."
         elif outcome.record.objections:
             self._word.show_text("FAILED", theme.bad, Mark.BAD)
             objections = outcome.record.objections
@@ -149,13 +149,13 @@ class VerdictPage(StepPage):
             text = "\n".join((*(one.what for one in objections), *remedies))
         elif outcome.record.superseded:
             self._word.show_text("FAILED", theme.bad, Mark.BAD)
-            text = "A line was repeated, and the verification failed: store it, and calibrate anew."
+            text = "A line was repeated and the verification failed: store it and calibrate again."
         else:
             self._word.show_text("FAILED", theme.bad, Mark.BAD)
             text = (
-                "If one line alone failed, take it again, once; if it fails again, store the "
-                "verdict and calibrate anew. Jobs since the last good verification are then in "
-                "doubt: Recall jobs (F12), on page Calibration, shows which of their verdicts hold."
+                "If only one line failed, repeat it once. If it fails again, store the verdict "
+                "and calibrate again. Jobs since the last good verification are then suspect: "
+                "Recall jobs (F12), on page Calibration, shows which of their verdicts hold."
             )
         if text != self.sentence.text():
             self.sentence.setText(text)

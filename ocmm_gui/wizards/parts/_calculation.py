@@ -58,15 +58,15 @@ class ProcessCalculation:
                 if self._given_up.is_set():
                     raise CalibrationError(
                         "calculation.given_up",
-                        "The calculation was given up.",
-                        "Calculate again when you are ready.",
+                        "Calculation cancelled.",
+                        "Recalculate when you are ready.",
                     )
             answer: object = receiver.recv()
         except EOFError as error:
             raise CalibrationError(
                 "calculation.died",
-                "The calculation ended unexpectedly; the computer may be short of memory.",
-                "Close other programs and calculate again.",
+                "The calculation ended unexpectedly; the computer may be out of memory.",
+                "Close other programs and recalculate.",
             ) from error
         finally:
             process.terminate()
@@ -90,7 +90,7 @@ def _calculate(resume: Callable[[], ShownProcedure], sender: Connection) -> None
         outcome = procedure.view.outcome
         if outcome is None:
             raise CalibrationError(
-                "calculation.nothing", "The calculation gave no result.", "Calculate again."
+                "calculation.nothing", "The calculation gave no result.", "Recalculate."
             )
         answer = outcome
     except Exception as error:

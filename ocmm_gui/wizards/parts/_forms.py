@@ -28,7 +28,5 @@ class Field:
     choices: tuple[tuple[str, str], ...] = ()
 
 
-WHO = Field("who", "Done by", "Your name; it goes into the record")
-TEMPERATURE = Field(
-    "temperature", "Temperature, °C", "Of the room; leave it empty if nobody measured it", ""
-)
+WHO = Field("who", "Done by", "Your name, for the record")
+TEMPERATURE = Field("temperature", "Temperature, °C", "Of the room; empty if not measured", "")

@@ -26,13 +26,13 @@ def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]
         return f"{ended} Press Esc to leave.", Mark.GOOD
     if base.current == len(base.steps) - 1:
         if base.error is not None and seen.view.outcome is None:
-            return "There is no result to accept; why, and what to do, stands above.", Mark.DOUBT
+            return "No result to accept; see the reason and remedy above.", Mark.DOUBT
         if seen.view.outcome is None:
-            return "There is nothing to accept before the result is calculated.", Mark.DOUBT
+            return "Nothing to accept yet: calculate the result first.", Mark.DOUBT
         return gate.remedy, Mark.ACTIVE
     if gate.open:
-        return "Complete: going on." if going_on else "Next is open: press Return.", Mark.GOOD
-    return f"Next is closed: {gate.reason} {gate.remedy}", Mark.DOUBT
+        return "Complete: continuing." if going_on else "Next is ready: press Return.", Mark.GOOD
+    return f"Next is locked: {gate.reason} {gate.remedy}", Mark.DOUBT
 
 
 def is_unstored(base: ProcedureView) -> bool:

@@ -151,7 +151,7 @@ class CameraRow(QWidget):
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
-        self.setAccessibleName("What the cameras see")
+        self.setAccessibleName("Camera view")
         self.cameras = tuple(MiniCamera(camera) for camera in rig.cameras)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -226,7 +226,7 @@ class LivePanel(QFrame):
         live, theme = self._live, self._theme
         if live.ready:
             self._word.show_text("READY", theme.good, Mark.GOOD)
-            text = "Taken by itself." if self._automatic else "Press Space to take it."
+            text = "Taken automatically." if self._automatic else "Press Space to take it."
         else:
             self._word.show_text("WAIT", theme.warn, Mark.DOUBT)
             text = live.hint

@@ -25,7 +25,7 @@ class EndTexts:
 
 CALIBRATION_ENDS = EndTexts(
     "Accept the new", "Keep the old",
-    "Put this calibration in force?", "End, and keep the old calibration?",
+    "Activate this calibration?", "End and keep the old calibration?",
 )  # fmt: skip
 VERDICT_ENDS = EndTexts(
     "Store the verdict", "Discard", "Store this verdict?", "End without a verdict?"

@@ -127,7 +127,7 @@ class KnownPointsPage(CollectPage):
         self._aim: int | None = -1
         self.list = QListWidget()
         self.list.setAccessibleName("Reference points")
-        self.list.setAccessibleDescription("Choose the point that is taken next")
+        self.list.setAccessibleDescription("Select the next point")
         self.list.setFont(text_font(15))
         self.list.setFixedWidth(150)
         self.list.setUniformItemSizes(True)
@@ -182,7 +182,7 @@ class LinesPage(CollectPage):
         if state != self._shown:
             self._shown = state
             current = view.current_line
-            where = "all lines are taken" if current is None else view.lines[current].name
+            where = "all lines taken" if current is None else view.lines[current].name
             self.picture.show_contents(bars(bar_places(view.lines), current), where)
 
 
@@ -227,7 +227,7 @@ class SeatsPage(CollectPage):
         if state != self._shown:
             self._shown = state
             number = view.next_seat
-            where = "both seats were visited" if number is None else f"seat {number + 1}"
+            where = "both seats visited" if number is None else f"seat {number + 1}"
             known = view.seats_world
             self.picture.show_contents(seats(known, number if self._again else None), where)
 

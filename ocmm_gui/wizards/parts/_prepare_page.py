@@ -59,10 +59,10 @@ class PreparePage(StepPage):
     def __init__(self, rig: Rig, planned: Callable[[Seen], Planned] | None = None) -> None:
         super().__init__()
         self._planned = planned
-        self.picture = ScenePicture("The volume before the cameras", rig)
+        self.picture = ScenePicture("Volume in front of the cameras", rig)
         self.facts = Facts("The session")
         column = QVBoxLayout()
-        self.notes = sentence_label("What could not be planned as advised", 14)
+        self.notes = sentence_label("Deviations from the recommended plan", 14)
         column.addWidget(self.facts)
         column.addWidget(self.notes)
         column.addStretch(1)

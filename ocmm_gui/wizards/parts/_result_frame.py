@@ -117,9 +117,9 @@ class ResultFrame(StepPage):
         self.tabs = PlotTabs(plots)
         self._word = FitText("Result", limit=40)
         self._word.setFixedHeight(50)
-        self.sentence = sentence_label("What the calculation says", 18)
+        self.sentence = sentence_label("Result of the calculation", 18)
         self.facts = Facts("Figures of the result")
-        self.warnings = sentence_label("What speaks against it", 16)
+        self.warnings = sentence_label("Objections", 16)
         left = QVBoxLayout()
         left.addWidget(self.tabs, 1)
         self._plots = panel(left)
@@ -192,7 +192,7 @@ class ResultFrame(StepPage):
             return Said(
                 f"CALCULATING  {seen.calculating_s:.0f} s",
                 Mark.ACTIVE,
-                "The window and the session stay as they are; C gives the calculation up.",
+                "Window and session stay as they are; C cancels the calculation.",
             )
         if error is not None:
             return Said("NO RESULT", Mark.BAD, f"{error.what} {error.remedy}")

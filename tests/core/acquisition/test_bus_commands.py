@@ -61,7 +61,7 @@ class Ends:
             if request is not None:
                 return request
             time.sleep(0.001)
-        raise AssertionError("no request came")
+        raise AssertionError("no request within")
 
 
 @pytest.fixture

@@ -190,7 +190,9 @@ def test_a_recording_from_the_start_on_explains_itself(tmp_path: Path) -> None:
 
 def test_a_recording_from_the_middle_needs_the_number_of_cameras(tmp_path: Path) -> None:
     packets = steady(20, begin=1_000_000)
-    with pytest.raises(InputError, match="bring-up of the cameras is not in the recording"):
+    with pytest.raises(
+        InputError, match="start-up of the cameras is missing or incomplete in the recording"
+    ):
         decode(tmp_path / "a", packets)
     capture, blocks = decode(tmp_path / "b", packets, n_cameras=2)
     assert counters(blocks) == list(range(1_000_000, 1_000_160))
@@ -293,8 +295,8 @@ def test_a_file_that_was_cut_off_is_read_up_to_there(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("content", "why"),
     [
-        (b"", "no recording of a network"),
-        (b"OCMM", "no recording of a network"),
+        (b"", "not a network recording"),
+        (b"OCMM", "not a network recording"),
         (struct.pack("<IHHIIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 113), "link type 113"),
         (
             struct.pack("<IHHIIII", 0xA1B2C3D4, 2, 4, 0, 0, 65535, 1) + b"\xff" * 16,

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
+import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -145,6 +148,41 @@ def test_the_owner_removes_the_file_and_may_close_twice(make_block: MakeBlock) -
     ring.close()
     ring.close()
     assert not ring.path.exists()
+
+
+def test_a_ring_whose_owner_was_killed_is_removed_by_the_next_one() -> None:
+    """Four: old and new ones, each of a killed process and of one that lives."""
+    program = (
+        "import sys; from ocmm_core.acquisition.frames import FrameRing; "
+        "ring = FrameRing.create(2, 64); print(ring.path, flush=True); sys.stdin.read()"
+    )
+    owners = [
+        subprocess.Popen(
+            [sys.executable, "-c", program],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True,
+        )
+        for _ in range(4)
+    ]  # fmt: skip
+    rings = []
+    for owner in owners:
+        assert owner.stdout is not None
+        rings.append(Path(owner.stdout.readline().strip()))
+    killed, living, *_ = rings
+    try:
+        for owner in (owners[0], owners[2]):
+            owner.kill()
+            owner.wait(HANG_S)
+        long_ago = time.time() - 3600.0
+        for ring in (killed, living):
+            os.utime(ring, (long_ago, long_ago))
+        FrameRing.create(2, 64).close()
+        assert [ring.exists() for ring in rings] == [False, True, True, True]
+    finally:
+        for owner in owners:
+            owner.kill()
+            owner.communicate()
+        for ring in rings:
+            ring.unlink(missing_ok=True)
 
 
 @pytest.mark.parametrize("content", [b"", b"x" * 100, b"\0" * 8192])

@@ -25,6 +25,7 @@ from ocmm_core.alignment import (
     fit_points,
     fit_points_locked,
     frame_document,
+    frame_name,
     frame_of,
     load_frame,
     relocation,
@@ -134,9 +135,9 @@ def test_an_axis_whose_sense_nothing_tells_is_refused() -> None:
     geometries = measured(RigidTransform.identity(), np.random.default_rng(0))
     rule = DatumAlignment(primary="A", secondary=("X",), origin="P")
     known = {name: NOMINALS[name] for name in ("A", "X")}
-    with pytest.raises(FitError, match="Nothing says which way the axes run along A, X, P"):
+    with pytest.raises(FitError, match="The direction of the axes along A, X, P is undefined"):
         frame_of(BoundAlignment(rule, SHAPES, known), geometries)
-    with pytest.raises(FitError, match="Z runs nearly as A does"):
+    with pytest.raises(FitError, match="Z is nearly parallel to A"):
         frame_of(bound(DatumAlignment(primary="A", secondary=("Z",), origin="P")), geometries)
 
 
@@ -160,6 +161,14 @@ def test_best_fit_is_that_of_scipy(seed: int) -> None:
     rotation, _ = Rotation.align_vectors(wanted - b, points - a, weights=weights)
     assert np.abs(mine.rotation - rotation.as_matrix()).max() < 1e-12
     assert np.abs(mine.apply(a) - b).max() < 1e-9
+
+
+def test_where_nothing_is_locked_the_start_does_not_matter() -> None:
+    points, wanted, weights, start = _noisy(np.random.default_rng(4), 15, 0.05)
+    mine = fit_points_locked(points, wanted, weights, start, ())
+    best = fit_points(points, wanted, weights)
+    assert np.abs(mine.rotation - best.rotation).max() == 0.0
+    assert np.abs(mine.translation - best.translation).max() == 0.0
 
 
 LOCKS = [locked for count in (1, 2, 3, 5) for locked in combinations(MOTIONS, count)][::4]
@@ -202,7 +211,7 @@ def test_points_that_leave_a_motion_open_are_refused() -> None:
     with pytest.raises(FitError, match=r"lie within 0\.0 mm of one line"):
         fit_points(line, line, np.ones(5))
     far = RigidTransform.identity()
-    with pytest.raises(FitError, match="leave the motion rx open"):
+    with pytest.raises(FitError, match="do not constrain the motion rx"):
         fit_points_locked(line, line, np.ones(5), far, ("x",))
     # Locked, the same points do: the turn about their line is not asked for.
     assert _off(fit_points_locked(line, line, np.ones(5), far, ("rx",)), far) < 1e-12
@@ -237,7 +246,7 @@ def test_six_conditions_that_leave_the_part_open_are_refused() -> None:
     geometries = measured(RigidTransform.identity(), np.random.default_rng(0))
     flat = [Condition(feature=name, direction=(0.0, 0.0, 1.0)) for name in "HGSP"]
     flat += [Condition(feature=name, direction=(0.0, 1.0, 0.0)) for name in "HG"]
-    with pytest.raises(FitError, match="leave a motion of the part open: it shifts along x"):
+    with pytest.raises(FitError, match="do not constrain the part: translation along x"):
         frame_of(bound(ReferencePoints(conditions=tuple(flat))), geometries)
 
 
@@ -260,7 +269,7 @@ def test_a_part_is_found_again_at_its_control_points(tmp_path: Path) -> None:
     rule = relocation(load_frame(path), limit=0.05)
     assert _off(frame_of(rule, again), after.inverse()) < 1e-9
     again["G"][POINT] += after.rotation @ np.array([0.0, 0.0, 0.2])
-    with pytest.raises(FitError, match=r"G lies 0\.\d+ mm off, more than the limit of 0\.050 mm"):
+    with pytest.raises(FitError, match=r"G is 0\.\d+ mm off; the limit is 0\.050 mm"):
         frame_of(rule, again)
     del again["G"]
     with pytest.raises(FitError, match="needs G, which is not measured"):
@@ -271,13 +280,56 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
     document = frame_document("m", "2026-01-02", "bed", RigidTransform.identity(), {})
     path = tmp_path / "m.toml"
     save_frame(path, document)
-    with pytest.raises(StorageError, match="there is such a file already"):
+    with pytest.raises(StorageError, match="this file already exists"):
         save_frame(path, document)
     path.write_text(path.read_text().replace("translation = [0.0,", "translation = [0.1,"))
-    with pytest.raises(InputError, match="does not fit its hash"):
+    with pytest.raises(InputError, match="does not match its hash"):
         load_frame(path)
     with pytest.raises(InputError, match=r"has 0 control point\(s\)"):
         relocation(document, 0.1)
+
+
+def test_a_start_is_looked_at_and_may_be_left_out() -> None:
+    wrong = PlaneAxisPoint(plane="H", axis="X", point="S")
+    points = ("H", "G", "S")
+    for left_out, begun in (
+        (SIX, ReferencePoints(conditions=SIX.conditions, start=wrong)),
+        (BestFit(points=points), BestFit(points=points, start=wrong)),
+    ):
+        assert alignment_fault(left_out, SHAPES) is None
+        fault = alignment_fault(begun, SHAPES)
+        assert fault is not None
+        assert fault[0] == "alignment.start.plane"
+
+
+def test_a_report_names_the_frame() -> None:
+    assert frame_name(BestFit(points=("H", "G", "S"))) == "part frame, best fit of 3 points"
+    assert frame_name(SIX) == "part frame of 4 reference points (RPS)"
+    assert frame_name(DatumAlignment(primary="A", secondary=("X", "S"), origin="S")) == (
+        "part frame 3-2-1 of A|X to S|S"
+    )
+    assert frame_name(PlaneAxisPoint(plane="A", axis="X", point="S")) == "part frame of A|X|S"
+
+
+def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
+    turned = Rotation.from_rotvec([0.3, -0.2, 1.1]).as_matrix()
+
+    def fault_of(rotation: Float) -> object:
+        (a, b, c), (d, e, f), (g, h, i) = rotation.tolist()
+        rule = SavedFrame(
+            name="m",
+            digest="",
+            rotation=((a, b, c), (d, e, f), (g, h, i)),
+            translation=(1.0, 2.0, 3.0),
+            # One motion is held for certain; nothing is divided by its zero.
+            covariance=tuple(tuple(row) for row in np.diag([0.0, *[1e-6] * 5]).tolist()),
+        )
+        return alignment_fault(rule, SHAPES)
+
+    assert fault_of(turned) is None
+    # A scale of 1e-6 is a micrometre on a metre: no rounding.
+    expected = ("alignment.rotation", "is not a rotation")
+    assert fault_of((1.0 + 1e-6) * turned) == fault_of(-turned) == expected
 
 
 @pytest.mark.parametrize(
@@ -291,8 +343,12 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
         (BestFit(points=("H", "G", "A")), "points", "needs one of: point"),
         (BestFit(points=("H", "G", "S"), weights=(1.0,)), "weights", "has 1 numbers"),
         (BestFit(points=("H", "G", "S"), weights=(1.0, 0.0, 1.0)), "weights", "not greater"),
-        (BestFit(points=("H", "G", "S"), locked=("z",)), "start", "where the locked motions"),
-        (ReferencePoints(conditions=SIX.conditions[:5]), "conditions", "six hold a part"),
+        (BestFit(points=("H", "G", "S"), locked=("z",)), "start", "fixes the locked motions"),
+        (
+            ReferencePoints(conditions=SIX.conditions[:5]),
+            "conditions",
+            "exactly six constrain a part",
+        ),
         (
             ReferencePoints(
                 conditions=(*SIX.conditions[:5], Condition(feature="A", direction=(1.0, 0.0, 0.0)))
@@ -314,7 +370,7 @@ def test_a_frame_that_was_changed_or_exists_is_refused(tmp_path: Path) -> None:
                 translation=(0.0, 0.0, 0.0),
             ),
             "rotation",
-            "is no rotation",
+            "is not a rotation",
         ),
         (Relocation(name="m", digest="", control=(), limit=0.0), "limit", "greater than zero"),
     ],

@@ -38,8 +38,8 @@ def test_outside_the_rated_range_an_artefact_is_refused(celsius: float) -> None:
     (found,) = artefact.judge(400.0, math.inf, NOW, celsius)
     assert found.refuses
     assert found.what == (
-        "The certificate of 'virtual bar 400' (serial B-400-1) holds from 10 to 35 °C, and the "
-        f"temperature of the surroundings is given as {celsius:g} °C."
+        "The certificate of 'virtual bar 400' (serial B-400-1) covers 10 to 35 °C, but the "
+        f"ambient temperature is given as {celsius:g} °C."
     )
     with pytest.raises(InputError, match="holds from 10 to 35"):
         artefact.at(400.0, celsius)

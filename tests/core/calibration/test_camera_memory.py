@@ -50,7 +50,7 @@ def test_other_intrinsics_are_named(cameras: dict[str, DirectCamera]) -> None:
     other = msgspec.structs.replace(right, v0_px=right.v0_px * (1.0 + 2.3e-16))
     found = compare_with_cameras(make_record(cameras=(left, other)), cameras.__getitem__)
     assert found is not None
-    assert "Camera 'right' stores other intrinsics" in found.what
+    assert "The intrinsics stored in camera 'right' differ" in found.what
     assert f"v0 is {right.v0_px!r} instead of {other.v0_px!r}" in found.what
     assert "Verify" in found.remedy
 
@@ -68,7 +68,7 @@ def test_warmth_warns_from_2_and_stops_from_5_kelvin() -> None:
     blocker, warnings = check_camera_temperature(record, (36.0, 34.9))
     assert blocker is None
     assert warnings == (
-        "Camera 'right' is 2.1 K colder than when it was calibrated (34.9 against 37.0 °C).",
+        "Camera 'right' is 2.1 K colder than at its calibration (34.9 against 37.0 °C).",
     )
     blocker, warnings = check_camera_temperature(record, (41.1, 42.1))
     assert blocker is not None

@@ -128,8 +128,8 @@ def test_a_lost_session_is_made_up_for_by_the_step_it_belongs_to(cameras: Store)
     folder = cameras.folder / "sessions"
     assert said.reason == f"Session verification-2.jsonl in {folder} is missing."
     assert said.remedy == (
-        "Restore the file from a backup. Without one, verify the calibration: from then on the "
-        "file is not needed."
+        "Restore the file from a backup. If there is none, verify the calibration; the file is "
+        "then no longer needed."
     )
     store.verify(make_verification(_active(store)), NOW)
     assert store.status(NOW).state is State.VALID
@@ -305,7 +305,7 @@ def test_the_store_of_another_rig_under_this_name_is_unusable(tmp_path: Path) ->
     store.verify(make_verification(other), MADE)
     view = judge(open_calibration(RIG_DOCUMENT, tmp_path), NOW)
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "is that of rig 'bridge', but recommended.toml describes rig 'recommended'" in str(
+    assert "belongs to rig 'bridge', but recommended.toml describes rig 'recommended'" in str(
         view.blocker
     )
 
@@ -314,7 +314,7 @@ def test_events_that_a_chain_holds_are_bound_to_its_bytes(simple: CalibrationSto
     path = simple.folder / "events.jsonl"
     spaced = path.read_bytes().replace(b'"who":', b'"who": ', 1)
     path.write_bytes(spaced)
-    with pytest.raises(StorageError, match="line 1 is not as it was written"):
+    with pytest.raises(StorageError, match="line 1 was changed after it was written"):
         ChainFile(path, Event)
 
 

@@ -96,7 +96,7 @@ def test_what_was_not_verified_takes_no_points(tmp_path: Path) -> None:
     view = seen(open_calibration(DOCUMENT, tmp_path))
     assert view.word is CalibrationStatus.SUSPECT
     assert view.blocking_reason is not None
-    assert "not verified" in view.blocking_reason.what
+    assert "not been verified" in view.blocking_reason.what
     assert view.since_utc == MADE.isoformat()
 
 
@@ -145,7 +145,7 @@ def test_a_calibration_that_was_replaced_takes_no_more_points(tmp_path: Path) ->
     store.verify(make_verification(record), LATER)
     view = seen(in_use)
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "Another calibration was put in force" in str(view.blocking_reason)
+    assert "Another calibration has been activated" in str(view.blocking_reason)
     assert seen(open_calibration(DOCUMENT, tmp_path)).identity == record_hash(record)
 
 
@@ -175,7 +175,7 @@ def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:
         path.write_bytes(content.replace(b"technician", b"Technician", 1))
         view = seen(open_calibration(DOCUMENT, tmp_path))
         assert view.word is CalibrationStatus.UNUSABLE
-        assert "not as it was written" in str(view.blocking_reason)
+        assert "was changed after it was written" in str(view.blocking_reason)
         path.write_bytes(content)
     assert seen(open_calibration(DOCUMENT, tmp_path)).word is CalibrationStatus.VALID
 
@@ -190,7 +190,7 @@ def test_a_history_that_breaks_while_it_is_in_use_stops_points(tmp_path: Path) -
 
 @pytest.mark.parametrize("name", ["", "..", "a/b", "a\\b", "-a", "a.", "x" * 61, "Gerät", "a\n"])
 def test_a_rig_is_kept_under_no_name_that_is_no_folder(tmp_path: Path, name: str) -> None:
-    with pytest.raises(InputError, match="kept under its name"):
+    with pytest.raises(InputError, match="stored under its name"):
         store_folder(tmp_path, name)
 
 

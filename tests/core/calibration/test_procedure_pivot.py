@@ -153,7 +153,7 @@ def test_a_larger_change_of_the_tip_wants_a_reason(bench: PivotBench) -> None:
     with pytest.raises(CalibrationError) as refused:
         second.accept(bench.now(), "  ")
     assert refused.value.code == "pivot.unconfirmed"
-    assert "Say why" in refused.value.remedy
+    assert "Give the reason" in refused.value.remedy
     assert second.base.decision is ProcedureDecision.OPEN
     second.accept(bench.now(), "fell to the floor")
     active = bench.store().active("A")
@@ -200,11 +200,11 @@ def test_guards_speak_while_the_sweep_goes_on(bench: PivotBench) -> None:
     hidden = bench.swept(1)
     hidden[:, 1, 3] = np.nan
     cases = {
-        "hardly swept": bench.swept(1, n=5),
+        "Hardly any sweep": bench.swept(1, n=5),
         "Sweep wider": bench.swept(1, range_deg=10.0),
-        "poses are missing": bench.swept(1, n=120),
-        "um elsewhere after": bench.swept(1, shift=np.array([0.1, 0.0, 0.0])),
-        "where the document": bench.swept(1, body=replace(bench.body, leds_probe=leds)),
+        "poses to go": bench.swept(1, n=120),
+        "um after": bench.swept(1, shift=np.array([0.1, 0.0, 0.0])),
+        "off the document": bench.swept(1, body=replace(bench.body, leds_probe=leds)),
         "The tip is 2.0": bench.swept(
             1, body=replace(bench.body, tip_probe=np.array([0.0, 0.0, 2.0]))
         ),
@@ -307,7 +307,7 @@ def test_sweeping_after_the_visit_asks_for_it_once_more(bench: PivotBench) -> No
 def test_a_session_of_an_earlier_version_is_left_out_with_a_sentence(bench: PivotBench) -> None:
     session = bench.begin().base.session
     without_field(session, "again")
-    with pytest.raises(CalibrationError, match="begun by an earlier version"):
+    with pytest.raises(CalibrationError, match="started by an earlier version"):
         bench.resume(session)
 
 

@@ -98,7 +98,7 @@ def test_a_ball_that_leaves_comes_back_or_stands_elsewhere(bench: PivotBench) ->
     phases = [view.first.phase for view in views]
     left = phases.index(SweepPhase.LEFT)
     assert SweepPhase.TAKING in phases[left:], "it was put back and goes on"
-    assert views[left].base.live.hint.startswith("The ball left its place")
+    assert views[left].base.live.hint.startswith("The ball left the cone")
     assert not any(view.warnings for view in views)
     moved = bench.virtual(
         SweepProbe(cone=CONE, seconds=4.0, seed=5),
@@ -109,7 +109,7 @@ def test_a_ball_that_leaves_comes_back_or_stands_elsewhere(bench: PivotBench) ->
     warned = [view for view in views if view.warnings]
     assert [one.code for one in warned[0].warnings] == ["pivot.moved"]
     assert "73." in warned[0].warnings[0].what
-    assert "begin this sweep anew" in warned[0].base.live.hint
+    assert "repeat this sweep" in warned[0].base.live.hint
     assert procedure.view.first.centre_world == pytest.approx(np.array(CONE), abs=0.05)
 
 

@@ -64,7 +64,7 @@ def test_a_moved_frame_is_found_again_and_verified(tmp_path: Path) -> None:
     )
     assert procedure.view.poses == 60
     assert len(procedure.view.seats_world) == 2
-    assert "not shown enough" in procedure.base.steps[2].gate.reason
+    assert "Missing probe poses" in procedure.base.steps[2].gate.reason
     show(procedure, virtual, bench.now)
     assert procedure.base.step.name == "result"
     assert procedure.view.bar_placements == 10
@@ -197,12 +197,12 @@ def test_what_is_taken_after_the_seats_asks_for_them_once_more(tmp_path: Path) -
     first, second, pose, *_, again, last = recorded(bench, 1, 0)
     for shot in (first, second):
         procedure.take_visit(shot.uv, shot.sigma_px, bench.now())
-    assert "not visited again" in procedure.base.steps[5].gate.reason
+    assert "at both start and end" in procedure.base.steps[5].gate.reason
     procedure.take_pose(pose.uv, pose.sigma_px, bench.now())
     for shot in (again, last):
         procedure.take_visit(shot.uv, shot.sigma_px, bench.now())
     assert procedure.base.steps[5].gate.open
-    with pytest.raises(CalibrationError, match="first and again"):
+    with pytest.raises(CalibrationError, match="at the start and at the end"):
         procedure.take_visit(again.uv, again.sigma_px, bench.now())
     procedure.take_pose(pose.uv, pose.sigma_px, bench.now())
     assert "Seat 1 of 2 was not visited again" in procedure.base.steps[5].gate.reason
@@ -216,7 +216,7 @@ def test_a_session_of_an_earlier_version_is_left_out_with_a_sentence(tmp_path: P
     bench = Bench.at(tmp_path)
     session = begin(bench, bench.rig).base.session
     without_field(session, "seats")
-    with pytest.raises(CalibrationError, match="begun by an earlier version"):
+    with pytest.raises(CalibrationError, match="started by an earlier version"):
         RelocationProcedure.resume(session, bench.rig, bench.body, bench.store())
 
 
@@ -235,9 +235,9 @@ def test_gates_say_what_is_missing_and_observations_are_taken_back(tmp_path: Pat
         procedure.take_visit(shot.uv, shot.sigma_px, bench.now())
     for _ in range(2):
         procedure.advance(bench.now())
-    with pytest.raises(CalibrationError, match="not shown enough"):
+    with pytest.raises(CalibrationError, match="Missing probe poses"):
         procedure.advance(bench.now())
-    with pytest.raises(CalibrationError, match="not shown enough"):
+    with pytest.raises(CalibrationError, match="Missing probe poses"):
         procedure.compute()
     uv = np.full((2, 6, 2), 1000.0) + np.arange(12.0).reshape(6, 2)
     procedure.take_pose(uv, 0.01, bench.now())

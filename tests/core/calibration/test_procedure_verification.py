@@ -95,7 +95,7 @@ def test_a_wrong_scale_fails_and_stays_suspect(tmp_path: Path) -> None:
     longest = [check for check in outcome.record.checks if check.name.endswith("400 mm")]
     assert np.mean([check.error_mm for check in longest]) < -0.03
     # More than one line failed: none may be repeated (VDI/VDE 2634-1).
-    with pytest.raises(CalibrationError, match="one line of all may be repeated"):
+    with pytest.raises(CalibrationError, match="only one line may be repeated"):
         procedure.repeat_line(0, bench.now())
     procedure.accept(bench.now(), "failed")
     status = bench.store().status(bench.now())
@@ -153,19 +153,19 @@ def test_a_nest_that_was_left_out_is_not_taken_for_the_next_one(tmp_path: Path) 
     planned = plan_lines(bench.rig.volume_world, 400.0).lines[0]
     assert judge_nest(planned, plan.ends_world[1], lone, bench.bar) == ""
     middle = plan.ends_world.mean(axis=0)
-    assert "begin with the first nest" in judge_nest(planned, middle, lone, bench.bar)
+    assert "start with the first nest" in judge_nest(planned, middle, lone, bench.bar)
 
 
 def test_only_the_calibration_in_force_is_verified_and_not_with_old_artefacts(
     tmp_path: Path,
 ) -> None:
     bench = Bench.at(tmp_path)
-    with pytest.raises(CalibrationError, match="not used with the calibration in force"):
+    with pytest.raises(CalibrationError, match="does not use the active calibration"):
         begin(bench, bench.rig)
     rig = bench.calibrated()
     use = replace_due(bench.bar.artefact.use, "2026-03-01T00:00:00+00:00")
     bench.bar = replace(bench.bar, artefact=replace(bench.bar.artefact, use=use))
-    with pytest.raises(CalibrationError, match="ended on 2026-03-01"):
+    with pytest.raises(CalibrationError, match="expired on 2026-03-01"):
         begin(bench, rig)
     bench = Bench.at(tmp_path)
     # 2 um of the bar against a limit of 5 um: more than a third.
@@ -211,11 +211,11 @@ def test_a_bar_in_another_place_is_noticed() -> None:
     assert judge_placement(plan, plan.ends_world[::-1], [], VOLUME) == ""
     shifted = plan.ends_world + np.array([0.0, 90.0, 0.0])
     assert "90 mm from its planned place" in judge_placement(plan, shifted, [], VOLUME)
-    assert "nearly as on another" in judge_placement(
+    assert "nearly parallel to another" in judge_placement(
         plan, plan.ends_world, [plan.ends_world[::-1] + 3.0], VOLUME
     )
     outside = plan.ends_world + np.array([-15.0, 0.0, 0.0])
-    assert "out of the calibrated volume" in judge_placement(plan, outside, [], VOLUME)
+    assert "beyond the calibrated volume" in judge_placement(plan, outside, [], VOLUME)
 
 
 def test_a_sphere_is_found_and_its_gain_stated() -> None:

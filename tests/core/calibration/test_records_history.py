@@ -65,7 +65,7 @@ def test_every_changed_byte_is_noticed() -> None:
 def test_cut_and_lengthened_records_are_refused() -> None:
     content = seal(make_record())
     for wrong in (b"", content[:-1], content + b" ", content + b"\n", b"{}", b"\xff\xfe"):
-        with pytest.raises(CalibrationError, match="not as it was written"):
+        with pytest.raises(CalibrationError, match="was changed after it was written"):
             unseal(Path("record.json"), wrong, CameraRecord)
 
 
@@ -76,7 +76,7 @@ def test_a_calibration_becomes_valid_only_by_a_verification(tmp_path: Path) -> N
     record = make_record()
     store.accept(record, "technician", "new", MADE)
     assert store.status(MADE).state is State.SUSPECT
-    assert "not verified" in store.status(MADE).reason
+    assert "not been verified" in store.status(MADE).reason
     store.verify(make_verification(record, passed=False), MADE)
     assert store.status(MADE).state is State.SUSPECT
     store.verify(make_verification(record), MADE)
@@ -117,7 +117,7 @@ def test_a_verification_must_be_of_this_calibration_and_of_other_data(
     store: CalibrationStore,
 ) -> None:
     other = make_verification(make_record(points=399))
-    with pytest.raises(CalibrationError, match="not about the calibration in force"):
+    with pytest.raises(CalibrationError, match="not about the active calibration"):
         store.verify(other, MADE)
     same = msgspec.structs.replace(make_verification(make_record()), data_sha256="a" * 64)
     with pytest.raises(CalibrationError, match="independent data"):

@@ -50,7 +50,7 @@ def test_decimal_commas_are_read(tmp_path: Path) -> None:
         (f"1,pose,,{LEFT},7,1,2", "there is no LED '7'"),
         (f"1,pose,,{LEFT},0,1,2", "there is no LED '0'"),
         (f"1,bar,,{LEFT},3,1,2", "there is no LED '3'"),
-        (f"1,wave,,{LEFT},1,1,2", "'wave' is no kind of shot"),
+        (f"1,wave,,{LEFT},1,1,2", "'wave' is not a kind of shot"),
         ("1,pose,,77,1,1,2", "has no camera '77'"),
         (f"1,pose,,{LEFT},1,one,2", "not a number"),
     ],

@@ -81,11 +81,11 @@ def test_known_points_survive_a_kill_and_become_valid(
     (tmp_path / "other.csv").write_bytes(write_reference_points(other))
     refused = ocmm_here("calibrate", "cameras", "--points", "other.csv", "--calibrations", "cal")
     assert refused.returncode == 2
-    assert "begun with another list" in refused.stderr
+    assert "started with another list" in refused.stderr
     waiting = ocmm_here(*command)
     assert waiting.returncode == 1, waiting.stderr
     assert "Continue" in waiting.stdout
-    assert "waits for --accept or --keep" in waiting.stdout
+    assert "waiting for --accept or --keep" in waiting.stdout
     assert len(sessions(folder, ProcedureKind.KNOWN_POINTS)) == 1
     done = ocmm_here(*command, "--accept")
     assert done.returncode == 0, done.stderr
@@ -154,17 +154,17 @@ def test_a_relocation_from_recorded_shots_and_one_that_lacks_some(
     command = ["calibrate", "relocate", "--calibrations", "cal", "--poses", "200", "--accept"]
     few = ocmm_here(*command, "--shots", "few.csv")
     assert few.returncode == 2
-    assert "not shown enough" in few.stderr
+    assert "Missing probe poses" in few.stderr
     done = ocmm_here(*command, "--shots", "shots.csv")
     assert done.returncode == 0, done.stdout + done.stderr
     assert "State    SUSPECT" in done.stdout
     assert "No seat was visited" not in done.stdout
     lacking = ocmm_here(*command, "--new", "--shots", "unseated.csv")
     assert lacking.returncode == 0, lacking.stdout + lacking.stderr
-    assert "No seat was visited first and again" in lacking.stdout
+    assert "No seat was visited at both start and end" in lacking.stdout
     live = ocmm_here(*command, "--new", "--no-seats")
     assert live.returncode == 2
-    assert "for recordings that lack them" in live.stderr
+    assert "for recordings without seats" in live.stderr
     strange = [Shot("nest", "", shots[0].uv, 0.01)]
     (tmp_path / "nests.csv").write_bytes(write_shots(strange, bench.rig))
     wrong = ocmm_here(*command, "--shots", "nests.csv")

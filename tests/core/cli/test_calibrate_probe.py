@@ -54,7 +54,7 @@ def test_a_virtual_probe_survives_a_kill_and_its_recording_says_the_same(
                    "--source", "replay:sweeps.ocmm-rec")  # fmt: skip
     # The recording begins where the killed session stood; what is left of it still makes sweeps.
     assert waiting.returncode == 1, waiting.stdout + waiting.stderr
-    assert "waits for --accept" in waiting.stdout
+    assert "waiting for --accept" in waiting.stdout
 
 
 def test_recorded_sweeps_are_calibrated_and_a_change_wants_a_reason(
@@ -67,7 +67,7 @@ def test_recorded_sweeps_are_calibrated_and_a_change_wants_a_reason(
     moved = recorded(bench, tmp_path / "two.csv", np.array([0.0, 0.09, 0.0]))
     refused = ocmm_here(*base, "--sweeps", moved)
     assert refused.returncode == 2
-    assert "Say why it changed" in refused.stderr
+    assert "Give the reason" in refused.stderr
     told = ocmm_here(*base, "--sweeps", moved, "--because", "new stylus")
     assert told.returncode == 0, told.stdout + told.stderr
     assert "Continue" in told.stdout
@@ -76,7 +76,7 @@ def test_recorded_sweeps_are_calibrated_and_a_change_wants_a_reason(
     short = recorded(bench, tmp_path / "three.csv", np.zeros(3), n=60)
     lacking = ocmm_here(*base, "--new", "--sweeps", short)
     assert lacking.returncode == 2
-    assert "poses are missing" in lacking.stderr
+    assert "poses to go" in lacking.stderr
     again = ocmm_here(*base, "--anew", "--sweeps", moved)
     assert again.returncode == 0, again.stdout + again.stderr
     told_of, third = ProbeStore(store.folder).calibrations()[-2:]

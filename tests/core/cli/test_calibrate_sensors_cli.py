@@ -29,7 +29,7 @@ def test_sensors_are_learnt_for_the_calibration_in_force(tmp_path: Path) -> None
         check=False,
     )  # fmt: skip
     assert said.returncode == 0, said.stdout + said.stderr
-    assert "px of their pattern" in said.stdout
+    assert "samples; pattern" in said.stdout
     probe = load_probe(resource("probes", "standard.toml"))
     assert store.active_hash is not None
     baseline = load_baseline(store.folder, store.active_hash, probe.identity)

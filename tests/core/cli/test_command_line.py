@@ -94,7 +94,7 @@ def test_a_recording_is_measured_to_the_same_report(ocmm_here: Ocmm, tmp_path: P
     # Nobody is there to put the second part in its place: it is not measured.
     assert done.returncode == 2
     assert "Part 2 of 2 is next, serial A-10." in done.stdout
-    assert "Part 2 of 2 was not begun" in done.stderr
+    assert "Part 2 of 2 was not started" in done.stderr
     assert "--serial A-10 --parts 1" in done.stderr
     assert len(list((tmp_path / "again").glob("*.ocmm"))) == 1
     reports = [tmp_path / folder / "QUICK-001_SIMULATED_report.csv" for folder in ("live", "again")]
@@ -133,8 +133,8 @@ def an_address() -> str:
 
 
 BAD_INPUT: dict[str, tuple[list[str], list[str]]] = {
-    "missing plan": (["--plan", "none.toml"], ["none.toml", "no such file"]),
-    "truncated plan": (["--plan", "truncated.toml"], ["truncated.toml", "not complete TOML"]),
+    "missing plan": (["--plan", "none.toml"], ["none.toml", "file not found"]),
+    "truncated plan": (["--plan", "truncated.toml"], ["truncated.toml", "not valid TOML"]),
     "wrong unit": (["--plan", "inch.toml"], ["inch.toml", "'unit'", "'inch'", "millimetres"]),
     "wrong schema": (["--rig", str(QUICK)], ["quick.toml", "'schema'", "ocmm.rig/1"]),
     "NaN": (["--plan", "nan.toml"], ["nan.toml", "features[0].point", "nan"]),
@@ -208,4 +208,4 @@ def test_an_existing_job_is_never_overwritten(
 def test_rig_status_says_that_there_is_none(ocmm: Ocmm) -> None:
     done = ocmm("rig", "status")
     assert done.returncode == 0
-    assert "no virtual rig" in done.stdout
+    assert "No virtual rig" in done.stdout

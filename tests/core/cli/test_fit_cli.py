@@ -86,7 +86,7 @@ def test_a_circle_as_one_problem_and_what_goes_with_it(ocmm_here: Ocmm, tmp_path
     assert "No outliers." in done.stdout
     done = ocmm_here("fit", file, "--shape", "plane", "--free")
     assert (done.returncode, done.stdout) == (2, "")
-    assert "--free is for circles" in done.stderr
+    assert "--free applies to circles" in done.stderr
     done = ocmm_here("fit", file, "--shape", "line")
     assert done.returncode == 2
     assert "circle.txt: The points do not determine a line" in done.stderr

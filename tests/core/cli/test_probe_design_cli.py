@@ -37,7 +37,7 @@ def test_the_probe_of_the_thesis_is_examined(ocmm_here: Ocmm, tmp_path: Path) ->
         "0.192 N and the hand 1.704 N",
         "the tip is 42.0 nm off",
         "321 nm/N across the panel",
-        "The LEDs cannot be taken for one another.",
+        "The LEDs cannot be confused.",
         "Force of the hand",
     ):
         assert words in done.stdout
@@ -56,7 +56,7 @@ def test_a_probe_without_a_design_says_so(ocmm_here: Ocmm, tmp_path: Path) -> No
     done = ocmm_here("probe", "design", "--probe", "mine.toml", "--poses", "200")
     assert done.returncode == 0
     assert "Growth and bending: not known." in done.stdout
-    assert "Warmth" not in done.stdout
+    assert "Temperature of the probe" not in done.stdout
 
 
 def test_both_compensations_are_in_the_job_and_in_the_report(
@@ -86,7 +86,7 @@ def test_both_compensations_are_in_the_job_and_in_the_report(
 def test_what_is_not_known_is_not_compensated(ocmm_here: Ocmm, tmp_path: Path) -> None:
     done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--compensate-part")
     assert done.returncode == 2
-    assert "temperature of the part is not known" in done.stderr
+    assert "needs the part temperature" in done.stderr
     assert "--part-temperature" in done.stderr
     assert not (tmp_path / "out").exists()
 
@@ -121,7 +121,7 @@ def test_the_temperature_of_the_calibration_comes_from_its_record() -> None:
     assert by_design.climate.probe.difference_k == pytest.approx(5.0)
     # A record that does not say how warm it was is not helped out by the design.
     silent = make_probe_record(temperature_c=None)
-    with pytest.raises(InputError, match="at its calibration is not known"):
+    with pytest.raises(InputError, match="temperature at calibration, which is unknown"):
         climate_in_use(request, plan, body, silent)
 
 

@@ -20,7 +20,7 @@ def test_what_is_said_about_a_tip(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     of_tips = ["--probes", str(tmp_path / "tips")]
     never = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
     assert never.exit_code == 1
-    assert "the probe was never calibrated" in never.stdout
+    assert "probe never calibrated" in never.stdout
     tips = Tips(tmp_path / "tips")
     good = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
     assert good.exit_code == 0
@@ -29,10 +29,10 @@ def test_what_is_said_about_a_tip(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert "Ball     6.0000 mm" in good.stdout
     assert "at 20.5 C" in good.stdout
     mounted = runner.invoke(app, ["calibrate", "mount-tip", TIP, *of_tips, "--who", "Ada"])
-    assert "quick tip check: one minute" in mounted.stdout
+    assert "quick tip check (one minute)" in mounted.stdout
     status = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
     assert status.exit_code == 1
-    assert "was mounted and not checked since" in status.stdout
+    assert "was mounted and has not been checked since" in status.stdout
     tips.check()
     history = runner.invoke(app, ["calibrate", "probe-history", *of_tips]).stdout
     kinds = ["probe calibrated", "tip qualified", "tip mounted", "tip check passed"]
@@ -58,7 +58,7 @@ def test_a_tip_that_failed_its_check_is_not_measured_with(ocmm_here: Ocmm, tmp_p
     assert done.returncode == 2
     assert "Probe  SUSPECT standard/6 mm" in done.stdout
     assert f"SUSPECT: The last check of tip '{TIP}' failed." in done.stderr
-    assert "With --uncalibrated points are taken all the same" in done.stderr
+    assert "With --uncalibrated, points are taken but prove nothing" in done.stderr
 
 
 def test_a_tip_whose_records_are_not_whole_is_not_used_and_says_what_to_do(
@@ -77,7 +77,7 @@ def test_a_tip_whose_records_are_not_whole_is_not_used_and_says_what_to_do(
     lost = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
     assert lost.exit_code == 1
     assert f"Record {check[:12]} in {tips.store.folder} is missing." in lost.stdout
-    assert "Without one, make the quick tip check" in lost.stdout
+    assert "If there is none, run the quick tip check" in lost.stdout
     folders = ["--calibrations", str(tmp_path / "cal"), *of_tips]
     refused = runner.invoke(app, ["calibrate", "verify", *folders])
     assert isinstance(refused.exception, CalibrationError)

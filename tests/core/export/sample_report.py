@@ -26,7 +26,7 @@ PART_FROM_WORLD = RigidTransform(
 STATE = "VALID 0123456789ab"
 TIP = "VALID standard/6 mm 0123456789ab due 2027-01-01"
 PLATE = "plate 0123456789ab"
-COLD = "Temperatures of probe and part not given; nothing is compensated."
+COLD = "No temperature compensation (no temperatures given)."
 
 HEAD = JobHead(
     job_uuid="0d2b2d3c-55b5-4f2c-9b5e-0c8f6c0d1a11",

@@ -181,7 +181,7 @@ def test_a_direction_is_given_only_to_what_can_be_found_with_it(shape: Shape) ->
         fit, _ = fit_oriented(start, points, up, None)
         assert fit.direction @ up == pytest.approx(1.0)
     else:
-        with pytest.raises(FitError, match="with a direction that the datums give it"):
+        with pytest.raises(FitError, match="with a direction given by datums"):
             fit_oriented(start, points, up, None)
 
 

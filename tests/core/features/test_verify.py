@@ -130,7 +130,7 @@ def test_files_that_are_no_pairs_are_named(tmp_path: Path) -> None:
         ("5\n1 2 3\n", "announces 5 points, but 1 follow"),
         ("1 2 nan\n", "'nan' is not a coordinate"),
         ("1 2 1e9\n", "'1e9' is not a coordinate"),
-        ("# nothing\n", "there are no points"),
+        ("# nothing\n", "no points"),
     ],
 )
 def test_rows_that_are_no_points_are_named(tmp_path: Path, text: str, message: str) -> None:

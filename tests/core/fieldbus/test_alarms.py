@@ -46,6 +46,14 @@ def test_the_supervisor_does_what_the_entry_says(alarm: Alarm) -> None:
     assert cycles == (alarm.spec.confirmed or patience_ns // _MS + 1)
 
 
+def test_a_cable_that_was_pulled_is_certain_at_once() -> None:
+    """The interface says so itself; all else could be a single disturbed frame."""
+    confirmed = {alarm: alarm.spec.confirmed for alarm in Alarm if alarm.spec.confirmed}
+    assert confirmed.pop(Alarm.LINK_DOWN) == 1
+    assert confirmed
+    assert all(cycles > 1 for cycles in confirmed.values()), confirmed
+
+
 def test_a_code_means_one_alarm() -> None:
     codes = Counter(code for alarm in Alarm for code in (alarm.spec.code, *alarm.spec.errors))
     assert {code for code, count in codes.items() if count > 1} == set()

@@ -133,13 +133,13 @@ def test_no_answer_is_lost_and_the_reason_is_told_apart() -> None:
         ({"boot_counter": 2}, "restarted: was restarted"),
         ({"cycle_counter": 4}, "frozen: repeated old data"),
         ({"cycle_counter": 3}, "frozen: repeated old data"),
-        ({"config_crc": CRC ^ 1}, "configuration: another configuration"),
+        ({"config_crc": CRC ^ 1}, "configuration: a configuration other"),
         ({"period_ns": 250_000}, "frame_rate: every 250000 ns"),
         ({"frames_valid": 13}, "payload: 13 frames"),
         ({"counter": 101}, "payload: do not fit together"),
         ({"start_ns": START + 100 * PERIOD + 1}, "payload: do not fit together"),
         ({"start_ns": START - PERIOD, "counter": 2**32 - 1}, "payload: do not fit together"),
-        ({"start_ns": START + 300 * PERIOD, "counter": 300}, "gap: left out frames"),
+        ({"start_ns": START + 300 * PERIOD, "counter": 300}, "gap: skipped frames"),
     ],
 )
 def test_one_wrong_field_spoils_the_whole_cycle(change: dict[str, int], words: str) -> None:
@@ -230,7 +230,7 @@ def test_a_short_working_counter_names_the_camera_where_it_is_known() -> None:
 def test_a_clock_that_cannot_be_spoils_the_cycle() -> None:
     given = replace(answer(header(100), header(100)), clock_plausible=False)
     assert judge(given, records(100), SCHEDULE) == CycleFault(
-        Trouble.BAD, Alarm.CLOCK_JUMP, "The bus clock shows a time that cannot be."
+        Trouble.BAD, Alarm.CLOCK_JUMP, "The bus clock shows an impossible time."
     )
 
 

@@ -33,6 +33,31 @@ def test_nothing_is_given_out_before_all_cameras_have_it() -> None:
         np.testing.assert_array_equal(block.uv[:, camera], uv)
 
 
+def test_the_short_way_gives_out_the_same() -> None:
+    long, short = FrameJoiner(2, START, PERIOD), FrameJoiner(2, START, PERIOD)
+    for first, count in ((0, 8), (8, 12), (20, 1)):
+        for camera in range(2):
+            push(long, camera, first, count)
+        expected = long.pull().frames
+        seen = [TestPattern().camera_frames(camera, first, count) for camera in range(2)]
+        valid, flags, uv = (np.stack(values) for values in zip(*seen, strict=True))
+        assert short.takes_at_once(first)
+        block = short.pass_on(flags, valid, uv)
+        assert expected is not None
+        for name in ("counter", "time_ns", "flags", "valid", "uv"):
+            np.testing.assert_array_equal(getattr(block, name), getattr(expected, name))
+            assert getattr(block, name).dtype == getattr(expected, name).dtype
+    # What one camera alone has seen waits for the others: then there is no short way.
+    assert not short.takes_at_once(20)
+    push(short, 1, 21, 4)
+    assert not short.takes_at_once(21)
+    push(short, 0, 21, 4)
+    after = short.pull().frames
+    assert after is not None
+    np.testing.assert_array_equal(after.counter, np.arange(21, 25))
+    assert short.takes_at_once(25)
+
+
 def test_the_button_of_any_camera_is_the_button() -> None:
     joiner = FrameJoiner(2, START, PERIOD)
     valid, _flags, uv = TestPattern().camera_frames(0, 0, 4)

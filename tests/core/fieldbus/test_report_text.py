@@ -20,6 +20,7 @@ from ocmm_core.fieldbus.report import (
     Histogram,
     Link,
     microseconds,
+    pace_words,
     report_text,
     shares,
     trouble_words,
@@ -42,6 +43,17 @@ def report(*cameras: CameraReport, **changes: object) -> BusReport:
         frame_period_ns=125_000, lateness=NONE, round_trip=NONE,
     )  # fmt: skip
     return msgspec.structs.replace(plain, **changes)
+
+
+def test_only_a_virtual_bus_has_a_pace_and_a_slow_one_says_so() -> None:
+    assert pace_words(None) == pace_words(1.0) == pace_words(0.95) == ""
+    slow = "Virtual bus at 0.40 of real time: this computer is too slow for 1.0."
+    assert pace_words(0.4) == slow
+    real = report_text(report(camera("left", 1)), rig="thesis", written=NOON)
+    assert "pace" not in real
+    virtual = report_text(report(camera("left", 1), pace=0.4), rig="thesis", written=NOON)
+    assert f"pace       {0.4:>12.2f}  of real time" in virtual
+    assert "waits for this computer, so no cycle is late" in virtual
 
 
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=6), st.integers(0, 4))
@@ -166,7 +178,7 @@ def test_the_text_says_everything_in_a_hundred_columns() -> None:
         "drift of the bus clock   -3.50 ppm",
         "  <=    5 µs         3000  ########################################",
         "   7  2025-11-21 08:00:00.250  bus.frozen left  cycle 77, seen in 3",
-        "  2 older ones are not kept",
+        "  2 older ones were dropped",
         "No priority.",
     ):
         assert part in text, part

@@ -19,6 +19,17 @@ def passes(ring: RingCable, end: int, answers: int = 2, *, other_has_link: bool 
     return ring.is_whole(0x80, end, frame(answers), other_has_link=other_has_link)
 
 
+def test_a_frame_says_from_whom_it_is_and_how_long_it_is() -> None:
+    """To all, from an address of our own in which a slave sets a bit, of EtherCAT's kind."""
+    sent = frame(1)
+    assert sent[:6] == b"\xff" * 6
+    assert sent[6:12] == b"\0OCMM\x01"
+    assert not sent[6] & 0x02
+    assert sent[12:14] == b"\x88\xa4"
+    # Head of 10 bytes, data, and a counter of two; kind 1 above eleven bits of length.
+    assert int.from_bytes(sent[14:16], "little") == (1 << 12) + 10 + 2 + 2
+
+
 def test_on_a_whole_ring_the_answer_comes_out_at_the_other_end() -> None:
     ring = RingCable()
     for _ in range(5):

@@ -51,7 +51,7 @@ def test_residuals_and_what_is_open_are_shown(bench: Bench) -> None:
     shown = _align(job)
     assert shown.exit_code == 0, shown.output
     assert "Frame: part frame of BED|SPHERE" in shown.output
-    assert "Open degrees of freedom: turning about z" in shown.output
+    assert "Open degrees of freedom: rotation about z" in shown.output
     assert "U (k=2) of the origin" in shown.output
     rows = [line.split() for line in shown.output.splitlines() if line.startswith(("BED", "SPH"))]
     assert [row[0] for row in rows[:2]] == ["BED", "SPHERE"]
@@ -59,14 +59,14 @@ def test_residuals_and_what_is_open_are_shown(bench: Bench) -> None:
     assert all(float(row[4]) < 0.05 and 0.0 <= float(row[5]) < 0.05 for row in rows[:2])
     refused = _align(job, "--save", bench.folder / "frame.toml")
     assert isinstance(refused.exception, InputError)
-    assert "does not hold the part" in str(refused.exception)
+    assert "does not fully constrain the part" in str(refused.exception)
 
 
 def test_a_frame_is_saved_with_its_control_points(bench: Bench) -> None:
     job, frame = _job(bench, SAVED), bench.folder / "frame.toml"
     shown = _align(job, "--save", frame, "--control", "SPHERE")
     assert shown.exit_code == 0, shown.output
-    assert "The frame is taken as it was saved" in shown.output
+    assert "The frame is used as saved" in shown.output
     document = load_frame(frame)
     assert document.name == "frame"
     assert document.T_frame_from_world.translation == pytest.approx([1.0, 2.0, 3.0])
@@ -76,7 +76,7 @@ def test_a_frame_is_saved_with_its_control_points(bench: Bench) -> None:
     assert control.feature == "SPHERE"
     assert np.array(control.place) - [1.0, 2.0, 3.0] == pytest.approx(seen.fit.point, abs=1e-9)
     unknown = _align(job, "--save", bench.folder / "b.toml", "--control", "BED")
-    assert "BED is no measured feature with a centre" in str(unknown.exception)
+    assert "BED is not a measured feature with a centre" in str(unknown.exception)
 
 
 def test_a_plan_takes_a_saved_frame_over(tmp_path: Path) -> None:
@@ -113,11 +113,11 @@ def test_a_frame_of_a_simulated_job_says_so_wherever_it_goes(bench: Bench) -> No
     # Nobody takes the word out by hand.
     text = frame.read_text()
     frame.write_text(text.replace("simulated = true\n", ""))
-    with pytest.raises(InputError, match="does not fit its hash"):
+    with pytest.raises(InputError, match="does not match its hash"):
         load_frame(frame)
     frame.write_text(text)
     made = _align_plan(PLAN, "--frame", frame, "--out", bench.folder / "plan.toml")
-    assert "SIMULATED: the frame frame comes from a virtual rig." in made.output
+    assert "SIMULATED: frame frame comes from a virtual rig." in made.output
     assert simulated_frame(load_plan(bench.folder / "plan.toml").alignment) == "frame"
 
 

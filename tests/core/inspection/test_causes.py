@@ -126,7 +126,7 @@ def test_the_amount_is_told_beside_u() -> None:
     assert words(20.046, Verdict.NOT_PROVEN).endswith(
         "U would have to be below 0.0040 mm, or the value below 20.0400 mm."
     )
-    assert "neither good nor bad is proven" in words(20.055, Verdict.NOT_PROVEN)
+    assert "neither conformance nor non-conformance is proven" in words(20.055, Verdict.NOT_PROVEN)
     assert "only 0.1000 mm wide" in words(20.0, Verdict.NOT_PROVEN, u=0.06)
     inside = replace(base, measured=20.04)
     assert beyond_limit(item, inside) == pytest.approx(-0.01)

@@ -114,13 +114,13 @@ def test_a_batch_of_simulated_jobs_says_so(batch: tuple[ReopenedJob, ...]) -> No
 def test_a_provisional_value_is_not_counted(batch: tuple[ReopenedJob, ...]) -> None:
     view = batch[0].view
     waiting = tuple(
-        replace(result, verdict=Verdict.NOT_MEASURED, note="SPHERE has not all its points yet.")
+        replace(result, verdict=Verdict.NOT_MEASURED, note="SPHERE is incomplete.")
         for result in view.characteristics
     )
     first = replace(batch[0], view=replace(view, characteristics=waiting))
     for trend in compare_jobs([first, *batch[1:]]):
         assert trend.parts[0].value is None
-        assert "not all its points" in trend.left_out[0]
+        assert "is incomplete" in trend.left_out[0]
 
 
 def test_a_lower_limit_of_zero_is_a_limit_where_a_value_can_be_below_it(

@@ -93,7 +93,7 @@ def test_a_picture_needs_a_file_of_the_plan_and_a_step(
     source.write_bytes(PNG)
     with pytest.raises(InputError, match="Save the plan first"):
         with_picture(plan, None, "BED", source)
-    with pytest.raises(InputError, match="Choose the feature"):
+    with pytest.raises(InputError, match="Select the feature"):
         with_picture(plan, file, "Bore A diameter", source)
 
 

@@ -138,8 +138,8 @@ def test_a_job_without_its_history_is_not_called_good(world: World, tmp_path: Pa
     record = recall(places, datetime.now(UTC))
     assert not record.jobs
     assert headline(record) == "2 NOT JUDGED of 2 checked"
-    assert "so that nobody knows here whether it failed" in not_judged(record)[1]
-    assert not_judged(record, 1)[-1] == "Not judged: 1 more; all of them are in the PDF."
+    assert "so it is unknown here whether it failed" in not_judged(record)[1]
+    assert not_judged(record, 1)[-1] == "Not judged: 1 more; all are in the PDF."
 
 
 def test_spots_that_fit_neither_calibration(world: World, tmp_path: Path) -> None:

@@ -196,7 +196,7 @@ def test_no_point_counts_before_the_first_place_is_durable(
 ) -> None:
     with new_job() as job:
         session = session_of(job)
-        with pytest.raises(MeasuringError, match="not known where the reference body stood"):
+        with pytest.raises(MeasuringError, match="position of the reference body at the start"):
             session.touches.take(nudged.touches[0])
         assert job.points() == []
 
@@ -298,8 +298,8 @@ def test_a_hidden_reference_body_gives_no_point_and_says_who_does_not_see_it(
     refused = outcomes[1]
     assert isinstance(refused, Refusal)
     assert refused.code is RefusalCode.REFERENCE
-    assert refused.what == f"The reference body is lost. {words}"
-    assert "Clear the view" in refused.remedy
+    assert refused.what == f"Reference body not visible. {words}"
+    assert "line of sight" in refused.remedy
     assert isinstance(outcomes[3], MeasuredPoint)
 
 

@@ -53,7 +53,7 @@ def test_a_check_that_failed_later_puts_the_jobs_before_it_in_doubt(
     assert {result.verdict for result in again.view.characteristics} == {Verdict.NOT_PROVEN}
     (doubt,) = again.doubts
     assert doubt.startswith(f"The check of tip '{TIP}' failed")
-    assert doubt.endswith("14 points are in doubt. Take them again.")
+    assert doubt.endswith("14 points are suspect. Re-probe them.")
     assert report_of_job(again).notes == again.doubts
     # A check that passes says nothing of the time before; the file itself is as it was.
     tips.check()
@@ -71,7 +71,7 @@ def test_a_doubt_lasts_until_the_check(measured: Path, tips: Tips) -> None:
     tips.store.mount(TIP, "Ada", datetime.now(UTC))
     again = reopen_job(measured, probes)
     assert len(again.view.held) == 14
-    assert "Make the quick tip check" in again.doubts[0]
+    assert "Run the quick tip check" in again.doubts[0]
     tips.check()
     assert reopen_job(measured, probes).doubts == ()
 

@@ -27,8 +27,8 @@ from ocmm_core.measuring import (
     PartTemperature,
     ProbeState,
     contributions,
-    joint_covariance,
-    sum_of,
+    factors_of,
+    joint_factors,
 )
 from ocmm_core.measuring._contributions import FORCE, PART, PATTERN, PROBE, WARMTH, WEIGHT
 from ocmm_core.tracking import ProbeBody, TipSensitivity, tip_sensitivity
@@ -73,12 +73,43 @@ def test_the_parts_are_the_joint_covariance(
     used = body_in_use(standard_probe, design, TemperatureState())
     points, found = touched(recommended, used)
     force = contact_force(design, standard_probe)
-    joint = joint_covariance(points, found, recommended, used, force, WARM)
+    whole = np.eye(3 * len(points) + 1)
+    joint = joint_factors(points, found, recommended, used, force, WARM).of(whole)
     # Warmth and weight are taken off the probe's covariance and added again: rounding.
-    assert sum_of(parts, len(points)) == pytest.approx(joint, rel=1e-9, abs=1e-18)
-    assert joint_covariance(points, found, recommended, used, force, WARM).tolist() == (
-        sum_of(contributions(points, found, recommended, used, force, WARM), 3).tolist()
-    )
+    assert factors_of(parts, len(points)).of(whole) == pytest.approx(joint, rel=1e-9, abs=1e-15)
+    assert sum(part.of(whole) for part in parts) == pytest.approx(joint, rel=1e-9, abs=1e-15)
+
+
+def test_points_that_show_other_leds_share_the_pattern_of_what_both_show(
+    recommended: Rig, standard_probe: ProbeBody
+) -> None:
+    points, found = [], []
+    for number, (tip, hidden) in enumerate(zip(TIPS, (None, 1, 3), strict=True), start=1):
+        leds = standard_probe.leds_probe - standard_probe.tip_probe + tip
+        spots = np.stack([project(camera, leds) for camera in recommended.cameras])
+        if hidden is not None:
+            # Not in the first camera alone, and two LEDs in the last point.
+            spots[0, hidden - 1 : hidden + number - 2] = np.nan
+        touch = replace(point(tip, np.array([0.0, 0.0, 1.0])), number=number, spots=spots)
+        points.append(touch)
+        found.append(tip_sensitivity(spots, recommended, standard_probe))
+    assert len({np.count_nonzero(item.camera == 0) for item in found}) == 3
+    parts = contributions(points, found, recommended, standard_probe)
+    stated = next(part for part in parts if part.source is PATTERN).matrix(3)[:9, :9]
+    noise = recommended.noise
+    expected = np.zeros((9, 9))
+    for i, one in enumerate(found):
+        for j, other in enumerate(found):
+            # A field of its own on each sensor and for each axis, smooth over its length.
+            together = one.camera[:, None] == other.camera
+            apart = np.sum((one.uv[:, None] - other.uv) ** 2, axis=2)
+            field = noise.pattern_px**2 * np.exp(-0.5 * apart / noise.pattern_length_px**2)
+            for axis in range(2):
+                left, right = one.by_spots[:, :, axis], other.by_spots[:, :, axis]
+                expected[3 * i : 3 * i + 3, 3 * j : 3 * j + 3] += (
+                    left @ (together * field) @ right.T
+                )
+    assert stated == pytest.approx(expected, rel=1e-9, abs=1e-18)
 
 
 def test_every_source_has_its_name_once(
@@ -90,7 +121,7 @@ def test_every_source_has_its_name_once(
     ]  # fmt: skip
     assert [part.source.kind for part in parts].count("A") == 1
     for part in parts:
-        matrix = part.matrix(3)
+        matrix = part.of(np.eye(10))
         assert matrix.max() > 0.0, part.source.name
         floor = -1e-9 * float(np.abs(matrix).max())
         assert np.linalg.eigvalsh(matrix)[0] > floor, part.source.name
@@ -109,5 +140,5 @@ def test_what_a_part_gives_a_value_is_its_matrix_between_two_gradients(
 ) -> None:
     gradients = np.random.default_rng(0).normal(size=(2, 10))
     for part in parts_of(recommended, standard_probe, design):
-        expected = gradients @ part.matrix(3) @ gradients.T
+        expected = gradients @ part.of(np.eye(10)) @ gradients.T
         assert part.of(gradients) == pytest.approx(expected, rel=1e-9, abs=1e-18), part.source.name

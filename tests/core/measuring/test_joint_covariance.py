@@ -10,7 +10,7 @@ from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import (
     MeasuredPoint,
-    joint_covariance,
+    joint_factors,
     point_uncertainty,
     systematic_covariance,
 )
@@ -143,12 +143,12 @@ def test_joint_covariance_holds_every_source_once(
 ) -> None:
     items = measured(coarse, standard_probe, 1, demo_part).sensitivities
     points = [point(number, item) for number, item in enumerate(items, start=1)]
-    joint = joint_covariance(points, items, coarse, standard_probe)
     n = 3 * len(items)
+    joint = joint_factors(points, items, coarse, standard_probe).of(np.eye(n + 1))
     assert joint.shape == (n + 1, n + 1)
     assert np.abs(joint - joint.T).max() < 1e-15
     assert np.linalg.eigvalsh(joint).min() > 0.0
-    assert joint[n, n] == standard_probe.tip_radius_sigma**2
+    assert joint[n, n] == pytest.approx(standard_probe.tip_radius_sigma**2)
     assert not joint[n, :n].any()
     alone = joint[:n, :n] - systematic_covariance(items, coarse, standard_probe)
     expected = np.zeros((n, n))
@@ -169,8 +169,8 @@ def test_order_of_the_points_does_not_matter(
 
 
 def test_no_points_have_the_radius_alone(coarse: Rig, standard_probe: ProbeBody) -> None:
-    joint = joint_covariance([], [], coarse, standard_probe)
-    assert joint.tolist() == [[standard_probe.tip_radius_sigma**2]]
+    joint = joint_factors([], [], coarse, standard_probe).of(np.eye(1))
+    assert joint == pytest.approx(np.array([[standard_probe.tip_radius_sigma**2]]))
 
 
 def test_point_uncertainty_is_twice_the_worst_sigma(

@@ -1,14 +1,22 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ocmm_core.camera import Rig
-from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 from ocmm_core.measuring import PointOptions, Refusal, RefusalCode, StablePoint, average
-from ocmm_core.tracking import FrameStatus, TrackBlock, cut
+from ocmm_core.tracking import (
+    FrameStatus,
+    ReferenceHome,
+    ReferenceTrack,
+    TrackBlock,
+    cut,
+    judge_stillness,
+)
 
 N = 2000
 OPTIONS = PointOptions()
@@ -93,7 +101,7 @@ def test_what_is_hidden_is_named_as_soon_as_it_is(tracked: Tracked, recommended:
 @pytest.mark.parametrize(
     ("status", "code", "word"),
     [
-        (FrameStatus.UNIDENTIFIED, RefusalCode.UNIDENTIFIED, "which is which"),
+        (FrameStatus.UNIDENTIFIED, RefusalCode.UNIDENTIFIED, "identified uniquely"),
         (FrameStatus.DOUBTFUL, RefusalCode.DOUBTFUL, "do not fit"),
     ],
 )
@@ -166,6 +174,50 @@ def test_only_one_view_is_averaged(tracked: Tracked, recommended: Rig) -> None:
     assert point.last_frame == 1499
     assert point.tip_world[2] == 0.0
     assert np.isfinite(point.spots).all()
+
+
+@pytest.mark.parametrize("way_mm", [0.0, 0.2])
+def test_a_reference_body_that_moves_is_named(
+    way_mm: float, tracked: Tracked, scatter: Scatter, recommended: Rig
+) -> None:
+    """Part, probe and reference body move together: only against the cameras is it seen."""
+    rng = np.random.default_rng(9)
+    way = way_mm * np.linspace(0.0, 1.0, N)[:, None] * np.array([1.0, 0.0, 0.0])
+    probe = tracked(way + scatter(rng, N))
+    body = tracked(way + np.array([200.0, 0.0, 0.0]) + 0.1 * scatter(rng, N))
+    home = ReferenceHome(
+        np.zeros((2, 6, 2)), 100, RigidTransform(np.eye(3), np.array([200.0, 0.0, 0.0]))
+    )
+    sigmas = np.concatenate([0.1 * SIGMA_MM, np.full(3, 1e-6)])
+    poses = np.tile(np.diag(sigmas**2), (N, 1, 1))
+    window = replace(probe, reference=ReferenceTrack(probe, body, poses, home))
+    if way_mm:
+        refusal = refused(window, recommended, RefusalCode.REFERENCE)
+        assert "reference body moved" in refusal.what
+    else:
+        point = accepted(window, recommended)
+        # Tips scatter by SIGMA_MM, of 2,000 frames: five deviations of their mean.
+        assert (np.abs(point.tip_world) < 5.0 * 1.01 * SIGMA_MM / np.sqrt(N)).all()
+
+
+def test_the_motion_that_may_be_hidden_is_judged_in_seconds(
+    tracked: Tracked, scatter: Scatter, recommended: Rig
+) -> None:
+    """A hand trembles at its own rate, whatever the rate of the frames."""
+    # Within two deviations an axis no frame is wild, so that all of them are judged.
+    window = tracked(np.clip(scatter(np.random.default_rng(8), N), -2.0 * SIGMA_MM, 2.0 * SIGMA_MM))
+    seconds = 125e-6 * np.arange(N)
+    expected = judge_stillness(
+        seconds, window.tip_world, window.tip_covariance, OPTIONS.still_mm
+    ).covariance
+    point = accepted(window, recommended)
+    assert point.n_frames == N
+    # The times are rounded to nanoseconds; twice as slow it would be another covariance.
+    assert point.motion_covariance == pytest.approx(expected, rel=1e-9)
+    slower = judge_stillness(
+        2.0 * seconds, window.tip_world, window.tip_covariance, OPTIONS.still_mm
+    ).covariance
+    assert np.abs(slower - expected).max() > 1e-3 * np.abs(expected).max()
 
 
 @pytest.mark.statistics

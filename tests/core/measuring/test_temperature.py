@@ -111,4 +111,4 @@ def test_words_and_label_name_both_switches() -> None:
     assert climate.label.isascii()
     assert "," not in climate.label
     assert "not compensated" in Climate(temperature_state, replace(WARM, compensated=False)).words
-    assert "nothing is compensated" in Climate().words
+    assert "No temperature compensation" in Climate().words

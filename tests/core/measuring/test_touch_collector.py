@@ -223,6 +223,12 @@ def test_no_way_no_direction() -> None:
     assert approach_direction(hidden, np.zeros(3), 2.0) is None
 
 
+def test_a_ball_that_slid_sideways_at_last_has_no_direction() -> None:
+    # A millimetre along the surface is already another way than the one from above.
+    slid = np.array([[0.0, 0.0, 3.0], [0.0, 0.0, 2.0], [1.0, 0.0, 0.0]])
+    assert approach_direction(slid, np.zeros(3), 2.0) is None
+
+
 def test_only_good_frames_leave_a_trail(tracked: Tracked) -> None:
     block = tracked(approaching(8000, 3000))
     block.status[:7000] = FrameStatus.LOST

@@ -141,7 +141,7 @@ def test_a_good_part_is_taken(tmp_path: Path) -> None:
     [
         ("ocmm.part/1", "ocmm.plan/1", "field 'schema' is 'ocmm.plan/1'"),
         ('unit = "mm"', 'unit = "inch"', "field 'unit' is 'inch'"),
-        ("[pose]", "[pose", "not complete TOML"),
+        ("[pose]", "[pose", "not valid TOML"),
         ('name = "PART"', "", "missing required field `name`"),
         ("rotation_vector = [0.0, 0.0, 0.0]", "", "missing required field `rotation_vector`"),
         (PLANE + CONE + LINE, "features = []", "unknown field `features`"),
@@ -158,7 +158,7 @@ def test_a_good_part_is_taken(tmp_path: Path) -> None:
         ("along = [1.0, 0.0, 0.0]", "along = [1.0, 0.0, 0.5]", r"\.along' is not perpendicular"),
         ("normal = [0.0, -1.0, 0.0]", "normal = [1.0, -1.0, 0.0]", r"\.normal' is not perp"),
         ("areas = [[-10.0, -10.0, 10.0, 10.0]]", "areas = []", r"\.areas' is empty"),
-        ("[[-10.0, -10.0, 10.0, 10.0]]", "[[1.0, 0.0, 1.0, 1.0]]", "which encloses nothing"),
+        ("[[-10.0, -10.0, 10.0, 10.0]]", "[[1.0, 0.0, 1.0, 1.0]]", "which encloses no area"),
         ("point = [0.0, 0.0, 0.0]", "point = [0.0, 0.0]", "Expected `array` of length 3"),
     ],
 )
@@ -182,5 +182,5 @@ def test_a_part_without_features_is_refused(tmp_path: Path) -> None:
 
 
 def test_a_missing_part_document_is_named(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="there is no such file"):
+    with pytest.raises(InputError, match="file not found"):
         load_part(tmp_path / "nowhere.toml")

@@ -130,7 +130,7 @@ def test_prefixes_are_unique() -> None:
      "simulated:1"],
 )  # fmt: skip
 def test_an_unknown_source_is_refused(name: str) -> None:
-    with pytest.raises(InputError, match="no source of frames") as caught:
+    with pytest.raises(InputError, match="not a frame source") as caught:
         source_of(name)
     assert caught.value.code == "source.unknown"
     assert names_in_words(SOURCES) in caught.value.remedy

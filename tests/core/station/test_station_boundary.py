@@ -137,7 +137,7 @@ def test_a_paused_job_is_measured_on_where_the_other_plan_cannot_be(
     )
     with monkeypatch.context() as patch:
         patch.setattr("ocmm_core.station._job_change.drop_if_empty", _raising)
-        with pytest.raises(InternalError, match="The job before is measured as it was"):
+        with pytest.raises(InternalError, match="The previous job remains active"):
             station.jobs.change_plan(other, HEADER)
     assert not station.job.view().paused
     taken = len(station.job.stored()[1])

@@ -116,9 +116,9 @@ def test_an_unverified_calibration_takes_no_points(build: Build, tmp_path: Path)
     # The scripted operator repeats a refused touch a few times, then gives up.
     wait_until(lambda: len(refused) >= 2)
     assert {item.code.value for item in refused} == {"calibration"}
-    assert "not verified" in refused[0].what
+    assert "not been verified" in refused[0].what
     assert "length bar" in refused[0].remedy
-    assert "not verified" in station.looks.live().reason
+    assert "not been verified" in station.looks.live().reason
     assert station.looks.live().tip_world is None
     assert all(not feature.points for feature in station.job.view().features)
 
@@ -199,7 +199,7 @@ def test_without_cameras_there_is_nothing_to_write_to(build: Build, tmp_path: Pa
     with pytest.raises(CalibrationError, match="never calibrated"):
         build(frame_rate_hz=500).station.maintenance.write_to_cameras()
     calibrate(tmp_path, fresh_record())
-    with pytest.raises(CalibrationError, match="do not come from cameras"):
+    with pytest.raises(CalibrationError, match="do not come from real cameras"):
         build(frame_rate_hz=500).station.maintenance.write_to_cameras()
 
 
@@ -227,7 +227,7 @@ def test_cameras_that_store_nothing_are_not_measured_with_until_they_do(
     private_network()
     calibrate(tmp_path, fresh_record(sensor_temperatures_c=(36.5, 34.0)))
     station = build(source="ethercat:virtual").station
-    assert "not asked yet" in str(station.instruments.calibration().blocking_reason)
+    assert "not been read yet" in str(station.instruments.calibration().blocking_reason)
     station.start()
     wait_until(lambda: "stores no intrinsics" in station.looks.live().reason)
     assert station.looks.live().status is StatusWord.NOT_READY

@@ -155,5 +155,5 @@ def test_the_growth_of_the_part_is_that_of_its_plan(built: BuiltStation) -> None
     given = Climate(part=replace(warm, expansion=Expansion("given", 2e-5, 1e-6)))
     assert climate_for(given, plan, steel) == given
     compensated = Climate(part=replace(changed.part, compensated=True))
-    with pytest.raises(InputError, match="expansion of the part is not known"):
+    with pytest.raises(InputError, match="expansion of the part, which is unknown"):
         climate_for(compensated, steel, plan)

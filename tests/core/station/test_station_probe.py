@@ -115,7 +115,7 @@ def test_a_tip_that_is_not_good_takes_no_points(build: Build, tmp_path: Path) ->
     wait_until(lambda: len(refused) >= 2)
     assert {item.code.value for item in refused} == {"tip"}
     assert refused[0].what == f"The last check of tip '{TIP}' failed."
-    assert "Make the quick tip check: one minute." in refused[0].remedy
+    assert "Run the quick tip check (one minute)." in refused[0].remedy
     live = station.looks.live()
     assert "quick tip check" in live.reason
     assert live.tip_world is None
@@ -147,7 +147,7 @@ def test_a_blow_stops_points_until_the_tip_is_checked(build: Build, tmp_path: Pa
     wait_until(lambda: station.job.view().refusal is not None)
     live = station.looks.live()
     assert live.status is StatusWord.NOT_READY
-    assert live.reason.startswith("The probe felt a blow at 20")
+    assert live.reason.startswith("Probe shock detected at 20")
     assert len(taken) == 4
     # What was touched before the blow was touched with a good tip.
     assert station.job.view().held == ()
@@ -168,8 +168,8 @@ def test_a_probe_without_records_that_felt_a_blow_is_not_trusted_again(build: Bu
     station.events.point_refused.connect(refused.append)
     station.start()
     wait_until(lambda: len(refused) >= 2)
-    assert "felt a blow" in refused[-1].what
-    assert "begin a new job" in refused[-1].remedy
+    assert "shock detected" in refused[-1].what
+    assert "start a new job" in refused[-1].remedy
     assert station.instruments.probe().word is CalibrationStatus.SUSPECT
     with pytest.raises(CalibrationError, match="one tip only"):
         station.maintenance.mount_tip(TIP)
@@ -190,7 +190,7 @@ def test_a_failed_check_holds_the_points_back_for_good(build: Build, tmp_path: P
     assert len(view.held) == count
     assert {result.verdict for result in view.characteristics} == {Verdict.NOT_PROVEN}
     assert f"The check of tip '{TIP}' failed" in view.characteristics[0].note
-    assert "Take them again." in view.characteristics[0].note
+    assert "Re-probe them." in view.characteristics[0].note
     tips.check()
     station.maintenance.probe_records_changed()
     assert station.instruments.probe().word is CalibrationStatus.VALID
@@ -241,7 +241,7 @@ def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Pat
     assert tips.store.events[-1].who == "Ada"
     tips.check()
     wait_until(lambda: station.instruments.probe().word is CalibrationStatus.VALID)
-    with pytest.raises(InputError, match="measured with its document"):
+    with pytest.raises(InputError, match="uses its document"):
         build(probes=None, tip=TIP)
 
 

@@ -140,7 +140,7 @@ def test_a_lost_reference_body_blocks_the_readout_and_the_points(build: Build) -
     wait_until(lambda: len(refusals) > 0)
     live = station.looks.live()
     assert live.status is StatusWord.LOST
-    assert live.reason == "The reference body is lost. Camera right does not see R1, R3."
+    assert live.reason == "Reference body not visible. Camera right does not see R1, R3."
     assert live.tip_world is None
     assert live.tip_uncertainty is None
     assert live.reference is not None
@@ -159,7 +159,7 @@ def test_while_the_table_moves_the_first_place_is_not_taken(build: Build) -> Non
     built = build(world=WorldOptions(nudges=(moving,)), speed=1.0, stay=True)
     station = built.station
     station.start()
-    words = "The reference body: it does not rest, so that its place cannot be taken."
+    words = "The reference body: it is not at rest, so its position cannot be taken."
     wait_until(lambda: station.looks.live().reason == words)
     assert station.looks.live().status is StatusWord.NOT_READY
     assert station.looks.live().tip_world is None

@@ -56,7 +56,7 @@ def test_a_ball_that_drifts_is_refused_in_words_and_a_still_one_is_taken(build: 
     assert said is not None, refused[0].what
     # A glide with a soft begin and end is longer as an even drift, shorter as a slip.
     assert 0.7 * SHIFT_MM < float(said[2]) < 1.5 * SHIFT_MM
-    assert refused[0].remedy == "Hold the ball still on the surface until the sound."
+    assert refused[0].remedy == "Hold the ball still on the surface until the tone."
     # The operator touches there again; no other touch was refused.
     assert station.job.view().complete
     assert [point.number for point in taken] == list(range(1, 15))

@@ -92,7 +92,7 @@ def test_one_flipped_bit_in_any_stored_array_is_never_given_out(
     job_path.write_bytes(content)
     with JobFile.open(job_path) as job:
         assert job.verify() == ["The observation 17 was changed after it was stored."]
-        with pytest.raises(StorageError, match="point 17 is not as it was stored"):
+        with pytest.raises(StorageError, match="point 17 was changed after it was stored"):
             job.points()
 
 

@@ -58,17 +58,17 @@ def test_reference_and_its_spots_come_back_bit_for_bit(
 def test_a_job_keeps_its_first_reference(tmp_path: Path, head: JobHead) -> None:
     with JobFile.create(tmp_path / "a.ocmm", head) as job:
         job.store_reference(reference())
-        with pytest.raises(StorageError, match="has a reference body already"):
+        with pytest.raises(StorageError, match="already has a reference body"):
             job.store_reference(reference())
 
 
 @pytest.mark.parametrize(
     ("statement", "message"),
     [
-        ("UPDATE reference SET n_frames = 5", "reference body is not as it was stored"),
+        ("UPDATE reference SET n_frames = 5", "reference body was changed after it was stored"),
         (
             "UPDATE reference_observation SET spots_shape = '2,2,4'",
-            "point 1 is not as it was stored",
+            "point 1 was changed after it was stored",
         ),
     ],
 )

@@ -53,4 +53,4 @@ def test_a_point_that_was_changed_is_not_given_out(
         db.commit()
     with JobFile.open(path) as job, pytest.raises(StorageError) as caught:
         job.steps()
-    assert "point 1 is not as it was stored" in caught.value.what
+    assert "point 1 was changed after it was stored" in caught.value.what

@@ -14,6 +14,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape, nominal_geometry
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import factors_of_matrix
 from ocmm_core.tolerances.decisions import evaluate_all
 from ocmm_core.tolerances.kinds import evaluate, involved_features
 from ocmm_core.tolerances.uncertainty import expanded
@@ -108,7 +109,8 @@ def test_u_holds_the_angle_at_and_through_the_places_without_a_side() -> None:
     made = part(0.0)
     rng = np.random.default_rng(8)
     sigma = 0.005
-    covariance = np.diag(np.append(np.full(3 * len(made.points), sigma**2), 0.0))
+    noise = np.append(np.full(3 * len(made.points), sigma**2), 0.0)
+    factors = factors_of_matrix(np.diag(noise))
     square = asked("angle", "up,along", nominal=90.0, name="square")
     level = asked("angle", "up,beside", nominal=0.0, lower=-0.1, name="level")
     clean = made.actual()
@@ -117,7 +119,7 @@ def test_u_holds_the_angle_at_and_through_the_places_without_a_side() -> None:
     beyond = 0
     for _ in range(60):
         actual = made.actual(moved(made.points, sigma * rng.normal(size=(len(made.points), 3))))
-        results = evaluate_all([square, level], frame, dict(actual), covariance, "iso14253-1")
+        results = evaluate_all([square, level], frame, dict(actual), factors, "iso14253-1")
         for place, (result, truth) in enumerate(zip(results, (90.0, 0.0), strict=True)):
             assert result.measured is not None
             assert result.uncertainty is not None
@@ -149,7 +151,7 @@ def test_without_a_frame_only_what_is_alike_on_both_sides_is_said() -> None:
         evaluate(asked("angle", "up,along", nominal=88.0, lower=-2.0, upper=2.0), actual, None)
     leaning = evaluate(asked("angle", "beside,top", nominal=90.0), actual, bound(DATUMS, actual))
     assert leaning.value == pytest.approx(89.95, abs=1e-9)
-    assert leaning.note.startswith("Noise moves an angle so near to its end one way only")
+    assert leaning.note.startswith("So near its end, noise shifts the angle in one direction only")
     with pytest.raises(FitError, match="has no sense at 90"):
         evaluate(asked("angle", "up,top", nominal=90.0), actual, bound(DATUMS, actual))
 

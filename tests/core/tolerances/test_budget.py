@@ -16,7 +16,8 @@ from ocmm_core.measuring import (
     TIP_RADIUS,
     Contribution,
     MeasuredPoint,
-    sum_of,
+    factors_of,
+    factors_of_matrix,
 )
 from ocmm_core.tolerances.decisions import evaluate_all
 from ocmm_core.tolerances.kinds import evaluate
@@ -59,12 +60,12 @@ def budget(item: Characteristic, noise: float) -> tuple[Budget, float]:
     """Return the budget, and U of the result."""
     actual = measured()
     found = parts(noise)
-    covariance = sum_of(found, N)
-    samples = form_samples(actual, covariance)
+    factors = factors_of(found, N)
+    samples = form_samples(actual, factors)
     evaluation = evaluate(item, actual, RULE)
-    result = evaluate_all([item], RULE, actual, covariance, "iso14253-1")[0]
+    result = evaluate_all([item], RULE, actual, factors, "iso14253-1")[0]
     assert result.uncertainty is not None
-    return budget_of(item, evaluation, actual, found, covariance, samples), result.uncertainty
+    return budget_of(item, evaluation, actual, found, factors, samples), result.uncertainty
 
 
 @pytest.mark.parametrize("noise", [0.001, 0.02])
@@ -106,7 +107,7 @@ def test_form_is_what_noise_does_not_explain() -> None:
 
     def scatter(points: Sequence[MeasuredPoint]) -> float:
         size = 3 * len(points) + 1
-        (sample,) = form_samples(_actual(points, ball), 0.004**2 * np.eye(size))
+        (sample,) = form_samples(_actual(points, ball), factors_of_matrix(0.004**2 * np.eye(size)))
         return sample.scatter
 
     drawn = []
@@ -131,13 +132,13 @@ def test_what_is_known_from_few_points_is_widened_as_student_says(degrees: int, 
         degrees=degrees,
     )
     gradients = np.array([[1.0, 0.0, 0.0, 0.0]])
-    alone = widened(gradients, 1e-18 * np.eye(4), [sample])
+    alone = widened(gradients, factors_of_matrix(1e-18 * np.eye(4)), [sample])
     # t for 95.45 % (GUM, table G.2): U = 2 u is then t times the standard deviation.
     assert 2.0 * np.sqrt(alone.covariance[0, 0]) == pytest.approx(t * 0.01, rel=1e-3)
     assert alone.degrees == pytest.approx(degrees, rel=1e-6)
     assert alone.of_form["f"][0, 0] == pytest.approx(alone.covariance[0, 0], rel=1e-6)
     # Beside something that is known well and far greater it hardly counts.
-    beside = widened(gradients, 0.1**2 * np.eye(4), [sample])
+    beside = widened(gradients, factors_of_matrix(0.1**2 * np.eye(4)), [sample])
     assert beside.covariance[0, 0] == pytest.approx(0.1**2 + 0.01**2, rel=0.01)
 
 
@@ -147,10 +148,10 @@ def test_forms_add_up_before_they_are_held_against_zero() -> None:
         return FormSample(name, np.array([place]), normals, 0.01**2, variance, 5)
 
     gradients = np.array([[1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0]])
-    covariance = 0.01**2 * np.eye(7)
+    factors = factors_of_matrix(0.01**2 * np.eye(7))
     rough, smooth = sample("rough", 0, 5e-5), sample("smooth", 1, -2e-5)
-    alone = widened(gradients, covariance, [rough])
-    both = widened(gradients, covariance, [rough, smooth])
+    alone = widened(gradients, factors, [rough])
+    both = widened(gradients, factors, [rough, smooth])
     # What is less than the noise explains takes from what is more, before the widening.
     total, doubt = 2e-4 + 5e-5 - 2e-5, 2.0 * 0.01**4 / 5
     assert both.degrees == pytest.approx(total**2 / doubt)
@@ -158,6 +159,6 @@ def test_forms_add_up_before_they_are_held_against_zero() -> None:
     assert list(both.of_form) == ["rough"]
     assert both.covariance[0, 0] == pytest.approx(2e-4 + both.of_form["rough"][0, 0])
     # Together not beyond the noise: nothing is added, and nothing taken off.
-    less = widened(gradients, covariance, [rough, sample("smooth", 1, -6e-5)])
+    less = widened(gradients, factors, [rough, sample("smooth", 1, -6e-5)])
     assert less.of_form == {}
     assert less.covariance[0, 0] == pytest.approx(2e-4)

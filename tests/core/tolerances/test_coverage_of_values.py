@@ -13,6 +13,7 @@ from benchmarks.decision_parts import GROUPS
 from benchmarks.decisions import run
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import factors_of_matrix
 from ocmm_core.tolerances.decisions._decision import PROBABILITY
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.uncertainty import Normal, expanded, form_samples, spreads_of
@@ -142,14 +143,15 @@ def test_a_two_point_size_is_not_uncertain_by_the_form_that_belongs_to_it() -> N
     coordinates = oval["oval"].jacobian.shape[1]
     covariance = 0.002**2 * np.eye(coordinates)
     covariance[-1, -1] = 0.0
-    samples = form_samples(oval, covariance)
+    factors = factors_of_matrix(covariance)
+    samples = form_samples(oval, factors)
     # Out of round by 0.02 mm, with points good to 0.002 mm.
     assert samples[0].variance > 0.01**2
 
     def sigma(association: Association) -> float:
         item = asked("diameter", "oval", association=association)
         found = evaluate(item, oval, None)
-        spread = spreads_of(item, found, oval, covariance, samples).of_value
+        spread = spreads_of(item, found, oval, factors, samples).of_value
         assert isinstance(spread, Rank) == association.endswith("mum")
         return spread.sigma
 

@@ -14,7 +14,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint, factors_of_matrix
 from ocmm_core.tolerances.decisions import Verdict, evaluate_all
 from ocmm_core.tolerances.kinds import evaluate, geometry_value
 from ocmm_core.tolerances.uncertainty import noise_floor
@@ -206,7 +206,8 @@ def test_the_floor_is_the_form_that_a_perfect_sphere_shows(
     assert noise is not None
     forms = [form_of(sigma).value for _ in range(60)]
     # Means of 60 and of 100 ranges that scatter by some 25 %.
-    assert noise_floor(noise, covariance) == pytest.approx(np.mean(forms), rel=0.1)
+    floor = noise_floor(noise, factors_of_matrix(covariance))
+    assert floor == pytest.approx(np.mean(forms), rel=0.1)
 
 
 def test_results_of_a_plan() -> None:
@@ -218,7 +219,8 @@ def test_results_of_a_plan() -> None:
         _characteristic("coordinate", ["ball"], "z", target=29.8),
         _characteristic("form", ["top"]),
     ]
-    size, height, flat = evaluate_all(wanted, RULE, actual, covariance, "iso14253-1")
+    known = factors_of_matrix(covariance)
+    size, height, flat = evaluate_all(wanted, RULE, actual, known, "iso14253-1")
     assert size.uncertainty is not None
     gradient = evaluate(wanted[0], _actual(POINTS), RULE).gradient
     assert size.uncertainty == pytest.approx(2.0 * np.sqrt(gradient @ covariance @ gradient))
@@ -229,7 +231,8 @@ def test_results_of_a_plan() -> None:
 
     ball_known_badly = covariance.copy()
     ball_known_badly[-1, -1] = 0.1**2
-    worse = evaluate_all(wanted[:1], RULE, actual, ball_known_badly, "iso14253-1")[0]
+    known = factors_of_matrix(ball_known_badly)
+    worse = evaluate_all(wanted[:1], RULE, actual, known, "iso14253-1")[0]
     assert worse.uncertainty == pytest.approx(2.0 * np.hypot(0.2, size.uncertainty / 2.0), rel=1e-3)
     assert worse.verdict is Verdict.NOT_PROVEN
 
@@ -241,7 +244,8 @@ def test_what_cannot_be_stated_says_why() -> None:
     height = _characteristic("coordinate", ["ball"], "z")
 
     def only(characteristic: Characteristic, covariance: Float | None) -> tuple[Verdict, str]:
-        result = evaluate_all([characteristic], RULE, actual, covariance, "iso14253-1")[0]
+        known = None if covariance is None else factors_of_matrix(covariance)
+        result = evaluate_all([characteristic], RULE, actual, known, "iso14253-1")[0]
         assert result.measured is None
         assert result.uncertainty is None
         return result.verdict, result.note
@@ -262,7 +266,7 @@ def test_what_cannot_be_stated_says_why() -> None:
 def test_features_in_one_place_have_no_distance() -> None:
     actual = _actual(POINTS)
     actual["twin"] = actual["ball"]
-    with pytest.raises(FitError, match="in one place"):
+    with pytest.raises(FitError, match="coincide"):
         evaluate(_characteristic("distance", ["ball", "twin"]), actual, None)
 
 
@@ -270,7 +274,7 @@ def test_as_few_points_as_the_shape_needs_show_no_form() -> None:
     points = [p for p in POINTS if p.feature != "top"] + [p for p in POINTS if p.feature == "top"][
         :3
     ]
-    with pytest.raises(FitError, match="top has 3 points; a plane shows a form from 4"):
+    with pytest.raises(FitError, match="top has 3 points; form of a plane needs at least 4"):
         evaluate(_characteristic("form", ["top"]), _actual(points), None)
 
 

@@ -11,6 +11,7 @@ from scipy.stats import t as student
 from benchmarks.fit_coverage import Cell, run
 from ocmm_core.features.measured import beyond_first_order, fit_shape
 from ocmm_core.features.shapes import Criterion, Shape
+from ocmm_core.measuring import factors_of_matrix
 from ocmm_core.tolerances.decisions import Verdict, evaluate_all
 from ocmm_core.tolerances.uncertainty import TWO_SIDED, fit_uncertainty
 from tests.core.features.shape_samples import FITTED, ideal_points, somewhere
@@ -96,9 +97,9 @@ def test_a_job_and_the_command_state_the_same_u() -> None:
     tips = np.array([point.tip_world for point in part.points])
     found = fit_uncertainty(fit_shape(Shape.SPHERE, tips), tips)
     # Points without noise of their own: all scatter is form, as the command takes it.
-    covariance = 1e-20 * np.eye(tips.size + 1)
+    factors = factors_of_matrix(1e-20 * np.eye(tips.size + 1))
     item = asked("diameter", "it", lower=-0.1)
-    (result,) = evaluate_all([item], None, part.actual(), covariance, "iso14253-1")
+    (result,) = evaluate_all([item], None, part.actual(), factors, "iso14253-1")
     assert found is not None
     assert found.radius is not None
     assert found.radius.expanded is not None
@@ -107,9 +108,9 @@ def test_a_job_and_the_command_state_the_same_u() -> None:
 
 def test_a_job_shows_a_bent_value_without_u_and_proves_nothing() -> None:
     part = _noisy(Shape.CIRCLE, 8, np.radians(6.0), 7)
-    covariance = NOISE_MM**2 * np.eye(3 * 8 + 1)
+    factors = factors_of_matrix(NOISE_MM**2 * np.eye(3 * 8 + 1))
     item = asked("diameter", "it", upper=99.0, lower=-99.0)
-    (result,) = evaluate_all([item], None, part.actual(), covariance, "simple")
+    (result,) = evaluate_all([item], None, part.actual(), factors, "simple")
     assert result.measured is not None
     assert (result.uncertainty, result.interval, result.stated) == (None, None, None)
     assert result.verdict is Verdict.NOT_PROVEN

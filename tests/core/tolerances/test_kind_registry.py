@@ -80,6 +80,8 @@ def test_a_symbol_has_strokes_within_its_box(spec: KindSpec) -> None:
         ends = [point for line in symbol.lines for point in line]
         ends += [(x + s * r, y + s * r) for x, y, r in symbol.circles for s in (-1.0, 1.0)]
         assert all(0.0 <= x <= 1.0 and 0.0 <= y <= 1.0 for x, y in ends)
+        # An outline of four corners or more is closed.
+        assert all(line[0] == line[-1] for line in symbol.lines if len(line) > 3)
 
 
 def test_every_kind_has_a_row_with_a_known_answer() -> None:
@@ -113,7 +115,7 @@ def test_an_unknown_kind_is_refused_wherever_it_is_asked_for() -> None:
 
 def test_two_entries_of_one_name_and_one_that_stands_for_nothing_are_refused() -> None:
     flatness = KINDS["flatness"]
-    with pytest.raises(InternalError, match="Two kinds are called 'flatness'"):
+    with pytest.raises(InternalError, match="Two kinds are named 'flatness'"):
         registered([flatness, flatness])
     for other in ("waviness", "form"):
         lost = replace(flatness, name="lost", stands_for={Shape.PLANE: other})

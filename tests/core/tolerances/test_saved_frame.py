@@ -27,7 +27,7 @@ from ocmm_core.alignment import (
 from ocmm_core.errors import InputError
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import FRAME, rigid_movement
+from ocmm_core.measuring import FRAME, factors_of_matrix, rigid_movement
 from ocmm_core.tolerances.decisions import Verdict, evaluate_all
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.zones import Frames
@@ -103,12 +103,13 @@ def test_nothing_is_proven_in_a_frame_of_unknown_uncertainty() -> None:
         msgspec.structs.replace(PLACE, nominal=25.0, lower=-1.0),
         msgspec.structs.replace(SIZE, nominal=20.0, lower=-1.0),
     ]
-    place, size = evaluate_all(wide, old, ball, OWN, "iso14253-1")
+    place, size = evaluate_all(wide, old, ball, factors_of_matrix(OWN), "iso14253-1")
     assert place.verdict is Verdict.NOT_PROVEN
-    assert "saved frame bed does not say how well it is known" in place.note
+    assert "saved frame bed has no uncertainty" in place.note
     assert size.verdict is Verdict.CONFORM
     assert doubt_of(old) is None
-    for result in evaluate_all(wide, rule, ball, OWN + _by_frame(rule), "iso14253-1"):
+    known = factors_of_matrix(OWN + _by_frame(rule))
+    for result in evaluate_all(wide, rule, ball, known, "iso14253-1"):
         assert result.verdict is Verdict.CONFORM
     # A fit that starts at it knows it, too.
     assert doubt_of(BestFit(points=("a", "b"), locked=("z",), start=rule)) is not None
@@ -127,7 +128,7 @@ def test_a_document_keeps_how_well_the_frame_is_known(tmp_path: Path) -> None:
     text = (tmp_path / "bed.toml").read_text()
     first = repr(rule.covariance[0][0])
     (tmp_path / "less.toml").write_text(text.replace(first, "1e-30", 1))
-    with pytest.raises(InputError, match="does not fit its hash"):
+    with pytest.raises(InputError, match="does not match its hash"):
         load_frame(tmp_path / "less.toml")
     # A document from before has none, and its hash is the one it had.
     without = frame_document("bed", "2026-01-02", "job", T_frame_from_world, {})

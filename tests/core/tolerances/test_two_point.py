@@ -12,6 +12,7 @@ import pytest
 from ocmm_core.errors import FitError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.measuring import factors_of_matrix
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.monte_carlo import Task
 from ocmm_core.tolerances.monte_carlo._trials import quick_model, slow_trials
@@ -139,7 +140,12 @@ def test_every_trial_of_a_two_point_distance_takes_the_points_that_are_opposite(
     item = asked("distance", "upper,under", association="two-point maximum")
     size = 3 * len(points) + 1
     task = Task(
-        (item,), None, tuple(points), actual, 1e-6 * np.eye(size), np.zeros((len(points), 3, 3))
+        (item,),
+        None,
+        tuple(points),
+        actual,
+        factors_of_matrix(1e-6 * np.eye(size)),
+        np.zeros((len(points), 3, 3)),
     )
     # A model of the two elements would simulate the distance of the planes.
     assert quick_model(task).values == {}

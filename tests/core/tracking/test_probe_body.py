@@ -139,7 +139,7 @@ def test_four_of_five_leds_that_look_alike_are_refused(tmp_path: Path) -> None:
     """The fifth LED tells the corners of the rectangle apart, until it is hidden."""
     corners = [(-50.0, 0.0, 118.0), (-50.0, 0.0, 228.0), (50.0, 0.0, 118.0), (50.0, 0.0, 228.0)]
     error = refused(document(tmp_path, [*corners, (20.0, 25.0, 150.0)]), "probe.ambiguous")
-    assert "while one LED is hidden" in error.what
+    assert "with one LED hidden" in error.what
     assert "LED 4 is not seen" in error.what
     skew = [(-50.0, 0.0, 118.0), (-44.0, 0.0, 228.0), (63.0, 0.0, 118.0), (50.0, 0.0, 210.0)]
     assert load_probe(document(tmp_path, [*skew, (20.0, 25.0, 150.0)])).n_leds == 5

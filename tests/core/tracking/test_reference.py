@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import replace
 from itertools import pairwise
 
@@ -12,6 +13,7 @@ import pytest
 from benchmarks.reference import FRAMES, PLACE, Bench, measure, resting, share_inside
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.camera import N_PARAMETERS, Rig
+from ocmm_core.documents import resource
 from ocmm_core.geometry import Float
 from ocmm_core.simulation.scene import ScriptedNudge, ScriptedOcclusion, VirtualRig, WorldOptions
 from ocmm_core.tracking import (
@@ -22,6 +24,7 @@ from ocmm_core.tracking import (
     home_of,
     in_rig,
     join,
+    load_reference,
     ordered_spots,
     pick,
     relative_sensitivity,
@@ -316,3 +319,10 @@ def test_random_occlusions_of_both_bodies_never_give_a_wrong_tip(bench: Bench, s
     assert np.sqrt(squares.max()) < 6.5
     assert np.mean(good) > 0.4
     assert np.mean(tracked.status == FrameStatus.REFERENCE_LOST) > 0.02
+
+
+def test_a_reference_body_is_known_by_its_file() -> None:
+    path = resource("references", "plate.toml")
+    body = load_reference(path)
+    assert body.identity == hashlib.sha256(path.read_bytes()).hexdigest()
+    assert body.text.encode() == path.read_bytes()

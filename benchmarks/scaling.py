@@ -1,0 +1,164 @@
+"""How time and memory of an evaluation grow with the points and the features of a job.
+
+    python -m benchmarks.scaling [--most N]
+
+Spheres on a table, touched in turn, with the rig and probe of the resources: the uncertainty of all
+points, fits, and the diameter of every sphere with U. First 10 features and ever more points, then
+20 points a feature and ever more features. Processor time, the best of two; memory is the peak of
+what was allocated meanwhile. Ends with 1 if time or memory grow faster with the points than their
+number to the power of 1.1.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+import tracemalloc
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.blas import use_one_thread
+from ocmm_core.camera import Rig, load_rig, project
+from ocmm_core.documents import resource
+from ocmm_core.features.measured import actual_features
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import Float, rotation_from_vector
+from ocmm_core.measuring import MeasuredPoint, joint_factors
+from ocmm_core.tolerances.decisions import evaluate_all
+from ocmm_core.tolerances.zones import Characteristic
+from ocmm_core.tracking import ProbeBody, TipSensitivity, load_probe, tip_sensitivity
+
+_LARGEST_EXPONENT = 1.1
+_POSES = 200
+_RADIUS = 5.0
+
+
+@dataclass(frozen=True)
+class Bench:
+    """Rig and probe that everything is measured with."""
+
+    rig: Rig
+    body: ProbeBody
+
+
+@dataclass(frozen=True)
+class Row:
+    """One size of a job: processor time, s, and peak of memory, MB."""
+
+    points: int
+    features: int
+    seconds: float
+    memory: float
+
+
+def measure(points: int, features: int, poses: list[TipSensitivity], bench: Bench) -> Row:
+    """Return what one evaluation costs."""
+    rng = np.random.default_rng(points)
+    taken, found = [], []
+    for number in range(points):
+        name = number % features
+        normal = rng.normal(size=3)
+        normal /= np.linalg.norm(normal)
+        centre = np.array([30.0 * (name % 25), 30.0 * (name // 25), 0.0])
+        taken.append(_point(number, f"S{name}", centre, normal, bench.body.tip_radius))
+        found.append(poses[number % len(poses)])
+    nominals = [
+        NominalFeature(
+            name=f"S{k}",
+            shape=Shape.SPHERE,
+            points=4,
+            point=(0.0, 0.0, 0.0),
+            diameter=2.0 * _RADIUS,
+        )
+        for k in range(features)
+    ]
+    wanted = [
+        Characteristic(
+            name=f"D{k}", kind="diameter", features=[f"S{k}"], nominal=2.0 * _RADIUS,
+            lower=-0.1, upper=0.1,
+        )
+        for k in range(features)
+    ]  # fmt: skip
+
+    def evaluated() -> None:
+        factors = joint_factors(taken, found, bench.rig, bench.body)
+        results = evaluate_all(wanted, None, actual_features(nominals, taken), factors, "simple")
+        if any(result.uncertainty is None for result in results):
+            raise SystemExit("A sphere has no uncertainty.")
+
+    times = []
+    for _ in range(2):
+        begun = time.process_time()
+        evaluated()
+        times.append(time.process_time() - begun)
+    tracemalloc.start()
+    evaluated()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    return Row(points, features, min(times), peak / 1e6)
+
+
+def _point(
+    number: int, feature: str, centre: Float, normal: Float, tip_radius: float
+) -> MeasuredPoint:
+    return MeasuredPoint(
+        number=number + 1, feature=feature, time_s=float(number), first_frame=0, last_frame=9,
+        n_frames=10, tip_world=centre + (_RADIUS + tip_radius) * normal,
+        random_covariance=1e-6 * np.eye(3), direction=normal, tip_radius=tip_radius,
+        rotation_world_from_probe=np.eye(3), spots=np.full((2, 4, 2), np.nan), chi2_per_dof=1.0,
+        approach="trail",
+    )  # fmt: skip
+
+
+def poses_of(bench: Bench) -> list[TipSensitivity]:
+    """Return answers of tips all over the volume, for a probe held a little differently each."""
+    rng = np.random.default_rng(1)
+    found = []
+    for _ in range(_POSES):
+        rotation = rotation_from_vector(rng.normal(0.0, 0.1, 3))
+        leds = (bench.body.leds_probe - bench.body.tip_probe) @ rotation.T
+        leds = leds + rng.uniform(-60.0, 60.0, 3)
+        spots = np.stack([project(camera, leds) for camera in bench.rig.cameras])
+        found.append(tip_sensitivity(spots, bench.rig, bench.body))
+    return found
+
+
+def exponent(first: float, last: float, ratio: float) -> float:
+    """Return the power of the size with which a cost grew."""
+    return float(np.log(last / first) / np.log(ratio))
+
+
+def main() -> int:
+    """Print the tables; return 1 if a limit is broken."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("--most", type=int, default=5000, help="points of the largest job")
+    most = parser.parse_args().most
+    use_one_thread()
+    bench = Bench(
+        load_rig(resource("rigs", "recommended.toml")),
+        load_probe(resource("probes", "standard.toml")),
+    )
+    poses = poses_of(bench)
+    measure(40, 2, poses, bench)
+    by_points = [measure(n, 10, poses, bench) for n in (600, 1200, 2500, 5000) if n <= most]
+    by_both = [measure(20 * f, f, poses, bench) for f in (25, 50, 100, 200) if 20 * f <= most]
+    print(f"{'points':>7} {'features':>8} {'s':>8} {'MB':>7}")
+    for row in (*by_points, *by_both):
+        print(f"{row.points:7d} {row.features:8d} {row.seconds:8.3f} {row.memory:7.1f}")
+    good = True
+    for words, rows, held in (
+        ("points", by_points, True),
+        ("points and features", by_both, False),
+    ):
+        ratio = rows[-1].points / rows[0].points
+        of_time = exponent(rows[0].seconds, rows[-1].seconds, ratio)
+        of_memory = exponent(rows[0].memory, rows[-1].memory, ratio)
+        print(f"exponent over {words}: time {of_time:.2f}, memory {of_memory:.2f}")
+        good &= not held or max(of_time, of_memory) <= _LARGEST_EXPONENT
+    return 0 if good else 1
+
+
+if __name__ == "__main__":
+    sys.exit(main())

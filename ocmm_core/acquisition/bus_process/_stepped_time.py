@@ -1,0 +1,131 @@
+"""The time of a virtual bus: it goes on from cycle to cycle and waits for a busy computer.
+
+Master and software cameras share it through words of the ring. While the bus is brought up it
+flows like the computer's clock. From the moment the exposures are programmed it stands still
+between two cycles and is set forward by the master alone, so a computer that comes late makes the
+bus slower and loses nothing: no exposure happens, and no watchdog runs, while nobody had time.
+
+Short delays are made up for, by cycles one right after the other; beyond `_DEBT_NS` they are
+given up, and that is the pace that is told: bus time over the time that it took.
+"""
+
+from __future__ import annotations
+
+import time
+
+from ocmm_core.acquisition.frames import FrameRing, RingHeaderField
+from ocmm_core.fieldbus.wire import HostTime
+
+_EARLY_NS = 6_000_000
+"""So much is done in one go; to wake up for every cycle costs more than the cycle."""
+_DEBT_NS = 100_000_000
+"""A computer that was busy for so long catches up."""
+_PATIENCE = 50
+"""Cameras that share a busy computer with their master answer late while they are configured."""
+_WINDOW_NS = 1_000_000_000
+"""The pace is that of the last second or so."""
+
+
+class SteppedTime(HostTime):
+    """The master's side of the time of a virtual bus.
+
+    Parameters
+    ----------
+    ring
+        Its words hold the time; the cameras read it there.
+    """
+
+    stretched = True
+    patience = _PATIENCE
+
+    def __init__(self, ring: FrameRing) -> None:
+        self._ring = ring
+        self._held = False
+        self._now_ns = self._offset_ns = 0
+        self._lead_ns = 0
+        self._taken = self._answered = 0
+        self._window = (0, 0)
+        self._spent_ns = self._passed_ns = 0
+
+    def now_ns(self) -> int:
+        """Return the bus's time now."""
+        return self._now_ns if self._held else time.monotonic_ns() + self._offset_ns
+
+    def wait_until(self, deadline_ns: int) -> int:
+        """Set the time to ``deadline_ns``, not too early; return how late this computer is, ns."""
+        if not self._held:
+            left_ns = deadline_ns - self.now_ns()
+            time.sleep(max(0, left_ns) * 1e-9)
+            return self.now_ns() - deadline_ns
+        early_ns = deadline_ns - self._lead_ns - time.monotonic_ns()
+        if early_ns > _EARLY_NS:
+            time.sleep(early_ns * 1e-9)
+        elif early_ns < -_DEBT_NS:
+            self._lead_ns += early_ns + _DEBT_NS
+        self._set(max(self._now_ns, deadline_ns))
+        self._measure()
+        return max(0, time.monotonic_ns() + self._lead_ns - deadline_ns)
+
+    def passage(self, sent_ns: int, answered_ns: int) -> tuple[int, int]:
+        """Return the bus's time twice: it stood still while the frames were on their way."""
+        if self._held:
+            return self._now_ns, self._now_ns
+        return sent_ns + self._offset_ns, answered_ns + self._offset_ns
+
+    def hold(self) -> None:
+        """Let time go on from cycle to cycle from now on."""
+        if self._held:
+            return
+        host_ns = time.monotonic_ns()
+        self._set(host_ns + self._offset_ns)
+        self._held = True
+        self._ring.set_word(RingHeaderField.BUS_STEPS, 1)
+        self._lead_ns = self._offset_ns
+        self._window = (host_ns, self._now_ns)
+
+    def flow(self) -> None:
+        """Let time flow by itself from now on."""
+        if not self._held:
+            return
+        self._offset_ns = self._now_ns - time.monotonic_ns()
+        # Before the word that lets the cameras use it.
+        self._ring.set_word(RingHeaderField.BUS_OFFSET_NS, self._offset_ns)
+        self._held = False
+        self._ring.set_word(RingHeaderField.BUS_STEPS, 0)
+
+    def mark(self) -> None:
+        """Begin to count the frames that are on their way."""
+        self._taken = self._ring.word(RingHeaderField.FRAMES_TAKEN)
+        self._answered = self._ring.word(RingHeaderField.FRAMES_ANSWERED)
+
+    def on_their_way(self, sent: int, came: int) -> bool:
+        """Say whether the cameras have not seen all frames yet, or answers have not come yet."""
+        # The cameras count an answer before the frame that it answers.
+        if self._ring.word(RingHeaderField.FRAMES_TAKEN) - self._taken < sent:
+            return True
+        return came < self._ring.word(RingHeaderField.FRAMES_ANSWERED) - self._answered
+
+    def _set(self, now_ns: int) -> None:
+        self._now_ns = now_ns
+        self._ring.set_word(RingHeaderField.BUS_NOW_NS, now_ns)
+
+    def _measure(self) -> None:
+        host_ns = time.monotonic_ns()
+        since_ns, then_ns = self._window
+        spent_ns, passed_ns = host_ns - since_ns, self._now_ns - then_ns
+        if spent_ns < _WINDOW_NS:
+            return
+        self._window = (host_ns, self._now_ns)
+        self._spent_ns += spent_ns
+        self._passed_ns += passed_ns
+        self._tell(passed_ns / spent_ns)
+
+    def _tell(self, pace: float) -> None:
+        self.pace = pace = min(1.0, pace)
+        mean = self._passed_ns / self._spent_ns
+        for word, value in (
+            (RingHeaderField.PACE_PPM, pace),
+            (RingHeaderField.MEAN_PACE_PPM, mean),
+        ):
+            # Zero stands for a bus that is not stretched.
+            self._ring.set_word(word, max(1, round(1e6 * min(1.0, value))))

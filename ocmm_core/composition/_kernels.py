@@ -1,0 +1,129 @@
+"""All compiled functions that Python calls, with the types that they are called with.
+
+The set-up compiles these, and nothing is compiled after it: numba keeps one result for each
+combination of types, so that a call with another one compiles anew, in front of whoever waits.
+What compiled functions call of each other is built in and is not listed. A test holds every call of
+every other test against this list.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+
+_TYPES = {
+    "f": numba.float64, "s": numba.float32, "i": numba.int64, "U": numba.uint64,
+    "u": numba.uint8, "w": numba.uint16, "b": numba.boolean,
+}  # fmt: skip
+
+# A letter is a number of that type. With a digit it is an array of so many dimensions: row by row
+# (C), column by column with a T behind it, in any layout with an A behind it. Groups share what
+# they call: one process compiles a group. The longest come first.
+_TABLE = """
+ocmm_core.features.search._axis_kernel
+    tubes f2 f2
+ocmm_core.features.search._ellipse_kernel
+    conics f2 f2
+    ellipse_feet f1 f1 f f f2
+    of_conic f1 f f1
+ocmm_core.features.search._newton_kernel
+    descend i f2 f2 i f1
+    gain_of f2T f2
+    move i f1 f1 f1
+    newton i f2 f1
+    rank i f2 f2 f1
+    terms i f2 f1 f1 f2T f2
+    terms i f2 f1 f1 f2 f2
+ocmm_core.features.search._point_kernel
+    centre f2 f1 f2
+    line_distances f2 f2 f1 f1
+    places f2 f2 f2T
+    places f2 f2 f2
+    principal f2 f1 f2
+    spread f2 f2T f2T f2 f2
+    spread f2 f2T f2 f2 f2
+    spread f2 f2 f2T f2 f2
+    spread f2 f2 f2 f2 f2
+    spread_alike f3 f2T f2 f2
+    spread_alike f3 f2 f2 f2
+    taubin f2 f2
+ocmm_core.features.search._tube_kernel
+    narrowest_tube f2 f2
+ocmm_core.features.zones._kernel
+    narrowest_zone f1 f2 f1 b f f1 i1 f1
+ocmm_core.tolerances.monte_carlo._refit_kernel
+    refit i f2 f i1 f2 f1 f2 f2 f1
+
+ocmm_core.tracking._reference_filter
+    _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1
+ocmm_core.tracking.kernels._follow_kernel
+    extend_tracked f3 f2 f2 f2 f2 f f f f1 i2
+    without_rivals f4 f
+ocmm_core.tracking.kernels._identify_kernel
+    identify_frames f4 f2 f2 f2 i1 f3 f3 f1 f3 f3 i1 i2 b1 f f f1 u2 i4
+ocmm_core.tracking.kernels._solve_kernel
+    solve_frames f4 f2 f2 f1 f i u1 f2 f3 f3 f2 f1 i1
+
+ocmm_core.calibration.bundle._kernel
+    back_substitute f3 f3 f2 f1 f2
+    miss_frames f2 f2 f4 f3 f2 f4
+    retract_poses f3 f2 f2
+    schur_reduce_poses f2 f2 f1 f2 f i i f4 f3 i1 f3 f2 f f2 f1 f3 f3 f2 f2 f2
+ocmm_core.calibration.cameras._kernel
+    project_points_with_jacobian f1 f2 f2 f2 f2 f3
+    project_points_with_jacobian f1 f2 f2 f2T f2 f3
+ocmm_core.calibration.pivot._kernel
+    move_turns f3 f3 f2 f1 f3 f2
+    schur_reduce_rotations f2 f2 f1 f4 f3 f f3 f2 f i1 f3 f2 f3 f3 f2 f2
+ocmm_core.calibration.pivot._shape_kernel
+    add_moments f3 f2 f2
+    average_turned f3 f1 f2 f2
+    fit_turns f2 f3 f3 f2 f1
+
+ocmm_core.camera._centroid
+    measure w2 i i w2 f1 f2 u2 i1 f1
+ocmm_core.camera._search
+    look w2 i2 i w2 f2 i2 b f1
+    plan f2 i2 b f1 i1 i2
+ocmm_core.camera._windows
+    measure_windows w3 i2 w2 f2 f1 f2
+    predict_windows f2 f1 i i i2
+    report f2 f2 f2 u1
+
+ocmm_core.simulation.scene._exposure
+    expose i i i i f2 f1 U U f f1 f2 w2
+    mix U U
+    run i f3 f1 U U f1 w2 f2 i1 i2 b f1 i w1 b1 u2 f3 f3
+ocmm_core.simulation.scene._kernels
+    move f1 f2 f4 f3 f2 b1 b1
+    see f3 f2 f2 f2 f f1 f f i1 f3 f f3 i1 w1 f3
+ocmm_core.simulation.scene._probe_study_kernel
+    add_paths s2 s2 s2 f2 f1 i s2 f2 f3
+"""
+
+Signature = tuple[Any, ...]
+
+
+def kernel_groups() -> tuple[tuple[tuple[str, str, Signature], ...], ...]:
+    """Return module, name and types of every function, by groups that share what they call."""
+    return tuple(tuple(_entries(group)) for group in _TABLE.strip().split("\n\n"))
+
+
+def _entries(group: str) -> list[tuple[str, str, Signature]]:
+    found = []
+    module = ""
+    for line in group.splitlines():
+        first, *words = line.split()
+        if line[0] != " ":
+            module = first
+        else:
+            found.append((module, first, tuple(map(_type_of, words))))
+    return found
+
+
+def _type_of(word: str) -> Any:  # numba ships no annotations
+    scalar = _TYPES[word[0]]
+    if len(word) == 1:
+        return scalar
+    return numba.types.Array(scalar, int(word[1]), {"": "C", "T": "F", "A": "A"}[word[2:]])

@@ -1,0 +1,34 @@
+"""The shapes of features by name; what each of them is says its entry in `_specs`."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ocmm_core.features.shapes._shape_spec import ShapeSpec
+
+
+class Shape(Enum):
+    """Shape of a feature, in the words of the plan and of the export."""
+
+    POINT = "Point"
+    LINE = "Line"
+    PLANE = "Plane"
+    CIRCLE = "Circle"
+    SPHERE = "Sphere"
+    CYLINDER = "Cylinder"
+    ELLIPSE = "Ellipse"
+    ROUND_SLOT = "RoundSlot"
+    SQUARE_SLOT = "SquareSlot"
+    RECTANGLE = "Rectangle"
+    CONE = "Cone"
+    TORUS = "Torus"
+
+    @property
+    def spec(self) -> ShapeSpec:
+        """Return its entry in the registry."""
+        # A command lists the shapes in its help; the registry needs numpy.
+        from ocmm_core.features.shapes._specs import SPECS
+
+        return SPECS[self]

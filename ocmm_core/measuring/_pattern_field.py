@@ -1,0 +1,127 @@
+"""The field of the sensors' patterns as features: near spots share them, far spots do not.
+
+The part of the spot error that stays at a place of the sensor is a Gaussian field: two spots of one
+camera that are d apart correlate by exp(-d^2 / (2 l^2)). A sum of bumps on a grid, each with an
+independent standard normal number, is such a field, because
+
+    sum_g phi(x - g) phi(y - g) = exp(-|x - y|^2 / (2 l^2)) sum_g exp(-2 |(x + y) / 2 - g|^2 / l^2)
+
+with phi(x) = exp(-|x|^2 / l^2), and the last sum hardly depends on where the middle lies. By
+Poisson's summation it varies along each axis by 2 exp(-pi^2 l^2 / (2 h^2)) of its mean where h is
+the pitch of the grid: exp(-pi^2) for h = l / sqrt(2), 1.0e-4. Bumps further than `_REACH` pitches
+from a spot are left out, and the rest is scaled so that the variance of a spot is exact; what
+remains is an error of the correlation of two spots below `LARGEST_ERROR`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_array
+
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float, Int
+from ocmm_core.tracking import TipSensitivity
+
+LARGEST_ERROR = 5e-4
+"""Of the correlation of two spots, absolute: pitch and reach together."""
+
+_PITCH = 1.0 / np.sqrt(2.0)
+"""Of the grid, in correlation lengths."""
+
+_REACH = 4
+"""Pitches to either side of a spot: further bumps are below exp(-8) of the nearest."""
+
+
+@dataclass(frozen=True, slots=True)
+class PatternField:
+    """How N points answer to the fields of all sensors; S is the greatest number of their spots.
+
+    Attributes
+    ----------
+    camera
+        (N, S) int64: of each spot.
+    place
+        (N, S, 2): of each spot on its sensor, in pitches of the grid.
+    gain
+        (N, S, 2, 3), mm: how the point moves with the error of a spot along u and v, for one
+        standard deviation of the pattern; zero where the point has fewer spots.
+    """
+
+    camera: Int
+    place: Float
+    gain: Float
+
+    def kept(self, places: Int) -> PatternField:
+        """Return the field of some of the points."""
+        return PatternField(self.camera[places], self.place[places], self.gain[places])
+
+    def answers(self, gradients: Float) -> Float:
+        """Return how k values answer to the bumps that matter to them, (k, f).
+
+        Parameters
+        ----------
+        gradients
+            (k, N, 3): of the values by the points.
+        """
+        by_spots = np.einsum("kni,nsai->kans", gradients, self.gain, optimize=True)
+        count, bumps = len(gradients), self.bumps()
+        found: Float = by_spots.reshape(2 * count, -1) @ bumps
+        return found.reshape(count, -1)
+
+    def moved(self, gradient: Float) -> Float:
+        """Return the covariance of all coordinates (N, 3) with one value of ``gradient`` (N, 3)."""
+        by_spots = np.einsum("ni,nsai->ans", gradient, self.gain, optimize=True)
+        bumps = self.bumps()
+        shared = (bumps @ (by_spots.reshape(2, -1) @ bumps).T).T.reshape(by_spots.shape)
+        found: Float = np.einsum("ans,nsai->ni", shared, self.gain, optimize=True)
+        return found
+
+    def drawn(self, normal: Float, bumps: csr_array) -> Float:
+        """Return moves (m, N, 3), mm, for independent numbers (m, 2, f), one a bump and axis."""
+        shape = (len(normal), 2, *self.camera.shape)
+        at_spots = (bumps @ normal.reshape(-1, normal.shape[2]).T).T.reshape(shape)
+        found: Float = np.einsum("mans,nsai->mni", at_spots, self.gain, optimize=True)
+        return found
+
+    def bumps(self) -> csr_array:
+        """Return the height of every bump at every spot, sparse (N S, f); bumps at none left out.
+
+        The fields of the two axes are alike and independent of each other.
+        """
+        first = np.floor(self.place).astype(np.int64) - (_REACH - 1)
+        steps = np.arange(2 * _REACH)
+        away = self.place[..., None] - first[..., None] - steps
+        # The bump phi of the grid's own unit: l^2 = 1 / _PITCH^2.
+        heights = np.exp(-(_PITCH**2) * away**2)
+        heights /= np.sqrt(np.sum(heights**2, axis=-1))[..., None]
+        first -= first.min(axis=(0, 1))
+        width = int(first[..., 1].max()) + 2 * _REACH
+        area = width * (int(first[..., 0].max()) + 2 * _REACH)
+        rows = self.camera[..., None] * area + (first[..., 0, None] + steps) * width
+        cells = (rows[..., :, None] + (first[..., 1, None] + steps)[..., None, :]).ravel()
+        taken = np.zeros(area * (int(self.camera.max()) + 1), dtype=bool)
+        taken[cells] = True
+        number = np.cumsum(taken) - 1
+        values = heights[..., 0, :, None] * heights[..., 1, None, :]
+        ends = np.arange(self.camera.size + 1) * len(steps) ** 2
+        shape = (self.camera.size, int(number[-1]) + 1)
+        return csr_array((values.ravel(), number[cells], ends), shape=shape)
+
+
+def pattern_field(sensitivities: Sequence[TipSensitivity], rig: Rig) -> PatternField:
+    """Return the field of at least one point; spots that were not seen have no gain."""
+    most = max(len(item.camera) for item in sensitivities)
+    n, noise = len(sensitivities), rig.noise
+    camera = np.zeros((n, most), dtype=np.int64)
+    place, gain = np.zeros((n, most, 2)), np.zeros((n, most, 2, 3))
+    for index, item in enumerate(sensitivities):
+        seen = len(item.camera)
+        camera[index, :seen] = item.camera
+        place[index, :seen] = item.uv
+        # A spot that is missing lies where another is: it takes no bumps of its own.
+        place[index, seen:], camera[index, seen:] = item.uv[0], item.camera[0]
+        gain[index, :seen] = item.by_spots.transpose(1, 2, 0)
+    return PatternField(camera, place / (_PITCH * noise.pattern_length_px), noise.pattern_px * gain)

@@ -1,0 +1,143 @@
+"""The normal equations of eight poses, and their solution block by block; see `_solve_kernel`."""
+
+from __future__ import annotations
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float
+from ocmm_core.tracking.kernels import _lane_algebra as lane_algebra
+from ocmm_core.tracking.kernels import _lane_start as lane_start
+from ocmm_core.tracking.kernels import _lanes as lanes
+from ocmm_core.tracking.kernels._lane_algebra import inverse3
+from ocmm_core.tracking.kernels._lane_start import SPOT_ROWS
+from ocmm_core.tracking.kernels._lanes import Number, choose, load, spread
+
+
+@compiled(lane_start, lanes)
+def pose_equations(
+    like: Number, cams: Float, leds: Float, room: Float,
+    r: tuple[Number, ...], origin: tuple[Number, ...],
+) -> tuple[Number, ...]:  # fmt: skip
+    """Return J'J and J'r of the residuals in px, r'r, and the least depth of a seen LED.
+
+    In the order: turn by turn (6, lower), translation by turn (9), translation by translation (6,
+    lower), gradient of turn and of translation, r'r, depth. The pose moves as in
+    `kernel.normal_equations`, whose comments hold here, too. Cameras are summed by the place of the
+    LED first, A = sum of d'd and b = sum of d'r: with the arm q from the probe's origin to the LED
+    and Q = skew(q), the rows of the turn are (Q d')', so that its blocks are Q A and Q A Q'.
+    """
+    zero = spread(like, 0.0)
+    one = spread(like, 1.0)
+    n_leds = len(leds)
+    w00 = w10 = w11 = w20 = w21 = w22 = t00 = t10 = t11 = t20 = t21 = t22 = zero
+    k00 = k01 = k02 = k10 = k11 = k12 = k20 = k21 = k22 = zero
+    gw0 = gw1 = gw2 = gt0 = gt1 = gt2 = total = zero
+    depth = one
+    for led in range(n_leds):
+        lx, ly, lz = leds[led, 0], leds[led, 1], leds[led, 2]
+        qx = r[0] * lx + r[1] * ly + r[2] * lz
+        qy = r[3] * lx + r[4] * ly + r[5] * lz
+        qz = r[6] * lx + r[7] * ly + r[8] * lz
+        px, py, pz = qx + origin[0], qy + origin[1], qz + origin[2]
+        a00 = a10 = a11 = a20 = a21 = a22 = b0 = b1 = b2 = zero
+        for c in range(cams.shape[0]):
+            row = SPOT_ROWS * (c * n_leds + led)
+            s00, s01 = load(like, room, row + 2), load(like, room, row + 3)
+            s10, s11 = load(like, room, row + 4), load(like, room, row + 5)
+            seen = load(like, room, row + 6)
+            xc = cams[c, 0] * px + cams[c, 1] * py + cams[c, 2] * pz + cams[c, 9]
+            yc = cams[c, 3] * px + cams[c, 4] * py + cams[c, 5] * pz + cams[c, 10]
+            zc = cams[c, 6] * px + cams[c, 7] * py + cams[c, 8] * pz + cams[c, 11]
+            # What is not seen may be anywhere: at a depth of one it disturbs nothing.
+            zc = choose(seen, zero, zc, one)
+            depth = choose(depth, zc, zc, depth)
+            iz = 1.0 / zc
+            m = cams[c, 12] * iz
+            xi, yi = m * xc, m * yc
+            ex, ey = load(like, room, row) - xi, load(like, room, row + 1) - yi
+            r0, r1 = s00 * ex + s01 * ey, s10 * ex + s11 * ey
+            total = total + (r0 * r0 + r1 * r1)
+            # Down the columns of the image: d(px) by the point along the axes of the camera.
+            f0, f1 = m * s00, m * s01
+            f2 = (0.0 - iz) * (s00 * xi + s01 * yi)
+            h0, h1 = m * s10, m * s11
+            h2 = (0.0 - iz) * (s10 * xi + s11 * yi)
+            d0 = f0 * cams[c, 0] + f1 * cams[c, 3] + f2 * cams[c, 6]
+            d1 = f0 * cams[c, 1] + f1 * cams[c, 4] + f2 * cams[c, 7]
+            d2 = f0 * cams[c, 2] + f1 * cams[c, 5] + f2 * cams[c, 8]
+            e0 = h0 * cams[c, 0] + h1 * cams[c, 3] + h2 * cams[c, 6]
+            e1 = h0 * cams[c, 1] + h1 * cams[c, 4] + h2 * cams[c, 7]
+            e2 = h0 * cams[c, 2] + h1 * cams[c, 5] + h2 * cams[c, 8]
+            a00, a10, a11 = (
+                a00 + (d0 * d0 + e0 * e0),
+                a10 + (d1 * d0 + e1 * e0),
+                (a11 + (d1 * d1 + e1 * e1)),
+            )
+            a20, a21, a22 = (
+                a20 + (d2 * d0 + e2 * e0),
+                a21 + (d2 * d1 + e2 * e1),
+                (a22 + (d2 * d2 + e2 * e2)),
+            )
+            b0, b1, b2 = (
+                b0 + (d0 * r0 + e0 * r1),
+                b1 + (d1 * r0 + e1 * r1),
+                (b2 + (d2 * r0 + e2 * r1)),
+            )
+        t00, t10, t11 = t00 + a00, t10 + a10, t11 + a11
+        t20, t21, t22 = t20 + a20, t21 + a21, t22 + a22
+        gt0, gt1, gt2 = gt0 + b0, gt1 + b1, gt2 + b2
+        gw0, gw1, gw2 = (
+            gw0 + (qy * b2 - qz * b1), gw1 + (qz * b0 - qx * b2), gw2 + (qx * b1 - qy * b0)
+        )  # fmt: skip
+        # A Q': its row i is Q times row i of A.
+        m00, m01, m02 = qy * a20 - qz * a10, qz * a00 - qx * a20, qx * a10 - qy * a00
+        m10, m11, m12 = qy * a21 - qz * a11, qz * a10 - qx * a21, qx * a11 - qy * a10
+        m20, m21, m22 = qy * a22 - qz * a21, qz * a20 - qx * a22, qx * a21 - qy * a20
+        k00, k01, k02 = k00 + m00, k01 + m01, k02 + m02
+        k10, k11, k12 = k10 + m10, k11 + m11, k12 + m12
+        k20, k21, k22 = k20 + m20, k21 + m21, k22 + m22
+        w00, w10, w11 = (
+            w00 + (qy * m20 - qz * m10), w10 + (qz * m00 - qx * m20), w11 + (qz * m01 - qx * m21)
+        )  # fmt: skip
+        w20, w21, w22 = (
+            w20 + (qx * m10 - qy * m00), w21 + (qx * m11 - qy * m01), w22 + (qx * m12 - qy * m02)
+        )  # fmt: skip
+    return (
+        w00, w10, w11, w20, w21, w22, k00, k01, k02, k10, k11, k12, k20, k21, k22,
+        t00, t10, t11, t20, t21, t22, gw0, gw1, gw2, gt0, gt1, gt2, total, depth,
+    )  # fmt: skip
+
+
+@compiled(lane_algebra, lanes)
+def eliminate(e: tuple[Number, ...]) -> tuple[Number, ...]:
+    """Return T^-1 (6, lower), K' T^-1 = N (9), the inverse (6) of W - N K, and the least pivot.
+
+    K is the block translation by turn, T that of the translation, W that of the turn: what is left
+    for the turn when the translation follows it.
+    """
+    i = inverse3(e[15], e[16], e[17], e[18], e[19], e[20])
+    k00, k01, k02, k10, k11, k12, k20, k21, k22 = e[6:15]
+    n00, n01, n02 = (
+        k00 * i[0] + k10 * i[1] + k20 * i[3], k00 * i[1] + k10 * i[2] + k20 * i[4],
+        k00 * i[3] + k10 * i[4] + k20 * i[5],
+    )  # fmt: skip
+    n10, n11, n12 = (
+        k01 * i[0] + k11 * i[1] + k21 * i[3], k01 * i[1] + k11 * i[2] + k21 * i[4],
+        k01 * i[3] + k11 * i[4] + k21 * i[5],
+    )  # fmt: skip
+    n20, n21, n22 = (
+        k02 * i[0] + k12 * i[1] + k22 * i[3], k02 * i[1] + k12 * i[2] + k22 * i[4],
+        k02 * i[3] + k12 * i[4] + k22 * i[5],
+    )  # fmt: skip
+    v = inverse3(
+        e[0] - (n00 * k00 + n01 * k10 + n02 * k20),
+        e[1] - (n10 * k00 + n11 * k10 + n12 * k20),
+        e[2] - (n10 * k01 + n11 * k11 + n12 * k21),
+        e[3] - (n20 * k00 + n21 * k10 + n22 * k20),
+        e[4] - (n20 * k01 + n21 * k11 + n22 * k21),
+        e[5] - (n20 * k02 + n21 * k12 + n22 * k22),
+    )
+    least = choose(i[6], v[6], v[6], i[6])
+    return (
+        i[0], i[1], i[2], i[3], i[4], i[5], n00, n01, n02, n10, n11, n12, n20, n21, n22,
+        v[0], v[1], v[2], v[3], v[4], v[5], least,
+    )  # fmt: skip

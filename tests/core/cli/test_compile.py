@@ -1,0 +1,25 @@
+"""The set-up compiles all that is listed, and after that nothing is compiled again."""
+
+from __future__ import annotations
+
+import re
+
+from ocmm_core.composition import kernel_groups
+from tests.core.cli.conftest import Ocmm
+
+
+def test_what_is_compiled_is_not_compiled_again(ocmm: Ocmm) -> None:
+    """The first run finds what the set-up compiled, or does it; both see every listed function."""
+    listed = sum(map(len, kernel_groups()))
+    assert listed > 40
+    for compiled in (r"\d+", "0"):
+        done = ocmm("compile")
+        assert done.returncode == 0, done.stderr
+        assert re.fullmatch(
+            f"{listed} compiled functions are ready, {compiled} were compiled now.\n", done.stdout
+        )
+
+
+def test_no_function_is_listed_twice() -> None:
+    entries = [entry for group in kernel_groups() for entry in group]
+    assert len(set(entries)) == len(entries)
