@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
     from ocmm_gui.kit._painted import SCENE_LEAST, SCENE_SIZE, Painted
     from ocmm_gui.kit._parts import (
+        ColouredRow,
         DataTable,
         NumberTable,
         panel,

@@ -89,24 +89,25 @@ def pdf_bytes(record: RecallRecord) -> bytes:
         What was read back from it is not what was put in.
     """
     canvas = lay_out(record)
-    foot = "   ".join((*_origin(record), f"Recall SHA-256 {record_hash(record)}"))
+    last = foot(record)
     return written_pdf(
         canvas,
-        lambda painter, index: paint_with_foot(painter, canvas, index, foot),
+        lambda painter, index: paint_with_foot(painter, canvas, index, last),
         {"recall.json": seal(record)},
         title=f"Recall {record.made_utc[:10]}",
         software=record.software,
     )
 
 
-def _origin(record: RecallRecord) -> tuple[str, ...]:
-    """Return what every page says of jobs of a virtual rig; nothing where there are none."""
+def foot(record: RecallRecord) -> str:
+    """Return what every page ends with: which recall it is, and what is SIMULATED in it."""
+    named = f"Recall SHA-256 {record_hash(record)}"
     simulated = sum(job.simulated for job in record.jobs)
     if not simulated:
-        return ()
-    if simulated < len(record.jobs):
-        return (f"{SIMULATED}: {simulated} of {len(record.jobs)} jobs",)
-    return (f"{SIMULATED}: {NO_REAL_PART}",)
+        return named
+    whose = f"{simulated} of {len(record.jobs)} jobs."
+    origin = NO_REAL_PART if simulated == len(record.jobs) else whose
+    return f"{SIMULATED}: {origin}   {named}"
 
 
 def main(arguments: list[str] | None = None) -> int:

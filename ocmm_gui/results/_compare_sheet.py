@@ -35,6 +35,8 @@ _COLUMNS = (
     ("Signals", "of the control chart"),
 )
 _NUMBERS = range(1, 6)
+_MOST_REASONS = 8
+"""Why values are not counted: the chart needs the room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -157,7 +159,10 @@ class CompareSheet(WorkSheet):
             return
         able = trend.capability
         self.words.setText(able.words if able is not None else trend.why_not)
-        self.left_out.setText(" ".join((*trend.left_out, *self._left_out)))
+        # What could not be read at all stands first.
+        why = (*self._left_out, *trend.left_out)
+        more = f"And {len(why) - _MOST_REASONS} more." if len(why) > _MOST_REASONS else ""
+        self.left_out.setText(" ".join((*why[:_MOST_REASONS], more)).strip())
 
 
 def _cells(trend: Trend) -> tuple[str, ...]:
