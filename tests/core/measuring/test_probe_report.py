@@ -7,7 +7,6 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from ocmm_core.measuring._probe_words import mechanics_words
 
 from ocmm_core.calibration.probe_design import (
     Postures,
@@ -31,6 +30,7 @@ from ocmm_core.measuring import (
     label_words,
     map_range,
 )
+from ocmm_core.measuring._probe_messages import mechanics_words
 from ocmm_core.measuring._probe_report import mechanics_of
 from ocmm_core.tracking import Ambiguity, ProbeBody, load_probe
 
