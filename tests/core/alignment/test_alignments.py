@@ -304,7 +304,7 @@ def test_a_saved_frame_is_a_rotation_and_may_have_a_covariance() -> None:
 
     assert fault_of(turned) is None
     # A scale of 1e-6 is a micrometre on a metre: no rounding.
-    expected = ("alignment.rotation", "is no rotation")
+    expected = ("alignment.rotation", "is not a rotation")
     assert fault_of((1.0 + 1e-6) * turned) == fault_of(-turned) == expected
 
 
