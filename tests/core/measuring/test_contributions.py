@@ -95,7 +95,7 @@ def test_points_that_show_other_leds_share_the_pattern_of_what_both_show(
         found.append(tip_sensitivity(spots, recommended, standard_probe))
     assert len({np.count_nonzero(item.camera == 0) for item in found}) == 3
     parts = contributions(points, found, recommended, standard_probe)
-    stated = next(part for part in parts if part.source is PATTERN).matrix(3)[:9, :9]
+    stated = next(part for part in parts if part.source is PATTERN).of(np.eye(10))[:9, :9]
     noise = recommended.noise
     expected = np.zeros((9, 9))
     for i, one in enumerate(found):
