@@ -31,7 +31,7 @@ ocmm_core.features.search._newton_kernel
     descend i f2 f2 i f1
     gain_of f2T f2
     move i f1 f1 f1
-    newton i f2 f1
+    newton i f2 f1 f
     rank i f2 f2 f1
     terms i f2 f1 f1 f2T f2
     terms i f2 f1 f1 f2 f2
@@ -62,7 +62,7 @@ ocmm_core.tracking.kernels._follow_kernel
     without_rivals f4 f
 ocmm_core.tracking.kernels._identify_kernel
     identify_frames f4 f2 f2 f2 i1 f3 f3 f1 f3 f3 i1 i2 b1 f f f1 u2 i4
-ocmm_core.tracking.kernels._kernel
+ocmm_core.tracking.kernels._solve_kernel
     solve_frames f4 f2 f2 f1 f i u1 f2 f3 f3 f2 f1 i1
 
 ocmm_core.calibration.bundle._kernel

@@ -56,7 +56,7 @@ def test_lines_taken_out_or_put_in_another_order_are_noticed(path: Path) -> None
     first, second, third = path.read_bytes().splitlines(keepends=True)
     for lines in ((second, third), (first, third), (first, third, second), (first, first)):
         path.write_bytes(b"".join(lines))
-        with pytest.raises(StorageError, match="not as it was written"):
+        with pytest.raises(StorageError, match="was changed after it was written"):
             ChainFile(path, Note)
 
 

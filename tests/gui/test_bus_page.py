@@ -222,7 +222,7 @@ def test_what_there_is_nothing_to_write_of_is_refused() -> None:
         bus_text(None, "rig")
     ring = FrameRing.create(2, 16)
     try:
-        with pytest.raises(InputError, match="not reported"):
+        with pytest.raises(InputError, match="No report"):
             bus_text(BusWatch(ring), "rig")
     finally:
         ring.close()

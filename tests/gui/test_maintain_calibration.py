@@ -224,7 +224,7 @@ def test_a_damaged_record_is_said_and_the_rest_is_shown(
     assert f"Record {oldest.stem[:12]} in {oldest.parent} is not as it was" in page.sentence()
     assert "Without one, calibrate the cameras from known points" in page.sentence()
     assert page.history.rowCount() == 6
-    assert "not as it was written" in page.fault()
+    assert "was changed after it was written" in page.fault()
 
 
 def test_writing_to_the_cameras_wants_its_key_twice(

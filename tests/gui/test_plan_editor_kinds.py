@@ -196,7 +196,7 @@ def test_the_frame_of_a_document_is_taken_or_found_again(
         ("best fit", {"points": "BORE_A, BORE_B"}, "three", "points"),
         ("best fit", {"points": "BORE_A, BORE_B, BALL", "locked": "z"}, "start", "start.type"),
         ("rps", {"conditions": "BORE_A 0 0 1"}, "six", "conditions"),
-        ("rps", {"conditions": "BORE_A 0 0"}, "a name and three numbers", "conditions"),
+        ("rps", {"conditions": "BORE_A 0 0"}, "one name and three numbers", "conditions"),
         ("plane-axis-point", {"plane": "EDGE"}, "needs one of: plane", "plane"),
         ("datum reference frame", {"datums": "NOWHERE"}, "NOWHERE", "datums"),
     ],
@@ -219,7 +219,7 @@ def test_what_the_nominals_do_not_give_is_said_and_taken_over(sheet: PlanSheet) 
     plan = add_construction(sheet.draft.plan, Intersection(name="NEVER", features=("BED", "EDGE")))
     sheet.draft.did(plan)
     sheet.open()
-    assert "The nominals do not give NEVER" in sheet.checks.text()
+    assert "The nominals do not define NEVER" in sheet.checks.text()
     sheet.undo()
     sheet.align()
     _fill(sheet.form(), "secondary", "BOSS")
@@ -245,7 +245,7 @@ def test_a_construction_that_others_need_stays_and_takes_its_name_along(sheet: P
     errors: list[OcmmError] = []
     sheet.failed.connect(errors.append)
     sheet.remove()
-    assert "is needed by MIDDLE" in errors[0].what
+    assert "is used by MIDDLE" in errors[0].what
     sheet.items.show_plan(plan, ItemKey("characteristics", "MIDDLE"))
     sheet.remove()
     assert sheet.draft.plan.characteristics == plan.characteristics[:-1]

@@ -41,7 +41,7 @@ RECORD = RecallRecord(
                     name=f"Bore {number}",
                     before=RecalledValue(value=20.0, expanded=0.01, verdict="CONFORM"),
                     after=RecalledValue(value=20.11, expanded=0.01, verdict="NOT CONFORM"),
-                    outcome=Outcome.CHANGES, reason="Another verdict.", released=False,
+                    outcome=Outcome.CHANGES, reason="Different verdict.", released=False,
                 )
                 for number in range(1, 61)
             ),

@@ -173,7 +173,7 @@ def test_an_incomplete_job_is_written_only_on_an_answer(
     _press(KEY.Key_E)
     with qtbot.waitSignal(window.output.exported, timeout=PATIENCE_MS) as written:
         _press(KEY.Key_Return)
-        assert "gives it up" in window.output.work.words()
+        assert "cancels" in window.output.work.words()
     assert window.output.work.words() == ""
     paths: tuple[Path, ...] = written.args[0]
     assert paths

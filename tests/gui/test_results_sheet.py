@@ -60,7 +60,7 @@ def test_results_have_budgets_trials_reports_and_a_next_part(
     assert detail.is_busy()
     _press(Qt.Key.Key_F6)
     assert not detail.is_busy()
-    assert "given up" in detail.trials()
+    assert "cancelled" in detail.trials()
     _press(Qt.Key.Key_F6)
     qtbot.waitUntil(lambda: not detail.is_busy(), timeout=PATIENCE_MS)
     assert "trials" in detail.trials()

@@ -114,6 +114,6 @@ def test_a_picture_is_attached_to_a_step_and_shown(qtbot: QtBot, tmp_path: Path)
     # Without its file the step is drawn, and that is said.
     (path.parent / "Bore_left.jpg").unlink()
     sheet.open()
-    assert "picture of BORE_A is not beside the plan" in sheet.checks.text()
+    assert "icture of BORE_A not found beside the plan" in sheet.checks.text()
     sheet.undo()
     assert sheet.draft.is_saved

@@ -104,7 +104,7 @@ def test_one_key_takes_one_point_and_says_why_next_is_closed(bench: WizardBench)
     assert page.score.number() == "1 / 12"
     # The same place cannot be taken twice, and the next point is aimed at.
     bench.until(lambda: page.live.word() == "WAIT")
-    assert "move on" in page.live.hint()
+    assert "move to" in page.live.hint()
     assert "P001" in runner.instruction.text()
     assert page.picture.accessibleDescription() == "Next: P001"
     assert page.list.item(0).text().startswith("✓")
@@ -148,7 +148,7 @@ def test_what_was_taken_survives_a_crash_and_is_offered(bench: WizardBench) -> N
     bench.until(lambda: bench.seen.automatic)
     assert bench.show(None, _scene(points, 5, 12)) == 7
     # All are taken, but so few say nothing: that is why Next is still closed.
-    bench.until(lambda: "saw 12 of the points only" in bench.runner.gate.text())
+    bench.until(lambda: "saw only 12 of the points" in bench.runner.gate.text())
     # Each observation is where the list says, whoever was there when it was taken.
     view = bench.seen.view
     assert isinstance(view, KnownPointsView)
@@ -228,7 +228,7 @@ def test_a_calculation_is_given_up_and_done_again(bench: WizardBench) -> None:
     assert not bench.runner.actions_by_key["accept"].isEnabled()
     bench.key(Qt.Key.Key_C)
     bench.until(lambda: page.word() == "NO RESULT")
-    assert "given up" in page.sentence.text()
+    assert "cancelled" in page.sentence.text()
     bench.until(lambda: "No result to accept" in bench.runner.gate.text())
     # It does not begin again by itself; leaving while it runs ends it.
     QTest.qWait(200)
@@ -257,7 +257,7 @@ def test_a_list_in_the_wrong_order_is_refused_in_words(bench: WizardBench) -> No
     [
         ({"points": ""}, "No file given for the list of reference points."),
         ({"points": "/nowhere.csv"}, "nowhere.csv"),
-        ({"who": " "}, "Nobody is named"),
+        ({"who": " "}, "No name given"),
         ({"temperature": "warm"}, "no number"),
         ({"temperature": "200"}, "200 °C"),
     ],

@@ -137,7 +137,7 @@ def test_a_sweep_begins_and_ends_by_itself_and_the_next_one_follows(sweeps: Swee
     said = sweeps.sweep(SweepProbe(cone=CONE, seconds=16.0, seed=1, reach_deg=REACH))
     words = [word.rstrip("0123456789 ") for word in said if word]
     order = list(dict.fromkeys(words))
-    assert order[:3] == ["BALL INTO THE CONE", "BEGINS IN", "SWEEP"], said
+    assert order[:3] == ["BALL INTO THE CONE", "STARTS IN", "SWEEP"], said
     # Nobody has a hand for a key: the second sweep is entered, a moment after the first is good.
     wizard.enters("second")
     heard = list(dict.fromkeys(sweeps.heard))

@@ -116,6 +116,6 @@ def test_another_process_finds_how_to_resume_it(spec: WizardSpec[Any]) -> None:
 
 def test_a_kind_without_a_wizard_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "WIZARDS", WIZARDS[1:])
-    with pytest.raises(InputError, match="no wizard for known-points") as caught:
+    with pytest.raises(InputError, match="No wizard for known-points") as caught:
         wizard_of(ProcedureKind.KNOWN_POINTS)
     assert caught.value.remedy

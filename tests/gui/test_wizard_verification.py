@@ -71,7 +71,7 @@ def test_nests_are_taken_one_by_one_where_the_picture_says(bench: WizardBench) -
     bench.step("lines")
     page = bench.runner.page()
     assert isinstance(page, LinesPage)
-    assert "7 of 7 lines are missing" in bench.runner.gate.text()
+    assert "7 of 7 lines to go" in bench.runner.gate.text()
     assert page.picture.accessibleDescription() == "face diagonal YZ 1"
     view = bench.seen.view
     assert isinstance(view, VerificationView)
@@ -129,7 +129,7 @@ def test_a_failed_verification_says_so_and_keeps_the_calibration_suspect(
     # The line that failed may be taken once more: back to the lines, where it is missing.
     bench.key(Qt.Key.Key_N)
     bench.enters("lines")
-    bench.until(lambda: "1 of 7 lines are missing" in bench.runner.gate.text())
+    bench.until(lambda: "1 of 7 lines to go" in bench.runner.gate.text())
     # Leaving in the middle changes nothing: no verdict is stored, the session is offered.
     bench.crash()
     store = bench.use_store_of_bench()

@@ -131,4 +131,4 @@ def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(
     assert "Run the quick tip check (one minute)." in words
     code, words = seen["others stored"]
     assert code == 1
-    assert "Camera 'left' stores other intrinsics" in words
+    assert "The intrinsics stored in camera 'left' differ" in words

@@ -46,7 +46,7 @@ def head_table(data: ReportData) -> Table:
         ("Complete", "yes" if part.complete else "no"),
         ("Not proven because", clean_text(view.unproven)),
         ("Points held back", ", ".join(map(str, view.held))),
-        ("Points undone", ", ".join(map(str, data.annulled))),
+        ("Points taken back", ", ".join(map(str, data.annulled))),
         ("Cameras", clean_text(data.calibration.note or data.calibration.label)),
         ("Probe", clean_text(data.probe.note or data.probe.label)),
         ("Reference body", clean_text(data.reference.label)),

@@ -30,7 +30,7 @@ DISTANCE_SLACK_MM = 0.1
 
 @compiled(kernel)
 def undistort_rays(spots: Float, cams: Float, ideal: Float, jacobian: Float, there: Bool) -> None:
-    """Take the distortion from spots (C, S, 2), px; see `kernel.solve_frames`."""
+    """Take the distortion from spots (C, S, 2), px; see `_solve_kernel.solve_frames`."""
     for c in range(spots.shape[0]):
         sx, sy = cams[c, 13], cams[c, 14]
         for slot in range(spots.shape[1]):

@@ -119,7 +119,7 @@ def test_residuals_say_what_is_off_and_by_how_much() -> None:
     assert found["G"].distance_uncertainty is None
     assert max(item.distance for name, item in found.items() if name != "G") < 1e-9
     assert [item.feature for item in report.residuals][:3] == ["A", "H", "C"]
-    assert "G lies farthest from its nominal: 0.300 mm." in report.advice[-1]
+    assert "Largest residual: G 0.300 mm." in report.advice[-1]
     lines = report_lines(report)
     assert lines[0] == "Frame: part frame of A|H|C"
     assert lines[1] == "Open degrees of freedom: none"
@@ -130,15 +130,18 @@ def test_what_is_open_is_said_with_what_to_do() -> None:
     geometries = measured(RigidTransform.identity(), np.random.default_rng(5))
     rule = DatumReferenceFrame(datums=("A",))
     report = preview_alignment(BoundAlignment(rule, SHAPES, NOMINALS), actual_of(geometries))
-    assert report.free == ("turning about z", "translation square to z")
-    assert "leave open: turning about z, translation square to z" in report.advice[0]
+    assert report.free == ("rotation about z", "translation square to z")
+    assert (
+        "Not constrained by the datums: rotation about z, translation square to z"
+        in report.advice[0]
+    )
     three = BestFit(points=("S", "G", "H"))
     actual = actual_of(geometries)
     # G was touched itself, H is as if it were constructed.
     actual["G"] = replace(actual["G"], raw=actual["G"].fit)
     report = preview_alignment(BoundAlignment(three, SHAPES, NOMINALS), actual)
     assert "take a fourth" in " ".join(report.advice)
-    assert "G: a circle or slot lies as deep as it was touched" in " ".join(report.advice)
+    assert "G: the depth of a circle or slot is where it was probed" in " ".join(report.advice)
 
 
 def test_a_missing_feature_is_told_instead_of_a_frame() -> None:

@@ -30,23 +30,23 @@ pytestmark = pytest.mark.numerics
         ("KAB", ()),
         ("KXA", ()),
         ("CSX", ()),
-        ("HB", ("shifting along z",)),
+        ("HB", ("translation along z",)),
         ("SHX", ()),
         ("AO", ()),
         ("OA", ()),
         ("PSG", ()),
-        ("A", ("turning about z", "translation square to z")),
-        ("X", ("turning about y", "shifting along y")),
+        ("A", ("rotation about z", "translation square to z")),
+        ("X", ("rotation about y", "translation along y")),
         ("S", ("rotation about any axis",)),
-        ("ZA", ("turning about z",)),
-        ("HA", ("turning about z",)),
-        ("H", ("turning about z", "shifting along z")),
-        ("O", ("shifting along z",)),
-        ("AH", ("turning about z",)),
-        ("K", ("turning about z",)),
-        ("AB", ("shifting along y",)),
-        ("AX", ("shifting along y",)),
-        ("PS", ("turning about (-0.876, 0.464, 0.134)",)),
+        ("ZA", ("rotation about z",)),
+        ("HA", ("rotation about z",)),
+        ("H", ("rotation about z", "translation along z")),
+        ("O", ("translation along z",)),
+        ("AH", ("rotation about z",)),
+        ("K", ("rotation about z",)),
+        ("AB", ("translation along y",)),
+        ("AX", ("translation along y",)),
+        ("PS", ("rotation about (-0.876, 0.464, 0.134)",)),
     ],
 )
 def test_datums_in_any_precedence(datums: str, open_: tuple[str, ...]) -> None:
@@ -144,7 +144,7 @@ def test_what_hardly_holds_the_part_is_refused() -> None:
     rng = np.random.default_rng(1)
     geometries = measured(anywhere(rng), rng)
     nominals = {**NOMINALS, "C": element((0.0, 0.0, 9.0), (0.01, 0.0, 1.0))}
-    with pytest.raises(FitError, match="C hardly says how the part lies"):
+    with pytest.raises(FitError, match="C hardly constrains the part"):
         datum_frame(["A", "C"], geometries, SHAPES, nominals)
     nominals = {**NOMINALS, "X": element((60.0, 0.0, -10.0), unit(np.array([0.01, 0.0, 1.0])), 4.0)}
     with pytest.raises(FitError, match="X hardly says how the part lies"):

@@ -96,7 +96,7 @@ def tips(feature: ActualFeature) -> Float:
 
 
 def test_a_face_out_of_square_is_fitted_square_to_the_primary() -> None:
-    """The direction is the one in which its own ball centres scatter least, as it turns about A."""
+    """The direction is the one in which its own ball centres scatter least, as rotation about A."""
     actual = noisy()
     up = actual["A"].fit.direction
     across = np.cross(up, actual["B"].fit.direction)
@@ -199,7 +199,7 @@ def test_a_square_part_is_aligned_as_before_and_the_report_shows_the_lean() -> N
     # Its points lie higher on one side: a turn of 5 mrad over 40 mm.
     assert 0.1 < again.turned["B"] < 0.5
     assert again.turned["C"] == 0.0
-    assert again.note.startswith("B leans: fitted under the datums before it, it turns by 0.")
+    assert again.note.startswith("B leans: fitted under the preceding datums, it rotates by 0.")
     report = preview_alignment(rule, actual)
     assert report.advice[0] == again.note
     position = evaluate(asked("position", "H", "A,B,C"), actual, None)

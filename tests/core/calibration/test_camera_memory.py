@@ -50,7 +50,7 @@ def test_other_intrinsics_are_named(cameras: dict[str, DirectCamera]) -> None:
     other = msgspec.structs.replace(right, v0_px=right.v0_px * (1.0 + 2.3e-16))
     found = compare_with_cameras(make_record(cameras=(left, other)), cameras.__getitem__)
     assert found is not None
-    assert "Camera 'right' stores other intrinsics" in found.what
+    assert "The intrinsics stored in camera 'right' differ" in found.what
     assert f"v0 is {right.v0_px!r} instead of {other.v0_px!r}" in found.what
     assert "Verify" in found.remedy
 

@@ -305,7 +305,7 @@ def test_the_store_of_another_rig_under_this_name_is_unusable(tmp_path: Path) ->
     store.verify(make_verification(other), MADE)
     view = judge(open_calibration(RIG_DOCUMENT, tmp_path), NOW)
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "is that of rig 'bridge', but recommended.toml describes rig 'recommended'" in str(
+    assert "belongs to rig 'bridge', but recommended.toml describes rig 'recommended'" in str(
         view.blocker
     )
 

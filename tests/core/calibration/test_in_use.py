@@ -175,7 +175,7 @@ def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:
         path.write_bytes(content.replace(b"technician", b"Technician", 1))
         view = seen(open_calibration(DOCUMENT, tmp_path))
         assert view.word is CalibrationStatus.UNUSABLE
-        assert "not as it was written" in str(view.blocking_reason)
+        assert "was changed after it was written" in str(view.blocking_reason)
         path.write_bytes(content)
     assert seen(open_calibration(DOCUMENT, tmp_path)).word is CalibrationStatus.VALID
 

@@ -96,7 +96,7 @@ def test_a_tip_that_was_not_qualified_takes_no_points(tmp_path: Path) -> None:
     in_use = open_probe(DOCUMENT, tmp_path)
     view = seen(in_use)
     assert view.word is CalibrationStatus.SUSPECT
-    assert "not qualified" in str(view.blocking_reason)
+    assert "not been qualified" in str(view.blocking_reason)
     # Its qualification changes the ball that is measured with: not within a job.
     assert in_use.store is not None
     in_use.store.qualify(QUALIFIED, LATER)
@@ -142,7 +142,7 @@ def test_another_tip_on_the_probe_stops_the_job(tmp_path: Path) -> None:
     store.qualify(make_tip_record(other), LATER)
     view = seen(in_use)
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "'long' is on the probe, but this job was begun with tip '6 mm'" in str(view.blocker)
+    assert "'long' is mounted, but this job was started with tip '6 mm'" in str(view.blocker)
     assert seen(open_probe(DOCUMENT, tmp_path)).tip == "long"
     assert seen(open_probe(DOCUMENT, tmp_path, "6 mm")).word is CalibrationStatus.UNUSABLE
 
@@ -162,7 +162,7 @@ def test_records_of_another_document_are_not_used(tmp_path: Path) -> None:
     changed.write_text(DOCUMENT.read_text("utf-8") + "\n# changed\n", "utf-8")
     view = seen(open_probe(changed, tmp_path))
     assert view.word is CalibrationStatus.UNUSABLE
-    assert "another document" in str(view.blocker)
+    assert "a document other" in str(view.blocker)
 
 
 def test_a_changed_record_or_history_is_not_used(tmp_path: Path) -> None:

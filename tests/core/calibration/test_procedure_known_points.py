@@ -186,7 +186,7 @@ def test_an_accepted_calibration_is_suspect_and_a_kept_one_changes_nothing(tmp_p
     table = bench.spots(bench.points())
     first = bench.known_points()
     first.take_table(table, bench.now())
-    with pytest.raises(CalibrationError, match="no result"):
+    with pytest.raises(CalibrationError, match="No result"):
         first.accept(bench.now(), "new")
     first.compute()
     first.keep(bench.now(), "not now")

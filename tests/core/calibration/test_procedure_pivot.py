@@ -153,7 +153,7 @@ def test_a_larger_change_of_the_tip_wants_a_reason(bench: PivotBench) -> None:
     with pytest.raises(CalibrationError) as refused:
         second.accept(bench.now(), "  ")
     assert refused.value.code == "pivot.unconfirmed"
-    assert "Say why" in refused.value.remedy
+    assert "Give the reason" in refused.value.remedy
     assert second.base.decision is ProcedureDecision.OPEN
     second.accept(bench.now(), "fell to the floor")
     active = bench.store().active("A")
@@ -204,7 +204,7 @@ def test_guards_speak_while_the_sweep_goes_on(bench: PivotBench) -> None:
         "Sweep wider": bench.swept(1, range_deg=10.0),
         "poses to go": bench.swept(1, n=120),
         "um after": bench.swept(1, shift=np.array([0.1, 0.0, 0.0])),
-        "where the document": bench.swept(1, body=replace(bench.body, leds_probe=leds)),
+        "off the document": bench.swept(1, body=replace(bench.body, leds_probe=leds)),
         "The tip is 2.0": bench.swept(
             1, body=replace(bench.body, tip_probe=np.array([0.0, 0.0, 2.0]))
         ),

@@ -197,12 +197,12 @@ def test_what_is_taken_after_the_seats_asks_for_them_once_more(tmp_path: Path) -
     first, second, pose, *_, again, last = recorded(bench, 1, 0)
     for shot in (first, second):
         procedure.take_visit(shot.uv, shot.sigma_px, bench.now())
-    assert "not visited again" in procedure.base.steps[5].gate.reason
+    assert "at both start and end" in procedure.base.steps[5].gate.reason
     procedure.take_pose(pose.uv, pose.sigma_px, bench.now())
     for shot in (again, last):
         procedure.take_visit(shot.uv, shot.sigma_px, bench.now())
     assert procedure.base.steps[5].gate.open
-    with pytest.raises(CalibrationError, match="first and again"):
+    with pytest.raises(CalibrationError, match="at the start and at the end"):
         procedure.take_visit(again.uv, again.sigma_px, bench.now())
     procedure.take_pose(pose.uv, pose.sigma_px, bench.now())
     assert "Seat 1 of 2 was not visited again" in procedure.base.steps[5].gate.reason

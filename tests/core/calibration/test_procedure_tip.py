@@ -252,13 +252,13 @@ def test_a_hand_gets_time_to_settle(tmp_path: Path) -> None:
 def test_who_may_not_begin(tmp_path: Path) -> None:
     tips = Tips.at(tmp_path)
     bench = tips.bench
-    with pytest.raises(CalibrationError, match="was not qualified"):
+    with pytest.raises(CalibrationError, match="has not been qualified"):
         tips.check()
     ended = replace(
         bench.sphere.artefact,
         use=msgspec.structs.replace(bench.sphere.artefact.use, due_utc=BEGIN.isoformat()),
     )
-    with pytest.raises(CalibrationError, match="ended on"):
+    with pytest.raises(CalibrationError, match="expired on"):
         TipQualificationProcedure.begin(
             bench.sessions, bench.rig, bench.body, tips.store, TIP,
             replace(bench.sphere, artefact=ended), bench.now(), who="technician",
@@ -270,7 +270,7 @@ def test_who_may_not_begin(tmp_path: Path) -> None:
         )  # fmt: skip
     other = make_probe_record(made_utc=BEGIN.isoformat(), tip="3 mm")
     tips.store.calibrate(other, "technician", "", bench.now())
-    with pytest.raises(CalibrationError, match="'3 mm' is said to be on the probe"):
+    with pytest.raises(CalibrationError, match="The mounted tip is recorded as '3 mm'"):
         tips.qualification()
 
 

@@ -95,7 +95,7 @@ def test_a_wrong_scale_fails_and_stays_suspect(tmp_path: Path) -> None:
     longest = [check for check in outcome.record.checks if check.name.endswith("400 mm")]
     assert np.mean([check.error_mm for check in longest]) < -0.03
     # More than one line failed: none may be repeated (VDI/VDE 2634-1).
-    with pytest.raises(CalibrationError, match="one line of all may be repeated"):
+    with pytest.raises(CalibrationError, match="only one line may be repeated"):
         procedure.repeat_line(0, bench.now())
     procedure.accept(bench.now(), "failed")
     status = bench.store().status(bench.now())
@@ -160,12 +160,12 @@ def test_only_the_calibration_in_force_is_verified_and_not_with_old_artefacts(
     tmp_path: Path,
 ) -> None:
     bench = Bench.at(tmp_path)
-    with pytest.raises(CalibrationError, match="not used with the active calibration"):
+    with pytest.raises(CalibrationError, match="does not use the active calibration"):
         begin(bench, bench.rig)
     rig = bench.calibrated()
     use = replace_due(bench.bar.artefact.use, "2026-03-01T00:00:00+00:00")
     bench.bar = replace(bench.bar, artefact=replace(bench.bar.artefact, use=use))
-    with pytest.raises(CalibrationError, match="ended on 2026-03-01"):
+    with pytest.raises(CalibrationError, match="expired on 2026-03-01"):
         begin(bench, rig)
     bench = Bench.at(tmp_path)
     # 2 um of the bar against a limit of 5 um: more than a third.

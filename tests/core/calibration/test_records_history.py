@@ -65,7 +65,7 @@ def test_every_changed_byte_is_noticed() -> None:
 def test_cut_and_lengthened_records_are_refused() -> None:
     content = seal(make_record())
     for wrong in (b"", content[:-1], content + b" ", content + b"\n", b"{}", b"\xff\xfe"):
-        with pytest.raises(CalibrationError, match="not as it was written"):
+        with pytest.raises(CalibrationError, match="was changed after it was written"):
             unseal(Path("record.json"), wrong, CameraRecord)
 
 

@@ -114,7 +114,7 @@ def test_without_a_bar_the_scale_hangs_on_the_probe() -> None:
     found = relocate(rig(), true.body, observed, FREE)
     assert [one.code for one in found.warnings] == ["relocation.no_bar"]
     nothing = RelocationOptions(lens="free", geometry="unknown")
-    with pytest.raises(CalibrationError, match="nothing gives the scale"):
+    with pytest.raises(CalibrationError, match="nothing defines the scale"):
         relocate(rig(), true.body, observed, nothing)
 
 
@@ -323,7 +323,7 @@ def test_a_camera_that_sees_too_little_is_refused_by_name() -> None:
         ("bar of three cameras", "relocation.shape"),
         ("nameless seat", "relocation.unknown_seat"),
         ("unknown seat", "relocation.unknown_seat"),
-        ("two points", "relocation.few_seats"),
+        ("two visible points", "relocation.few_seats"),
         ("noise", "calibration.rms"),
         ("flat", "calibration.flat_volume"),
     ],
@@ -343,7 +343,7 @@ def test_what_cannot_work_is_refused_with_the_reason(spoil: str, code: str) -> N
         frames = replace(frames, seats=np.zeros(60, dtype=np.int64))
     elif spoil == "unknown seat":
         options = RelocationOptions(lens="free", world=SetByPoints("a", "b", "c"))
-    elif spoil == "two points":
+    elif spoil == "two visible points":
         observed = with_nests(true, 60)
         frames = observed.frames
         options = RelocationOptions(world=KeptByPoints({"a": NESTS[0], "b": NESTS[1]}))

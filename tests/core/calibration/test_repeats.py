@@ -114,5 +114,5 @@ def test_what_is_no_number_is_refused() -> None:
         judge_repeats([nowhere])
     good = repeat("nest 1", np.zeros(3))
     negative = RestingPosition(good.first.world, -np.eye(3), good.first.utc)
-    with pytest.raises(CalibrationError, match="that is none"):
+    with pytest.raises(CalibrationError, match="invalid covariance"):
         judge_repeats([Repeat("nest 1", negative, good.again)])

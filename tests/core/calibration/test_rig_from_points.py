@@ -260,7 +260,7 @@ def test_a_mixed_up_list_is_named(depth: float) -> None:
     cases = [
         (at[::-1], "calibration.wrong_order", "reverse order"),
         (np.roll(at, 1, axis=0), "calibration.wrong_order", "next point"),
-        (np.roll(at, -1, axis=0), "calibration.wrong_order", "point before"),
+        (np.roll(at, -1, axis=0), "calibration.wrong_order", "previous point"),
         (at[:, [1, 0, 2]], "calibration.wrong_axes", "swapped"),
         (at * [1.0, -1.0, 1.0], "calibration.wrong_axes", "wrong sign"),
     ]
@@ -278,10 +278,10 @@ def test_a_mixed_up_list_is_named(depth: float) -> None:
 @pytest.mark.parametrize(
     ("factor", "words"),
     [
-        (1.0 / 25.4, "in inches, but says mm"),
-        (25.4, "in mm, but says inches"),
-        (1e-3, "in metres, but says mm"),
-        (10.0, "in mm, but says centimetres"),
+        (1.0 / 25.4, "in inches, but declares mm"),
+        (25.4, "in mm, but declares inches"),
+        (1e-3, "in metres, but declares mm"),
+        (10.0, "in mm, but declares centimetres"),
     ],
 )
 def test_a_wrong_unit_is_named(factor: float, words: str) -> None:

@@ -53,7 +53,7 @@ def test_a_check_that_felt_a_blow_is_made_anew(tmp_path: Path) -> None:
     outcome = procedure.view.outcome
     assert outcome is not None
     assert outcome.record.passed
-    with pytest.raises(CalibrationError, match="felt a blow"):
+    with pytest.raises(CalibrationError, match="shock detected"):
         procedure.accept(bench.now(), "")
     store.refresh()
     assert store.checks() == ()

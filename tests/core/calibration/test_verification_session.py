@@ -329,7 +329,7 @@ def test_records_of_earlier_versions_keep_their_hash(tmp_path: Path) -> None:
     assert save(tmp_path, record).read_text() == OLD
     changed = OLD.replace('"passed":true', '"passed":false')
     (tmp_path / f"{OLD_HASH}.json").write_text(changed)
-    with pytest.raises(CalibrationError, match="not as it was written"):
+    with pytest.raises(CalibrationError, match="was changed after it was written"):
         load_named(tmp_path, OLD_HASH, VerificationRecord)
 
 

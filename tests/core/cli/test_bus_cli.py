@@ -55,7 +55,7 @@ def test_pictures_are_read_by_another_program_as_they_were(suffix: str, tmp_path
         ),
         (("snapshot", "left", "picture.jpg", *VIRTUAL), "not a picture file name"),
         (("snapshot", "left", "a.png", "--region", "1,2,3", *VIRTUAL), "which is not a region"),
-        (("scan", "--source", "ethercat:nothere0"), "There is no network interface 'nothere0'"),
+        (("scan", "--source", "ethercat:nothere0"), "No network interface 'nothere0'"),
         (("decode", "gone.pcap"), "cannot be opened"),
     ],
 )

@@ -81,7 +81,7 @@ def test_known_points_survive_a_kill_and_become_valid(
     (tmp_path / "other.csv").write_bytes(write_reference_points(other))
     refused = ocmm_here("calibrate", "cameras", "--points", "other.csv", "--calibrations", "cal")
     assert refused.returncode == 2
-    assert "begun with another list" in refused.stderr
+    assert "started with another list" in refused.stderr
     waiting = ocmm_here(*command)
     assert waiting.returncode == 1, waiting.stderr
     assert "Continue" in waiting.stdout

@@ -115,7 +115,7 @@ def test_recorded_real_cameras_need_a_calibration_too(ocmm_here: Ocmm, tmp_path:
     digest = calibrate(tmp_path / "cal")
     done = ocmm_here(*arguments, "--out", "out", "--calibrations", "cal")
     assert done.returncode == 2
-    assert "of a real probe (EtherCAT on enp3s0)" in done.stderr
+    assert "from a real probe (EtherCAT on enp3s0)" in done.stderr
     Tips(tmp_path / "tips")
     done = ocmm_here(*arguments, "--out", "out", "--calibrations", "cal", "--probes", "tips")
     assert f"VALID {digest[:12]}" in done.stdout
@@ -150,7 +150,7 @@ def test_status_says_of_which_rig_it_speaks_and_reads_all_files(
     assert other.returncode == 1
     assert other.stdout.startswith("Rig      thesis: left (serial 20330001)")
     assert "State    UNUSABLE" in other.stdout
-    assert "is that of rig 'recommended', but thesis.toml describes rig 'thesis'" in other.stdout
+    assert "belongs to rig 'recommended', but thesis.toml describes rig 'thesis'" in other.stdout
     (tmp_path / "cal" / "recommended" / f"{digest}.json").unlink()
     lost = ocmm_here(*status)
     assert (lost.returncode, lost.stderr) == (1, "")
@@ -180,7 +180,7 @@ def test_a_virtual_rig_without_scenes_is_refused_and_never_taken_for_a_real_one(
     script = VirtualSite(RECOMMENDED_RIG, STANDARD_PROBE, 3, None).script(
         (FreeMotionScene(ways=1, seed=1),)
     )
-    with pytest.raises(InputError, match="plays no scenes") as refused:
+    with pytest.raises(InputError, match="no calibration scenes") as refused:
         virtual_feed(script, "ethercat:pixels", 0.0)
     assert refused.value.remedy == "Give simulated or ethercat:virtual."
     for spec in SOURCES:

@@ -94,7 +94,7 @@ def test_a_recording_is_measured_to_the_same_report(ocmm_here: Ocmm, tmp_path: P
     # Nobody is there to put the second part in its place: it is not measured.
     assert done.returncode == 2
     assert "Part 2 of 2 is next, serial A-10." in done.stdout
-    assert "Part 2 of 2 was not begun" in done.stderr
+    assert "Part 2 of 2 was not started" in done.stderr
     assert "--serial A-10 --parts 1" in done.stderr
     assert len(list((tmp_path / "again").glob("*.ocmm"))) == 1
     reports = [tmp_path / folder / "QUICK-001_SIMULATED_report.csv" for folder in ("live", "again")]

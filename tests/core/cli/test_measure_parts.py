@@ -22,7 +22,7 @@ def ask(said: str, monkeypatch: pytest.MonkeyPatch, *, replayed: bool = False) -
 
 def test_enter_goes_on(monkeypatch: pytest.MonkeyPatch) -> None:
     shown = ask("\n", monkeypatch)
-    assert "Part 2 of 5 is next, serial [A]-02. Put it in its place" in shown
+    assert "Part 2 of 5 is next, serial [A]-02. Put it in place" in shown
     assert "Enter: measure it" in shown
     assert "restarts from the beginning" in ask("\n", monkeypatch, replayed=True)
 

@@ -132,7 +132,7 @@ def test_json_holds_every_observation_bit_for_bit(tmp_path: Path) -> None:
     [b"", b"[]", b"{", b'{"schema": "ocmm.report/1"}', b"[" * 100_000, b"\xff\xfe"],
 )
 def test_what_is_no_report_is_refused(content: bytes) -> None:
-    with pytest.raises(InputError, match="no report"):
+    with pytest.raises(InputError, match="Not a job report"):
         read_report(content)
 
 

@@ -337,13 +337,13 @@ def _tilted(degrees: float) -> dict[str, tuple[Shape, Float]]:
         (Intersection(name="x", features=("LEANING", "RIGHT")), "nearly lies along the plane"),
         (Intersection(name="x", features=("LEFT", "RIGHT", "TOP")), "nearly meet in one line"),
         (Projection(name="x", features=("LEANING", "TOP")), "nearly normal to the plane"),
-        (Projection(name="x", features=("A", "LEFT")), "90 degrees oblique"),
+        (Projection(name="x", features=("A", "LEFT")), "inclined 90 degrees"),
         (Bisector(name="x", features=("TOP", "STEP")), "nothing lies between them"),
         (Bisector(name="x", features=("LEFT", "RIGHT"), which="across"), "look at each other"),
         (Bisector(name="x", features=("SHAFT", "PIN")), "neither angle is the smaller one"),
         (HiddenPoint(name="x", features=("NEAR", "BALL"), distance=10.0), "0.500 mm from each"),
         (Offset(name="x", features=("SHAFT",), distance=-8.5), "radius would be -0.500"),
-        (Offset(name="x", features=("BALL", "PIN"), distance=1.0, towards="TIP"), "lies beside"),
+        (Offset(name="x", features=("BALL", "PIN"), distance=1.0, towards="TIP"), "lies sideways"),
         (
             ConeSection(name="x", features=("SEAT", "TOP"), distance=-60.0),
             "does not extend that far",
@@ -397,12 +397,15 @@ def test_constructions_are_ordered_and_circles_refused() -> None:
         (Midpoint(name="x", features=("A", "TOP")), "names a plane, but needs: point"),
         (Midpoint(name="x", features=("A",)), "names 1 feature(s), but needs 2"),
         (Intersection(name="x", features=("A", "BALL")), "names a sphere"),
-        (Offset(name="x", features=("A", "SHAFT"), distance=1.0), "does not say which way"),
+        (
+            Offset(name="x", features=("A", "SHAFT"), distance=1.0),
+            "does not define a positive direction",
+        ),
         (BoltCircle(name="x", features=("A", "B")), "a bolt circle needs at least 3"),
         (ConeSection(name="x", features=("SEAT",)), "must be greater than zero"),
         (FitThrough(name="x", features=("A", "B"), shape=Shape.PLANE), "a plane needs at least 3"),
         (Symmetry(name="x", features=("A", "B", "C")), "pairs are needed"),
-        (Midpoint(name="x", features=("x", "A")), "in a circle"),
+        (Midpoint(name="x", features=("x", "A")), "in a loop"),
     ],
 )
 def test_constructions_that_cannot_be_are_refused_in_the_plan(

@@ -276,7 +276,7 @@ def test_a_certificate_is_refused_to_anything_else() -> None:
 
 
 def test_what_has_no_zone_is_refused() -> None:
-    with pytest.raises(FitError, match="not offered"):
+    with pytest.raises(FitError, match="not available"):
         _zone(Shape.POINT, np.zeros((3, 3)))
 
 
@@ -287,9 +287,12 @@ def test_a_local_minimum_near_least_squares_is_not_taken_for_the_zone(seed: int)
     assert _zone(Shape.SPHERE, points).form == pytest.approx(narrowest_ring(points), abs=1e-10)
 
 
-@pytest.mark.parametrize("shape", ZONED)
+@pytest.mark.parametrize("shape", [shape for shape in ZONED if shape is not Shape.CIRCLE])
 def test_a_zone_of_many_points_is_that_of_those_near_its_bounds_and_holds_all(shape: Shape) -> None:
-    """Of many points only some take part in the search; the proof and the width are of all."""
+    """Of many points only some take part in the search; the proof and the width are of all.
+
+    Not of a circle, whose plane is that of its own points.
+    """
     rng = np.random.default_rng(41)
     points = somewhere(rng).apply(sample(shape, rng, 700, 0.02))
     fit = _zone(shape, points)

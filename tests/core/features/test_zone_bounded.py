@@ -122,5 +122,5 @@ def test_the_jacobian_is_that_of_differences(shape: Shape, criterion: Criterion)
 @pytest.mark.parametrize("shape", [Shape.LINE, Shape.PLANE, Shape.CONE])
 def test_other_shapes_are_not_bounded(shape: Shape) -> None:
     rng = np.random.default_rng(12)
-    with pytest.raises(FitError, match="not offered"):
+    with pytest.raises(FitError, match="not available"):
         _fit(shape, sample(shape, rng, 20, 0.01), Criterion.INSCRIBED)

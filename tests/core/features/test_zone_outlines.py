@@ -234,7 +234,7 @@ def test_no_circle_in_space_has_a_thinner_tube() -> None:
             assert tube(step) > fit.form - 1e-12
     # Residuals are radial, as those of least squares, and the tube holds them.
     assert np.ptp(fit.residuals) <= fit.form
-    with pytest.raises(FitError, match="not offered for a circle in space"):
+    with pytest.raises(FitError, match="not available for a circle in space"):
         fit_shape(Shape.CIRCLE, points, criterion=Criterion.INSCRIBED, free=True)
 
 

@@ -133,13 +133,13 @@ def test_no_answer_is_lost_and_the_reason_is_told_apart() -> None:
         ({"boot_counter": 2}, "restarted: was restarted"),
         ({"cycle_counter": 4}, "frozen: repeated old data"),
         ({"cycle_counter": 3}, "frozen: repeated old data"),
-        ({"config_crc": CRC ^ 1}, "configuration: another configuration"),
+        ({"config_crc": CRC ^ 1}, "configuration: a configuration other"),
         ({"period_ns": 250_000}, "frame_rate: every 250000 ns"),
         ({"frames_valid": 13}, "payload: 13 frames"),
         ({"counter": 101}, "payload: do not fit together"),
         ({"start_ns": START + 100 * PERIOD + 1}, "payload: do not fit together"),
         ({"start_ns": START - PERIOD, "counter": 2**32 - 1}, "payload: do not fit together"),
-        ({"start_ns": START + 300 * PERIOD, "counter": 300}, "gap: left out frames"),
+        ({"start_ns": START + 300 * PERIOD, "counter": 300}, "gap: skipped frames"),
     ],
 )
 def test_one_wrong_field_spoils_the_whole_cycle(change: dict[str, int], words: str) -> None:

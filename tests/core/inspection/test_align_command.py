@@ -51,7 +51,7 @@ def test_residuals_and_what_is_open_are_shown(bench: Bench) -> None:
     shown = _align(job)
     assert shown.exit_code == 0, shown.output
     assert "Frame: part frame of BED|SPHERE" in shown.output
-    assert "Open degrees of freedom: turning about z" in shown.output
+    assert "Open degrees of freedom: rotation about z" in shown.output
     assert "U (k=2) of the origin" in shown.output
     rows = [line.split() for line in shown.output.splitlines() if line.startswith(("BED", "SPH"))]
     assert [row[0] for row in rows[:2]] == ["BED", "SPHERE"]
@@ -76,7 +76,7 @@ def test_a_frame_is_saved_with_its_control_points(bench: Bench) -> None:
     assert control.feature == "SPHERE"
     assert np.array(control.place) - [1.0, 2.0, 3.0] == pytest.approx(seen.fit.point, abs=1e-9)
     unknown = _align(job, "--save", bench.folder / "b.toml", "--control", "BED")
-    assert "BED is no measured feature with a centre" in str(unknown.exception)
+    assert "BED is not a measured feature with a centre" in str(unknown.exception)
 
 
 def test_a_plan_takes_a_saved_frame_over(tmp_path: Path) -> None:

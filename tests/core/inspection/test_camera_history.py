@@ -52,7 +52,7 @@ def test_a_verification_that_failed_later_puts_the_jobs_before_it_in_doubt(
         assert verdicts(job) == {Verdict.NOT_PROVEN}
         (doubt,) = job.doubts
         assert doubt.startswith("The verification of 20")
-        assert "14 points are in doubt. Recall the jobs (ocmm recall)" in doubt
+        assert "14 points are suspect. Recall the jobs (ocmm recall)" in doubt
         assert report_of_job(job).notes == job.doubts
     # One that passes says nothing of the time before; the files themselves are as they were.
     cameras.verify()

@@ -114,7 +114,7 @@ def test_a_batch_of_simulated_jobs_says_so(batch: tuple[ReopenedJob, ...]) -> No
 def test_a_provisional_value_is_not_counted(batch: tuple[ReopenedJob, ...]) -> None:
     view = batch[0].view
     waiting = tuple(
-        replace(result, verdict=Verdict.NOT_MEASURED, note="SPHERE has not all its points yet.")
+        replace(result, verdict=Verdict.NOT_MEASURED, note="SPHERE is incomplete.")
         for result in view.characteristics
     )
     first = replace(batch[0], view=replace(view, characteristics=waiting))

@@ -68,7 +68,7 @@ def test_results_are_those_at_20_degrees_and_observations_stay(bench: Bench, job
             assert after.uncertainty is not None
             scale = 2.0 * before.measured * climate.part.scale_sigma
             assert after.uncertainty == pytest.approx(np.hypot(before.uncertainty, scale), rel=1e-3)
-        assert "reported at 20 °C" in warm.view.temperature
+        assert "at 20 °C" in warm.view.temperature
         assert (
             climate_of_text(
                 [event.text for event in other.events() if event.kind == CLIMATE_EVENT][-1]
@@ -102,7 +102,7 @@ def test_a_job_does_not_go_on_with_other_temperatures(
     first = session_of(bench, job, part_at(26.0))
     first.conditions.note_climate()
     first.touches.take(bench.touches[0])
-    with pytest.raises(MeasuringError, match="other temperatures") as caught:
+    with pytest.raises(MeasuringError, match="other temperature settings") as caught:
         session_of(bench, job, climate)
     assert "26.0" in caught.value.what
 

@@ -170,7 +170,7 @@ def test_a_result_rests_on_all_that_was_probed_for_it(tmp_path: Path) -> None:
     [
         ('kind = "midpoint"', 'kind = "middle"', "constructions[0]"),
         ('features = ["HOLE", "C"]', 'features = ["HOLE", "D"]', "names 'D', which is not"),
-        ('features = ["A", "TOP"]', 'features = ["A", "TARGET"]', "in a circle"),
+        ('features = ["A", "TOP"]', 'features = ["A", "TARGET"]', "in a loop"),
         ('name = "HOLE"', 'name = "A"', "repeats the name 'A'"),
         ('name = "HOLE"', 'name = "=A"', "constructions[1].name"),
         (

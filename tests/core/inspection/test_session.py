@@ -210,7 +210,7 @@ def test_reopening_a_feature_is_a_step_that_can_be_taken_back(bench: Bench, job:
     session.steps.select("BED")
     session.steps.reopen()
     view = session.view
-    assert (view.active, view.complete, view.undo) == ("BED", False, "reopening of BED")
+    assert (view.active, view.complete, view.undo) == ("BED", False, "reopen of BED")
     assert view.part_verdict.word is PartWord.NOT_COMPLETE
     with pytest.raises(MeasuringError, match="BED is open"):
         session.steps.reopen("BED")
@@ -317,6 +317,6 @@ def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFil
         session.touches.take(touch)
     early = session.view.characteristics[0]
     assert (early.verdict, early.measured) == (Verdict.PROVISIONAL, None)
-    assert "all its points" in early.note
+    assert "is complete" in early.note
     session.steps.finish()
     assert session.view.characteristics[0].verdict is Verdict.CONFORM

@@ -196,7 +196,7 @@ def test_pulled_touches_conform_and_lead_to_the_next_part_of_the_batch(tmp_path:
     assert (view.header.batch, view.header.serial) == ("B", "SN-1")
     (part,) = parts_of_batch(tmp_path, "B")
     assert (part.serial, part.points) == ("SN-1", 15)
-    with pytest.raises(InputError, match="measured already"):
+    with pytest.raises(InputError, match="already measured"):
         build_station(request)
     # The next part is led by where this one stood, until its own place is known.
     following = build_station(replace(request, serial="SN-2"))

@@ -85,7 +85,7 @@ def test_what_is_not_there_is_neither_deleted_nor_put_back_twice(
     with pytest.raises(MeasuringError, match="point 2"):
         session.points.delete_point(2, "slipped")
     session.points.restore_point(2)
-    with pytest.raises(MeasuringError, match="back already"):
+    with pytest.raises(MeasuringError, match="already restored"):
         session.points.restore_point(2)
     assert [point.number for point in job.points()] == [1, 3, 4]
 
@@ -95,7 +95,7 @@ def test_steps_are_undone_and_done_again_in_turn(bench: Bench, job: JobFile) -> 
     take(session, bench, 0, 4)
     session.points.delete_point(1, "slipped")
     session.steps.skip("BLOCK_TOP")
-    assert session.view.undo == "skipping of BLOCK_TOP"
+    assert session.view.undo == "skip of BLOCK_TOP"
     session.steps.undo()
     assert session.view.feature("BLOCK_TOP").state is not FeatureState.SKIPPED
     session.steps.undo()

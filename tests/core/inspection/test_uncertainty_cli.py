@@ -61,5 +61,5 @@ def test_the_command_prints_rows_rule_and_simulation(measured: Path) -> None:
     told = run(str(measured), "--only", size, "--monte-carlo", "--trials", "10000", "--digits", "1")
     assert "10000" in told
     assert "seed 1" in told
-    with pytest.raises(InputError, match="no characteristic called 'nothing'"):
+    with pytest.raises(InputError, match="no characteristic named 'nothing'"):
         run(str(measured), "--only", "nothing")

@@ -147,7 +147,7 @@ def test_a_blow_stops_points_until_the_tip_is_checked(build: Build, tmp_path: Pa
     wait_until(lambda: station.job.view().refusal is not None)
     live = station.looks.live()
     assert live.status is StatusWord.NOT_READY
-    assert live.reason.startswith("The probe felt a blow at 20")
+    assert live.reason.startswith("Probe shock detected at 20")
     assert len(taken) == 4
     # What was touched before the blow was touched with a good tip.
     assert station.job.view().held == ()
@@ -168,7 +168,7 @@ def test_a_probe_without_records_that_felt_a_blow_is_not_trusted_again(build: Bu
     station.events.point_refused.connect(refused.append)
     station.start()
     wait_until(lambda: len(refused) >= 2)
-    assert "felt a blow" in refused[-1].what
+    assert "shock detected" in refused[-1].what
     assert "start a new job" in refused[-1].remedy
     assert station.instruments.probe().word is CalibrationStatus.SUSPECT
     with pytest.raises(CalibrationError, match="one tip only"):
@@ -241,7 +241,7 @@ def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Pat
     assert tips.store.events[-1].who == "Ada"
     tips.check()
     wait_until(lambda: station.instruments.probe().word is CalibrationStatus.VALID)
-    with pytest.raises(InputError, match="measured with its document"):
+    with pytest.raises(InputError, match="uses its document"):
         build(probes=None, tip=TIP)
 
 

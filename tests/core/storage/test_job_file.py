@@ -136,7 +136,7 @@ def test_undo_takes_a_point_out_and_its_number_is_not_used_again(
         assert [point.number for point in job.points()] == [1, 2]
         assert job.next_number() == 4
         assert job.verify() == []
-        with pytest.raises(StorageError, match="annulled already"):
+        with pytest.raises(StorageError, match="already annulled"):
             job.annul_point(3, "again")
         with pytest.raises(StorageError, match="point 9 is not in the job"):
             job.annul_point(9, "never taken")
@@ -173,7 +173,7 @@ def test_a_point_of_the_wrong_shape_is_refused_and_leaves_no_trace(
     tmp_path: Path, head: JobHead, make_point: MakePoint
 ) -> None:
     with JobFile.create(tmp_path / "a.ocmm", head) as job:
-        with pytest.raises(StorageError, match="refused"):
+        with pytest.raises(StorageError, match="rejected"):
             job.append_point(dataclasses.replace(make_point(1), tip_world=np.zeros(2)))
         assert job.next_number() == 1
         assert job.verify() == []
@@ -213,9 +213,9 @@ def test_a_job_open_for_reading_takes_nothing(
     stored(path, head, [make_point(1)])
     before = path.read_bytes()
     with JobFile.open(path, read_only=True) as job:
-        with pytest.raises(StorageError, match="opened for reading"):
+        with pytest.raises(StorageError, match="opened read-only"):
             job.append_point(make_point(2))
-        with pytest.raises(StorageError, match="opened for reading"):
+        with pytest.raises(StorageError, match="opened read-only"):
             job.annul_point(1, "no")
     assert path.read_bytes() == before
     assert [item.name for item in tmp_path.iterdir()] == ["a.ocmm"]

@@ -44,7 +44,7 @@ def test_indices_of_known_values() -> None:
     assert found.cpk == pytest.approx(6.0 / (3.0 * sigma), rel=ROUNDING)
     assert found.sigma_overall == pytest.approx(math.sqrt(6.0 / 5.0), rel=ROUNDING)
     assert "from 6 parts" in found.words
-    assert "no proof" in found.words
+    assert "indicative only" in found.words
 
 
 def test_a_one_sided_limit_has_no_cp() -> None:

@@ -137,7 +137,7 @@ BAD: list[tuple[dict[str, object], str, str]] = [
     ({"kind": "position", "features": ["hole"], "modifier": "maximum material"}, "material_size",
      "is 0"),
     ({"kind": "position", "features": ["hole"], "material_size": 3.0}, "material_size",
-     "it is left out"),
+     "it is omitted"),
     ({"kind": "position", "features": ["hole"], "length": 3.0}, "length", "of an axis only"),
     ({"kind": "position", "features": ["bore"], "length": -3.0}, "length", "is -3"),
     ({"kind": "coaxiality", "features": ["bore"], "datums": ["top"]}, "datums", "'top', but"),

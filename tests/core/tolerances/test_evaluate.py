@@ -266,7 +266,7 @@ def test_what_cannot_be_stated_says_why() -> None:
 def test_features_in_one_place_have_no_distance() -> None:
     actual = _actual(POINTS)
     actual["twin"] = actual["ball"]
-    with pytest.raises(FitError, match="in one place"):
+    with pytest.raises(FitError, match="coincide"):
         evaluate(_characteristic("distance", ["ball", "twin"]), actual, None)
 
 
@@ -274,7 +274,7 @@ def test_as_few_points_as_the_shape_needs_show_no_form() -> None:
     points = [p for p in POINTS if p.feature != "top"] + [p for p in POINTS if p.feature == "top"][
         :3
     ]
-    with pytest.raises(FitError, match="top has 3 points; a plane shows a form from 4"):
+    with pytest.raises(FitError, match="top has 3 points; form of a plane needs at least 4"):
         evaluate(_characteristic("form", ["top"]), _actual(points), None)
 
 

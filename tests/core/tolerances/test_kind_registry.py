@@ -115,7 +115,7 @@ def test_an_unknown_kind_is_refused_wherever_it_is_asked_for() -> None:
 
 def test_two_entries_of_one_name_and_one_that_stands_for_nothing_are_refused() -> None:
     flatness = KINDS["flatness"]
-    with pytest.raises(InternalError, match="Two kinds are called 'flatness'"):
+    with pytest.raises(InternalError, match="Two kinds are named 'flatness'"):
         registered([flatness, flatness])
     for other in ("waviness", "form"):
         lost = replace(flatness, name="lost", stands_for={Shape.PLANE: other})

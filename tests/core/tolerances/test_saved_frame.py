@@ -105,7 +105,7 @@ def test_nothing_is_proven_in_a_frame_of_unknown_uncertainty() -> None:
     ]
     place, size = evaluate_all(wide, old, ball, factors_of_matrix(OWN), "iso14253-1")
     assert place.verdict is Verdict.NOT_PROVEN
-    assert "saved frame bed does not say how well it is known" in place.note
+    assert "saved frame bed has no uncertainty" in place.note
     assert size.verdict is Verdict.CONFORM
     assert doubt_of(old) is None
     known = factors_of_matrix(OWN + _by_frame(rule))
