@@ -166,6 +166,6 @@ def test_labels_are_put_in_words() -> None:
         "12 mm off."
     )
     assert label_verdict((safe,), coded=False) == "The LEDs cannot be confused."
-    assert label_verdict((safe, close), coded=False).startswith("AMBIGUOUS where LED 3 is hidden")
+    assert label_verdict((safe, close), coded=False).startswith("AMBIGUOUS with LED 3 hidden")
     assert label_verdict((replace(close, hidden=0),), coded=False).startswith("AMBIGUOUS: the LEDs")
     assert "strobe code" in label_verdict((close,), coded=True)
