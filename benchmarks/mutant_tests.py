@@ -240,7 +240,7 @@ def chosen(
         # One test may have left something in memory that others of its file rest on.
         files = {test.split("::")[0] for test in near}
         others = [test for test in seen if test.split("::")[0] in files]
-    tests, spent = [], 0.0
+    tests, spent = list[str](), 0.0
     for test in dict.fromkeys((*near, *others)):
         spent += seen[test].seconds
         if spent > budget_s and tests:

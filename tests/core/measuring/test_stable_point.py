@@ -206,7 +206,7 @@ def test_the_motion_that_may_be_hidden_is_judged_in_seconds(
     """A hand trembles at its own rate, whatever the rate of the frames."""
     # Within two deviations an axis no frame is wild, so that all of them are judged.
     window = tracked(np.clip(scatter(np.random.default_rng(8), N), -2.0 * SIGMA_MM, 2.0 * SIGMA_MM))
-    seconds = 125e-6 * np.arange(N)
+    seconds = np.arange(N, dtype=np.float64) * 125e-6
     expected = judge_stillness(
         seconds, window.tip_world, window.tip_covariance, OPTIONS.still_mm
     ).covariance

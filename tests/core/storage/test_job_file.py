@@ -173,7 +173,7 @@ def test_a_point_of_the_wrong_shape_is_refused_and_leaves_no_trace(
     tmp_path: Path, head: JobHead, make_point: MakePoint
 ) -> None:
     with JobFile.create(tmp_path / "a.ocmm", head) as job:
-        with pytest.raises(StorageError, match="refused"):
+        with pytest.raises(StorageError, match="rejected"):
             job.append_point(dataclasses.replace(make_point(1), tip_world=np.zeros(2)))
         assert job.next_number() == 1
         assert job.verify() == []
