@@ -113,7 +113,7 @@ def _world(
     record = recall(
         KeptPlaces((folder / "jobs",), world.calibrations),
         datetime.now(UTC),
-        workers=options.processes,
+        processes=options.processes,
     )
     took = time.monotonic() - begun
     good, released = counts.good, counts.released

@@ -64,16 +64,16 @@ class TruePart:
         return max(abs(self.diameter - DIAMETER), abs(self.step - STEP)) <= TOLERANCE
 
 
-def base_points(folder: Path) -> tuple[MeasuredPoint, ...]:
-    """Return the points of the quick plan as the virtual operator takes them."""
-    plan, rig, body = load_plan(PLAN), load_rig(RIG), load_probe(PROBE)
+def base_points(folder: Path, plan_file: Path = PLAN) -> tuple[MeasuredPoint, ...]:
+    """Return the points of a plan as the virtual operator takes them."""
+    plan, rig, body = load_plan(plan_file), load_rig(RIG), load_probe(PROBE)
     script = [(feature.name, feature.points) for feature in plan.features]
     part = load_part(resource("parts", "demo.toml"))
     virtual = VirtualRig(rig, body, part, script, seed=1, frame_rate_hz=_RATE_HZ)
     options = SessionOptions()
     collector = TouchCollector(1.0 / _RATE_HZ, options.point)
     frames = virtual.frames(0, virtual.n_frames)
-    head = make_head(plan=PLAN, rig=RIG, probe=PROBE, operator="me", part="P", serial="1")
+    head = make_head(plan=plan_file, rig=RIG, probe=PROBE, operator="me", part="P", serial="1")
     with JobFile.create(folder / "base.job", head) as job:
         session = InspectionSession(plan, rig, body, job, options)
         for touch in collector.feed(TrackingPipeline(rig, body).process(frames)):

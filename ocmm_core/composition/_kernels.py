@@ -62,6 +62,8 @@ ocmm_core.tracking.kernels._follow_kernel
     without_rivals f4 f
 ocmm_core.tracking.kernels._identify_kernel
     identify_frames f4 f2 f2 f2 i1 f3 f3 f1 f3 f3 i1 i2 b1 f f f1 u2 i4
+ocmm_core.tracking.kernels._sensitivity_kernel
+    answer_of_poses f4 f2 f2 u1 i1 i1 f3 f2 f3 f3 f3
 ocmm_core.tracking.kernels._solve_kernel
     solve_frames f4 f2 f2 f1 f i u1 f2 f3 f3 f2 f1 i1
 

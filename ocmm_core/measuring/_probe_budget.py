@@ -21,7 +21,7 @@ from ocmm_core.calibration.probe_design import (
 from ocmm_core.camera import project
 from ocmm_core.geometry import Float
 from ocmm_core.measuring._uncertainty import systematic_covariance
-from ocmm_core.tracking import TipSensitivity, tip_sensitivity
+from ocmm_core.tracking import TipSensitivity, tip_sensitivities
 
 _POSES = 60
 _WINDOW_FRAMES = 2000
@@ -115,18 +115,20 @@ def budget_of(
     )
 
 
-def _sensitivities(view: View, postures: Postures, seed: int) -> list[TipSensitivity]:
+def _sensitivities(view: View, postures: Postures, seed: int) -> tuple[TipSensitivity, ...]:
     rotations, tips = postures.draw(_POSES, np.random.default_rng(seed))
     good = np.isfinite(view.covariance(rotations, tips)[:, 0, 0])
     seen = view.seen(rotations, tips)
     arms = view.body.leds_probe - view.body.tip_probe
-    found = []
+    seen_spots = []
     for rotation, tip, mask in zip(rotations[good], tips[good], seen[good], strict=True):
         leds = arms @ rotation.T + tip
         spots = np.stack([project(camera, leds) for camera in view.rig.cameras])
         spots[~mask] = np.nan
-        found.append(tip_sensitivity(spots, view.rig, view.body))
-    return found
+        seen_spots.append(spots)
+    if not seen_spots:
+        return ()
+    return tip_sensitivities(np.stack(seen_spots), view.rig, view.body)
 
 
 def _squares(item: TipSensitivity) -> Float:

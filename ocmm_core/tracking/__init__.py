@@ -42,7 +42,12 @@ if TYPE_CHECKING:
         solve_leds,
         triangulate,
     )
-    from ocmm_core.tracking._reference import motion_to_world, relative_sensitivity, simultaneous
+    from ocmm_core.tracking._reference import (
+        motion_to_world,
+        relative_sensitivities,
+        relative_sensitivity,
+        simultaneous,
+    )
     from ocmm_core.tracking._reference_body import ReferenceBody, check_together, load_reference
     from ocmm_core.tracking._reference_home import home_of
     from ocmm_core.tracking._result import (
@@ -57,7 +62,7 @@ if TYPE_CHECKING:
         join,
         pick,
     )
-    from ocmm_core.tracking._sensitivity import TipSensitivity, tip_sensitivity
+    from ocmm_core.tracking._sensitivity import TipSensitivity, tip_sensitivities, tip_sensitivity
     from ocmm_core.tracking._stillness import BallMotion, Stillness, judge_stillness, wildness
     from ocmm_core.tracking._strobe import StrobeEntry, dark_bits
 else:
@@ -73,14 +78,14 @@ else:
         _led_document="LedEntry OrientationRule",
         _pipeline="TrackingPipeline",
         _pose="Method PoseBatch reprojection solve solve_leds triangulate",
-        _reference="motion_to_world relative_sensitivity simultaneous",
+        _reference="motion_to_world relative_sensitivities relative_sensitivity simultaneous",
         _reference_body="ReferenceBody check_together load_reference",
         _reference_home="home_of",
         _result=(
             "ARRAYS FrameStatus ReferenceHome ReferenceTrack TrackBlock cut in_rig interruptions "
             "join pick"
         ),
-        _sensitivity="TipSensitivity tip_sensitivity",
+        _sensitivity="TipSensitivity tip_sensitivities tip_sensitivity",
         _stillness="BallMotion Stillness judge_stillness wildness",
         _strobe="StrobeEntry dark_bits",
     )
@@ -127,6 +132,7 @@ __all__ = [
     "nearest_ambiguity",
     "ordered_spots",
     "pick",
+    "relative_sensitivities",
     "relative_sensitivity",
     "reprojection",
     "satisfies_rules",
@@ -134,6 +140,7 @@ __all__ = [
     "solve",
     "solve_leds",
     "spot_sigma_px",
+    "tip_sensitivities",
     "tip_sensitivity",
     "triangulate",
     "wildness",

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import Rig, distortion_jacobian, ideal_from_pixels
-from ocmm_core.geometry import Float, Int, rigid_fit, rotation_from_vector, skew
+from ocmm_core.geometry import Float, Int, rigid_fit, rotation_from_vector
 from ocmm_core.tracking._body import ProbeBody
 from ocmm_core.tracking.kernels import LOST, MAX_TIP_SIGMA, OK, allocate, solve_frames
 
@@ -149,8 +149,17 @@ def tip_jacobian(rotation: Float, body: ProbeBody) -> Float:
 
 
 def arm_jacobian(arm_world: Float) -> Float:
-    """Return d(point)/d(pose), (3, 6), of a point at ``arm_world`` (3,), mm, from the origin."""
-    return np.hstack([-skew(arm_world), np.eye(3)])
+    """Return d(point)/d(pose), (..., 3, 6), of points ``arm_world`` (..., 3), mm, from the origin.
+
+    A small turn w moves a point by w x arm, which is -skew(arm) w.
+    """
+    x, y, z = np.moveaxis(arm_world, -1, 0)
+    by_pose = np.zeros((*arm_world.shape[:-1], 3, 6))
+    by_pose[..., 0, 1], by_pose[..., 0, 2] = z, -y
+    by_pose[..., 1, 0], by_pose[..., 1, 2] = -z, x
+    by_pose[..., 2, 0], by_pose[..., 2, 1] = y, -x
+    by_pose[..., :, 3:] = np.eye(3)
+    return by_pose
 
 
 def _solve_frame(

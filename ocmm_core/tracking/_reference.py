@@ -33,7 +33,13 @@ from ocmm_core.tracking._reference_body import ReferenceBody
 from ocmm_core.tracking._reference_filter import ReferenceFilter
 from ocmm_core.tracking._reference_home import HomeTaker
 from ocmm_core.tracking._result import FrameStatus, ReferenceHome, ReferenceTrack, TrackBlock
-from ocmm_core.tracking._sensitivity import TipSensitivity, pose_sensitivity, tip_sensitivity
+from ocmm_core.tracking._sensitivity import (
+    PoseSensitivity,
+    TipSensitivity,
+    pose_sensitivities,
+    pose_sensitivity,
+    tip_sensitivities,
+)
 
 _SETTLED = 64
 """Frames of the averaged pose from which a motion is told to people."""
@@ -212,9 +218,7 @@ def related(seen: ReferenceTrack, poses: ReferencePoses, begin: int = 0) -> Trac
         turn, shift = motion_to_world(home, poses.rotation, poses.origin)
         turn[lost], shift[lost] = np.nan, np.nan
     arms = probe.tip_world - poses.origin
-    by_pose = np.zeros((len(probe), 3, 6))
-    by_pose[:, :, :3] = -_skew(arms)
-    by_pose[:, :, 3:] = np.eye(3)
+    by_pose = arm_jacobian(arms)
     covariance = probe.tip_covariance + by_pose @ poses.covariance @ by_pose.transpose(0, 2, 1)
     return replace(
         probe,
@@ -283,9 +287,41 @@ def relative_sensitivity(
     TrackingError
         The spots do not determine a pose.
     """
-    tip = tip_sensitivity(spots, rig, body)
-    now = pose_sensitivity(reference_spots, rig, reference.leds.leds_body)
-    then = pose_sensitivity(home.spots, rig, reference.leds.leds_body)
+    return relative_sensitivities(spots[None], reference_spots[None], home, rig, body, reference)[0]
+
+
+def relative_sensitivities(
+    spots: Float,
+    reference_spots: Float,
+    home: ReferenceHome,
+    rig: Rig,
+    body: ProbeBody,
+    reference: ReferenceBody,
+) -> tuple[TipSensitivity, ...]:
+    """Do the same as `relative_sensitivity` for n points: (n, C, L, 2) and (n, C, R, 2), px."""
+    leds = reference.leds.leds_body
+    tips = tip_sensitivities(spots, rig, body)
+    poses = pose_sensitivities(reference_spots, rig, leds)
+    then = pose_sensitivity(home.spots, rig, leds)
+    leds_sigma: Float = np.linalg.cholesky(reference.geometry_covariance).astype(np.float64)
+    spots_sigma = rig.noise.white_px / np.sqrt(home.n_frames)
+    return tuple(
+        _relative(tip, now, then, leds_sigma, spots_sigma)
+        for tip, now in zip(tips, poses, strict=True)
+    )
+
+
+def _relative(
+    tip: TipSensitivity,
+    now: PoseSensitivity,
+    then: PoseSensitivity,
+    leds_sigma: Float,
+    spots_sigma: float,
+) -> TipSensitivity:
+    """Return a tip in the world of the job, by the reference body now and then.
+
+    Its LEDs are known by ``leds_sigma @ leds_sigma.T``, and its spots at home by ``spots_sigma``.
+    """
     back = RigidTransform(then.rotation, then.origin).compose(
         RigidTransform(now.rotation, now.origin).inverse()
     )
@@ -312,8 +348,8 @@ def relative_sensitivity(
         by_geometry=back.rotation @ tip.by_geometry,
         by_common=np.hstack(
             [
-                by_leds @ np.linalg.cholesky(reference.geometry_covariance),
-                rig.noise.white_px / np.sqrt(home.n_frames) * by_home_spots,
+                by_leds @ leds_sigma,
+                spots_sigma * by_home_spots,
             ]
         ),
     )
@@ -322,11 +358,3 @@ def relative_sensitivity(
 def _moved(turn: Float, shift: Float, points: Float) -> Float:
     moved: Float = (turn @ points[:, :, None])[:, :, 0] + shift
     return moved
-
-
-def _skew(vectors: Float) -> Float:
-    """Return the matrices (n, 3, 3) whose products with x are the vectors (n, 3) cross x."""
-    x, y, z = vectors.T
-    zero = np.zeros_like(x)
-    stacked = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=1)
-    return stacked.reshape(-1, 3, 3)

@@ -3,6 +3,7 @@
 The pose minimises the reprojection residuals, so to first order a change of the spots, the cameras
 or the LEDs moves it by the pseudo-inverse of the residuals' derivative (implicit function theorem;
 GUM 5.1.2 calls these the sensitivity coefficients). All errors are meant as truth minus belief.
+The numbers come from the compiled `kernels.answer_of_poses`, for all points of a job at once.
 """
 
 from __future__ import annotations
@@ -11,14 +12,12 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ocmm_core.camera import N_PARAMETERS, Rig, projection_jacobians
+from ocmm_core.camera import Rig
 from ocmm_core.errors import TrackingError
-from ocmm_core.geometry import Float, Int, rigid_fit, rotation_from_vector
+from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._body import ProbeBody
-from ocmm_core.tracking._pose import reprojection, tip_jacobian, triangulate
-
-_MAX_STEPS = 10
-_STEP_LIMIT = 1e-10
+from ocmm_core.tracking._pose import arm_jacobian
+from ocmm_core.tracking.kernels import ANSWERED, N_LENS, TOO_FEW, answer_of_poses
 
 
 def _nothing() -> Float:
@@ -88,18 +87,25 @@ def tip_sensitivity(spots: Float, rig: Rig, body: ProbeBody) -> TipSensitivity:
     TrackingError
         The spots do not determine a pose.
     """
-    pose = pose_sensitivity(spots, rig, body.leds_probe)
-    to_tip = tip_jacobian(pose.rotation, body)
+    return tip_sensitivities(spots[None], rig, body)[0]
+
+
+def tip_sensitivities(spots: Float, rig: Rig, body: ProbeBody) -> tuple[TipSensitivity, ...]:
+    """Do the same as `tip_sensitivity` for n sets of spots (n, C, L, 2), px, all at once."""
+    poses = _answers(spots, rig, body.leds_probe)
+    arms = poses.rotations @ body.tip_probe
+    to_tip = arm_jacobian(arms)
+    by_spots = to_tip @ poses.by_spots
+    by_cameras = to_tip @ poses.by_cameras
     # The estimate moves with the LEDs against the true tip, and the true tip with its own error.
-    by_geometry = np.hstack([to_tip @ pose.by_leds, -pose.rotation])
-    return TipSensitivity(
-        tip_world=pose.rotation @ body.tip_probe + pose.origin,
-        camera=pose.camera,
-        uv=pose.uv,
-        by_spots=(to_tip @ pose.by_spots).reshape(3, -1, 2),
-        by_cameras=to_tip @ pose.by_cameras,
-        by_geometry=by_geometry,
-    )
+    by_geometry = np.concatenate([to_tip @ poses.by_leds, -poses.rotations], axis=2)
+    tips = arms + poses.origins
+    found = []
+    for i, m in enumerate(poses.counts):
+        camera, uv = _listed(spots[i])
+        slopes = by_spots[i, :, : 2 * m].reshape(3, m, 2)
+        found.append(TipSensitivity(tips[i], camera, uv, slopes, by_cameras[i], by_geometry[i]))
+    return tuple(found)
 
 
 def pose_sensitivity(spots: Float, rig: Rig, leds: Float) -> PoseSensitivity:
@@ -110,45 +116,78 @@ def pose_sensitivity(spots: Float, rig: Rig, leds: Float) -> PoseSensitivity:
     TrackingError
         The spots do not determine a pose.
     """
-    positions = triangulate(rig, spots)
-    located = np.isfinite(positions).all(axis=1)
-    if np.count_nonzero(located) < 3:
+    return pose_sensitivities(spots[None], rig, leds)[0]
+
+
+def pose_sensitivities(spots: Float, rig: Rig, leds: Float) -> tuple[PoseSensitivity, ...]:
+    """Do the same as `pose_sensitivity` for n sets of spots (n, C, L, 2), px, all at once."""
+    poses = _answers(spots, rig, leds)
+    return tuple(
+        PoseSensitivity(
+            poses.rotations[i],
+            poses.origins[i],
+            *_listed(spots[i]),
+            poses.by_spots[i, :, : 2 * m],
+            poses.by_cameras[i],
+            poses.by_leds[i],
+        )
+        for i, m in enumerate(poses.counts)
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Answers:
+    """Outputs of the kernel for n sets of spots."""
+
+    counts: Int
+    rotations: Float
+    origins: Float
+    by_spots: Float
+    by_cameras: Float
+    by_leds: Float
+
+
+def _answers(spots: Float, rig: Rig, leds: Float) -> _Answers:
+    n, shape = len(spots), (len(rig.cameras), len(leds), 2)
+    if spots.shape[1:] != shape:
+        # The kernel would read beside the array.
+        raise TrackingError(
+            "tracking.shape",
+            f"Spots of {' x '.join(map(str, spots.shape[1:]))} numbers do not belong to "
+            f"{shape[0]} cameras and {shape[1]} LEDs.",
+            "Use the rig and the body that they were taken with.",
+        )
+    status, located = np.empty(n, np.uint8), np.empty(n, np.int64)
+    found = _Answers(
+        counts=np.empty(n, np.int64),
+        rotations=np.empty((n, 3, 3)),
+        origins=np.empty((n, 3)),
+        by_spots=np.zeros((n, 6, 2 * shape[0] * shape[1])),
+        by_cameras=np.zeros((n, 6, N_LENS * shape[0])),
+        by_leds=np.zeros((n, 6, leds.size)),
+    )
+    answer_of_poses(
+        np.ascontiguousarray(spots), rig.packed(), np.ascontiguousarray(leds), status, located,
+        found.counts, found.rotations, found.origins, found.by_spots, found.by_cameras,
+        found.by_leds,
+    )  # fmt: skip
+    failed = np.flatnonzero(status != ANSWERED)
+    if not failed.size:
+        return found
+    if status[failed[0]] == TOO_FEW:
         raise TrackingError(
             "tracking.targets",
-            f"Only {np.count_nonzero(located)} LEDs are seen by two cameras.",
+            f"Only {located[failed[0]]} LEDs are seen by two cameras.",
             "At least three are needed: turn the probe towards the cameras.",
         )
-    rotation, origin = rigid_fit(leds[located], positions[located])
-    for _ in range(_MAX_STEPS):
-        residuals, rows = reprojection(rig, leds, spots, rotation, origin)
-        step: Float = np.linalg.lstsq(rows, residuals)[0].astype(np.float64)
-        rotation = rotation_from_vector(step[:3]) @ rotation
-        origin = origin + step[3:]
-        if np.abs(step).max() < _STEP_LIMIT:
-            break
-    _, rows = reprojection(rig, leds, spots, rotation, origin)
-    by_spots: Float = np.linalg.solve(rows.T @ rows, rows.T).astype(np.float64)
-
-    seen = np.isfinite(spots).all(axis=2)
-    camera_of, led_of = np.nonzero(seen)
-    leds_world = leds @ rotation.T + origin
-    by_cameras = np.zeros((6, N_PARAMETERS * len(rig.cameras)))
-    by_leds = np.zeros((6, leds.size))
-    for c, camera in enumerate(rig.cameras):
-        rows_of = np.flatnonzero(camera_of == c)
-        numbers = led_of[rows_of]
-        d_point, d_parameters = projection_jacobians(camera, leds_world[numbers])
-        both = (2 * rows_of[:, None] + np.arange(2)).ravel()
-        part = slice(c * N_PARAMETERS, (c + 1) * N_PARAMETERS)
-        by_cameras[:, part] = by_spots[:, both] @ d_parameters.reshape(-1, N_PARAMETERS)
-        for led, row, slope in zip(numbers, rows_of, d_point @ rotation, strict=True):
-            by_leds[:, 3 * led : 3 * led + 3] += by_spots[:, 2 * row : 2 * row + 2] @ slope
-    return PoseSensitivity(
-        rotation=rotation,
-        origin=origin,
-        camera=camera_of.astype(np.int64),
-        uv=spots[seen],
-        by_spots=by_spots,
-        by_cameras=by_cameras,
-        by_leds=by_leds,
+    raise TrackingError(
+        "tracking.open",
+        "The LEDs that are seen by two cameras stand in one line and leave the pose open.",
+        "Turn the probe so that more LEDs face both cameras.",
     )
+
+
+def _listed(spots: Float) -> tuple[Int, Float]:
+    """Return camera (m,) and place (m, 2), px, of each spot of (C, L, 2) that was seen."""
+    seen = np.isfinite(spots).all(axis=2)
+    return np.nonzero(seen)[0].astype(np.int64), spots[seen]

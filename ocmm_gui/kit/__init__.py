@@ -5,7 +5,8 @@ notices.
 
 Read `_theme` (three themes from one table), `_messages` (numbers and sentences), `_marks` (a shape
 for each outcome), `_actions` (every key as one table), `_sheet` (pages that Esc closes), `_parts`
-and `_painted`. Long work: `_side_process`, `_worker`, `_work_line`. Questions without dialogs:
+and `_painted`. Long work: `_side_process`, `_worker`, `_work_line`,
+`_work_sheet`. Questions without dialogs:
 `_answer_panel`, `_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
 It is the first room of the window and must not know any screen or the station.
 """
@@ -71,6 +72,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
     from ocmm_gui.kit._painted import SCENE_LEAST, SCENE_SIZE, Painted
     from ocmm_gui.kit._parts import (
+        ColouredRow,
         DataTable,
         NumberTable,
         panel,
@@ -102,6 +104,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._triggers import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, Debounced
     from ocmm_gui.kit._verification_messages import session_of
     from ocmm_gui.kit._work_line import WorkLine
+    from ocmm_gui.kit._work_sheet import WorkSheet
     from ocmm_gui.kit._worker import Failed, Worker
 else:
     __getattr__ = door(
@@ -112,7 +115,7 @@ else:
         _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
         _painted="Painted SCENE_LEAST SCENE_SIZE",
-        _parts="NumberTable DataTable panel sentence_label stacked value_label",
+        _parts="ColouredRow NumberTable DataTable panel sentence_label stacked value_label",
         _path_panel="OwnKeysField PathPanel",
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox Sheet caption form_field",
@@ -132,6 +135,7 @@ else:
             "shape_word slot_names step_text trouble verdict_line"
         ),
         _work_line="WorkLine",
+        _work_sheet="WorkSheet",
         _worker="Failed Worker",
     )
 
@@ -153,6 +157,7 @@ __all__ = [
     "Approach",
     "Banner",
     "ChoiceBox",
+    "ColouredRow",
     "DataTable",
     "Debounced",
     "ErrorHooks",
@@ -178,6 +183,7 @@ __all__ = [
     "Themed",
     "Work",
     "WorkLine",
+    "WorkSheet",
     "Worker",
     "active_feature",
     "apply_theme",

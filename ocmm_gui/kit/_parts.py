@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from PySide6.QtCore import Qt, QTimer
-from PySide6.QtGui import QColor, QResizeEvent
+from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt, QTimer
+from PySide6.QtGui import QColor, QPainter, QResizeEvent
 from PySide6.QtWidgets import (
     QAbstractItemView,
     QFrame,
@@ -13,6 +13,9 @@ from PySide6.QtWidgets import (
     QHeaderView,
     QLabel,
     QSizePolicy,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionViewItem,
     QTableWidget,
     QTableWidgetItem,
     QVBoxLayout,
@@ -20,6 +23,32 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
+
+
+class ColouredRow(QStyledItemDelegate):
+    """Cells keep their colours where their row is chosen."""
+
+    def __init__(self, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.theme = THEMES[DEFAULT_THEME]
+
+    def paint(
+        self,
+        painter: QPainter,
+        option: QStyleOptionViewItem,
+        index: QModelIndex | QPersistentModelIndex,
+    ) -> None:
+        """Mark a chosen row by a line below it."""
+        cell = QStyleOptionViewItem(option)
+        if cell.state & QStyle.StateFlag.State_Selected:
+            painter.fillRect(cell.rect, QColor(self.theme.background))
+            painter.fillRect(
+                QRect(cell.rect.left(), cell.rect.bottom() - 1, cell.rect.width(), 2),
+                QColor(self.theme.accent),
+            )
+        for flag in (QStyle.StateFlag.State_Selected, QStyle.StateFlag.State_HasFocus):
+            cell.state &= ~flag
+        super().paint(painter, cell, index)
 
 
 class DataTable(QTableWidget):

@@ -5,6 +5,7 @@ The window stays free, and a calculation that is given up is gone at once.
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import multiprocessing
 import os
@@ -25,6 +26,7 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.processes import end_with_parent
 
 _LOOK_MS = 50
 _END_S = 1.0
@@ -87,7 +89,13 @@ class _Done:
 
 
 class SideProcess(QObject):
-    """One calculation at a time; a new one ends the one before."""
+    """One calculation at a time; a new one ends the one before.
+
+    Parameters
+    ----------
+    helpers
+        The calculation may start processes of its own; they end with it.
+    """
 
     advanced = Signal(str, float)
     """What is calculated next, and the share that is done."""
@@ -98,8 +106,9 @@ class SideProcess(QObject):
     failed = Signal(object)
     """An `OcmmError`: why there is none."""
 
-    def __init__(self, parent: QObject | None = None) -> None:
+    def __init__(self, parent: QObject | None = None, *, helpers: bool = False) -> None:
         super().__init__(parent)
+        self._helpers = helpers
         self._process: SpawnProcess | None = None
         self._whole: Lock | None = None
         self._scratch = Path()
@@ -124,9 +133,13 @@ class SideProcess(QObject):
             target=_run,
             args=(given, sender, self._whole, self._scratch),
             name="ocmm-examination",
-            daemon=True,
+            # A daemon of `multiprocessing` may not start processes.
+            daemon=not self._helpers,
         )
         self._process.start()
+        if self._helpers:
+            # Its exit would wait for one that is no daemon.
+            atexit.register(self._process.kill)
         sender.close()
         given.close()
         threading.Thread(
@@ -163,6 +176,7 @@ class SideProcess(QObject):
         process, self._process, self._whole = self._process, None, None
         if process is None:
             return None
+        atexit.unregister(process.kill)
         ending = threading.Thread(
             target=_end_process, args=(process, self._scratch), name="ocmm-side-end"
         )
@@ -226,6 +240,8 @@ def _end_process(process: SpawnProcess, scratch: Path) -> None:
 def _run(given: Connection, sender: Connection, whole: Lock, scratch: Path) -> None:
     """Calculate and answer; what runs in the process."""
     said: _Done | OcmmError
+    # What is done as a whole goes on also where the window was killed.
+    end_with_parent(lambda: whole.acquire(block=False))
     if hasattr(os, "nice"):
         # Tracking and window come first where there are few processors.
         os.nice(_NICE)

@@ -30,16 +30,14 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     ActionInfo,
+    ColouredRow,
     DataTable,
     FitText,
     Mark,
     PathPanel,
-    Sheet,
-    SideProcess,
     Teller,
     Theme,
-    Work,
-    WorkLine,
+    WorkSheet,
     mark_colour,
     sentence_label,
 )
@@ -114,6 +112,8 @@ class RecallTable(DataTable):
         super().__init__("Verdicts of the recall", tuple(zip(COLUMNS, _TIPS, strict=True)))
         self._record: RecallRecord | None = None
         self._lines: list[str] = []
+        self._rows = ColouredRow(self)
+        self.setItemDelegate(self._rows)
 
     def show_record(self, record: RecallRecord) -> None:
         """Show what a recall found."""
@@ -136,12 +136,12 @@ class RecallTable(DataTable):
 
     def set_theme(self, theme: Theme) -> None:
         """Write in the colours of ``theme`` from now on."""
-        self._colours = theme
+        self._colours = self._rows.theme = theme
         if self._record is not None:
             self.show_record(self._record)
 
 
-class RecallSheet(Sheet):
+class RecallSheet(WorkSheet):
     """Recalculate the jobs of a folder in a process of their own and show what came out.
 
     Parameters
@@ -161,7 +161,7 @@ class RecallSheet(Sheet):
         probes: Callable[[], Path | None],
         who: Callable[[], str],
     ) -> None:
-        super().__init__("Recall", _KEYS)
+        super().__init__("Recall", _KEYS, "Recalculating the jobs")
         self._proposed, self._calibrations, self._probes = folder, calibrations, probes
         self._who = who
         self._theme = THEMES[DEFAULT_THEME]
@@ -176,15 +176,10 @@ class RecallSheet(Sheet):
         self.table = RecallTable()
         self.about_job = sentence_label("Evidence for the selected verdict", 14)
         self.about_job.setProperty("role", "muted")
-        self.working = WorkLine("Recalculating the jobs")
-        self._work = SideProcess(self)
         for widget in (self.file, self.pages, self.working, self._headline, self.totals):
             self.body.addWidget(widget)
         self.body.addWidget(self.table, 1)
         self.body.addWidget(self.about_job)
-        self._work.advanced.connect(self.working.advance)
-        self._work.finished.connect(self._show)
-        self._work.failed.connect(self._fail)
         self.file.given.connect(self.read)
         self.pages.given.connect(self.write)
         self.table.itemSelectionChanged.connect(lambda: self.about_job.setText(self.table.line()))
@@ -212,12 +207,6 @@ class RecallSheet(Sheet):
         self.say(f"Checks the jobs in {folder}. Job files are not changed.")
         self.table.setFocus()
 
-    def stop(self) -> None:
-        """Give up recalculating; what was shown stays."""
-        if self._work.is_running() and self._work.give_up():
-            self.working.end()
-            self.say("Stopped; nothing was changed.")
-
     def release(self) -> None:
         """Let the points count again whose verdicts hold, in the name of the operator."""
         record, places = self._shown()
@@ -237,14 +226,6 @@ class RecallSheet(Sheet):
         record, _ = self._shown()
         if record is not None:
             self._begin("Creating the pages", _Writing(record, path))
-
-    def close_work(self) -> None:
-        """Give up what is calculated; call it before the window goes."""
-        self._work.cancel()
-
-    def is_working(self) -> bool:
-        """Return whether something is calculated; for tests."""
-        return self._work.is_running()
 
     def headline(self) -> str:
         """Return the totals in large words; for tests."""
@@ -280,17 +261,7 @@ class RecallSheet(Sheet):
             return None, None
         return self._record, self._places
 
-    def _begin(self, what: str, work: Work) -> None:
-        self._work.start(work)
-        self.working.begin(what, "F9 stops.")
-
-    def _fail(self, error: object) -> None:
-        self.working.end()
-        self.say("Failed; the previous result is still shown.")
-        self.failed.emit(error)
-
     def _show(self, answer: object) -> None:
-        self.working.end()
         if isinstance(answer, Path):
             self.pages.hide()
             self.told.emit(f"Recall written to {answer}.")

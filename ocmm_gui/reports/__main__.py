@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from functools import partial
 from pathlib import Path
 
-from ocmm_core.errors import InternalError
 from ocmm_core.export.report import report_of_job
-from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.inspection.archive import reopen_job
-from ocmm_gui.reports._drawing import drawing
+from ocmm_gui.reports._drawing import draw, drawing
 from ocmm_gui.reports._pdf import write_pdf
 
 
@@ -23,18 +22,19 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--calibrations", type=Path)
     parser.add_argument("--incomplete", action="store_true")
     options = parser.parse_args(arguments)
-    try:
-        with drawing():
-            for job in options.jobs:
-                opened = reopen_job(job, options.probes, calibrations=options.calibrations)
-                report = report_of_job(opened)
-                path = write_pdf(report, options.out, incomplete=options.incomplete)
-                sys.stdout.write(f"{path}\n")
-    except Exception as error:
-        told = contained(error, "The report", "The jobs are unchanged.")
-        sys.stderr.write(f"{told.what} {told.remedy}\n")
-        return EXIT_INTERNAL if isinstance(told, InternalError) else 2
-    return 0
+
+    def write(job: Path) -> None:
+        opened = reopen_job(job, options.probes, calibrations=options.calibrations)
+        path = write_pdf(report_of_job(opened), options.out, incomplete=options.incomplete)
+        sys.stdout.write(f"{path}\n")
+
+    with drawing():
+        # One that cannot be drawn does not stop the others.
+        codes = [
+            draw(partial(write, job), "The report", "The jobs are unchanged.")
+            for job in options.jobs
+        ]
+    return max(codes)
 
 
 if __name__ == "__main__":

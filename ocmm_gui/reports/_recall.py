@@ -7,9 +7,7 @@ import sys
 from pathlib import Path
 
 from ocmm_core.calibration.records import load, record_hash, seal
-from ocmm_core.errors import InternalError
 from ocmm_core.export import write_together
-from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.inspection.archive import (
     COLUMNS,
     Outcome,
@@ -24,6 +22,7 @@ from ocmm_core.inspection.archive import (
     totals,
     worst_first,
 )
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import (
     BODY,
     HEADING,
@@ -36,7 +35,7 @@ from ocmm_gui.reports._canvas import (
     PageField,
     Style,
 )
-from ocmm_gui.reports._drawing import drawing
+from ocmm_gui.reports._drawing import draw
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
 _WIDTHS = (340.0, 390.0, 390.0, 230.0, 450.0)
@@ -90,14 +89,25 @@ def pdf_bytes(record: RecallRecord) -> bytes:
         What was read back from it is not what was put in.
     """
     canvas = lay_out(record)
-    foot = f"Recall SHA-256 {record_hash(record)}"
+    last = foot(record)
     return written_pdf(
         canvas,
-        lambda painter, index: paint_with_foot(painter, canvas, index, foot),
+        lambda painter, index: paint_with_foot(painter, canvas, index, last),
         {"recall.json": seal(record)},
         title=f"Recall {record.made_utc[:10]}",
         software=record.software,
     )
+
+
+def foot(record: RecallRecord) -> str:
+    """Return what every page ends with: which recall it is, and what is SIMULATED in it."""
+    named = f"Recall SHA-256 {record_hash(record)}"
+    simulated = sum(job.simulated for job in record.jobs)
+    if not simulated:
+        return named
+    whose = f"{simulated} of {len(record.jobs)} jobs."
+    origin = NO_REAL_PART if simulated == len(record.jobs) else whose
+    return f"{SIMULATED}: {origin}   {named}"
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -106,14 +116,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("recall", type=Path)
     parser.add_argument("pdf", type=Path)
     options = parser.parse_args(arguments)
-    try:
-        with drawing():
-            write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
-    except Exception as error:
-        told = contained(error, "The pages of the recall", "The decision is stored.")
-        sys.stderr.write(f"{told.what} {told.remedy}\n")
-        return EXIT_INTERNAL if isinstance(told, InternalError) else 2
-    return 0
+
+    def write() -> None:
+        write_together({options.pdf: pdf_bytes(load(options.recall, RecallRecord))})
+
+    return draw(write, "The pages of the recall", "The decision is stored.")
 
 
 if __name__ == "__main__":

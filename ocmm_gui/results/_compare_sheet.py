@@ -15,11 +15,9 @@ from ocmm_gui.kit import (
     ActionInfo,
     DataTable,
     PathPanel,
-    Sheet,
-    SideProcess,
     Tell,
     Theme,
-    WorkLine,
+    WorkSheet,
     digit_font,
     sentence_label,
 )
@@ -37,6 +35,8 @@ _COLUMNS = (
     ("Signals", "of the control chart"),
 )
 _NUMBERS = range(1, 6)
+_MOST_REASONS = 8
+"""Why values are not counted: the chart needs the room."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ class TrendTable(DataTable):
         return self._colours.warn if warned and column == len(_COLUMNS) - 1 else None
 
 
-class CompareSheet(Sheet):
+class CompareSheet(WorkSheet):
     """Read the jobs of a folder in a process of their own and show them side by side.
 
     Parameters
@@ -96,7 +96,7 @@ class CompareSheet(Sheet):
     def __init__(
         self, records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None)
     ) -> None:
-        super().__init__("Batch", _KEYS)
+        super().__init__("Batch", _KEYS, "Reading the jobs")
         self._records = records
         self.file = PathPanel("jobs", "folder", "Compare")
         self.table = TrendTable()
@@ -104,8 +104,6 @@ class CompareSheet(Sheet):
         self.words = sentence_label("Findings of the chart", 15)
         self.left_out = sentence_label("Excluded", 14)
         self.left_out.setProperty("role", "muted")
-        self.reading = WorkLine("Reading the jobs")
-        self._work = SideProcess(self)
         right = QVBoxLayout()
         right.addWidget(self.chart, 1)
         right.addWidget(self.words)
@@ -115,13 +113,10 @@ class CompareSheet(Sheet):
         row.addWidget(self.table, 50)
         row.addLayout(right, 50)
         self.body.addWidget(self.file)
-        self.body.addWidget(self.reading)
+        self.body.addWidget(self.working)
         self.body.addLayout(row, 1)
         self._folder = Path.home()
         self._left_out: tuple[str, ...] = ()
-        self._work.advanced.connect(self.reading.advance)
-        self._work.finished.connect(self._show)
-        self._work.failed.connect(self._fail)
         self.file.given.connect(self.read)
         self.table.itemSelectionChanged.connect(self._choose)
         self.use_keys(
@@ -137,35 +132,14 @@ class CompareSheet(Sheet):
     def read(self, folder: Path) -> None:
         """Read the jobs of a folder; the window stays free."""
         self._folder = folder
-        self._work.start(_Reading(folder, *self._records()))
-        self.reading.begin("Starting", "F9 stops.")
-
-    def stop(self) -> None:
-        """Give up reading; what was shown stays."""
-        if self._work.is_running():
-            self._work.cancel()
-            self.reading.end()
-            self.say("Reading stopped; nothing was changed.")
-
-    def close_work(self) -> None:
-        """Give up what is being read; call it before the window goes."""
-        self._work.cancel()
-
-    def is_reading(self) -> bool:
-        """Return whether jobs are being read; for tests."""
-        return self._work.is_running()
+        self._begin("Starting", _Reading(folder, *self._records()))
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
         self.table.set_theme(theme)
         self.chart.set_theme(theme)
 
-    def _fail(self, error: object) -> None:
-        self.reading.end()
-        self.failed.emit(error)
-
     def _show(self, answer: object) -> None:
-        self.reading.end()
         if not isinstance(answer, Comparison):
             return
         jobs = answer.jobs
@@ -185,7 +159,10 @@ class CompareSheet(Sheet):
             return
         able = trend.capability
         self.words.setText(able.words if able is not None else trend.why_not)
-        self.left_out.setText(" ".join((*trend.left_out, *self._left_out)))
+        # What could not be read at all stands first.
+        why = (*self._left_out, *trend.left_out)
+        more = f"And {len(why) - _MOST_REASONS} more." if len(why) > _MOST_REASONS else ""
+        self.left_out.setText(" ".join((*why[:_MOST_REASONS], more)).strip())
 
 
 def _cells(trend: Trend) -> tuple[str, ...]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QModelIndex, QPersistentModelIndex, QRect, Qt, Signal
-from PySide6.QtGui import QColor, QPainter, QResizeEvent
-from PySide6.QtWidgets import QStyle, QStyledItemDelegate, QStyleOptionViewItem, QWidget
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtGui import QResizeEvent
 
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.tolerances.decisions import U_LABEL, CharacteristicResult, Verdict
 from ocmm_gui.kit import (
-    DEFAULT_THEME,
-    THEMES,
+    ColouredRow,
     DataTable,
     Theme,
     digit_font,
@@ -45,31 +43,6 @@ _ROW_PX = 34
 _NARROW_PX = 860
 
 
-class _ColouredRow(QStyledItemDelegate):
-    """Cells keep their colours where their row is chosen."""
-
-    def __init__(self, parent: QWidget) -> None:
-        super().__init__(parent)
-        self.theme = THEMES[DEFAULT_THEME]
-
-    def paint(
-        self,
-        painter: QPainter,
-        option: QStyleOptionViewItem,
-        index: QModelIndex | QPersistentModelIndex,
-    ) -> None:
-        cell = QStyleOptionViewItem(option)
-        if cell.state & QStyle.StateFlag.State_Selected:
-            painter.fillRect(cell.rect, QColor(self.theme.background))
-            painter.fillRect(
-                QRect(cell.rect.left(), cell.rect.bottom() - 1, cell.rect.width(), 2),
-                QColor(self.theme.accent),
-            )
-        for flag in (QStyle.StateFlag.State_Selected, QStyle.StateFlag.State_HasFocus):
-            cell.state &= ~flag
-        super().paint(painter, cell, index)
-
-
 class ResultTable(DataTable):
     """Rows can be chosen with the arrow keys."""
 
@@ -84,7 +57,7 @@ class ResultTable(DataTable):
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.setWordWrap(False)
         self.right_heads(_NUMBERS)
-        self._rows = _ColouredRow(self)
+        self._rows = ColouredRow(self)
         self.setItemDelegate(self._rows)
         self.currentCellChanged.connect(lambda row, *_: self._on_row(row))
 

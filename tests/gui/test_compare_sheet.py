@@ -49,10 +49,10 @@ def test_the_jobs_of_a_folder_are_shown_with_the_count_they_rest_on(
     qtbot: QtBot, sheet: CompareSheet, folder: Path
 ) -> None:
     sheet.open(folder)
-    assert sheet.is_reading()
-    assert "F9 stops." in sheet.reading.words()
-    qtbot.waitUntil(lambda: not sheet.is_reading(), timeout=TIMEOUT_MS)
-    assert sheet.reading.words() == ""
+    assert sheet.is_working()
+    assert "F9 stops." in sheet.working.words()
+    qtbot.waitUntil(lambda: not sheet.is_working(), timeout=TIMEOUT_MS)
+    assert sheet.working.words() == ""
     assert f"{JOBS} jobs of plan QUICK" in sheet.about()
     assert sheet.table.rowCount() == 2
     assert f"{JOBS} of {JOBS}" in sheet.table.words(0)
@@ -65,9 +65,9 @@ def test_the_jobs_of_a_folder_are_shown_with_the_count_they_rest_on(
 def test_reading_is_given_up_at_once(qtbot: QtBot, sheet: CompareSheet, folder: Path) -> None:
     sheet.read(folder)
     sheet.keys["stop"].trigger()
-    assert not sheet.is_reading()
+    assert not sheet.is_working()
     assert "stopped" in sheet.about()
-    assert sheet.reading.words() == ""
+    assert sheet.working.words() == ""
 
 
 def test_a_folder_without_jobs_is_told(qtbot: QtBot, sheet: CompareSheet, tmp_path: Path) -> None:
@@ -75,6 +75,6 @@ def test_a_folder_without_jobs_is_told(qtbot: QtBot, sheet: CompareSheet, tmp_pa
     sheet.failed.connect(errors.append)
     sheet.read(tmp_path)
     qtbot.waitUntil(lambda: bool(errors), timeout=TIMEOUT_MS)
-    assert sheet.reading.words() == ""
+    assert sheet.working.words() == ""
     assert errors[0].code == "compare.too_few"
     assert "no job" in errors[0].what

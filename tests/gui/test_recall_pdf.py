@@ -6,6 +6,7 @@ import zlib
 from functools import partial
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from ocmm_core.calibration.records import record_hash, seal
@@ -68,6 +69,28 @@ def test_the_record_is_inside_and_every_page_names_it() -> None:
         page = drawn(paint)
         assert foot in page
         assert f"{index + 1} / {len(canvas.pages)}" in page
+
+
+@pytest.mark.usefixtures("qapp")
+def test_every_page_of_simulated_jobs_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    real = RECORD.jobs[0]
+    simulated = msgspec.structs.replace(real, simulated=True)
+    feet: list[str] = []
+    monkeypatch.setattr(
+        recall, "paint_with_foot", lambda painter, canvas, index, foot: feet.append(foot)
+    )
+    for jobs, words in (
+        ((simulated, simulated), "SIMULATED: No real part was measured."),
+        ((simulated, real, real), "SIMULATED: 1 of 3 jobs."),
+        ((real,), "Recall SHA-256"),
+    ):
+        record = msgspec.structs.replace(RECORD, jobs=jobs)
+        feet.clear()
+        recall.pdf_bytes(record)
+        assert len(feet) == len(recall.lay_out(record).pages)
+        for foot in feet:
+            assert foot.startswith(words)
+            assert record_hash(record) in foot
 
 
 @pytest.mark.usefixtures("qapp")

@@ -229,7 +229,7 @@ def test_opening_is_shown_given_up_and_told_where_it_fails(
     _press(KEY.Key_F3)
     results.open_file(long_job)
     assert "F7 cancels" in results.opening.words()
-    qtbot.waitUntil(lambda: "Recalculating point" in results.opening.words(), timeout=PATIENCE_MS)
+    # Its process has only just begun: the key comes before the job is open.
     _press(KEY.Key_F7)
     assert not results.is_opening()
     assert results.opening.words() == ""

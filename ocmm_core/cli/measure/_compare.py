@@ -10,7 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import make_console, progress_line
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import Trend
@@ -32,30 +32,31 @@ def compare_command(
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
 
     Every job is opened read-only and computed anew from its points. Values in doubt are named and
-    not counted; so are those of simulated jobs beside real ones.
+    not counted; so are those of simulated jobs beside real ones. Jobs that cannot be read or are of
+    another plan than the latest one are named and left out. Ends with 1 where one cannot be read.
     """
-    from ocmm_core.inspection.archive import all_simulated, compare_jobs, reopen_job
-    from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, job_states, part_line
+    from ocmm_core.inspection.archive import compare_files
+    from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 
     console = make_console()
-    opened = sorted(
-        (reopen_job(path, probes, calibrations=calibrations) for path in jobs),
-        key=lambda job: job.head.created_utc,
-    )
-    trends = compare_jobs(opened)
-    if all_simulated(opened):
+    with progress_line() as tell:
+        found = compare_files(jobs, tell, probes, calibrations)
+    if found.simulated:
         console.print(f"{SIMULATED}: {NO_REAL_PART}", style="bold yellow", highlight=False)
-    for job in opened:
-        words = "; ".join((*job_states(job.view), part_line(job.view)))
-        console.print(f"{job.path.stem}: {words}", highlight=False, markup=False)
-    _print_table(console, trends, len(jobs))
-    for trend in trends:
+    for name, words in zip(found.jobs, found.words, strict=True):
+        console.print(f"{name}: {words}", highlight=False, markup=False)
+    for sentence in found.left_out:
+        console.print(f"left out: {sentence}", style="yellow", highlight=False, markup=False)
+    _print_table(console, found.trends, len(found.jobs))
+    for trend in found.trends:
         for line in _lines(trend):
             console.print(f"{trend.name}: {line}", highlight=False)
     console.print(
         "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter.",
         style="dim",
     )
+    if found.unread:
+        raise typer.Exit(1)
 
 
 def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,7 +12,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.measure._pages import print_pages
+from ocmm_core.cli.terminal import make_console, progress_line
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 
@@ -90,7 +88,8 @@ def recall_command(
     if artefact is not None or since is not None:
         _let_fall(console, folder, artefact, since, who)
     places = KeptPlaces(tuple(jobs or [_JOBS]), folder, probes)
-    record = recall(places, datetime.now(UTC), workers=min(os.cpu_count() or 1, 8))
+    with progress_line() as tell:
+        record = recall(places, datetime.now(UTC), tell)
     if who and record.jobs:
         record = decide(record, places, who, datetime.now(UTC))
     _show(console, record)
@@ -170,20 +169,16 @@ def _show(console: Console, record: RecallRecord) -> None:
 
 
 def _print_pages(record: RecallRecord, path: Path) -> None:
-    """Write the pages in a process with the drawing of the window."""
     from ocmm_core.calibration.records import seal
 
-    # The core knows no Qt: what draws is a program of its own, as the window is.
     with tempfile.TemporaryDirectory(prefix="ocmm-recall-") as name:
         sealed = Path(name) / "recall.json"
         sealed.write_bytes(seal(record))
-        command = [sys.executable, "-m", "ocmm_gui.reports._recall", str(sealed), str(path)]
-        done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter and module
-    if done.returncode != 0:
-        last = done.stderr.strip().splitlines()[-1:] or ["the drawing program ended"]
-        raise StorageError(
+        print_pages(
+            "ocmm_gui.reports._recall",
+            [[str(sealed), str(path)]],
             "recall.pdf",
-            f"The recall report was not written: {last[0]}",
+            "The recall report was not written",
             "The decision is stored; write the pages again.",
         )
 

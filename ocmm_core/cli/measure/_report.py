@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from ocmm_core.errors import StorageError
+from ocmm_core.cli.measure._pages import print_pages
+from ocmm_core.cli.terminal import progress_line
+from ocmm_core.errors import OcmmError
+from ocmm_core.processes import processes_for, side_by_side
 
 if TYPE_CHECKING:
     from ocmm_core.export.report import ReportData
@@ -74,7 +78,8 @@ def report_command(
 
     Everything is computed anew from the raw observations in the job file, and what comes out
     otherwise than it is stored is told. Each report is read back and compared before it replaces an
-    older one. Several jobs of one plan become several values in a Q-DAS file.
+    older one. Several jobs of one plan become several values in a Q-DAS file. A job that cannot be
+    read is named and left out; the command ends with 2 then.
     """
     from ocmm_core.export import (
         DEFAULT_FORMAT,
@@ -91,7 +96,10 @@ def report_command(
     console = Console(soft_wrap=True)
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
-    data = [_data(path, probes, calibrations, console) for path in jobs]
+    read, faults = _read_all(jobs, probes, calibrations, console)
+    if not read:
+        raise faults[0]
+    data = [one.data for one in read]
     written = [name for name in chosen if name in EXPORTERS]
     if preview_only:
         for name in written:
@@ -108,48 +116,84 @@ def report_command(
         for path in write_report(data, written, folder, layout, incomplete=incomplete):
             console.print(f"Report  {path}", highlight=False, markup=False)
     if PDF.name in chosen:
-        for line in _print_pages(jobs, folder, probes, calibrations, incomplete=incomplete):
+        paths = [one.path for one in read]
+        for line in _print_pages(paths, folder, probes, calibrations, incomplete=incomplete):
             console.print(f"Report  {line}", highlight=False, markup=False)
+    if faults:
+        raise faults[0]
 
 
 def _print_pages(
-    jobs: list[Path],
+    jobs: Sequence[Path],
     folder: Path,
     probes: Path | None,
     calibrations: Path | None,
     *,
     incomplete: bool,
 ) -> list[str]:
-    """Write the PDF reports in a process with the drawing of the window; return their paths."""
-    # The core knows no Qt: what draws is a program of its own, as the window is.
-    command = [sys.executable, "-m", "ocmm_gui.reports", *map(str, jobs), "--out", str(folder)]
+    """Write the PDF reports, many in programs side by side; return their paths in order."""
+    options = ["--out", str(folder)]
     if probes is not None:
-        command += ["--probes", str(probes)]
+        options += ["--probes", str(probes)]
     if calibrations is not None:
-        command += ["--calibrations", str(calibrations)]
+        options += ["--calibrations", str(calibrations)]
     if incomplete:
-        command += ["--incomplete"]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)  # noqa: S603 - our own interpreter and module
-    if done.returncode != 0:
-        last = done.stderr.strip().splitlines()[-1:] or ["the drawing program ended"]
-        raise StorageError(
-            "export.pdf",
-            f"The PDF report was not written: {last[0]}",
-            "The other formats are not affected.",
+        options += ["--incomplete"]
+    each = -(-len(jobs) // processes_for(len(jobs)))
+    parts = [jobs[first : first + each] for first in range(0, len(jobs), each)]
+    return print_pages(
+        "ocmm_gui.reports",
+        [[*map(str, part), *options] for part in parts],
+        "export.pdf",
+        "The PDF report was not written",
+        "The other formats are not affected.",
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Read:
+    """A job to be reported, and what is told of it."""
+
+    path: Path
+    data: ReportData
+    doubts: tuple[str, ...]
+    words: str
+
+
+def _read_all(
+    jobs: Sequence[Path], probes: Path | None, calibrations: Path | None, console: Console
+) -> tuple[list[_Read], list[OcmmError]]:
+    """Open all jobs, many in processes side by side; tell what is to be known of each, in order."""
+    with progress_line() as tell:
+        found = list(
+            side_by_side(
+                partial(_read, probes=probes, calibrations=calibrations),
+                jobs,
+                processes_for(len(jobs)),
+                lambda path: f"Reading {path.name}",
+                lambda done: tell(f"Read {done} of {len(jobs)} jobs", done / len(jobs)),
+            )
         )
-    return done.stdout.splitlines()
+    read: list[_Read] = []
+    faults: list[OcmmError] = []
+    for one in found:
+        if isinstance(one, OcmmError):
+            faults.append(one)
+            console.print(one.what, style="yellow", highlight=False, markup=False)
+            continue
+        read.append(one)
+        for doubt in one.doubts:
+            told = f"{one.path.name}: {doubt}"
+            console.print(told, style="yellow", highlight=False, markup=False)
+        console.print(f"{one.path.stem}: {one.words}", highlight=False, markup=False)
+    return read, faults
 
 
-def _data(
-    path: Path, probes: Path | None, calibrations: Path | None, console: Console
-) -> ReportData:
+def _read(path: Path, probes: Path | None, calibrations: Path | None) -> _Read:
     from ocmm_core.export.report import report_of_job
     from ocmm_core.inspection.archive import reopen_job
     from ocmm_core.inspection.evaluation import job_states, part_line
 
     job = reopen_job(path, probes, calibrations=calibrations)
-    for doubt in (*job.doubts, *job.remarks):
-        console.print(f"{path.name}: {doubt}", style="yellow", highlight=False, markup=False)
     words = "; ".join((*job_states(job.view), part_line(job.view)))
-    console.print(f"{path.stem}: {words}", highlight=False, markup=False)
-    return report_of_job(job)
+    return _Read(path, report_of_job(job), (*job.doubts, *job.remarks), words)

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.cli.terminal._console import _WIDE, make_console
+    from ocmm_core.cli.terminal._console import _WIDE, make_console, progress_line
     from ocmm_core.cli.terminal._options import (
         CalibrationsOption,
         CheckAfterOption,
@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _console="_WIDE make_console",
+        _console="_WIDE make_console progress_line",
         _options=(
             "CalibrationsOption CheckAfterOption CompensatePartOption CompensateProbeOption "
             "ForceOption IncompleteOption OutOption PartExpansionOption PartOption "
@@ -96,5 +96,6 @@ __all__ = [
     "histogram",
     "make_console",
     "points_in_space",
+    "progress_line",
     "tip_map",
 ]

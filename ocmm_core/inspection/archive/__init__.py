@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive._compare import (
         Comparison,
         Trend,
-        all_simulated,
+        compare_files,
         compare_folder,
         compare_jobs,
     )
@@ -65,7 +65,7 @@ else:
         __name__,
         _batch="BatchPart SUFFIX next_serial parts_of_batch require_new_serial",
         _camera_history="is_known settle_cameras",
-        _compare="Comparison Trend all_simulated compare_folder compare_jobs",
+        _compare="Comparison Trend compare_files compare_folder compare_jobs",
         _part_before="previous_part_pose",
         _points_in_doubt="first_taken",
         _recall="KeptPlaces decide recall",
@@ -96,9 +96,9 @@ __all__ = [
     "ReopenedJob",
     "Tell",
     "Trend",
-    "all_simulated",
     "artefact_wrong",
     "checked",
+    "compare_files",
     "compare_folder",
     "compare_jobs",
     "decide",

@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
-from ocmm_core.inspection.archive._reopen import ReopenedJob, reopen_job
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, held_below
+from ocmm_core.inspection.archive._batch import SUFFIX
+from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
+from ocmm_core.inspection.evaluation import (
+    NO_REAL_PART,
+    SIMULATED,
+    held_below,
+    job_states,
+    part_line,
+)
 from ocmm_core.measuring import COVERAGE_FACTOR
+from ocmm_core.processes import processes_for, side_by_side
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
     ControlChart,
@@ -86,7 +95,7 @@ class Trend:
 
 @dataclass(frozen=True, slots=True)
 class Comparison:
-    """The jobs of a folder side by side.
+    """Jobs of one plan side by side.
 
     Attributes
     ----------
@@ -94,37 +103,65 @@ class Comparison:
         Name of the plan that they were measured by.
     jobs
         Names of the jobs, in the order in which they were begun.
+    words
+        What each of them is and what its part is.
     trends
         One for every characteristic.
     left_out
-        Why files of the folder are not compared, a sentence each.
+        Why files are not compared, a sentence each.
+    unread
+        Those of them about files that could not be read.
     simulated
         What is counted came from a virtual rig.
     """
 
     plan: str
     jobs: tuple[str, ...]
+    words: tuple[str, ...]
     trends: tuple[Trend, ...]
     left_out: tuple[str, ...]
-    simulated: bool = False
+    unread: tuple[str, ...]
+    simulated: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PartJob:
+    """What a comparison takes of a job; little enough to come from another process.
+
+    Attributes
+    ----------
+    path, uuid, serial, created_utc, plan, plan_text
+        Of the job and its plan.
+    characteristics
+        Of the plan.
+    values
+        For each of them value and U (95 %), or None; why it is not counted, or nothing; its
+        verdict. Whether the job is simulated beside real ones is not looked at here.
+    simulated
+        It came from a virtual rig.
+    words
+        What the job is and what its part is, in a line.
+    """
+
+    path: Path
+    uuid: str
+    serial: str
+    created_utc: str
+    plan: str
+    plan_text: str
+    characteristics: tuple[Characteristic, ...]
+    values: tuple[tuple[tuple[float, float] | None, str, Verdict], ...]
+    simulated: bool
+    words: str
 
 
 def compare_folder(
     folder: Path,
-    progress: Callable[[str, float], None] | None = None,
+    progress: Tell = lambda what, share: None,
     probes: Path | None = None,
     calibrations: Path | None = None,
 ) -> Comparison:
-    """Return what the jobs of a folder say together: those by the plan of the latest one.
-
-    Parameters
-    ----------
-    folder
-        Its job files are opened read-only.
-    progress
-        Told what is read next, and the share that is done.
-    probes, calibrations
-        Where histories are kept, as for `reopen_job`.
+    """Return what the jobs of a folder say together; as `compare_files`.
 
     Raises
     ------
@@ -133,27 +170,71 @@ def compare_folder(
     """
     if not folder.is_dir():
         raise InputError("compare.folder", f"{folder}: folder not found.", "Check the name.")
-    opened: list[ReopenedJob] = []
-    left_out: list[str] = []
-    paths = sorted(folder.glob("*.ocmm"))
-    for done, path in enumerate(paths):
-        if progress is not None:
-            progress(f"Reading {path.name}", done / len(paths))
-        try:
-            opened.append(reopen_job(path, probes, calibrations=calibrations))
-        except OcmmError as error:
-            left_out.append(error.what)
-    opened.sort(key=lambda job: job.head.created_utc)
-    same = [job for job in opened if job.head.plan_text == opened[-1].head.plan_text]
-    left_out += [
-        f"{job.path.name} was measured with another plan, {job.plan.name}."
-        for job in opened
-        if all(job is not other for other in same)
+    return compare_files(sorted(folder.glob(f"*{SUFFIX}")), progress, probes, calibrations)
+
+
+def compare_files(
+    paths: Sequence[Path],
+    progress: Tell = lambda what, share: None,
+    probes: Path | None = None,
+    calibrations: Path | None = None,
+    processes: int | None = None,
+) -> Comparison:
+    """Return what jobs say together: those by the plan of the latest one.
+
+    Parameters
+    ----------
+    paths
+        Job files; they are opened read-only, many of them in processes side by side. One that
+        cannot be read is left out and named.
+    progress
+        Told how far it is, and the share that is done.
+    probes, calibrations
+        Where histories are kept, as for `reopen_job`.
+    processes
+        That read; None for one a core, or this one alone where there are few jobs.
+
+    Raises
+    ------
+    InputError
+        There are fewer than two jobs of one plan, or a job is there twice.
+    """
+    read = side_by_side(
+        partial(_read, probes=probes, calibrations=calibrations),
+        paths,
+        processes_for(len(paths)) if processes is None else processes,
+        lambda path: f"Reading {path.name}",
+        lambda done: progress(f"Read {done} of {len(paths)} jobs", done / len(paths)),
+    )
+    jobs: list[PartJob] = []
+    unread: list[str] = []
+    for found in read:
+        if isinstance(found, PartJob):
+            jobs.append(found)
+        else:
+            unread.append(found.what)
+    if not jobs and unread:
+        raise InputError(
+            "compare.unread",
+            f"None of {len(unread)} files is a job that can be read: {unread[0]}",
+            "Choose two jobs of one plan or more.",
+        )
+    jobs.sort(key=lambda job: job.created_utc)
+    same = [job for job in jobs if job.plan_text == jobs[-1].plan_text]
+    others = [
+        f"{job.path.name} was measured with another plan, {job.plan}."
+        for job in jobs
+        if job.plan_text != jobs[-1].plan_text
     ]
-    trends = compare_jobs(same)
-    names = tuple(job.path.stem for job in same)
+    trends = _trends(same)
     return Comparison(
-        same[0].plan.name, names, trends, tuple(left_out), simulated=all_simulated(same)
+        plan=same[0].plan,
+        jobs=tuple(job.path.stem for job in same),
+        words=tuple(job.words for job in same),
+        trends=trends,
+        unread=tuple(unread),
+        left_out=(*unread, *others),
+        simulated=_all_simulated(same),
     )
 
 
@@ -168,6 +249,34 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     InputError
         There are fewer than two jobs, they are of different plans, or two are the same job.
     """
+    return _trends([_part_job(job) for job in jobs])
+
+
+def _read(path: Path, probes: Path | None, calibrations: Path | None) -> PartJob:
+    return _part_job(reopen_job(path, probes, calibrations=calibrations))
+
+
+def _part_job(job: ReopenedJob) -> PartJob:
+    values = []
+    for result in job.view.characteristics:
+        why, stated = _why_not_counted(job, result), result.stated
+        counted = None if why or stated is None else (stated[0], stated[2])
+        values.append((counted, why, result.verdict))
+    return PartJob(
+        path=job.path,
+        uuid=job.head.job_uuid,
+        serial=job.head.serial,
+        created_utc=job.head.created_utc,
+        plan=job.plan.name,
+        plan_text=job.head.plan_text,
+        characteristics=tuple(job.plan.characteristics),
+        values=tuple(values),
+        simulated=job.view.simulated,
+        words="; ".join((*job_states(job.view), part_line(job.view))),
+    )
+
+
+def _trends(jobs: Sequence[PartJob]) -> tuple[Trend, ...]:
     if len(jobs) < 2:
         raise InputError(
             "compare.too_few",
@@ -176,52 +285,52 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
         )
     first = jobs[0]
     for job in jobs[1:]:
-        if job.head.plan_text != first.head.plan_text:
+        if job.plan_text != first.plan_text:
             raise InputError(
                 "compare.plan",
                 f"{job.path} was measured with another plan than {first.path}.",
                 "Compare jobs of one plan; a changed plan counts as another.",
             )
-    uuids = [job.head.job_uuid for job in jobs]
+    seen: set[str] = set()
     for job in jobs:
-        if uuids.count(job.head.job_uuid) > 1:
+        if job.uuid in seen:
             raise InputError(
                 "compare.twice",
                 f"{job.path}: this job is selected twice, possibly as a copy.",
                 "Select it once.",
             )
-    ordered = sorted(jobs, key=lambda job: job.head.created_utc)
-    return tuple(
-        _trend(index, item, ordered) for index, item in enumerate(first.plan.characteristics)
-    )
+        seen.add(job.uuid)
+    ordered = sorted(jobs, key=lambda job: job.created_utc)
+    return tuple(_trend(index, item, ordered) for index, item in enumerate(first.characteristics))
 
 
-def all_simulated(jobs: Sequence[ReopenedJob]) -> bool:
+def _all_simulated(jobs: Sequence[PartJob]) -> bool:
     """Return whether all jobs came from virtual rigs, so that what they say together did, too."""
-    return all(job.view.simulated for job in jobs)
+    return all(job.simulated for job in jobs)
 
 
-def _trend(index: int, item: Characteristic, jobs: Sequence[ReopenedJob]) -> Trend:
-    results = [job.view.characteristics[index] for job in jobs]
+def _trend(index: int, item: Characteristic, jobs: Sequence[PartJob]) -> Trend:
     left_out = []
     counted = []
     parts = []
-    computed = all_simulated(jobs)
-    for job, result in zip(jobs, results, strict=True):
-        why = _why_not_counted(job, result, simulated=computed)
-        stated = None if why else result.stated
+    computed = _all_simulated(jobs)
+    for job in jobs:
+        stated, why, verdict = job.values[index]
+        if job.simulated and not computed:
+            stated = None
+            why = f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs separately."
         if stated is None:
             left_out.append(f"{job.path.stem}: {why}")
         else:
-            counted.append((stated[0], stated[2]))
+            counted.append(stated)
         parts.append(
             PartValue(
                 job=job.path.stem,
-                serial=job.head.serial,
-                created_utc=job.head.created_utc,
+                serial=job.serial,
+                created_utc=job.created_utc,
                 value=None if stated is None else stated[0],
-                uncertainty=None if stated is None else stated[2],
-                verdict=result.verdict,
+                uncertainty=None if stated is None else stated[1],
+                verdict=verdict,
             )
         )
     low = -math.inf if spec_of(item.kind).one_sided else item.nominal + item.lower
@@ -239,16 +348,8 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[ReopenedJob]) -> Tre
     )
 
 
-def _why_not_counted(job: ReopenedJob, result: CharacteristicResult, *, simulated: bool) -> str:
-    """Return why a value is not counted; empty where it is.
-
-    Parameters
-    ----------
-    simulated
-        All jobs are, so that one more is no stranger among them.
-    """
-    if job.view.simulated and not simulated:
-        return f"{SIMULATED}. {NO_REAL_PART} Compare simulated jobs separately."
+def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
+    """Return what speaks against counting a value; empty where nothing does."""
     if job.doubts:
         return job.doubts[0]
     if job.view.unproven:

@@ -7,9 +7,7 @@ exclude decides which of both counts (`_recall_judge`). Job files are only read,
 
 from __future__ import annotations
 
-import multiprocessing
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
@@ -18,7 +16,6 @@ from pathlib import Path
 import msgspec
 
 from ocmm_core import __version__
-from ocmm_core.blas import use_one_thread
 from ocmm_core.calibration.records import (
     CalibrationStore,
     CameraRecord,
@@ -44,13 +41,12 @@ from ocmm_core.inspection.archive._recall_record import (
 )
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments
+from ocmm_core.processes import processes_for, side_by_side
 from ocmm_core.storage import JobFile
 
 Tell = Callable[[str, float], None]
 """Told what is done next, and the share that is done."""
 
-_FEW = 4
-"""So many jobs are not worth the start of processes."""
 _LOOKING = 0.1
 """Share of the time that the looking for jobs takes."""
 
@@ -87,7 +83,7 @@ def recall(
     places: KeptPlaces,
     now: datetime,
     tell: Tell = lambda what, share: None,
-    workers: int = 1,
+    processes: int | None = None,
 ) -> RecallRecord:
     """Return what becomes of all jobs that are in doubt because of their calibration.
 
@@ -95,8 +91,8 @@ def recall(
 
     Parameters
     ----------
-    workers
-        Processes that compute.
+    processes
+        That compute; None for one a core, or this one alone where there are few jobs.
 
     Raises
     ------
@@ -106,13 +102,18 @@ def recall(
     paths = _paths(places.jobs)
     touched, unread = _touched(paths, places, now, tell)
     found: list[JobFindings] = []
-    for done, result in enumerate(_computed(touched, places, workers)):
+
+    def told(done: int) -> None:
+        share = _LOOKING + (1.0 - _LOOKING) * done / max(len(touched), 1)
+        tell(f"Recalculated {done} of {len(touched)} jobs", share)
+
+    if processes is None:
+        processes = processes_for(len(touched))
+    for result in _computed(touched, places, processes, told):
         if isinstance(result, JobFindings):
             found.append(result)
         else:
-            unread.append(result)
-        share = _LOOKING + (1.0 - _LOOKING) * (done + 1) / len(touched)
-        tell(f"Recalculated {done + 1} of {len(touched)} jobs", share)
+            unread.append(result.what)
     return RecallRecord(
         schema=SCHEMA,
         made_utc=now.isoformat(timespec="microseconds"),
@@ -227,29 +228,23 @@ def _cameras(record: CameraRecord) -> list[tuple[str, int]]:
 
 
 def _computed(
-    touched: Sequence[_Touched], places: KeptPlaces, workers: int
-) -> Iterator[JobFindings | str]:
+    touched: Sequence[_Touched],
+    places: KeptPlaces,
+    processes: int,
+    told: Callable[[int], None],
+) -> Iterator[JobFindings | OcmmError]:
     """Give what was found of each job, or why it could not be opened."""
-    compute = partial(_findings, calibrations=places.calibrations, probes=places.probes)
-    if workers <= 1 or len(touched) <= _FEW:
-        yield from map(compute, touched)
-        return
-    use_one_thread()
-    context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(workers, mp_context=context) as pool:
-        futures: list[Future[JobFindings | str]] = [pool.submit(compute, one) for one in touched]
-        try:
-            for future in as_completed(futures):
-                yield future.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+    return side_by_side(
+        partial(_findings, calibrations=places.calibrations, probes=places.probes),
+        touched,
+        processes,
+        lambda job: f"Recalculating {job.path.name}",
+        told,
+    )
 
 
-def _findings(job: _Touched, calibrations: Path, probes: Path | None) -> JobFindings | str:
-    try:
-        return findings_of(job.path, job.later, job.in_doubt, calibrations, probes)
-    except OcmmError as error:
-        return error.what
+def _findings(job: _Touched, calibrations: Path, probes: Path | None) -> JobFindings:
+    return findings_of(job.path, job.later, job.in_doubt, calibrations, probes)
 
 
 def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:

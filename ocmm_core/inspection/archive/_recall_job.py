@@ -12,6 +12,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import numpy as np
+
 from ocmm_core.alignment import Relocation, saved_frame_in
 from ocmm_core.calibration.records import CameraRecord, rig_from_record
 from ocmm_core.camera import Rig
@@ -31,7 +33,7 @@ from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import needs_part_frame
-from ocmm_core.tracking import TipSensitivity, tip_sensitivity
+from ocmm_core.tracking import TipSensitivity, tip_sensitivities
 
 _OF_CAMERAS = (HoldReason.CALIBRATION, HoldReason.FAILED_CALIBRATION)
 
@@ -244,11 +246,13 @@ def _results(
 
 def _moved(
     job: ReopenedJob, own: Misfit, later: Misfit, rig: Rig
-) -> tuple[list[MeasuredPoint], list[TipSensitivity]]:
+) -> tuple[list[MeasuredPoint], tuple[TipSensitivity, ...]]:
     """Return the points as a later calibration puts them, with their sensitivities."""
-    points, sensitivities = [], []
-    for index, point in enumerate(job.points):
-        found = tip_sensitivity(point.spots, rig, job.body)
+    sensitivities = tip_sensitivities(
+        np.stack([point.spots for point in job.points]), rig, job.body
+    )
+    points = []
+    for index, (point, found) in enumerate(zip(job.points, sensitivities, strict=True)):
         turn = (
             later.poses.rotation_world_from_probe[index]
             @ own.poses.rotation_world_from_probe[index].T
@@ -264,5 +268,4 @@ def _moved(
                 rotation_world_from_probe=turn @ point.rotation_world_from_probe,
             )
         )
-        sensitivities.append(found)
     return points, sensitivities

@@ -183,10 +183,8 @@ def _reopened(
     body, options = stored.measured_with(events, job.reference())
     points = job.points()
     use = ReferenceUse(rig, body, options.reference, job, begun=bool(points))
-    sensitivities = []
-    for number, point in enumerate(points):
-        tell(f"Recalculating point {number + 1} of {len(points)}", 0.1 + 0.4 * number / len(points))
-        sensitivities.append(use.sensitivity(point.spots, point.reference_spots))
+    tell(f"Recalculating points 1 to {len(points)}", 0.1)
+    sensitivities = use.sensitivities([(point.spots, point.reference_spots) for point in points])
     tell("Checking the audit of the file", 0.5)
     session = InspectionSession(plan, rig, body, job, options)
     session.know({p.number: one for p, one in zip(points, sensitivities, strict=True)})
@@ -210,7 +208,7 @@ def _reopened(
         view=_judged(session.view, (*faults, *differences, *cameras.unread, *history.unread)),
         T_part_from_world=session.frame.T_part_from_world,
         points=tuple(points),
-        sensitivities=tuple(sensitivities),
+        sensitivities=sensitivities,
         taken_back=tuple(job.annulled()),
         events=tuple(events),
         taken_utc=job.taken_utc(),

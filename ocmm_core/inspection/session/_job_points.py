@@ -75,11 +75,11 @@ class JobPoints:
 
     def sensitivities(self, reference: ReferenceUse) -> list[TipSensitivity]:
         """Return those of the points that count, in their order; errors of ``reference``."""
-        for point in self.counting:
-            if point.number not in self._sensitivities:
-                self._sensitivities[point.number] = reference.sensitivity(
-                    point.spots, point.reference_spots
-                )
+        # The row of a number never changes, nor do cameras and body of a session: a number says
+        # all that its sensitivity depends on.
+        new = [point for point in self.counting if point.number not in self._sensitivities]
+        found = reference.sensitivities([(point.spots, point.reference_spots) for point in new])
+        self._sensitivities |= {p.number: one for p, one in zip(new, found, strict=True)}
         return [self._sensitivities[point.number] for point in self.counting]
 
     def count(self, feature: str) -> int:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ocmm_core.camera import Rig
@@ -16,10 +18,10 @@ from ocmm_core.tracking import (
     TipSensitivity,
     home_of,
     motion_to_world,
-    relative_sensitivity,
+    relative_sensitivities,
     solve_leds,
     spot_sigma_px,
-    tip_sensitivity,
+    tip_sensitivities,
 )
 
 
@@ -108,16 +110,26 @@ class ReferenceUse:
         MeasuringError
             The point is not relative to the reference body of the job.
         """
-        if self._reference is None and reference_spots is None:
-            return tip_sensitivity(spots, self._rig, self._body)
-        if self._reference is None or self.home is None or reference_spots is None:
+        return self.sensitivities([(spots, reference_spots)])[0]
+
+    def sensitivities(
+        self, observed: Sequence[tuple[Float, Float | None]]
+    ) -> tuple[TipSensitivity, ...]:
+        """Do the same as `sensitivity` for the mean spots of many points, all at once."""
+        if not observed:
+            return ()
+        spots = _stacked([seen for seen, _ in observed])
+        beside = [seen for _, seen in observed if seen is not None]
+        if self._reference is None and not beside:
+            return tip_sensitivities(spots, self._rig, self._body)
+        if self._reference is None or self.home is None or len(beside) != len(observed):
             raise MeasuringError(
                 "session.reference_home",
                 "The position of the reference body at the start of the job is unknown.",
                 "Let part and cameras come to rest until the machine is ready, then touch again.",
             )
-        return relative_sensitivity(
-            spots, reference_spots, self.home, self._rig, self._body, self._reference
+        return relative_sensitivities(
+            spots, _stacked(beside), self.home, self._rig, self._body, self._reference
         )
 
     def thesis_tip(self, spots: Float, reference_spots: Float | None) -> Float:
@@ -142,3 +154,16 @@ class ReferenceUse:
     def _thesis(self, spots: Float, leds: Float, point: Float) -> PoseBatch:
         sigma_px = spot_sigma_px(self._rig)
         return solve_leds(spots[None], self._rig, leds, point, sigma_px, "thesis")
+
+
+def _stacked(spots: Sequence[Float]) -> Float:
+    """Return the spots of n points as one array; MeasuringError where they are unlike."""
+    shapes = sorted({one.shape for one in spots})
+    if len(shapes) > 1:
+        words = " and of ".join(" x ".join(str(n) for n in shape) for shape in shapes)
+        raise MeasuringError(
+            "session.spots",
+            f"The points of the job have spots of {words} numbers.",
+            "They are of different cameras or probes: keep the file and begin a new job.",
+        )
+    return np.stack(spots)

@@ -4,7 +4,8 @@ In: arrays of spots, packed cameras and bodies. Out: labels, tip, covariance, ch
 
 Read `_small_algebra` (algebra of fixed size, nothing allocated), `_kernel` (the steps from spots to
 a pose: here a spot becomes a millimetre), `_lanes` (eight frames side by side), `_lane_algebra`,
-`_lane_start`, `_lane_equations` and `_solve_kernel` (labelled frames to tips), then the search for
+`_lane_start`, `_lane_equations` and `_solve_kernel` (labelled frames to tips),
+`_sensitivity_kernel` (how a pose answers to what it was computed from), then the search for
 labels: `_meeting_kernel` (where rays of two cameras meet), `_grow_kernel`, `_identify_kernel` (all
 that the spots can mean, and the decision), `_doubt_kernel`, `_follow_kernel`.
 It must not know documents or classes: `tracking` gives it numbers, and nothing is raised in a
@@ -23,6 +24,12 @@ if TYPE_CHECKING:
     from ocmm_core.tracking.kernels._follow_kernel import extend_tracked, without_rivals
     from ocmm_core.tracking.kernels._identify_kernel import FOUND
     from ocmm_core.tracking.kernels._kernel import LOST, MAX_TIP_SIGMA, OK
+    from ocmm_core.tracking.kernels._sensitivity_kernel import (
+        ANSWERED,
+        N_LENS,
+        TOO_FEW,
+        answer_of_poses,
+    )
     from ocmm_core.tracking.kernels._small_algebra import (
         backward,
         best_turn,
@@ -37,16 +44,21 @@ else:
         _follow_kernel="extend_tracked without_rivals",
         _identify_kernel="FOUND identify_kernel",
         _kernel="LOST MAX_TIP_SIGMA OK",
+        _sensitivity_kernel="ANSWERED N_LENS TOO_FEW answer_of_poses",
         _small_algebra="backward best_turn cholesky forward small_algebra turn",
         _solve_kernel="allocate solve_frames",
     )
 
 __all__ = [
+    "ANSWERED",
     "FOUND",
     "LOST",
     "MAX_TIP_SIGMA",
+    "N_LENS",
     "OK",
+    "TOO_FEW",
     "allocate",
+    "answer_of_poses",
     "backward",
     "best_turn",
     "cholesky",

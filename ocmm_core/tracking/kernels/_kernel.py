@@ -155,6 +155,47 @@ def fit_leds(
         origin[i] = b[i] - (rotation[i, 0] * a[0] + rotation[i, 1] * a[1] + rotation[i, 2] * a[2])
 
 
+@njit(cache=True, nogil=True, error_model="numpy", inline="always")
+def spot_rows(
+    ideal: Float, jacobian: Float, cam: Float,
+    qx: float, qy: float, qz: float, px: float, py: float, pz: float, row: Float,
+) -> tuple[float, float]:  # fmt: skip
+    """Write d(spot)/d(pose), (2, 6), px, to ``row``; return the residual, px.
+
+    Of the spot at ``ideal`` (2,), mm, with ``jacobian`` (4,), of the LED at p, whose arm from the
+    origin of the probe is q, both mm along the axes of the world.
+    """
+    f = cam[12]
+    xc = cam[0] * px + cam[1] * py + cam[2] * pz + cam[9]
+    yc = cam[3] * px + cam[4] * py + cam[5] * pz + cam[10]
+    zc = cam[6] * px + cam[7] * py + cam[8] * pz + cam[11]
+    # mm on the image per mm across at this depth. zc > 0 is not tested here: labels come
+    # from points in front of their cameras (`_meeting_kernel.meet`).
+    m = f / zc
+    xi, yi = m * xc, m * yc
+    # Observed minus predicted, so that the step is +(J'J)^-1 J'r with J the derivative of
+    # the prediction.
+    ex, ey = ideal[0] - xi, ideal[1] - yi
+    # d(px)/d(mm on the ideal image) at the observed spot: pixel scale times distortion. To
+    # first order it turns a difference of ideal points into one of pixels, where `sigma` is
+    # the same everywhere and along both axes.
+    s00, s01, s10, s11 = jacobian[0], jacobian[1], jacobian[2], jacobian[3]
+    for k in range(3):
+        # d(f X/Z) = f/Z dX - f X/Z^2 dZ, and dX, dY, dZ by the point are the rows of the
+        # camera's R.
+        dx = m * cam[k] - xi / zc * cam[6 + k]
+        dy = m * cam[3 + k] - yi / zc * cam[6 + k]
+        row[0, 3 + k] = s00 * dx + s01 * dy
+        row[1, 3 + k] = s10 * dx + s11 * dy
+    for i in range(2):
+        # d(w x q)/dw: with p the derivative by the point, p . (w x q) = w . (q x p), so q x
+        # p.
+        row[i, 0] = qy * row[i, 5] - qz * row[i, 4]
+        row[i, 1] = qz * row[i, 3] - qx * row[i, 5]
+        row[i, 2] = qx * row[i, 4] - qy * row[i, 3]
+    return s00 * ex + s01 * ey, s10 * ex + s11 * ey
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def normal_equations(
     ideal: Float, jacobian: Float, seen: Bool, cams: Float, leds: Float,
@@ -182,38 +223,10 @@ def normal_equations(
         for c in range(n_cameras):
             if not seen[c, led]:
                 continue
-            f = cams[c, 12]
-            xc = cams[c, 0] * px + cams[c, 1] * py + cams[c, 2] * pz + cams[c, 9]
-            yc = cams[c, 3] * px + cams[c, 4] * py + cams[c, 5] * pz + cams[c, 10]
-            zc = cams[c, 6] * px + cams[c, 7] * py + cams[c, 8] * pz + cams[c, 11]
-            # mm on the image per mm across at this depth. zc > 0 is not tested here: labels come
-            # from points in front of their cameras (`_meeting_kernel.meet`).
-            m = f / zc
-            xi, yi = m * xc, m * yc
-            # Observed minus predicted, so that the step is +(J'J)^-1 J'r with J the derivative of
-            # the prediction.
-            ex, ey = ideal[c, led, 0] - xi, ideal[c, led, 1] - yi
-            # d(px)/d(mm on the ideal image) at the observed spot: pixel scale times distortion. To
-            # first order it turns a difference of ideal points into one of pixels, where `sigma` is
-            # the same everywhere and along both axes.
-            s00, s01 = jacobian[c, led, 0], jacobian[c, led, 1]
-            s10, s11 = jacobian[c, led, 2], jacobian[c, led, 3]
-            r0 = s00 * ex + s01 * ey
-            r1 = s10 * ex + s11 * ey
+            r0, r1 = spot_rows(
+                ideal[c, led], jacobian[c, led], cams[c], qx, qy, qz, px, py, pz, row
+            )
             total += r0 * r0 + r1 * r1
-            for k in range(3):
-                # d(f X/Z) = f/Z dX - f X/Z^2 dZ, and dX, dY, dZ by the point are the rows of the
-                # camera's R.
-                dx = m * cams[c, k] - xi / zc * cams[c, 6 + k]
-                dy = m * cams[c, 3 + k] - yi / zc * cams[c, 6 + k]
-                row[0, 3 + k] = s00 * dx + s01 * dy
-                row[1, 3 + k] = s10 * dx + s11 * dy
-            for i in range(2):
-                # d(w x q)/dw: with p the derivative by the point, p . (w x q) = w . (q x p), so q x
-                # p.
-                row[i, 0] = qy * row[i, 5] - qz * row[i, 4]
-                row[i, 1] = qz * row[i, 3] - qx * row[i, 5]
-                row[i, 2] = qx * row[i, 4] - qy * row[i, 3]
             for i in range(6):
                 g[i] += row[0, i] * r0 + row[1, i] * r1
                 for j in range(i + 1):

@@ -15,7 +15,13 @@ from ocmm_core.cli import app
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.inspection.archive import ReopenedJob, compare_folder, compare_jobs, reopen_job
+from ocmm_core.inspection.archive import (
+    ReopenedJob,
+    compare_files,
+    compare_folder,
+    compare_jobs,
+    reopen_job,
+)
 from ocmm_core.tolerances.decisions import Verdict
 from ocmm_core.tolerances.kinds import spec_of
 from tests.host import HANG_S
@@ -162,7 +168,7 @@ def test_a_folder_is_compared_by_the_plan_of_its_latest_job(
     assert found.plan == batch[0].plan.name
     assert len(found.left_out) == 1
     assert "spoiled.ocmm" in found.left_out[0]
-    assert told == [0.0, 0.25, 0.5, 0.75]
+    assert told == [0.0, 0.25, 0.5, 0.75, 1.0]
 
 
 def test_the_command_prints_what_a_stranger_can_read(
@@ -175,3 +181,39 @@ def test_the_command_prints_what_a_stranger_can_read(
     assert "6 jobs" in said.output
     assert "Cpk" in said.output
     assert "from 6 parts" in said.output
+
+
+def test_a_bad_file_is_a_line_and_the_others_are_compared(
+    batch: tuple[ReopenedJob, ...], tmp_path: Path
+) -> None:
+    paths = [str(shutil.copy(job.path, tmp_path / job.path.name)) for job in batch[:3]]
+    spoiled = tmp_path / "spoiled.ocmm"
+    spoiled.write_bytes(b"no job")
+    said = CliRunner().invoke(app, ["compare", str(spoiled), *paths])
+    assert said.exit_code == 1, said.output
+    assert "3 jobs" in said.output
+    told = [line for line in said.output.splitlines() if line.startswith("left out: ")]
+    assert len(told) == 1
+    assert "spoiled.ocmm" in told[0]
+    with pytest.raises(InputError) as caught:
+        compare_files([spoiled])
+    assert caught.value.code == "compare.unread"
+    assert "spoiled.ocmm" in caught.value.what
+
+
+def test_in_processes_side_by_side_the_same_comes_out(
+    batch: tuple[ReopenedJob, ...], tmp_path: Path
+) -> None:
+    paths = [Path(shutil.copy(job.path, tmp_path / job.path.name)) for job in batch]
+    (tmp_path / "spoiled.ocmm").write_bytes(b"no job")
+    paths.insert(2, tmp_path / "spoiled.ocmm")
+    here, aside = (compare_files(paths, processes=many) for many in (1, 2))
+    assert here.jobs == aside.jobs
+    assert here.words == aside.words
+    assert here.unread == aside.unread
+    assert len(here.unread) == 1
+    for one, other in zip(here.trends, aside.trends, strict=True):
+        assert one.left_out == other.left_out
+        # The same numbers, bit for bit: the same program on the same computer.
+        np.testing.assert_array_equal(one.values, other.values)
+        assert one.parts == other.parts

@@ -6,10 +6,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from ocmm_core.camera import N_PARAMETERS, Rig
+from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig, projection_jacobians
 from ocmm_core.errors import TrackingError
-from ocmm_core.geometry import Float, rotation_from_vector
-from ocmm_core.tracking import ProbeBody, reprojection, solve, tip_sensitivity
+from ocmm_core.geometry import Float, rigid_fit, rotation_from_vector, skew
+from ocmm_core.tracking import (
+    ProbeBody,
+    TipSensitivity,
+    reprojection,
+    solve,
+    tip_sensitivities,
+    tip_sensitivity,
+    triangulate,
+)
+from ocmm_core.tracking.kernels import N_LENS
 
 STEPS = np.array([1e-6] * 3 + [1e-3] * 3 + [1e-4, 1e-6, 1e-3, 1e-3, 1e-8, 1e-10, 1e-8, 1e-8])
 """Each moves a pixel by about 1e-3 px; in the order of the camera's parameters."""
@@ -17,6 +26,10 @@ STEPS = np.array([1e-6] * 3 + [1e-3] * 3 + [1e-4, 1e-6, 1e-3, 1e-3, 1e-8, 1e-10,
 TOLERANCE = 1e-6
 """Relative, of the greatest entry: central differences of tips that move by some 1e-5 mm and are
 rounded to 1e-12 mm."""
+
+PLAIN = 1e-8
+"""Relative, of the greatest entry: both solve the normal equations of a pose, whose condition in mm
+and rad is 1e6 at most, once by LU and once by Cholesky: 1e6 roundings of 2e-16, some tenfold."""
 
 Draw = Callable[..., tuple[Float, Float]]
 Look = Callable[..., Float]
@@ -146,3 +159,97 @@ def test_spots_that_determine_nothing_are_refused(
         tip_sensitivity(spots, recommended, standard_probe)
     assert caught.value.code == "tracking.targets"
     assert "Only 2 LEDs" in caught.value.what
+
+
+def plain(spots: Float, rig: Rig, body: ProbeBody) -> TipSensitivity:
+    """Return what the kernel computes, in plain numpy and camera by camera."""
+    positions = triangulate(rig, spots)
+    located = np.isfinite(positions).all(axis=1)
+    rotation, origin = rigid_fit(body.leds_probe[located], positions[located])
+    for _ in range(10):
+        residuals, rows = reprojection(rig, body.leds_probe, spots, rotation, origin)
+        step: Float = np.linalg.lstsq(rows, residuals)[0].astype(np.float64)
+        rotation = rotation_from_vector(step[:3]) @ rotation
+        origin = origin + step[3:]
+    _, rows = reprojection(rig, body.leds_probe, spots, rotation, origin)
+    gain = np.linalg.solve(rows.T @ rows, rows.T)
+    camera_of, led_of = np.nonzero(np.isfinite(spots).all(axis=2))
+    by_cameras = np.zeros((6, N_PARAMETERS * len(rig.cameras)))
+    by_leds = np.zeros((6, body.leds_probe.size))
+    leds_world = body.leds_probe @ rotation.T + origin
+    for row, (c, led) in enumerate(zip(camera_of, led_of, strict=True)):
+        d_point, d_camera = projection_jacobians(rig.cameras[c], leds_world[led : led + 1])
+        own = gain[:, 2 * row : 2 * row + 2]
+        by_cameras[:, c * N_PARAMETERS : (c + 1) * N_PARAMETERS] += own @ d_camera[0]
+        by_leds[:, 3 * led : 3 * led + 3] += own @ d_point[0] @ rotation
+    arm = rotation @ body.tip_probe
+    to_tip = np.hstack([-skew(arm), np.eye(3)])
+    return TipSensitivity(
+        tip_world=arm + origin,
+        camera=camera_of,
+        uv=spots[camera_of, led_of],
+        by_spots=(to_tip @ gain).reshape(3, -1, 2),
+        by_cameras=to_tip @ by_cameras,
+        by_geometry=np.hstack([to_tip @ by_leds, -rotation]),
+    )
+
+
+def test_many_points_at_once_are_those_of_plain_numpy(
+    recommended: Rig, standard_probe: ProbeBody, draw_poses: Draw, look: Look
+) -> None:
+    """Every point has other LEDs that are hidden, so that their lists are of unlike lengths."""
+    rng = np.random.default_rng()
+    # A tip away from the origin of the probe, which that of the document is not.
+    body = replace(standard_probe, tip_probe=np.array([3.0, -5.0, 11.0]))
+    rotations, tips = draw_poses(rng, 40, (30.0, 30.0, 10.0))
+    spots = look(recommended, body, rotations, tips, 0.01, rng)
+    hidden = rng.uniform(size=(40, 2, 6)) < 0.1
+    hidden[:, :, :4] = False
+    spots[hidden] = np.nan
+    spots = spots[[np.isfinite(triangulate(recommended, one)).all(1).sum() >= 4 for one in spots]]
+    assert len(spots) > 20
+    found = tip_sensitivities(spots, recommended, body)
+    assert len({len(one.camera) for one in found}) > 1
+    for one, seen in zip(found, spots, strict=True):
+        told = plain(seen, recommended, body)
+        assert np.array_equal(one.camera, told.camera)
+        assert np.array_equal(one.uv, told.uv)
+        assert np.abs(one.tip_world - told.tip_world).max() < 1e-8
+        for name in ("by_spots", "by_geometry"):
+            a, b = getattr(one, name), getattr(told, name)
+            assert np.abs(a - b).max() < PLAIN * np.abs(b).max(), name
+        # The parameters have units of their own: each has its own greatest entry.
+        apart = np.abs(one.by_cameras - told.by_cameras).max(axis=0)
+        assert np.all(apart < 100.0 * PLAIN * np.abs(told.by_cameras).max(axis=0))
+        alone = tip_sensitivity(seen, recommended, body)
+        assert np.array_equal(alone.by_cameras, one.by_cameras)
+        assert np.array_equal(alone.by_spots, one.by_spots)
+
+
+def test_the_kernel_knows_how_many_parameters_a_camera_has() -> None:
+    assert len(PARAMETERS) == N_LENS
+
+
+def test_a_point_without_a_pose_refuses_them_all_and_other_shapes_are_refused(
+    recommended: Rig, standard_probe: ProbeBody, scene: Callable[..., Float]
+) -> None:
+    many = np.stack([scene(), scene(), scene()])
+    many[1, 0, 1:] = np.nan
+    with pytest.raises(TrackingError) as caught:
+        tip_sensitivities(many, recommended, standard_probe)
+    assert caught.value.code == "tracking.targets"
+    for spots in (many[:, :1], many[:, :, :5], many[..., :1], many[0]):
+        with pytest.raises(TrackingError) as caught:
+            tip_sensitivities(spots, recommended, standard_probe)
+        assert caught.value.code == "tracking.shape"
+    assert tip_sensitivities(many[:0], recommended, standard_probe) == ()
+
+
+def test_leds_at_one_place_leave_the_pose_open(
+    recommended: Rig, standard_probe: ProbeBody, scene: Callable[..., Float]
+) -> None:
+    """All LEDs at the origin of the probe: no turn moves a spot, and J'J has zeros."""
+    body = replace(standard_probe, leds_probe=np.zeros_like(standard_probe.leds_probe))
+    with pytest.raises(TrackingError) as caught:
+        tip_sensitivity(scene(), recommended, body)
+    assert caught.value.code == "tracking.open"

@@ -1,0 +1,217 @@
+"""The same work on many things side by side, in processes that are gone when they should be.
+
+A process ends with the one that started it, also where that was killed. What goes between them goes
+through the pipes of `multiprocessing`; nothing of it is ever in a file.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import os
+import signal
+import tempfile
+import threading
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.context import SpawnProcess
+from typing import TypeVar
+
+from ocmm_core.blas import use_one_thread
+from ocmm_core.errors import InternalError, OcmmError
+from ocmm_core.failure import contained
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+_FEW = 16
+"""So many jobs take as long one after the other as the start of two processes and the half of them:
+a process loads its libraries for about a second, a job of 91 points takes a tenth of one."""
+_END_S = 1.0
+
+
+def processes_for(things: int) -> int:
+    """Return in how many processes so many things are worked on: one a core at most.
+
+    It is 1, which is the process that asks, where the start of others takes longer than they save,
+    or where this one may not start any (a daemon of `multiprocessing`).
+    """
+    if things <= _FEW or multiprocessing.current_process().daemon:
+        return 1
+    can_say = hasattr(os, "sched_getaffinity")
+    return len(os.sched_getaffinity(0)) if can_say else os.cpu_count() or 1
+
+
+def side_by_side(
+    work: Callable[[T], R],
+    things: Sequence[T],
+    processes: int,
+    named: Callable[[T], str],
+    told: Callable[[int], None] = lambda done: None,
+) -> Iterator[R | OcmmError]:
+    """Give what came of each thing, in their order, whichever is done first.
+
+    Whoever closes this generator, or leaves it by an exception, ends the processes within a second
+    each, whatever they do.
+
+    Parameters
+    ----------
+    work
+        Of one thing; a function of a module, or a `functools.partial` of one. What it raises is the
+        answer for that thing, and the others go on; so it is where its process dies.
+    things
+        Can be sent to another process, as the answers can.
+    processes
+        How many; with 1 all is done in this one.
+    named
+        What the work on a thing is called, as the beginning of a sentence: "Reading a.ocmm".
+    told
+        How many are done.
+    """
+    if processes <= 1:
+        for done, thing in enumerate(things):
+            told(done)
+            yield _answer(work, thing, named(thing))
+        told(len(things))
+        return
+    # The processes inherit the environment; theirs is read before they load numpy.
+    use_one_thread()
+    with tempfile.TemporaryDirectory(prefix="ocmm-side-", ignore_cleanup_errors=True) as scratch:
+        crew: list[_Hand] = []
+        try:
+            yield from _shared_out(crew, work, things, processes, named, told, scratch)
+        finally:
+            for hand in crew:
+                hand.process.terminate()
+            for hand in crew:
+                hand.end()
+
+
+def end_with_parent(may: Callable[[], bool] = lambda: True) -> None:
+    """Let this process end as soon as the one that started it is gone, whatever it does then.
+
+    Parameters
+    ----------
+    may
+        Asked then; where it says no, the process goes on to its end.
+    """
+    parent = multiprocessing.parent_process()
+    if parent is None:
+        return
+    sentinel = parent.sentinel
+
+    def watch() -> None:
+        wait([sentinel])
+        if may():
+            os._exit(1)
+
+    threading.Thread(target=watch, name="ocmm-parent-watch", daemon=True).start()
+
+
+@dataclass(slots=True)
+class _Hand:
+    """A process, the pipe to it, and the place of the thing that it works on; -1 without one."""
+
+    process: SpawnProcess
+    pipe: Connection
+    place: int = -1
+
+    def end(self) -> None:
+        """Wait until the process is gone, and see to it."""
+        self.pipe.close()
+        self.process.join(_END_S)
+        if self.process.is_alive():
+            self.process.kill()
+            self.process.join()
+        self.process.close()
+
+
+def _shared_out(
+    crew: list[_Hand],
+    work: Callable[[T], R],
+    things: Sequence[T],
+    processes: int,
+    named: Callable[[T], str],
+    told: Callable[[int], None],
+    scratch: str,
+) -> Iterator[R | OcmmError]:
+    found: dict[int, R | OcmmError] = {}
+    begun = done = given = 0
+    told(0)
+    while given < len(things):
+        while begun < len(things) and len(crew) < min(processes, len(things)):
+            # Also in the place of one that died.
+            crew.append(_hand(work, scratch))
+            begun = _give_next(crew[-1], things, begun, named)
+        for ready in wait([hand.pipe for hand in crew]):
+            hand = next(one for one in crew if one.pipe is ready)
+            place = hand.place
+            try:
+                found[place] = hand.pipe.recv()
+            except (EOFError, OSError):
+                found[place] = _died(named(things[place]))
+                crew.remove(hand)
+                hand.end()
+            else:
+                begun = _give_next(hand, things, begun, named)
+                if hand.place < 0:
+                    crew.remove(hand)
+                    hand.end()
+            done += 1
+            told(done)
+        while given in found:
+            yield found.pop(given)
+            given += 1
+
+
+def _hand(work: Callable[[T], R], scratch: str) -> _Hand:
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    process = context.Process(
+        target=_serve, args=(work, theirs, scratch), name="ocmm-side", daemon=True
+    )
+    process.start()
+    theirs.close()
+    return _Hand(process, ours)
+
+
+def _give_next(hand: _Hand, things: Sequence[T], begun: int, named: Callable[[T], str]) -> int:
+    """Let a process work on the next thing, if there is one; return how many are begun."""
+    hand.place = -1
+    if begun == len(things):
+        return begun
+    hand.place = begun
+    # Where it died just now, what is read from its pipe says so.
+    with contextlib.suppress(OSError):
+        hand.pipe.send((things[begun], named(things[begun])))
+    return begun + 1
+
+
+def _died(name: str) -> InternalError:
+    return InternalError(
+        "processes.died",
+        f"{name} ended unexpectedly; the computer may be short of memory.",
+        "Close other programs and try again.",
+    )
+
+
+def _serve(work: Callable[[T], R], pipe: Connection, scratch: str) -> None:
+    """Work on what comes until nothing comes any more; what runs in the process."""
+    end_with_parent()
+    # Whoever started this one ends it; a key that interrupts goes to all of a terminal.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    tempfile.tempdir = scratch
+    while True:
+        try:
+            thing, name = pipe.recv()
+        except (EOFError, OSError):
+            return
+        pipe.send(_answer(work, thing, name))
+
+
+def _answer(work: Callable[[T], R], thing: T, name: str) -> R | OcmmError:
+    try:
+        return work(thing)
+    except Exception as error:
+        return contained(error, name)
