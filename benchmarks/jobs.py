@@ -20,6 +20,7 @@ import tempfile
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from ocmm_core.blas import use_one_thread
@@ -99,8 +100,8 @@ def main() -> int:
         for n in options.points:
             path = folder / f"large-{n}.ocmm"
             write_job(path, base, n, n)
-            reading = least_s(lambda path=path: read(path))
-            whole = least_s(lambda path=path: reopen_job(path, folder, calibrations=folder))
+            reading = least_s(partial(read, path))
+            whole = least_s(partial(reopen_job, path, folder, calibrations=folder))
             sys.stdout.write(f"{n:6d} points: reading {reading:.3f} s, reopened {whole:.3f} s\n")
             good = good and whole <= LONGEST_S.get(n, np.inf)
         if options.jobs > 1:
