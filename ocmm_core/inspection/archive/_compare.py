@@ -204,7 +204,7 @@ def compare_files(
         paths,
         processes_for(len(paths)) if processes is None else processes,
         lambda path: f"Reading {path.name}",
-        lambda done: progress(f"Read {done} of {len(paths)} jobs", done / len(paths)),
+        lambda done: progress(f"Read {done} of {len(paths)} jobs", done / max(len(paths), 1)),
     )
     jobs: list[PartJob] = []
     unread: list[str] = []

@@ -217,3 +217,9 @@ def test_in_processes_side_by_side_the_same_comes_out(
         # The same numbers, bit for bit: the same program on the same computer.
         np.testing.assert_array_equal(one.values, other.values)
         assert one.parts == other.parts
+
+
+def test_a_folder_without_jobs_has_too_few(tmp_path: Path) -> None:
+    with pytest.raises(InputError) as caught:
+        compare_folder(tmp_path)
+    assert caught.value.code == "compare.too_few"
