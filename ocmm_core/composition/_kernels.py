@@ -31,9 +31,10 @@ ocmm_core.features.search._newton_kernel
     descend i f2 f2 i f1
     gain_of f2T f2
     move i f1 f1 f1
-    newton i f2 f1 f
+    newton i f2 f1
     rank i f2 f2 f1
     terms i f2 f1 f1 f2T f2
+    terms i f2 f1 f1 f2T f2A
     terms i f2 f1 f1 f2 f2
 ocmm_core.features.search._point_kernel
     centre f2 f1 f2

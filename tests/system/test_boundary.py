@@ -132,7 +132,7 @@ PLACES = (
     Place("ocmm_core.station._reports.report_data", ValueError, COMMAND),
     Place("ocmm_core.export.report._polyworks._points", ZeroDivisionError, COMMAND),
     Place("ocmm_core.export._registry.write_together", RuntimeError, COMMAND),
-    Place("ocmm_core.cli._app.print_table", EOFError, COMMAND),
+    Place("ocmm_core.cli.measure.print_table", EOFError, COMMAND),
 )
 
 
@@ -271,7 +271,7 @@ def run(
                 readers.append(reader)
                 return run_job(built, *arguments, **named)
 
-        monkeypatch.setattr("ocmm_core.cli._app.run_job", watched)
+        monkeypatch.setattr("ocmm_core.cli.measure.run_job", watched)
         trap.set(monkeypatch)
         Path("plan.toml").write_text(PLAN, "utf-8")
         command = ["ocmm", "measure", "--plan", "plan.toml", "--rig", str(slow), "--out", "out"]
