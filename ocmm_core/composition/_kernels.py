@@ -51,6 +51,12 @@ ocmm_core.features.search._point_kernel
     taubin f2 f2
 ocmm_core.features.search._tube_kernel
     narrowest_tube f2 f2
+ocmm_core.features.zones._settle_kernel
+    settle_zone i f b b i1 f2 f2 f1 f1 f2 f f i
+ocmm_core.features.zones._distance_kernel
+    zone_distances i f f2 f1 f1 f1 f2
+ocmm_core.features.zones._place_kernel
+    possible_sizes i f1
 ocmm_core.features.zones._kernel
     narrowest_zone f1 f2 f1 b f f1 i1 f1
 ocmm_core.tolerances.monte_carlo._refit_kernel

@@ -86,7 +86,7 @@ def test_one_key_takes_one_point_and_says_why_next_is_closed(bench: WizardBench)
     page, runner = bench.runner.page(), bench.runner
     assert isinstance(page, KnownPointsPage)
     assert page.score.number() == "0 / 12"
-    assert "12 of 12 points are not taken" in runner.gate.text()
+    assert "12 of 12 points are missing" in runner.gate.text()
     assert not runner.buttons["next"].isEnabled()
     # Nothing is seen yet: Space is answered, and nothing is taken.
     bench.key(Qt.Key.Key_Space)
@@ -258,7 +258,7 @@ def test_a_list_in_the_wrong_order_is_refused_in_words(bench: WizardBench) -> No
         ({"points": ""}, "No file given for the list of reference points."),
         ({"points": "/nowhere.csv"}, "nowhere.csv"),
         ({"who": " "}, "No name given"),
-        ({"temperature": "warm"}, "no number"),
+        ({"temperature": "warm"}, "not a number"),
         ({"temperature": "200"}, "200 °C"),
     ],
 )

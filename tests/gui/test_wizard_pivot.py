@@ -210,7 +210,7 @@ def test_result_is_shown_compared_and_a_changed_tip_wants_a_reason(sweeps: Sweep
     first = outcome.first
     assert page.trails.word().startswith("400 poses, 6 LEDs")
     assert page.facts.value("Tip") == f"± {1e3 * first.tip_sigma:.1f} µm (k = 1)"
-    assert "never calibrated" in page.compare.summary.text()
+    assert "First calibration of this tip" in page.compare.summary.text()
     assert page.compare.tip.words(2)[1] == f"{first.tip_probe[2]:.4f}"
     assert page.compare.tip.words(2)[-1] == "–"
     thesis = 1e3 * (first.thesis_tip_probe - first.tip_probe)[0]

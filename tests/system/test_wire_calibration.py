@@ -119,7 +119,7 @@ def test_nothing_is_measured_until_the_cameras_hold_a_verified_calibration(
     assert "ocmm calibrate write-cameras" in words
     code, words = seen["write"]
     assert code == 0
-    assert "'left' (20600001), 'right' (20600002) store calibration" in words
+    assert "'left' (20600001), 'right' (20600002) now store calibration" in words
     assert seen["check"][0] == 0
     code, words = seen["no tip"]
     assert code == 2

@@ -47,7 +47,7 @@ def checked_points(shape: Shape, points: Points3) -> Points3:
     if len(array) < MINIMUM_POINTS[shape]:
         raise FitError(
             "fit.too_few_points",
-            f"A {word} needs at least {MINIMUM_POINTS[shape]} points ({len(array)} given).",
+            f"{shape.value}: needs at least {MINIMUM_POINTS[shape]} points ({len(array)} given).",
             "Take more points.",
         )
     return array

@@ -41,7 +41,7 @@ def test_outside_the_rated_range_an_artefact_is_refused(celsius: float) -> None:
         "The certificate of 'virtual bar 400' (serial B-400-1) covers 10 to 35 °C, but the "
         f"ambient temperature is given as {celsius:g} °C."
     )
-    with pytest.raises(InputError, match="holds from 10 to 35"):
+    with pytest.raises(InputError, match="covers 10 to 35"):
         artefact.at(400.0, celsius)
 
 
@@ -56,7 +56,7 @@ def test_the_range_of_the_certificate_counts(tmp_path: Path) -> None:
     artefact = load_bar(written(tmp_path, BAR, "temperatures = [18.0, 22.0]")).artefact
     assert artefact.judge(400.0, math.inf, NOW, 18.0) == []
     (found,) = artefact.judge(400.0, math.inf, NOW, 25.0)
-    assert "holds from 18 to 22 °C" in found.what
+    assert "covers 18 to 22 °C" in found.what
 
 
 @pytest.mark.parametrize("said", ["[22.0, 18.0]", "[-40.0, 22.0]", "[18.0, 200.0]"])

@@ -123,9 +123,9 @@ def test_a_new_calibration_needs_a_new_qualification(qualified: Qualified) -> No
     store, now = qualified.store, qualified.at
     store.calibrate(make_probe_record(frames=2000), "technician", "", now)
     assert store.status("6 mm", now).state is State.SUSPECT
-    with pytest.raises(CalibrationError, match="calibration in force"):
+    with pytest.raises(CalibrationError, match="active calibration"):
         store.qualify(qualified.tip, now)
-    with pytest.raises(CalibrationError, match="calibration in force"):
+    with pytest.raises(CalibrationError, match="active calibration"):
         store.check(make_tip_check(qualified.calibration, qualified.tip), now)
 
 

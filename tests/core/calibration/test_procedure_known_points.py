@@ -90,7 +90,7 @@ def test_a_session_goes_on_where_it_was_and_gives_the_same_record(tmp_path: Path
     view = resumed.view
     assert sum(point.views is not None for point in view.points) == 57
     assert view.next_point == 57
-    assert "43 of 100 points are not taken" in view.base.steps[1].gate.reason
+    assert "43 of 100 points are missing" in view.base.steps[1].gate.reason
     resumed.advance(bench.now())
     with pytest.raises(CalibrationError, match="43 of 100"):
         resumed.advance(bench.now())

@@ -117,7 +117,7 @@ def test_a_verification_must_be_of_this_calibration_and_of_other_data(
     store: CalibrationStore,
 ) -> None:
     other = make_verification(make_record(points=399))
-    with pytest.raises(CalibrationError, match="not about the active calibration"):
+    with pytest.raises(CalibrationError, match="does not belong to the active calibration"):
         store.verify(other, MADE)
     same = msgspec.structs.replace(make_verification(make_record()), data_sha256="a" * 64)
     with pytest.raises(CalibrationError, match="independent data"):

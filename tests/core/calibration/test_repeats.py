@@ -110,7 +110,7 @@ def test_the_time_is_what_all_repeats_leave(
 
 def test_what_is_no_number_is_refused() -> None:
     nowhere = repeat("nest 1", np.array([np.nan, 0.0, 0.0]))
-    with pytest.raises(CalibrationError, match="no number"):
+    with pytest.raises(CalibrationError, match="not a number"):
         judge_repeats([nowhere])
     good = repeat("nest 1", np.zeros(3))
     negative = RestingPosition(good.first.world, -np.eye(3), good.first.utc)

@@ -175,7 +175,7 @@ def test_flat_volume_warns_refuses_and_can_be_forced() -> None:
     error = refusal(*flat)
     assert error.code == "calibration.flat_volume"
     assert "0.03 times as deep as wide" in error.what
-    assert "force" in error.remedy
+    assert "override it with a reason" in error.remedy
     forced = calibrate_rig(rig(), *flat, force=True)
     assert forced.forced
     assert {"calibration.flat_volume", "calibration.focal_sigma"} <= codes(forced)

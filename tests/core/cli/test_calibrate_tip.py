@@ -44,7 +44,7 @@ def test_a_tip_is_qualified_and_checked_live(ocmm_here: Ocmm, probes: Path) -> N
         "calibrate", "check-tip", "--probes", probes, "--scene", "wrong-length", "--accept"
     )
     assert wrong.returncode == 1
-    assert "mm longer than it was calibrated" in wrong.stdout
+    assert "mm longer than at its calibration" in wrong.stdout
     assert "SUSPECT" in wrong.stdout
     records = ProbeStore(probes / "standard")
     assert [one.made_by for one in records.qualifications()] == ["technician", "Ada"]

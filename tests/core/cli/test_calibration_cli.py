@@ -111,7 +111,7 @@ def test_recorded_real_cameras_need_a_calibration_too(ocmm_here: Ocmm, tmp_path:
     arguments = ("measure", "--plan", QUICK, "--source", "replay:run.ocmmrec", "--speed", "0.5")
     done = ocmm_here(*arguments, "--out", "out")
     assert done.returncode == 2
-    assert "of real cameras (EtherCAT on enp3s0)" in done.stderr
+    assert "from real cameras (EtherCAT on enp3s0)" in done.stderr
     digest = calibrate(tmp_path / "cal")
     done = ocmm_here(*arguments, "--out", "out", "--calibrations", "cal")
     assert done.returncode == 2

@@ -107,7 +107,7 @@ def test_record_writes_what_replay_reads(ocmm_here: Ocmm, tmp_path: Path) -> Non
     assert "16000 frames" in done.stdout
     done = ocmm_here("measure", "--plan", QUICK, "--out", "out", "--source", "replay:run.ocmmrec")
     assert done.returncode == 2
-    assert "missing: BED" in done.stderr
+    assert "Missing: BED" in done.stderr
 
 
 def test_headless_demo_prints_measured_and_true_values(ocmm: Ocmm) -> None:

@@ -32,7 +32,7 @@ def test_a_cone_with_an_outlier(ocmm_here: Ocmm, tmp_path: Path) -> None:
     assert angle is not None
     value, expanded = map(float, angle.groups())
     assert abs(value - np.degrees(2.0 * HALF_ANGLE)) < 2.0 * expanded < 5.0
-    assert "Outlier: point 5 lies" in done.stdout
+    assert "Outlier: point 5 is" in done.stdout
     assert "Form (peak to valley)" in done.stdout
 
 

@@ -28,7 +28,7 @@ DESIGN = resource("designs", "standard.toml")
 def test_the_probe_of_the_thesis_is_examined(ocmm_here: Ocmm, tmp_path: Path) -> None:
     done = ocmm_here("probe", "design", *THESIS, "--all-seen", "--out", "figures")
     assert (done.returncode, done.stderr) == (0, "")
-    number = re.search(r"Uncertainty of the tip by the spots: ([\d.]+) µm", done.stdout)
+    number = re.search(r"Uncertainty of the tip from spot noise: ([\d.]+) µm", done.stdout)
     assert number is not None
     # 21.9 um in a volume 200 mm deep; this rig accepts 150 mm.
     assert float(number.group(1)) == pytest.approx(21.9, rel=0.02)

@@ -24,7 +24,7 @@ def test_what_is_said_about_a_tip(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     tips = Tips(tmp_path / "tips")
     good = runner.invoke(app, ["calibrate", "probe-status", *of_tips])
     assert good.exit_code == 0
-    assert f"{TIP} (on the probe)" in good.stdout
+    assert f"{TIP} (mounted)" in good.stdout
     assert "State    VALID" in good.stdout
     assert "Ball     6.0000 mm" in good.stdout
     assert "at 20.5 C" in good.stdout

@@ -342,5 +342,5 @@ def test_two_jobs_of_one_name_do_not_overwrite_each_other(tmp_path: Path) -> Non
 def test_an_unknown_format_is_named(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="'pdf'"):
         write_report(sample_report(), ("pdf",), tmp_path)
-    with pytest.raises(InputError, match="nothing"):
+    with pytest.raises(InputError, match="Nothing to report"):
         write_report([], ("json",), tmp_path)

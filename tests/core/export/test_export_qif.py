@@ -334,7 +334,7 @@ def _set(name: str, attribute: str, value: str) -> Callable[[etree._Element], No
         (_set_text("Normal", "0 0 1.0000001"), "1.000000100 and is not a unit vector"),
         (_set_text("Points", "1 2 3"), "its Points are 3 numbers"),
         (_set_text("Normal", "0 0 nan"), "non-finite"),
-        (_set_text("Value", "twenty"), "no number"),
+        (_set_text("Value", "twenty"), "not a number"),
         (_set("MeasuredPointSet", "count", "5"), "says 5 points"),
         (_set("CharacteristicItems", "n", "4"), "says n = 4"),
         (_set("", "idMax", "7"), "idMax is 7"),

@@ -71,13 +71,13 @@ def _without(name: str) -> tuple[str, ...]:
 
 
 def test_an_unknown_format_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(InputError, match="no format 'word'") as caught:
+    with pytest.raises(InputError, match="Unknown report format 'word'") as caught:
         chosen_formats(["word"])
     assert all(name in caught.value.remedy for name in (*FORMATS, ALL))
     for use in (
         lambda: write_report(sample_report(), ["word"], tmp_path / "out", incomplete=True),
         lambda: preview(sample_report(), "word"),
     ):
-        with pytest.raises(InputError, match="no format 'word'"):
+        with pytest.raises(InputError, match="Unknown report format 'word'"):
             use()
     assert not (tmp_path / "out").exists()

@@ -71,7 +71,7 @@ def test_the_command_consults_the_history(bench: Bench, cameras: Cameras) -> Non
     arguments = ["report", str(path), "--format", "json", "--preview"]
     shown = CliRunner().invoke(app, [*arguments, "--calibrations", str(cameras.folder)])
     assert shown.exit_code == 0
-    assert "14 points are in doubt" in shown.output
+    assert "14 points are suspect" in shown.output
     # Elsewhere the file speaks for itself, and it is said that nobody here knows more.
     shown = CliRunner().invoke(app, [*arguments, "--calibrations", str(cameras.folder / "no")])
     assert "in doubt" not in shown.output
@@ -84,7 +84,7 @@ def test_a_doubt_lasts_until_the_verification(bench: Bench, cameras: Cameras) ->
     cameras.store.suspect("monitor", "Camera 'left' has turned.", None, now)
     job = opened(path, cameras)
     assert len(job.view.held) == 14
-    assert job.doubts[0].startswith("Camera 'left' has turned. 14 points are in doubt. Verify")
+    assert job.doubts[0].startswith("Camera 'left' has turned. 14 points are suspect. Verify")
     cameras.verify()
     assert opened(path, cameras).doubts == ()
     assert verdicts(opened(path, cameras)) == {Verdict.CONFORM}

@@ -48,6 +48,6 @@ def test_check_says_which_picture_is_missing(tmp_path: Path) -> None:
     text = resource("plans", "quick.toml").read_text()
     plan = tmp_path / "p.toml"
     plan.write_text(text.replace('name = "BED"', 'name = "BED"\npicture = "bed.png"', 1))
-    assert "bed.png is not there" in run("check", str(plan))
+    assert "bed.png not found" in run("check", str(plan))
     (tmp_path / "bed.png").write_bytes(b"x")
     assert "bed.png" not in run("check", str(plan))

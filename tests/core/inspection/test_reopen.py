@@ -254,7 +254,7 @@ def test_a_point_that_its_spots_do_not_show_is_told_and_proves_nothing(
     again = reopen_job(forged)
     assert again.faults == ()
     assert len(again.differences) == 1
-    assert again.differences[0].startswith("Point 2 lies 0.0")
+    assert again.differences[0].startswith("Point 2 is 0.0")
     assert "Point 2" in again.view.unproven
     verdicts = {result.verdict for result in again.view.characteristics}
     assert verdicts <= {Verdict.NOT_PROVEN, Verdict.NOT_MEASURED}

@@ -112,7 +112,7 @@ def test_the_frame_of_a_virtual_rig_proves_nothing_about_a_real_part(
     session = InspectionSession(plan, bench.rig, bench.body, job, SessionOptions())
     take_all(session, bench)
     real = session.view
-    assert "The frame bed of the plan is SIMULATED" in real.unproven
+    assert "Frame bed of the plan is SIMULATED" in real.unproven
     assert real.part_verdict.word is PartWord.NOT_PROVEN
     # On a virtual rig it is as good as the part.
     session.conditions.note_origin(simulated=True)

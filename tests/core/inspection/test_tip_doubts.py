@@ -79,4 +79,4 @@ def test_of_several_failures_and_doubts_the_last_one_is_the_reason() -> None:
     shock = event(45, TipEventKind.DOUBTED, since=45)
     mounted = event(55, TipEventKind.MOUNTED, since=55)
     doubts = points_in_doubt([QUALIFIED, shock, mounted], TIP, TAKEN)
-    assert doubts.open == {5: "A reason.", 6: f"Tip '{TIP}' was mounted anew."}
+    assert doubts.open == {5: "A reason.", 6: f"Tip '{TIP}' was mounted again."}

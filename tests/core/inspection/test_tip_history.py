@@ -63,7 +63,7 @@ def test_a_check_that_failed_later_puts_the_jobs_before_it_in_doubt(
         app, ["report", str(measured), "--format", "json", "--preview", "--probes", str(probes)]
     )
     assert shown.exit_code == 0
-    assert "14 points are in doubt" in shown.output
+    assert "14 points are suspect" in shown.output
 
 
 def test_a_doubt_lasts_until_the_check(measured: Path, tips: Tips) -> None:

@@ -226,7 +226,7 @@ def test_another_tip_in_the_menu_ends_the_job(build: Build, tmp_path: Path) -> N
     tips.store.calibrate(other, "technician", "new", datetime.now(UTC))
     station.maintenance.probe_records_changed()
     assert station.instruments.probe().word is CalibrationStatus.UNUSABLE
-    assert "Tip 'long' is on the probe" in str(station.instruments.probe().blocking_reason)
+    assert "Tip 'long' is mounted" in str(station.instruments.probe().blocking_reason)
 
 
 def test_a_tip_that_is_named_at_the_start_is_mounted(build: Build, tmp_path: Path) -> None:
