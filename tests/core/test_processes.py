@@ -103,7 +103,6 @@ def told_hang(folder: str) -> None:
     time.sleep(1000.0)
 
 
-@pytest.mark.skipif(sys.platform == "win32", reason="signals of POSIX")
 def test_processes_end_with_a_parent_that_is_killed(tmp_path: Path) -> None:
     pids, script = tmp_path / "pids", tmp_path / "parent.py"
     pids.mkdir()

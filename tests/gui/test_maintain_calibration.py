@@ -221,7 +221,10 @@ def test_a_damaged_record_is_said_and_the_rest_is_shown(
     page = bench.window.maintenance.calibration
     # The one in force is sound, but what was before it belongs to what it rests on.
     assert page.word() == "UNUSABLE"
-    assert f"Record {oldest.stem[:12]} in {oldest.parent} was changed after it was written" in page.sentence()
+    assert (
+        f"Record {oldest.stem[:12]} in {oldest.parent} was changed after it was written"
+        in page.sentence()
+    )
     assert "If there is none, calibrate the cameras from known points" in page.sentence()
     assert page.history.rowCount() == 6
     assert "was changed after it was written" in page.fault()

@@ -24,7 +24,9 @@ ROUND_CLOUD = RNG.normal(0.0, 1.0, (40, 3))
 @pytest.mark.parametrize("shape", ALL_SHAPES)
 def test_too_few_points(shape: Shape) -> None:
     few = MINIMUM_POINTS[shape] - 1
-    with pytest.raises(FitError, match=rf"needs at least {few + 1} points \({few} given\)") as caught:
+    with pytest.raises(
+        FitError, match=rf"needs at least {few + 1} points \({few} given\)"
+    ) as caught:
         fit_shape(shape, np.zeros((few, 3)))
     assert caught.value.code == "fit.too_few_points"
 

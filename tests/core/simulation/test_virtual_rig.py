@@ -138,7 +138,7 @@ def test_slots_are_shuffled_between_cameras_and_seeds(make_rig: MakeRig) -> None
         ({"seed": 2**63}, "seed is 9223372036854775808"),
         ({"frame_rate_hz": -5}, "frame rate of the virtual rig is -5 Hz"),
         ({"frame_rate_hz": 0}, "frame rate of the virtual rig is 0 Hz"),
-        ({"touches": [("BED", 0)]}, "feature 'BED' is to be touched 0 times"),
+        ({"touches": [("BED", 0)]}, "Feature 'BED' is set to be touched 0 times"),
         ({"touches": [("BORE_X", 3)]}, "has no feature 'BORE_X'"),
     ],
 )
