@@ -15,6 +15,7 @@ import numba
 _TYPES = {
     "f": numba.float64, "s": numba.float32, "i": numba.int64, "U": numba.uint64,
     "u": numba.uint8, "w": numba.uint16, "b": numba.boolean,
+    "c": numba.complex128,
 }  # fmt: skip
 
 # A letter is a number of that type. With a digit it is an array of so many dimensions: row by row
@@ -36,6 +37,8 @@ ocmm_core.features.search._newton_kernel
     terms i f2 f1 f1 f2T f2
     terms i f2 f1 f1 f2T f2A
     terms i f2 f1 f1 f2 f2
+ocmm_core.features.search._places_kernel
+    seen i f1 f2 f
 ocmm_core.features.search._point_kernel
     centre f2 f1 f2
     line_distances f2 f2 f1 f1
@@ -53,10 +56,13 @@ ocmm_core.features.search._tube_kernel
     narrowest_tube f2 f2
 ocmm_core.features.zones._settle_kernel
     settle_zone i f b b i1 f2 f2 f1 f1 f2 f f i
+    newton_step i f b b i1 f2 f1 f f1 f2 f2 i1 f1 f f1
 ocmm_core.features.zones._distance_kernel
     zone_distances i f f2 f1 f1 f1 f2
+    zone_distances i f c2 f1 c1 c1 c2
 ocmm_core.features.zones._place_kernel
     possible_sizes i f1
+    move_zone f2 f1 f1 f1 f2 f1 f1
 ocmm_core.features.zones._kernel
     narrowest_zone f1 f2 f1 b f f1 i1 f1
 ocmm_core.tolerances.monte_carlo._refit_kernel

@@ -127,7 +127,7 @@ def test_files_that_are_no_pairs_are_named(tmp_path: Path) -> None:
         ("1;2;3\n1,5;2,5;3,5\n", "line 2: '1,5;2,5;3,5' has decimal commas"),
         ("1,5 2,5 3,5\n", "line 1: '1,5 2,5 3,5' has decimal commas"),
         ("1,5,2,5,3,5\n", "could be three numbers with decimal commas or six"),
-        ("5\n1 2 3\n", "announces 5 points, but 1 follow"),
+        ("5\n1 2 3\n", "declares 5 points, but 1 follow"),
         ("1 2 nan\n", "'nan' is not a coordinate"),
         ("1 2 1e9\n", "'1e9' is not a coordinate"),
         ("# nothing\n", "no points"),

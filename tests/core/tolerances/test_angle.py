@@ -144,7 +144,7 @@ def test_without_a_frame_only_what_is_alike_on_both_sides_is_said() -> None:
     actual = part(0.05).actual()
     both = evaluate(asked("angle", "up,along", nominal=90.0, lower=-0.1), actual, None)
     assert both.value == pytest.approx(89.95, abs=1e-9)
-    assert "which side" in both.note
+    assert "side of the right angle is undefined" in both.note
     with pytest.raises(FitError, match="on which side of a right angle"):
         evaluate(asked("angle", "up,along", nominal=90.0), actual, None)
     with pytest.raises(FitError, match="on which side of a right angle"):

@@ -109,7 +109,7 @@ BAD: list[tuple[dict[str, object], str, str]] = [
     ({"kind": "form", "features": ["dot"]}, "features", "needs one of: line"),
     ({"kind": "flatness", "features": ["top"], "association": "inscribed"}, "association",
      "'minimum zone' or 'least squares'"),
-    ({"kind": "flatness", "features": ["top"], "nominal": 1.0}, "nominal", "has none"),
+    ({"kind": "flatness", "features": ["top"], "nominal": 1.0}, "nominal", "has no nominal"),
     ({"kind": "flatness", "features": ["top"], "lower": -0.1}, "lower", "an upper limit only"),
     ({"kind": "flatness", "features": ["top"], "upper": 0.0}, "upper", "greater than zero"),
     ({"kind": "diameter", "features": ["hole"], "lower": 0.2}, "upper", "below 'lower'"),

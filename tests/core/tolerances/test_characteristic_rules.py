@@ -71,7 +71,7 @@ def test_points_that_are_not_in_sections_show_no_circular_runout() -> None:
     surface, normals = ring(motion(0, 0, 30), 8.0)
     spiral = surface + np.linspace(0.0, 20.0, 12)[:, None] * [0.0, 0.0, 1.0]
     part.add("spiral", Shape.CYLINDER, (spiral, normals), diameter=16.0)
-    with pytest.raises(FitError, match="spiral do not lie in sections"):
+    with pytest.raises(FitError, match="spiral are not in sections"):
         evaluate(asked("circular runout", "spiral", "pin"), part.actual(), None)
     total = evaluate(asked("total runout", "spiral", "pin"), part.actual(), None)
     assert total.value == pytest.approx(0.0, abs=1e-9)
