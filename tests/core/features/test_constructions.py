@@ -339,7 +339,7 @@ def _tilted(degrees: float) -> dict[str, tuple[Shape, Float]]:
         (Projection(name="x", features=("LEANING", "TOP")), "nearly normal to the plane"),
         (Projection(name="x", features=("A", "LEFT")), "inclined 90 degrees"),
         (Bisector(name="x", features=("TOP", "STEP")), "nothing lies between them"),
-        (Bisector(name="x", features=("LEFT", "RIGHT"), which="across"), "look at each other"),
+        (Bisector(name="x", features=("LEFT", "RIGHT"), which="across"), "face each other"),
         (Bisector(name="x", features=("SHAFT", "PIN")), "neither angle is the smaller one"),
         (HiddenPoint(name="x", features=("NEAR", "BALL"), distance=10.0), "0.500 mm from each"),
         (Offset(name="x", features=("SHAFT",), distance=-8.5), "radius would be -0.500"),
@@ -384,7 +384,7 @@ def test_constructions_are_ordered_and_circles_refused() -> None:
     assert [item.name for item in in_order(items)] == ["a", "b", "c"]
     assert set(probed_features("c", items)) == {"A", "B", "C"}
     circle = [*items[:1], Midpoint(name="b", features=("c", "A"))]
-    with pytest.raises(InputError, match="c, b need each other in a circle"):
+    with pytest.raises(InputError, match="c, b depend on each other in a loop"):
         in_order(circle)
 
 
