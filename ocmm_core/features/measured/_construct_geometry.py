@@ -126,8 +126,8 @@ def halving_plane(first: Float, second: Float, *, between: bool) -> Float:
     if length < 2.0 * _LEAST_SINE:
         raise FitError(
             "construction.no_bisector",
-            "The faces are oriented "
-            + ("the same way: nothing lies between them." if between else "at each other."),
+            "The faces face "
+            + ("the same way: nothing lies between them." if between else "each other."),
             f"Take the plane '{other_way}'.",
         )
     offset = (one @ first[POINT] + sign * (other @ second[POINT])) / length
