@@ -85,7 +85,7 @@ class Sight:
         if live.hint.startswith("Hold still") and live.wanted:
             left = (live.wanted - live.frames) / self._state.rig.frame_rate_hz + self._hold_s
             return Countdown(Phase.RESTING, left, live.frames / live.wanted)
-        taken = live.hint.startswith("This place was taken")
+        taken = live.hint.startswith("This place is done")
         return Countdown(Phase.TAKEN if taken else Phase.SEARCHING, 0.0, 0.0)
 
     def _judged(self, step: str, version: int) -> Live:
