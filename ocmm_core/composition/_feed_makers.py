@@ -66,7 +66,7 @@ def recording_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -
     """Return a recording; raise InputError where it is not of this rig."""
     source = ReplaySource(Path(value), request.speed)
     try:
-        source.check_rig(rig)
+        source.recording.check_rig(rig)
     except BaseException:
         source.close()
         raise

@@ -26,7 +26,6 @@ ocmm_core.features.search._axis_kernel
     tubes f2 f2
 ocmm_core.features.search._ellipse_kernel
     conics f2 f2
-    ellipse_feet f1 f1 f f f2
     of_conic f1 f f1
 ocmm_core.features.search._newton_kernel
     descend i f2 f2 i f1

@@ -220,10 +220,6 @@ class ReplaySource:
         """Return what the source says about itself."""
         return self._description
 
-    def check_rig(self, rig: Rig) -> None:
-        """Raise InputError, naming the camera, unless ``rig`` has the recorded cameras."""
-        self.recording.check_rig(rig)
-
     def open(self) -> None:
         """Start at the first frame."""
         self.seek(0)

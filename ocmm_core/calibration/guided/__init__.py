@@ -27,6 +27,8 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.guided._chance import range_limit
     from ocmm_core.calibration.guided._collecting import (
+        AVERAGING,
+        PLACE_DONE,
         STILL_FRAMES,
         STRANGE,
         WAVED_FRAMES,
@@ -130,11 +132,10 @@ else:
         _articulation=(
             "ARTICULATION_CHANCE Articulation BallPlace articulate handle_axis place_of_ball"
         ),
-        _shocks="ShockDetector record_shock require_no_doubt_since",
         _chance="range_limit",
         _collecting=(
-            "Average ProbeSpotAverager STILL_FRAMES STRANGE StaticSpotAverager WAVED_FRAMES "
-            "sigma_of_mean"
+            "AVERAGING Average PLACE_DONE ProbeSpotAverager STILL_FRAMES STRANGE "
+            "StaticSpotAverager WAVED_FRAMES sigma_of_mean"
         ),
         _conclusion="CalibrationContext Findings build_outcome hash_of",
         _coverage="coverage viewer_axes",
@@ -161,6 +162,7 @@ else:
             "Begun CommonEvent Decided Entered SessionEvent SessionFormat SessionLine Spots "
             "from_spots is_ended require_probe sessions to_spots utc_text"
         ),
+        _shocks="ShockDetector record_shock require_no_doubt_since",
         _shot_table="Shot load_shots write_shots",
         _table_text="TextRow TextTable read_table",
         _touches="RestingTouch joint_covariance shared_covariance tips_of touch_of",
@@ -168,7 +170,9 @@ else:
 
 __all__ = [
     "ARTICULATION_CHANCE",
+    "AVERAGING",
     "OPEN",
+    "PLACE_DONE",
     "SEATS",
     "SEAT_MM",
     "STILL_FRAMES",

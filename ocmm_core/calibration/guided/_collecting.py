@@ -35,6 +35,8 @@ _MOST_TIP_SIGMA_MM = 0.06
 
 _ENOUGH_SPOTS = 4
 _SHOW = "Show the whole probe to all cameras: its LEDs are not recognised yet."
+AVERAGING = "Hold still: averaging."
+PLACE_DONE = "This place is done: move to the next one."
 STRANGE = (
     "The visible lights are not those of the probe: cover other lights, use the selected probe, "
     "or relocate the cameras if they have moved since the calibration."
@@ -187,12 +189,12 @@ class StaticSpotAverager:
             )
             return f"Camera '{blind}' does not see the target: move it into the view."
         if not self._window.full:
-            return "Hold still: averaging."
+            return AVERAGING
         limit = _SETTLED_PX + _SIGMAS * self._rig.noise.white_px * np.sqrt(2.0 / self._frames)
         if motion > limit:
             return f"The target moves by {motion:.2f} px: wait until it is at rest."
         if self._taken is not None and not self._has_moved(self._taken):
-            return "This place is done: move to the next one."
+            return PLACE_DONE
         return ""
 
     def _has_moved(self, taken: Average) -> bool:
@@ -302,7 +304,7 @@ class ProbeSpotAverager:
         if np.count_nonzero(seen.sum(axis=0) >= 2) < 3:
             return "Fewer than three LEDs are seen by two cameras: turn the probe to them.", np.nan
         if not self._window.full:
-            return "Hold still: averaging.", np.nan
+            return AVERAGING, np.nan
         part = len(spots) // self._parts
         means = spots.reshape(self._parts, part, *spots.shape[1:]).mean(axis=1)
         motion = float(np.nanmax(np.linalg.norm(means - means[-1], axis=3)))
@@ -338,7 +340,7 @@ class ProbeSpotAverager:
         if far or turned:
             return ""
         if self._resting:
-            return "This place is done: move to the next one."
+            return PLACE_DONE
         return "Keep moving and turning the probe."
 
     def _drop_labels(self, slot_of_led: Int, block: FrameBlock) -> None:

@@ -7,7 +7,15 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.calibration.guided import STILL_FRAMES, Average, Live, ProbeSpotAverager, touch_of
+from ocmm_core.calibration.guided import (
+    AVERAGING,
+    PLACE_DONE,
+    STILL_FRAMES,
+    Average,
+    Live,
+    ProbeSpotAverager,
+    touch_of,
+)
 from ocmm_core.calibration.tip._state import TouchState
 from ocmm_core.calibration.tip._steps import SPHERE, TAKING
 from ocmm_core.calibration.tip._touch_hints import judge_in_cone, judge_on_sphere
@@ -82,10 +90,10 @@ class Sight:
             left = self._left_s(live)
             share = 1.0 - left / self._hold_s if self._hold_s else 1.0
             return Countdown(Phase.RESTING if left else Phase.READY, left, share)
-        if live.hint.startswith("Hold still") and live.wanted:
+        if live.hint == AVERAGING and live.wanted:
             left = (live.wanted - live.frames) / self._state.rig.frame_rate_hz + self._hold_s
             return Countdown(Phase.RESTING, left, live.frames / live.wanted)
-        taken = live.hint.startswith("This place is done")
+        taken = live.hint == PLACE_DONE
         return Countdown(Phase.TAKEN if taken else Phase.SEARCHING, 0.0, 0.0)
 
     def _judged(self, step: str, version: int) -> Live:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.calibration.guided import OPEN, Gate, RestingTouch
+from ocmm_core.calibration.guided import OPEN, PLACE_DONE, Gate, RestingTouch
 from ocmm_core.calibration.tip._sphere_layout import CONE_TOLERANCE, TOLERANCE
 from ocmm_core.calibration.tip._state import TouchState
 
@@ -36,7 +36,7 @@ def judge_on_sphere(state: TouchState, touch: RestingTouch) -> str:
         return ""
     direction = away / distance
     if float((progress.directions_world @ direction).max()) > np.cos(_SAME_PLACE):
-        return "This place is done: move to the next one."
+        return PLACE_DONE
     free = state.wanted.places.directions[list(progress.missing)]
     if progress.next_place is not None and not (free @ direction > np.cos(TOLERANCE)).any():
         return f"This place is not needed: touch the sphere {state.next_words()}."

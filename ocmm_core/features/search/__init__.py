@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     from ocmm_core.features.search._curvature import curved_patch
     from ocmm_core.features.search._ellipse_kernel import (
         conics,
-        ellipse_feet,
         ellipse_foot,
         of_conic,
     )
@@ -90,7 +89,7 @@ else:
         _axis_kernel="CONE CYLINDER RING TORUS across axis_kernel tubes",
         _common="FLAT centred centred_solid checked_points degenerate oriented principal_axes",
         _curvature="curved_patch",
-        _ellipse_kernel="conics ellipse_feet ellipse_foot ellipse_kernel of_conic",
+        _ellipse_kernel="conics ellipse_foot ellipse_kernel of_conic",
         _flat_kernel="BALL DISC ELLIPSE ROUND_ENDS SQUARE_ENDS flat_kernel",
         _newton_kernel="STEP_SIZE move newton_kernel solve_step terms",
         _point_kernel="line_distances places spread spread_alike taubin",
@@ -133,7 +132,6 @@ __all__ = [
     "decided",
     "degenerate",
     "derivatives",
-    "ellipse_feet",
     "ellipse_foot",
     "ellipse_kernel",
     "few_axes",

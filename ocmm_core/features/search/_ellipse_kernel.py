@@ -66,13 +66,6 @@ def ellipse_foot(x: float, y: float, a: float, b: float) -> tuple[float, float]:
 
 
 @compiled()
-def ellipse_feet(x: Float, y: Float, a: float, b: float, feet: Float) -> None:
-    """Put what `ellipse_foot` returns for every place into ``feet`` (n, 2)."""
-    for i in range(len(x)):
-        feet[i, 0], feet[i, 1] = ellipse_foot(x[i], y[i], a, b)
-
-
-@compiled()
 def _feet(m: int, a: float, b: float, block: Float) -> None:
     """Put the feet of the first ``m`` points of a block into it; as `ellipse_foot` does for one."""
     swapped = a < b

@@ -40,8 +40,14 @@ if TYPE_CHECKING:
         ShapeSpec,
         Size,
     )
-    from ocmm_core.features.shapes._shapes import GEOMETRY_NAMES, Fit, element, make_fit
-    from ocmm_core.features.shapes._specs import MINIMUM_POINTS, shapes_where
+    from ocmm_core.features.shapes._shapes import (
+        GEOMETRY_NAMES,
+        MINIMUM_POINTS,
+        Fit,
+        element,
+        make_fit,
+        shapes_where,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -53,8 +59,7 @@ else:
             "ACROSS BallWay Criterion DIRECTION GEOMETRY_SIZE HALF_ANGLE POINT QifShape RADIUS "
             "SECOND ShapeSpec Size"
         ),
-        _shapes="Fit GEOMETRY_NAMES element make_fit",
-        _specs="MINIMUM_POINTS shapes_where",
+        _shapes="Fit GEOMETRY_NAMES MINIMUM_POINTS element make_fit shapes_where",
     )
 
 __all__ = [

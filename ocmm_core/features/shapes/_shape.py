@@ -31,4 +31,4 @@ class Shape(Enum):
         # A command lists the shapes in its help; the registry needs numpy.
         from ocmm_core.features.shapes._specs import SPECS
 
-        return SPECS[self]
+        return SPECS[self.value]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,8 +19,12 @@ from ocmm_core.features.shapes._shape_spec import (
     RADIUS,
     SECOND,
     Criterion,
+    ShapeSpec,
 )
 from ocmm_core.geometry import Float
+
+MINIMUM_POINTS = {shape: shape.spec.minimum_points for shape in Shape}
+"""Points without which the shape is not determined."""
 
 GEOMETRY_NAMES = (
     "x", "y", "z",
@@ -236,3 +241,8 @@ def make_fit(
         criterion=criterion,
         contacts=contacts,
     )
+
+
+def shapes_where(trait: Callable[[ShapeSpec], bool]) -> tuple[Shape, ...]:
+    """Return the shapes whose entries have a trait, in the order of `Shape`."""
+    return tuple(shape for shape in Shape if trait(shape.spec))

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import replace
 
-from ocmm_core.features.shapes._shape import Shape
 from ocmm_core.features.shapes._shape_spec import (
     HALF_ANGLE,
     RADIUS,
@@ -147,25 +145,17 @@ _TORUS = ShapeSpec(
 )  # fmt: skip
 
 SPECS = {
-    Shape.POINT: _POINT,
-    Shape.LINE: _LINE,
-    Shape.PLANE: _PLANE,
-    Shape.CIRCLE: _CIRCLE,
-    Shape.SPHERE: _SPHERE,
-    Shape.CYLINDER: _CYLINDER,
-    Shape.ELLIPSE: _ELLIPSE,
-    Shape.ROUND_SLOT: _ROUND_SLOT,
-    Shape.SQUARE_SLOT: _RECTANGLE,
-    Shape.RECTANGLE: _RECTANGLE,
-    Shape.CONE: _CONE,
-    Shape.TORUS: _TORUS,
+    "Point": _POINT,
+    "Line": _LINE,
+    "Plane": _PLANE,
+    "Circle": _CIRCLE,
+    "Sphere": _SPHERE,
+    "Cylinder": _CYLINDER,
+    "Ellipse": _ELLIPSE,
+    "RoundSlot": _ROUND_SLOT,
+    "SquareSlot": _RECTANGLE,
+    "Rectangle": _RECTANGLE,
+    "Cone": _CONE,
+    "Torus": _TORUS,
 }
-"""The entries; `Shape.spec` is the way to them."""
-
-MINIMUM_POINTS = {shape: spec.minimum_points for shape, spec in SPECS.items()}
-"""Points without which the shape is not determined."""
-
-
-def shapes_where(trait: Callable[[ShapeSpec], bool]) -> tuple[Shape, ...]:
-    """Return the shapes whose entries have a trait, in the order of `Shape`."""
-    return tuple(shape for shape in Shape if trait(shape.spec))
+"""The entries by the name of their shape; `Shape.spec` is the way to them."""

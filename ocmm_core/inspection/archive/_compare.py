@@ -241,8 +241,10 @@ def compare_files(
 def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     """Return what the jobs of one plan say together, characteristic by characteristic.
 
-    A value that rests on points in doubt, or on an uncalibrated machine, is shown and not counted:
-    a trend must not be made of it. Nor are values of simulated jobs beside those of real ones.
+    For scripts that hold jobs open, and for tests; commands and the window read files
+    (`compare_files`). A value that rests on points in doubt, or on an uncalibrated machine, is
+    shown and not counted: a trend must not be made of it. Nor are values of simulated jobs beside
+    those of real ones.
 
     Raises
     ------

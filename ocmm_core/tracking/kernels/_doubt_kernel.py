@@ -48,6 +48,7 @@ def ambiguity_score(
     # them. Both are sums over LEDs, so that leaving one out is a subtraction; no pose is fitted
     # anew.
     normal_equations(led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g)
+    _fill_upper(h)
     n_cameras, n_leds = seen.shape
     only = np.zeros((n_cameras, n_leds), np.bool_)
     located = 0
@@ -63,6 +64,7 @@ def ambiguity_score(
         misfit = normal_equations(
             led_ideal, led_jacobian, only, cams, leds, rotation, origin, own, own_g
         )
+        _fill_upper(own)
         # Taken back at once: an LED that nobody sees ends its turn before this, and what were still
         # set then would be left out together with the next.
         for c in range(n_cameras):
@@ -109,6 +111,14 @@ def ambiguity_score(
         if located < 4 or misfit > ODD_CHI2 + ODD_CHI2_PER_VIEW * views:
             worst = max(worst, moved)
     return worst
+
+
+@compiled()
+def _fill_upper(a: Float) -> None:
+    """Complete a symmetric matrix of which only the lower half was summed up."""
+    for i in range(len(a)):
+        for j in range(i):
+            a[j, i] = a[i, j]
 
 
 @compiled()

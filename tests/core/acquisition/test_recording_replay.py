@@ -346,16 +346,16 @@ def test_a_closed_recording_and_a_wrong_block_are_refused(
 
 def test_the_cameras_must_be_those_of_the_rig(path: Path, rig: Rig) -> None:
     source = ReplaySource(path)
-    source.check_rig(rig)
-    source.check_rig(dataclasses.replace(rig, identity="cd" * 32))
+    source.recording.check_rig(rig)
+    source.recording.check_rig(dataclasses.replace(rig, identity="cd" * 32))
     left, right = rig.cameras
     with pytest.raises(InputError, match="camera 1 of the recording has serial number 1001"):
-        source.check_rig(dataclasses.replace(rig, cameras=(right, left)))
+        source.recording.check_rig(dataclasses.replace(rig, cameras=(right, left)))
     other = dataclasses.replace(right, serial=77)
     with pytest.raises(InputError, match=r"1002, but camera 'right' of rig 'bench' has 77"):
-        source.check_rig(dataclasses.replace(rig, cameras=(left, other)))
+        source.recording.check_rig(dataclasses.replace(rig, cameras=(left, other)))
     with pytest.raises(InputError, match="2 cameras, but rig 'bench' has 3"):
-        source.check_rig(dataclasses.replace(rig, cameras=(left, right, other)))
+        source.recording.check_rig(dataclasses.replace(rig, cameras=(left, right, other)))
     source.close()
 
 

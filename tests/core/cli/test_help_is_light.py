@@ -5,12 +5,10 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from importlib import import_module
 
 import pytest
 
 from ocmm_core.cli.measure._report import FORMAT_WORDS, PROFILED_WORDS
-from ocmm_core.composition import SOURCES
 from ocmm_core.export import ALL, FORMATS
 from tests.host import HANG_S, on_linux_only
 
@@ -74,15 +72,3 @@ def test_who_reads_one_line_of_a_help_gets_no_complaint(command: str) -> None:
 def test_the_help_of_reports_names_the_formats_of_the_registry() -> None:
     assert f"{', '.join(FORMATS)} or {ALL}" == FORMAT_WORDS
     assert ", ".join(name for name, one in FORMATS.items() if one.profile) == PROFILED_WORDS
-
-
-def test_every_source_names_makers_that_there_are() -> None:
-    made_in = import_module("ocmm_core.composition._feed_makers")
-    makers = [
-        getattr(maker, "__name__", "")
-        for spec in SOURCES
-        for maker in (spec.make, spec.segment, spec.scenes)
-        if maker is not None
-    ]
-    assert len(makers) >= len(SOURCES)
-    assert [name for name in makers if not callable(getattr(made_in, name, None))] == []

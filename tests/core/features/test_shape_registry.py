@@ -47,7 +47,7 @@ def fit_of(shape: Shape) -> Fit:
 
 @EACH
 def test_a_shape_has_an_entry_in_both_registries(shape: Shape) -> None:
-    assert isinstance(SPECS.get(shape), ShapeSpec)
+    assert isinstance(SPECS.get(shape.value), ShapeSpec)
     assert isinstance(ELEMENTS.get(shape), ElementSpec)
 
 
