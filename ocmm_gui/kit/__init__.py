@@ -96,6 +96,7 @@ if TYPE_CHECKING:
         digit_font,
         far_type,
         fitted,
+        paint_in,
         status_colour,
         text_font,
         verdict_colour,
@@ -123,7 +124,7 @@ else:
         _sound="Approach Sound SoundPlayer verdict_sound",
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font far_type "
-            "fitted status_colour text_font verdict_colour wrapped_pixels"
+            "fitted paint_in status_colour text_font verdict_colour wrapped_pixels"
         ),
         _triggers="Debounced FINISH_KEYS TAKE_KEYS UNDO_KEYS",
         _verification_messages="session_of",
@@ -213,6 +214,7 @@ __all__ = [
     "next_step",
     "outlier_count",
     "outlier_words",
+    "paint_in",
     "paint_mark",
     "panel",
     "progress_word",

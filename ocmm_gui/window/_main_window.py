@@ -30,12 +30,14 @@ from ocmm_gui.kit import (
     Mode,
     Notice,
     NoticeCentre,
+    Sheet,
     Sound,
     SoundPlayer,
     WorkLine,
     apply_theme,
     bind_actions,
     make_actions,
+    paint_in,
     reference_words,
     show_mode,
 )
@@ -108,7 +110,6 @@ class MainWindow(QMainWindow):
         self.choice = PointChoice(bridge, self.desk, notices)
         self.output = Output(bridge, notices, out, self.is_far)
         self.sheets = Sheets(bridge, notices, self.output.folder)
-        self.sheets.report.written.connect(self.output.tell_written)
         self.maintenance = Maintenance(bridge, notices, self._feedback, self.actions_by_key)
         self.trust = TrustBar()
         self.tip_line = TipLine()
@@ -127,7 +128,7 @@ class MainWindow(QMainWindow):
         self.use_theme(theme)
 
     def _lay_out(self) -> None:
-        for view in (self.desk, self.far, *self.maintenance.all(), *self.sheets.all()):
+        for view in (self.desk, self.far, *self.maintenance.all()):
             self._stack.addWidget(view)
         central = QWidget()
         whole = QHBoxLayout(central)
@@ -147,7 +148,9 @@ class MainWindow(QMainWindow):
         self.desk.plan.feature_chosen.connect(bridge.choice.select)
         self.sheets.wanted.connect(self._leave_keys_to)
         self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
-        self.sheets.recall.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.sheets.made.connect(self._on_sheet)
+        self.sheets.written.connect(self.output.tell_written)
+        self.sheets.left_recall.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.maintenance.wanted.connect(self._leave_keys_to)
         self.maintenance.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.tip_line.turned.connect(self._on_tip_turned)
@@ -159,6 +162,10 @@ class MainWindow(QMainWindow):
         bridge.job_changed.connect(self._on_job)
         bridge.point_taken.connect(self._feedback.taken)
         bridge.point_refused.connect(self._feedback.refused)
+
+    def _on_sheet(self, sheet: Sheet) -> None:
+        self._stack.addWidget(sheet)
+        paint_in(sheet, self._theme)
 
     def show_mode(self, mode: Mode) -> None:
         """Show Inspect, as it was left, or Maintain."""
@@ -325,7 +332,7 @@ class MainWindow(QMainWindow):
         self.simulated.setVisible(job.simulated)
         self._show_job(job)
         self.choice.show_job(job)
-        self.sheets.job_changed(job)
+        self.sheets.job_changed()
         if previous is not None:
             self._feedback.announce(previous, job)
 

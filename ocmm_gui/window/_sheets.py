@@ -1,28 +1,41 @@
-"""The sheets of the window: results, reports, plan, alignment, job."""
+"""The sheets of the window: results, reports, plan, alignment, job; made when first looked at."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtWidgets import QWidget
 
-from ocmm_core.calibration.records import RecordStore, default_folder
-from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre, Sheet
-from ocmm_gui.maintain import RecallSheet
-from ocmm_gui.operator import JobSheet
-from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.results import AlignmentSheet, CompareSheet, JobSource, ReportSheet, ResultsSheet
-from ocmm_gui.window._keys_sheet import KeysSheet
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.records import RecordStore
+    from ocmm_gui.maintain import RecallSheet
+    from ocmm_gui.operator import JobSheet
+    from ocmm_gui.plan_editor import PlanSheet
+    from ocmm_gui.results import (
+        AlignmentSheet,
+        CompareSheet,
+        JobSource,
+        ReportSheet,
+        ResultsSheet,
+    )
+    from ocmm_gui.window._keys_sheet import KeysSheet
+
+S = TypeVar("S", bound=Sheet)
 
 
 class Sheets(QObject):
-    """Make all sheets and join them to the station.
+    """Make each sheet when it is asked for first, and join it to the station.
+
+    What a sheet needs is imported then, too: before the first look at the window that would be
+    half of the waiting. A sheet asks the station for its state when it is made and when it is
+    opened, so it misses nothing that came before.
 
     Parameters
     ----------
@@ -34,10 +47,16 @@ class Sheets(QObject):
         Where files go unless somebody says otherwise.
     """
 
+    made = Signal(object)
+    """Emits a `Sheet` that is new, before it is shown."""
     wanted = Signal(object)
     """Emits the `Sheet` that is to be shown."""
     left = Signal()
     """Back to the measuring."""
+    left_recall = Signal()
+    """Back to Maintain, where the recall is opened."""
+    written = Signal(object)
+    """Emits what was `ocmm_gui.results.Written` by the sheet of the reports."""
 
     def __init__(
         self,
@@ -46,54 +65,100 @@ class Sheets(QObject):
         folder: Callable[[], Path],
     ) -> None:
         super().__init__()
-        running = JobSource.of_bridge(bridge)
-        records = partial(_records, bridge)
-        self.results = ResultsSheet(running, lambda: calibration_words(bridge), records)
-        self.report = ReportSheet(folder)
-        self.alignment = AlignmentSheet(bridge)
-        self.job = JobSheet(bridge)
-        self.batch = CompareSheet(records)
-        self.keys = KeysSheet()
-        station = bridge.station
-        self.recall = RecallSheet(
-            lambda: station.job.path.parent,
-            lambda: records()[1] or default_folder(),
-            lambda: records()[0],
-            lambda: bridge.shown.job.operator,
-        )
-        self.plan = PlanSheet(station.job.plan, station.job.plan_file, lambda: station.job.path)
-        self.plan.saved.connect(self._on_plan_saved)
-        self.plan.measure_wanted.connect(self._measure_by)
-        bridge.plan_changed.connect(
-            lambda: self.plan.use_plan(station.job.plan, station.job.plan_file)
-        )
+        self._bridge, self._notices, self._folder = bridge, notices, folder
+        self._made: list[Sheet] = []
         bridge.jobs.job_left.connect(notices.inform)
-        self._notices = notices
-        self._bridge = bridge
-        bridge.jobs.job_begun.connect(self._on_begun)
-        for sheet in self.all():
-            sheet.left.connect(self.left)
-            sheet.failed.connect(notices.error)
-            sheet.told.connect(notices.inform)
-        # It is opened from Maintain, and left to there.
-        self.recall.left.disconnect(self.left)
-        self.report.left.disconnect(self.left)
-        self.report.left.connect(self.open_results)
-        self.batch.left.disconnect(self.left)
-        self.batch.left.connect(self.open_results)
-        self.results.report_wanted.connect(self._open_report)
-        self.results.batch_wanted.connect(self._open_batch)
+        bridge.jobs.job_begun.connect(self.left)
 
-    def all(self) -> tuple[Sheet, ...]:
-        """Return every sheet, for the stack of the window."""
-        return (
-            self.results, self.report, self.batch, self.job, self.plan, self.alignment, self.keys,
-            self.recall,
-        )  # fmt: skip
+    @cached_property
+    def results(self) -> ResultsSheet:
+        """The verdicts of the running job, or of a file."""
+        from ocmm_gui.results import JobSource, ResultsSheet
+
+        bridge = self._bridge
+        sheet = ResultsSheet(
+            JobSource.of_bridge(bridge), lambda: calibration_words(bridge), self._records
+        )
+        bridge.jobs.job_begun.connect(sheet.forget_file)
+        sheet.report_wanted.connect(self._open_report)
+        sheet.batch_wanted.connect(self._open_batch)
+        return self._joined(sheet, self.left)
+
+    @cached_property
+    def report(self) -> ReportSheet:
+        """The reports, opened from the results."""
+        from ocmm_gui.results import ReportSheet
+
+        sheet = ReportSheet(self._folder)
+        sheet.written.connect(self.written)
+        return self._joined(sheet, self.open_results)
+
+    @cached_property
+    def batch(self) -> CompareSheet:
+        """The jobs of a folder beside each other, opened from the results."""
+        from ocmm_gui.results import CompareSheet
+
+        return self._joined(CompareSheet(self._records), self.open_results)
+
+    @cached_property
+    def job(self) -> JobSheet:
+        """The start of a job."""
+        from ocmm_gui.operator import JobSheet
+
+        return self._joined(JobSheet(self._bridge), self.left)
+
+    @cached_property
+    def plan(self) -> PlanSheet:
+        """The editor of the plan."""
+        from ocmm_gui.plan_editor import PlanSheet
+
+        job = self._bridge.station.job
+        sheet = PlanSheet(job.plan, job.plan_file, lambda: job.path)
+        sheet.saved.connect(self._on_plan_saved)
+        sheet.measure_wanted.connect(self._measure_by)
+        self._bridge.plan_changed.connect(lambda: sheet.use_plan(job.plan, job.plan_file))
+        return self._joined(sheet, self.left)
+
+    @cached_property
+    def alignment(self) -> AlignmentSheet:
+        """How the part lies."""
+        from ocmm_gui.results import AlignmentSheet
+
+        return self._joined(AlignmentSheet(self._bridge), self.left)
+
+    @cached_property
+    def keys(self) -> KeysSheet:
+        """All keys of the window."""
+        from ocmm_gui.window._keys_sheet import KeysSheet
+
+        return self._joined(KeysSheet(), self.left)
+
+    @cached_property
+    def recall(self) -> RecallSheet:
+        """Jobs that are calculated again, opened from Maintain."""
+        from ocmm_core.calibration.records import default_folder
+        from ocmm_gui.maintain import RecallSheet
+
+        sheet = RecallSheet(
+            lambda: self._bridge.station.job.path.parent,
+            lambda: self._records()[1] or default_folder(),
+            lambda: self._records()[0],
+            lambda: self._bridge.shown.job.operator,
+        )
+        return self._joined(sheet, self.left_recall)
+
+    def _joined(self, sheet: S, back: SignalInstance | Callable[[], None]) -> S:
+        """Return a new sheet that tells of itself and leads back to where it was opened."""
+        sheet.left.connect(back)
+        sheet.failed.connect(self._notices.error)
+        sheet.told.connect(self._notices.inform)
+        self._made.append(sheet)
+        self.made.emit(sheet)
+        return sheet
 
     def holds(self, widget: QWidget | None) -> bool:
         """Return whether a widget is one of the sheets."""
-        return any(sheet is widget for sheet in self.all())
+        return any(sheet is widget for sheet in self._made)
 
     def open_results(self) -> None:
         """Show the results of the running job, or of the file that was opened before."""
@@ -125,20 +190,15 @@ class Sheets(QObject):
         self.wanted.emit(self.recall)
         self.recall.open()
 
-    def job_changed(self, job: JobView) -> None:
+    def job_changed(self) -> None:
         """Let the sheets show what was measured since."""
-        self.results.job_changed()
-        self.report.job_changed()
+        for sheet in self._made:
+            sheet.job_changed()
 
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
-        self.results.close_work()
-        self.report.close_work()
-        self.job.close_work()
-        self.batch.close_work()
-        self.plan.close_work()
-        self.alignment.close_work()
-        self.recall.close_work()
+        for sheet in self._made:
+            sheet.close_work()
 
     def _on_plan_saved(self, path: Path) -> None:
         self.job.offer(path)
@@ -148,10 +208,6 @@ class Sheets(QObject):
         self.open_job()
         self.job.choose_plan(path)
 
-    def _on_begun(self) -> None:
-        self.results.forget_file()
-        self.left.emit()
-
     def _open_report(self, source: JobSource) -> None:
         self.wanted.emit(self.report)
         self.report.open(source)
@@ -160,14 +216,13 @@ class Sheets(QObject):
         self.wanted.emit(self.batch)
         self.batch.open(folder)
 
-
-def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
-    """Return where records of probes and of calibrations are kept; None for that of this user."""
-    instruments = bridge.station.instruments
-    return (
-        _folder_of(instruments.probe_in_use.store),
-        _folder_of(instruments.calibration_in_use.store),
-    )
+    def _records(self) -> tuple[Path | None, Path | None]:
+        """Return where records of probes and of calibrations are kept; None for this user's."""
+        instruments = self._bridge.station.instruments
+        return (
+            _folder_of(instruments.probe_in_use.store),
+            _folder_of(instruments.calibration_in_use.store),
+        )
 
 
 def _folder_of(store: RecordStore[Any] | None) -> Path | None:
