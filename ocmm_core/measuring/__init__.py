@@ -7,8 +7,8 @@ factors.
 Read `_trigger` (when a point is asked for), `_stable_point` (from a window of frames to one ball
 centre), `_point` (what is kept of it), `_compensation` (from which side the ball touched),
 `_temperature`, then `_uncertainty` and `_contributions` (what each error does to all points) with
-`_contact`, `_factors` and `_pattern_field` (how it is kept). `_probe_report`, `_probe_budget` and
-`_probe_maps` say it before anything is measured.
+`_contact`, `_factors`, `_pattern_field` and `_rows` (how it is kept). `_probe_report`,
+`_probe_budget` and `_probe_maps` say it before anything is measured.
 It must not know features or plans: a point does not know what it is for.
 """
 
@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from ocmm_core.measuring._probe_maps import colour_at, map_range
     from ocmm_core.measuring._probe_messages import label_verdict, label_words, mechanics_words
     from ocmm_core.measuring._probe_report import Examination, Mechanics, ProbeReport, examine
+    from ocmm_core.measuring._rows import Rows
     from ocmm_core.measuring._stable_point import PointOptions, StablePoint, average
     from ocmm_core.measuring._temperature import (
         CLIMATE_EVENT,
@@ -70,6 +71,7 @@ else:
         _probe_maps="colour_at map_range",
         _probe_report="Examination Mechanics ProbeReport examine",
         _probe_messages="label_verdict label_words mechanics_words",
+        _rows="Rows",
         _stable_point="PointOptions StablePoint average",
         _temperature=(
             "CLIMATE_EVENT Climate PartTemperature check_part climate_of_text record_text "
@@ -101,6 +103,7 @@ __all__ = [
     "ProbeState",
     "Refusal",
     "RefusalCode",
+    "Rows",
     "Side",
     "StablePoint",
     "Touch",

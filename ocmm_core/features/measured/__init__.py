@@ -17,7 +17,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.features.measured._actual import ActualFeature, Touches, actual_features
+    from ocmm_core.features.measured._actual import (
+        ActualFeature,
+        ResidualSlopes,
+        Touches,
+        actual_features,
+    )
     from ocmm_core.features.measured._construct import (
         Construction,
         FitThrough,
@@ -53,7 +58,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _actual="ActualFeature Touches actual_features",
+        _actual="ActualFeature ResidualSlopes Touches actual_features",
         _construct="Construction FitThrough Intersection Midpoint Offset PartOf probed_features",
         _construct_checks="AXIAL CENTRED LONG construction_fault shapes_with",
         _construct_geometry="gauge_point",
@@ -87,6 +92,7 @@ __all__ = [
     "Orientation",
     "PairResult",
     "PartOf",
+    "ResidualSlopes",
     "SetReport",
     "Touches",
     "actual_features",

@@ -35,7 +35,7 @@ def compensate_by_plan(
     nominals
         Features of the plan; those of another shape are left out of the result.
     points
-        All points of the job; their order is that of the columns of the jacobians.
+        All points of the job; rows of jacobians name them by their places in it.
     """
     single = [item for item in nominals if item.shape is Shape.POINT]
     to_world = T_part_from_world.rotation.T

@@ -54,20 +54,47 @@ def evaluate_all(
         name: feature for name, feature in actual.items() if isinstance(feature, ActualFeature)
     }
     frames = Frames(measured, alignment)
+    known = _Known(measured, samples)
     return tuple(
-        _evaluated(characteristic, alignment, actual, measured, frames, factors, samples, rule)
+        _evaluated(characteristic, alignment, actual, known, frames, factors, rule)
         for characteristic in characteristics
     )
+
+
+class _Known:
+    """Features that are measured and what they show of their form, found by their points."""
+
+    def __init__(
+        self, measured: Mapping[str, ActualFeature], samples: Sequence[FormSample]
+    ) -> None:
+        self.measured = measured
+        self._samples = {sample.feature: sample for sample in samples}
+        self._touched = {
+            place: name
+            for name, feature in measured.items()
+            if feature.touches is not None
+            for place in feature.touches.places
+        }
+
+    def under(
+        self, characteristic: Characteristic, evaluation: Evaluation
+    ) -> tuple[dict[str, ActualFeature], list[FormSample]]:
+        """Return the features that a value is about or rests on, and what they show of form."""
+        rows = [evaluation.gradient, evaluation.component_gradients, evaluation.bonus_gradient]
+        places = {place for row in rows if row is not None for place in row.places.tolist()}
+        names = dict.fromkeys(characteristic.features)
+        names |= dict.fromkeys(sorted({self._touched[p] for p in places if p in self._touched}))
+        samples = [self._samples[name] for name in names if name in self._samples]
+        return {k: self.measured[k] for k in names if k in self.measured}, samples
 
 
 def _evaluated(
     characteristic: Characteristic,
     alignment: AnyAlignment | None,
     actual: Mapping[str, ActualFeature | FitError],
-    measured: Mapping[str, ActualFeature],
+    known: _Known,
     frames: Frames,
     factors: PointFactors | None,
-    samples: Sequence[FormSample],
     rule: Rule,
 ) -> CharacteristicResult:
     for name in involved_features(characteristic, alignment):
@@ -79,8 +106,9 @@ def _evaluated(
             characteristic, "No uncertainty: the covariance of the points is unknown."
         )
     try:
-        evaluation = evaluate(characteristic, measured, alignment, frames)
-        spreads = spreads_of(characteristic, evaluation, measured, factors, samples)
+        evaluation = evaluate(characteristic, known.measured, alignment, frames)
+        below, samples = known.under(characteristic, evaluation)
+        spreads = spreads_of(characteristic, evaluation, below, factors, samples)
         if not math.isfinite(spreads.growth):
             why = f"{NOT_DETERMINED} {WHAT_TO_DO}"
             return without_uncertainty(characteristic, evaluation, why)

@@ -24,6 +24,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import POINT, nominal_geometry
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, skew
+from ocmm_core.measuring import Rows
 
 BEST_FIT = "best fit"
 """Word for a frame that the toleranced points set alone."""
@@ -38,7 +39,7 @@ class ZoneFrame:
     T_frame_from_world
         Where nominal geometry is.
     by_coordinates
-        (6, 3 N + 1): turn, rad, over shift, mm, of the frame by every coordinate: a point x of the
+        6 rows: turn, rad, over shift, mm, of the frame by every coordinate: a point x of the
         frame moves by ``turn x x + shift``.
     motions
         (6, k): what is open, in the same form.
@@ -47,7 +48,7 @@ class ZoneFrame:
     """
 
     T_frame_from_world: RigidTransform
-    by_coordinates: Float
+    by_coordinates: Rows
     motions: Float
     words: str
 
@@ -65,19 +66,20 @@ class ZoneFrame:
             self.words,
         )
 
-    def point_derivative(self, point_frame: Float, by_coordinates_world: Float) -> Float:
-        """Return how a point answers in the frame, (3, 3 N + 1), from how it does in the world."""
+    def point_derivative(self, point_frame: Float, by_coordinates_world: Rows) -> Rows:
+        """Return how a point answers in the frame, 3 rows, from how it does in the world."""
         rotation = self.T_frame_from_world.rotation
         by_frame = -skew(point_frame) @ self.by_coordinates[:3] + self.by_coordinates[3:]
-        return np.asarray(rotation @ by_coordinates_world + by_frame, dtype=np.float64)
+        return rotation @ by_coordinates_world + by_frame
 
     def turning(self) -> ZoneFrame:
         """Return what of the frame acts on directions: no shifts."""
-        by_coordinates, motions = self.by_coordinates.copy(), self.motions.copy()
-        by_coordinates[3:] = motions[3:] = 0.0
+        motions = self.motions.copy()
+        motions[3:] = 0.0
+        turns = np.diag([1.0, 1.0, 1.0, 0.0, 0.0, 0.0])
         return ZoneFrame(
             RigidTransform(self.T_frame_from_world.rotation, np.zeros(3)),
-            by_coordinates,
+            turns @ self.by_coordinates,
             motions[:, np.any(motions != 0.0, axis=0)],
             self.words,
         )
@@ -155,8 +157,7 @@ class Frames:
         if not datums:
             started = self._started((), features, self._geometries)
             points = np.array([self._geometries[name][POINT] for name in features])
-            coordinates = self._actual[features[0]].jacobian.shape[1]
-            return free_frame(started, points.mean(axis=0), coordinates)
+            return free_frame(started, points.mean(axis=0))
         key = tuple(datums)
         if key not in self._held:
             self._held[key] = self._of(key)
@@ -251,14 +252,12 @@ class Frames:
         return datum_frame(names, geometries, self._shapes, self._nominals).T_frame_from_world
 
 
-def free_frame(
-    T_frame_from_world: RigidTransform, middle_world: Float, coordinates: int
-) -> ZoneFrame:
+def free_frame(T_frame_from_world: RigidTransform, middle_world: Float) -> ZoneFrame:
     """Return a frame that nothing holds; its small turns are about a point (3,), mm, world."""
     middle = T_frame_from_world.apply(middle_world)
     motions = np.eye(6)
     motions[3:, :3] = skew(middle)
-    return ZoneFrame(T_frame_from_world, np.zeros((6, coordinates)), motions, BEST_FIT)
+    return ZoneFrame(T_frame_from_world, Rows.nothing(6), motions, BEST_FIT)
 
 
 def moved_geometry(
@@ -274,9 +273,9 @@ def moved_geometry(
     return {**geometries, name: moved}
 
 
-def _transported(further: RigidTransform, twists: Float) -> Float:
-    """Return small motions (6, m) seen after a further motion of the frame."""
-    turned = further.rotation @ twists[:3]
-    shifted = further.rotation @ twists[3:]
-    shifted += np.cross(further.translation, turned, axis=0)
-    return np.vstack([turned, shifted])
+def _transported(further: RigidTransform, twists: Rows) -> Rows:
+    """Return small motions, 6 rows, seen after a further motion of the frame."""
+    rotation, nothing = further.rotation, np.zeros((3, 3))
+    by_twist = np.block([[rotation, nothing], [skew(further.translation) @ rotation, rotation]])
+    seen: Rows = by_twist @ twists
+    return seen
