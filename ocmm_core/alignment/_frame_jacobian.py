@@ -47,7 +47,7 @@ def frame_jacobian(
     T_part_from_world
         The frame itself (`alignment.datums.frame_of`).
     """
-    geometries = {name: feature.fit.geometry for name, feature in actual.items()}
+    geometries = {name: actual[name].fit.geometry for name in rule.features}
     rows = Rows.nothing(6)
     back = T_part_from_world.inverse()
     for name in rule.features:

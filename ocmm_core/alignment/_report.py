@@ -9,7 +9,7 @@ import numpy as np
 
 from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
 from ocmm_core.alignment._frame_jacobian import frame_jacobian
-from ocmm_core.alignment._precedence import geometries_of, refit_under_precedence
+from ocmm_core.alignment._precedence import refit_under_precedence
 from ocmm_core.alignment._residuals import Residual, brought_together, residuals_of
 from ocmm_core.alignment._rules import (
     BestFit,
@@ -21,7 +21,7 @@ from ocmm_core.alignment._rules import (
     SavedFrame,
 )
 from ocmm_core.errors import FitError, OcmmError
-from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.measured import ActualFeature, geometries_of
 from ocmm_core.geometry import Float, RigidTransform, skew
 from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors, Rows
 

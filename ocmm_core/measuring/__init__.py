@@ -31,7 +31,13 @@ if TYPE_CHECKING:
         contributions,
         rigid_movement,
     )
-    from ocmm_core.measuring._factors import PointFactors, factors_of, factors_of_matrix
+    from ocmm_core.measuring._factors import (
+        PointFactors,
+        factors_of,
+        factors_of_matrix,
+        joined_factors,
+        root_of,
+    )
     from ocmm_core.measuring._missing_tip import explain, explain_reference
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
     from ocmm_core.measuring._probe_budget import BudgetTerm
@@ -64,7 +70,7 @@ else:
             "CAMERAS Contribution FRAME FrameDoubt IMAGE_NOISE ProbeState TIP_RADIUS "
             "contributions rigid_movement"
         ),
-        _factors="PointFactors factors_of factors_of_matrix",
+        _factors="PointFactors factors_of factors_of_matrix joined_factors root_of",
         _missing_tip="explain explain_reference",
         _point="MeasuredPoint Refusal RefusalCode",
         _probe_budget="BudgetTerm",
@@ -119,6 +125,7 @@ __all__ = [
     "explain_reference",
     "factors_of",
     "factors_of_matrix",
+    "joined_factors",
     "joint_factors",
     "label_verdict",
     "label_words",
@@ -128,6 +135,7 @@ __all__ = [
     "record_text",
     "reported_points",
     "rigid_movement",
+    "root_of",
     "side_of",
     "systematic_covariance",
 ]

@@ -21,7 +21,7 @@ import numpy as np
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._contributions import Contribution
-from ocmm_core.measuring._pattern_field import PatternField
+from ocmm_core.measuring._pattern_field import PatternField, joined_fields
 from ocmm_core.measuring._rows import Rows
 
 
@@ -37,11 +37,14 @@ class PointFactors:
         (N, 3, 3), mm^2: what each point has alone.
     pattern
         What near points share; None where nothing.
+    places
+        (N,) int64, ascending: what rows call the points; None where that is 0 to N - 1.
     """
 
     shared: Float
     own: Float
     pattern: PatternField | None = None
+    places: Int | None = None
 
     @property
     def count(self) -> int:
@@ -49,8 +52,13 @@ class PointFactors:
         return len(self.own)
 
     def kept(self, places: Sequence[int] | Int) -> PointFactors:
-        """Return the factors of some of the points, in the order of ``places``."""
+        """Return the factors of some of the points, in the order of ``places``.
+
+        Their places are 0 to n - 1 then.
+        """
         chosen = np.asarray(places, dtype=np.int64)
+        if self.places is not None:
+            chosen = np.searchsorted(self.places, chosen)
         columns = np.append((3 * chosen[:, None] + np.arange(3)).ravel(), 3 * self.count)
         pattern = None
         if self.pattern is not None and len(chosen):
@@ -118,7 +126,8 @@ class PointFactors:
 
     def _under(self, rows: Rows) -> PointFactors:
         """Return the factors of the points that rows hold."""
-        return self if len(rows.places) == self.count else self.kept(rows.places)
+        known = np.arange(self.count) if self.places is None else self.places
+        return self if np.array_equal(rows.places, known) else self.kept(rows.places)
 
 
 def _answers(rows: Rows, shared: Float) -> Float:
@@ -128,8 +137,14 @@ def _answers(rows: Rows, shared: Float) -> Float:
     return answers
 
 
-def factors_of(parts: Sequence[Contribution], count: int) -> PointFactors:
-    """Return the factors of ``count`` points that the parts make together."""
+def factors_of(
+    parts: Sequence[Contribution], count: int, root: Callable[[Float], Float] | None = None
+) -> PointFactors:
+    """Return the factors of ``count`` points that the parts make together.
+
+    ``root`` stands for `root_of`, of which somebody keeps the results.
+    """
+    root = root or root_of
     own = np.zeros((count, 3, 3))
     pattern = None
     # Parts that the points answer to alike are one: told apart, one may be below zero by rounding.
@@ -142,8 +157,28 @@ def factors_of(parts: Sequence[Contribution], count: int) -> PointFactors:
         if part.by is not None and part.covariance is not None:
             by, covariance = alike.get(id(part.by), (part.by, np.zeros_like(part.covariance)))
             alike[id(part.by)] = by, covariance + part.covariance
-    rows = [by @ root_of(covariance) for by, covariance in alike.values()]
+    rows = [by @ root(covariance) for by, covariance in alike.values()]
     return PointFactors(np.hstack([np.zeros((3 * count + 1, 0)), *rows]), own, pattern)
+
+
+def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
+    """Return the factors of all points of several, which share the same quantities.
+
+    Each of ``parts``, at least one, has its ``places``, and none of them twice.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    places = np.concatenate([part.places for part in parts if part.places is not None])
+    order = np.argsort(places)
+    rows = np.concatenate([part.shared[:-1] for part in parts])
+    blocks = rows.reshape(len(places), 3, -1)[order].reshape(rows.shape)
+    fields = [part.pattern for part in parts if part.pattern is not None]
+    return PointFactors(
+        np.concatenate([blocks, parts[0].shared[-1:]]),
+        np.concatenate([part.own for part in parts])[order],
+        joined_fields(fields).kept(order) if fields else None,
+        places[order],
+    )
 
 
 def factors_of_matrix(covariance: Float) -> PointFactors:

@@ -121,6 +121,23 @@ class PatternField:
         return csr_array((values.ravel(), number[cells], ends), shape=shape)
 
 
+def joined_fields(parts: Sequence[PatternField]) -> PatternField:
+    """Return the field of the points of several, one after the other; at least one."""
+    most = max(part.camera.shape[1] for part in parts)
+    # A spot that is missing lies where the first one is, and has no gain.
+    chosen = [
+        np.where(np.arange(most) < part.camera.shape[1], np.arange(most), 0) for part in parts
+    ]
+    seen = [np.arange(most) < part.camera.shape[1] for part in parts]
+    return PatternField(
+        np.concatenate([p.camera[:, c] for p, c in zip(parts, chosen, strict=True)]),
+        np.concatenate([p.place[:, c] for p, c in zip(parts, chosen, strict=True)]),
+        np.concatenate(
+            [p.gain[:, c] * s[:, None, None] for p, c, s in zip(parts, chosen, seen, strict=True)]
+        ),
+    )
+
+
 def pattern_field(sensitivities: Sequence[TipSensitivity], rig: Rig) -> PatternField:
     """Return the field of at least one point; spots that were not seen have no gain."""
     most = max(len(item.camera) for item in sensitivities)

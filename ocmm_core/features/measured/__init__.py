@@ -30,6 +30,8 @@ if TYPE_CHECKING:
         Midpoint,
         Offset,
         PartOf,
+        in_order,
+        needed_features,
         probed_features,
     )
     from ocmm_core.features.measured._construct_checks import (
@@ -41,6 +43,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.features.measured._construct_geometry import gauge_point
     from ocmm_core.features.measured._constructed import constructed_features, nominal_geometries
+    from ocmm_core.features.measured._each import Each, Instead, geometries_of, measured_of
     from ocmm_core.features.measured._fit import Certificate, certificate, fit_shape
     from ocmm_core.features.measured._oriented import Orientation, can_be_oriented, oriented_feature
     from ocmm_core.features.measured._outliers import outliers
@@ -59,10 +62,14 @@ else:
     __getattr__ = door(
         __name__,
         _actual="ActualFeature ResidualSlopes Touches actual_features",
-        _construct="Construction FitThrough Intersection Midpoint Offset PartOf probed_features",
+        _construct=(
+            "Construction FitThrough Intersection Midpoint Offset PartOf in_order needed_features "
+            "probed_features"
+        ),
         _construct_checks="AXIAL CENTRED LONG construction_fault shapes_with",
         _construct_geometry="gauge_point",
         _constructed="constructed_features nominal_geometries",
+        _each="Each Instead geometries_of measured_of",
         _fit="Certificate certificate fit_shape",
         _oriented="Orientation can_be_oriented oriented_feature",
         _outliers="outliers",
@@ -85,7 +92,9 @@ __all__ = [
     "Certificate",
     "Construction",
     "Convention",
+    "Each",
     "FitThrough",
+    "Instead",
     "Intersection",
     "Midpoint",
     "Offset",
@@ -103,6 +112,10 @@ __all__ = [
     "construction_fault",
     "fit_shape",
     "gauge_point",
+    "geometries_of",
+    "in_order",
+    "measured_of",
+    "needed_features",
     "nominal_geometries",
     "oriented_feature",
     "outliers",

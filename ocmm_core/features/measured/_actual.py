@@ -116,7 +116,9 @@ class ActualFeature:
 
 
 def actual_features(
-    nominals: Sequence[NominalFeature], points: Sequence[MeasuredPoint]
+    nominals: Sequence[NominalFeature],
+    points: Sequence[MeasuredPoint],
+    places: Sequence[int] | None = None,
 ) -> dict[str, ActualFeature | FitError]:
     """Return every feature by its name, or why there is none.
 
@@ -125,16 +127,18 @@ def actual_features(
     nominals
         Features of the plan.
     points
-        All N points of the job; rows of jacobians name them by their places in it.
+        All N points of the job, or those that the features rest on.
+    places
+        What rows of jacobians call the points; None for 0 to N - 1.
     """
     found: dict[str, ActualFeature | FitError] = {}
-    places: dict[str, list[int]] = {}
-    for place, point in enumerate(points):
-        places.setdefault(point.feature, []).append(place)
+    own: dict[str, list[tuple[int, MeasuredPoint]]] = {}
+    for place, point in zip(places or range(len(points)), points, strict=True):
+        own.setdefault(point.feature, []).append((place, point))
     # Planes come first: circles may be projected along their normals.
     for nominal in sorted(nominals, key=lambda item: item.projection != ""):
         try:
-            touches = _touches(nominal, points, places.get(nominal.name, ()))
+            touches = _touches(nominal, own.get(nominal.name, ()))
             found[nominal.name] = _actual(nominal, touches, found)
         except FitError as error:
             what = error.what if nominal.name in error.what else f"{nominal.name}: {error.what}"
@@ -245,10 +249,8 @@ def fit_projected(
     return unambiguous(fit), by_normal
 
 
-def _touches(
-    nominal: NominalFeature, points: Sequence[MeasuredPoint], places: Sequence[int]
-) -> Touches:
-    own = [points[i] for i in places]
+def _touches(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoint]]) -> Touches:
+    own = [point for _, point in touched]
     minimum = MINIMUM_POINTS[nominal.shape]
     if len(own) < minimum:
         raise FitError(
@@ -265,7 +267,7 @@ def _touches(
         )
     return Touches(
         numbers=tuple(point.number for point in own),
-        places=tuple(places),
+        places=tuple(place for place, _ in touched),
         tips=np.array([point.tip_world for point in own], dtype=np.float64),
         directions=np.array([point.direction for point in own], dtype=np.float64),
         tip_radius=float(radii[0]),
