@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera import MAX_SLOTS, N_PARAMETERS, CameraModel, Rig, on_sensor, project
+from ocmm_core.camera import N_PARAMETERS, USUAL_SLOTS, CameraModel, Rig, on_sensor, project
 from ocmm_core.geometry import Float, Int, RigidTransform, unit
 from ocmm_core.tracking import LedBody
 
@@ -179,11 +179,11 @@ def _in_slots(
 ) -> Scenes:  # fmt: skip
     """Put what shines into slots in any order; what is more than eight is lost."""
     n, n_cameras, n_lights = shines.shape
-    spots = np.full((n, n_cameras, MAX_SLOTS, 2), np.nan)
+    spots = np.full((n, n_cameras, USUAL_SLOTS, 2), np.nan)
     slots = np.full((n, n_cameras, n_lights), -1, dtype=np.int64)
-    order = rng.permuted(np.tile(np.arange(MAX_SLOTS), (n, n_cameras, 1)), axis=2)
+    order = rng.permuted(np.tile(np.arange(USUAL_SLOTS), (n, n_cameras, 1)), axis=2)
     rank = np.cumsum(shines, axis=2) - 1
-    given = shines & (rank < MAX_SLOTS)
+    given = shines & (rank < USUAL_SLOTS)
     f, c, light = np.nonzero(given)
     slots[f, c, light] = order[f, c, rank[f, c, light]]
     spots[f, c, slots[f, c, light]] = uv[f, c, light]

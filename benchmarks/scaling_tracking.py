@@ -17,7 +17,7 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, CameraModel, Rig, load_rig, project
+from ocmm_core.camera import MAX_CAMERAS, MAX_LEDS, USUAL_SLOTS, CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, RigidTransform, rotation_xyz
 from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe, solve
@@ -77,7 +77,7 @@ def tip_call(rig: Rig, body: ProbeBody) -> Callable[[], object]:
 
 def tracking_call(rig: Rig, body: ProbeBody) -> Callable[[], object]:
     """Return the tracking of a block of frames whose labels are known."""
-    uv = np.full((FRAMES, len(rig.cameras), MAX_SLOTS, 2), np.nan)
+    uv = np.full((FRAMES, len(rig.cameras), USUAL_SLOTS, 2), np.nan)
     uv[:, :, : body.n_leds] = spots_of(rig, body)
     pipeline = TrackingPipeline(rig, body)
     count = 0
@@ -129,7 +129,7 @@ def row(what: str, sizes: Sequence[int], make: Callable[[int], Callable[[], obje
 def main() -> int:
     """Print all rows; return 0 where nothing grows faster than its spots."""
     argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
-    eight = min(8, MAX_SLOTS)
+    eight = MAX_LEDS
     good = [
         row("tip, cameras (8 LEDs)", (2, 4, 8, 16), lambda n: tip_call(rig_of(n), body_of(8))),
         row("tip, LEDs (2 cameras)", (4, 8, 16, 32, 64), lambda n: tip_call(rig_of(2), body_of(n))),

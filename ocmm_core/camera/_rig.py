@@ -24,8 +24,11 @@ from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 
 SCHEMA = "ocmm.rig/1"
 MAX_CAMERAS = 4
-MAX_SLOTS = 8
-"""Tracking windows of one camera."""
+USUAL_SLOTS = 8
+"""Tracking windows (slots) of one camera of today; its frames hold as many spots."""
+
+MAX_LEDS = 8
+"""LEDs of one body, and of all bodies that are followed together."""
 
 MAX_FOCAL_SIGMA = 1e-3
 """Relative; a calibration that knows the focal length no better tells it from the distance only by

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera import MAX_SLOTS, Rig
+from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._body import LedBody, satisfies_rules
 from ocmm_core.tracking._identify import (
@@ -92,7 +92,7 @@ class BodyTracker:
 
     def slot_leds(self) -> Int:
         """Return the LED that each slot follows, (C, 8), -1 where unknown."""
-        leds = np.full((len(self.rig.cameras), MAX_SLOTS), -1, dtype=np.int64)
+        leds = np.full((len(self.rig.cameras), USUAL_SLOTS), -1, dtype=np.int64)
         if self.slot_of_led is not None:
             for camera, led in np.argwhere(self.slot_of_led >= 0):
                 leds[camera, self.slot_of_led[camera, led]] = led

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera import MAX_SLOTS, Rig, project
+from ocmm_core.camera import MAX_LEDS, USUAL_SLOTS, Rig, project
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._body import LedBody, ProbeBody
 from ocmm_core.tracking.kernels import extend_tracked
@@ -135,7 +135,7 @@ def identify_many(
     frames that have no answer.
     """
     count, n_cameras = len(bodies), len(rig.cameras)
-    leds, directions = np.zeros((2, count, MAX_SLOTS, 3))
+    leds, directions = np.zeros((2, count, MAX_LEDS, 3))
     n_rules = np.array([len(body.rules) for body in bodies])
     axes, worlds = np.zeros((2, count, max(1, int(n_rules.max())), 3))
     for index, body in enumerate(bodies):
@@ -143,13 +143,13 @@ def identify_many(
         directions[index, : body.n_leds] = body.led_directions_body
         for rule, (axis, world) in enumerate(body.rules):
             axes[index, rule], worlds[index, rule] = axis, world
-    usable = np.full((count, n_cameras, MAX_SLOTS), -1, dtype=np.int64)
+    usable = np.full((count, n_cameras, USUAL_SLOTS), -1, dtype=np.int64)
     coded = np.zeros(count, dtype=np.bool_)
     for index, of_slots in enumerate(led_of_slot):
         if of_slots is not None:
             usable[index], coded[index] = of_slots, True
     status = np.empty((len(spots), count), dtype=np.uint8)
-    labels = np.empty((len(spots), count, n_cameras, MAX_SLOTS), dtype=np.int64)
+    labels = np.empty((len(spots), count, n_cameras, MAX_LEDS), dtype=np.int64)
     kernel.identify_frames(
         np.ascontiguousarray(spots, dtype=np.float64),
         rig.packed(),
@@ -162,11 +162,11 @@ def identify_many(
         axes,
         worlds,
         n_rules,
-        usable.reshape(count, n_cameras * MAX_SLOTS),
+        usable.reshape(count, n_cameras * USUAL_SLOTS),
         coded,
         options.sigma_px,
         options.rival_px,
-        chi2_limit(np.arange(2 * n_cameras * MAX_SLOTS + 1)),
+        chi2_limit(np.arange(2 * n_cameras * USUAL_SLOTS + 1)),
         status,
         labels,
     )
@@ -199,7 +199,7 @@ def extended_labels(
         _least_cosine(body),
         options.sigma_px,
         options.rival_px,
-        chi2_limit(np.arange(2 * len(rig.cameras) * MAX_SLOTS + 1)),
+        chi2_limit(np.arange(2 * len(rig.cameras) * USUAL_SLOTS + 1)),
         more,
     )
     if doubt > kernel.MAX_DOUBT:

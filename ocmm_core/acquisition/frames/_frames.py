@@ -8,7 +8,7 @@ from enum import Enum, IntFlag
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera import MAX_SLOTS
+from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.geometry import Float, Int
 
 SUBPIXEL = 1.0 / 65536.0
@@ -102,7 +102,7 @@ def frame_dtype(n_cameras: int) -> np.dtype[np.void]:
             ("time_ns", "<i8"),
             ("flags", "<u4"),
             ("valid", "<u2", (n_cameras,)),
-            ("uv", "<f8", (n_cameras, MAX_SLOTS, 2)),
+            ("uv", "<f8", (n_cameras, USUAL_SLOTS, 2)),
         ]
     )
 

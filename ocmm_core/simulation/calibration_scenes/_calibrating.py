@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera import MAX_SLOTS, CameraModel, Rig, Vector3, load_rig, on_sensor, project
+from ocmm_core.camera import USUAL_SLOTS, CameraModel, Rig, Vector3, load_rig, on_sensor, project
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, rotation_from_vector, unit
 from ocmm_core.simulation.calibration_scenes._pivot_scenes import (
     SweepProbe,
@@ -169,7 +169,7 @@ class CalibrationScenesRig:
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
         """Return what one camera sees in ``count`` frames from ``first`` on."""
         valid = np.zeros(count, dtype=np.uint16)
-        uv = np.full((count, MAX_SLOTS, 2), np.nan)
+        uv = np.full((count, USUAL_SLOTS, 2), np.nan)
         for shown in self._shown:
             begin = max(first, shown.first)
             end = min(first + count, shown.first + shown.frames)
@@ -201,7 +201,7 @@ class CalibrationScenesRig:
         if self.options.white_noise:
             white = white_noise(self.seed, camera, len(shown.leds), first, count)
             white = white * self.rig.noise.white_px
-        valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, MAX_SLOTS, 2))
+        valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, USUAL_SLOTS, 2))
         model, pattern = self.world.cameras[camera], self.world.patterns[camera]
         kernels.see(
             rotation,

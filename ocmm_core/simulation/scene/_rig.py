@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
-from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, CameraModel, Rig, load_rig
+from ocmm_core.camera import MAX_CAMERAS, USUAL_SLOTS, CameraModel, Rig, load_rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.simulation.scene import _kernels as kernels
@@ -342,7 +342,7 @@ class VirtualRig:
     ) -> tuple[NDArray[np.uint16], Float]:  # fmt: skip
         """Return valid slots (n,) and spots (n, 8, 2) that a camera has of one body."""
         count = len(origin)
-        valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, MAX_SLOTS, 2))
+        valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, USUAL_SLOTS, 2))
         model, pattern = self._world.cameras[camera], self._world.patterns[camera]
         white = np.ascontiguousarray(white)
         if lights.body.code is not None:

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ocmm_core.camera import MAX_SLOTS, N_PARAMETERS, CameraModel, Rig
+from ocmm_core.camera import N_PARAMETERS, USUAL_SLOTS, CameraModel, Rig
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector
 from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern, no_pattern
 from ocmm_core.tracking import ProbeBody, ReferenceBody
@@ -201,7 +201,7 @@ def draw_world(
             leds_reference = leds_reference + error.reshape(-1, 3)
     rng = _generator(seed, _SLOTS)
     n_leds = body.n_leds + len(leds_reference)
-    slots = np.stack([rng.permutation(MAX_SLOTS)[:n_leds] for _ in cameras]).astype(np.int64)
+    slots = np.stack([rng.permutation(USUAL_SLOTS)[:n_leds] for _ in cameras]).astype(np.int64)
     return World(
         cameras=cameras,
         leds_probe=geometry[:-3].reshape(-1, 3),
@@ -277,7 +277,7 @@ def hidden_leds(
         cells = (times_s[[0, -1]] / _OCCLUSION_CELL_S).astype(int)
         for cell in range(cells[0] - 1, cells[1] + 1):
             for led in range(n_leds):
-                rng = _keyed(seed, _OCCLUSION, camera * MAX_SLOTS + led, cell + 1)
+                rng = _keyed(seed, _OCCLUSION, camera * USUAL_SLOTS + led, cell + 1)
                 events = rng.poisson(options.occlusion_rate_hz * _OCCLUSION_CELL_S)
                 begin = (cell + rng.random(events)) * _OCCLUSION_CELL_S
                 end = begin + rng.uniform(_OCCLUSION_MIN_S, _OCCLUSION_MAX_S, events)

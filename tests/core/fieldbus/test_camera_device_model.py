@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import SUBPIXEL, FrameFlag, quantise
-from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS
+from ocmm_core.camera import MAX_CAMERAS, USUAL_SLOTS
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.device import _camera_slave as model
 from ocmm_core.fieldbus.device import object_dictionary
@@ -29,7 +29,7 @@ def test_structures_have_the_sizes_of_the_mapping() -> None:
 
 
 def test_wire_and_core_mean_the_same() -> None:
-    assert model.N_SLOTS == MAX_SLOTS
+    assert model.N_SLOTS == USUAL_SLOTS
     assert 1.0 / model.SUBPIXELS == SUBPIXEL
     assert OVERRUN_FLAG == FrameFlag.OVERRUN
 
