@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from ocmm_core.camera._rig import (
         MAX_CAMERAS,
         MAX_LEDS,
+        MAX_SLOTS,
         USUAL_SLOTS,
         CalibrationDesign,
         CameraEntry,
@@ -59,8 +60,8 @@ else:
             "on_sensor project projection_jacobians"
         ),
         _rig=(
-            "CalibrationDesign CameraEntry MAX_CAMERAS MAX_LEDS Rig SpotNoise USUAL_SLOTS Vector3 "
-            "camera_of known_points_covariance load_rig"
+            "CalibrationDesign CameraEntry MAX_CAMERAS MAX_LEDS MAX_SLOTS Rig SpotNoise "
+            "USUAL_SLOTS Vector3 camera_of known_points_covariance load_rig"
         ),
         _search="search",
         _spots="SpotBlock SpotOptions SpotStatus Window",
@@ -70,6 +71,7 @@ else:
 __all__ = [
     "MAX_CAMERAS",
     "MAX_LEDS",
+    "MAX_SLOTS",
     "NO_BLACK",
     "N_PARAMETERS",
     "N_READING",

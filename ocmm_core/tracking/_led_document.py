@@ -58,7 +58,7 @@ def check_leds(
     if not MIN_LEDS <= count <= MAX_LEDS:
         raise InputError(
             f"{what}.leds",
-            f"{path}: the {what} has {count} LED(s).",
+            f"{path}: field 'leds' of the {what} has {count} LED(s).",
             f"Give {MIN_LEDS} to {MAX_LEDS} LEDs.",
         )
     directions = [(f"leds[{i}].direction", led.direction) for i, led in enumerate(leds)]

@@ -132,7 +132,7 @@ def check_together(probe: ProbeBody, reference: ReferenceBody) -> None:
         raise InputError(
             "reference.slots",
             f"The probe '{probe.name}' has {probe.n_leds} LEDs and the reference body "
-            f"'{reference.name}' has {reference.n_leds}: a camera follows {MAX_LEDS}, not "
+            f"'{reference.name}' has {reference.n_leds}: OCMM follows {MAX_LEDS}, not "
             f"{count}.",
             f"Choose a probe or a reference body with fewer LEDs, together at most {MAX_LEDS}.",
         )

@@ -283,7 +283,7 @@ class ProbeSpotAverager:
         )
 
     def _cameras(self) -> tuple[CameraLive, ...]:
-        led_of_slot = np.full((len(self._rig.cameras), USUAL_SLOTS), -1, dtype=np.int64)
+        led_of_slot = np.full(self._window.uv.shape[1:3], -1, dtype=np.int64)
         if self._slot_of_led is not None:
             for camera, led in np.argwhere(self._slot_of_led >= 0):
                 led_of_slot[camera, self._slot_of_led[camera, led]] = led

@@ -152,7 +152,7 @@ def _per_block(rig: Rig, body: ProbeBody, frames: Float, seconds: float) -> floa
         counter=np.arange(_BLOCK, dtype=np.int64),
         time_ns=np.arange(_BLOCK, dtype=np.int64) * 125_000,
         flags=np.zeros(_BLOCK, dtype=np.uint32),
-        valid=np.full((_BLOCK, len(rig.cameras)), 0xFF, dtype=np.uint16),
+        valid=np.full((_BLOCK, len(rig.cameras)), 0xFF, dtype=np.uint64),
         uv=uv,
     )
     pipeline = TrackingPipeline(rig, body)
