@@ -94,7 +94,6 @@ def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentCo
 def wire_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
     """Return the virtual rig over a virtual wire."""
     virtual = script_of(request, plan).build()
-    _check_slots(virtual.n_slots)
     segment = segment_of(request, plan, rig)
     return replace(_on_wire(rig, request.seed, virtual.frame_period_ns, segment), virtual=virtual)
 
@@ -102,7 +101,6 @@ def wire_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Fee
 def pixel_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
     """Return the same down to the pixels."""
     virtual = script_of(_at_pixel_rate(request), plan).build()
-    _check_slots(virtual.n_slots)
     segment = pixel_segment_of(request, plan, rig)
     return replace(_on_wire(rig, request.seed, virtual.frame_period_ns, segment), virtual=virtual)
 
@@ -118,20 +116,15 @@ def scenes_feed(script: CalibratingScript, speed: float) -> Feed:
 def scenes_wire_feed(script: CalibratingScript, _speed: float) -> Feed:
     """Return the virtual rig with the scenes of a calibration, over a virtual wire."""
     virtual = script.build()
-    _check_slots(virtual.world.n_slots)
-    segment = _segment(script.to_json(), virtual.rig)
-    return _on_wire(virtual.rig, virtual.seed, virtual.frame_period_ns, segment)
-
-
-def _check_slots(n_slots: int) -> None:
-    """Refuse more LEDs than the cameras on the wire have windows."""
-    if n_slots > USUAL_SLOTS:
+    if virtual.world.n_slots > USUAL_SLOTS:
         raise InputError(
             "camera.windows",
-            f"The bodies have {n_slots} LEDs together, but a camera on the wire sends the spots of "
-            f"{USUAL_SLOTS} windows.",
-            f"Use the source 'simulated', or bodies with {USUAL_SLOTS} LEDs together at most.",
+            f"The scenes show {virtual.world.n_slots} LEDs, but a camera on the wire sends the "
+            f"spots of {USUAL_SLOTS} windows.",
+            f"Use the source 'simulated', or a body with {USUAL_SLOTS} LEDs at most.",
         )
+    segment = _segment(script.to_json(), virtual.rig)
+    return _on_wire(virtual.rig, virtual.seed, virtual.frame_period_ns, segment)
 
 
 def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:

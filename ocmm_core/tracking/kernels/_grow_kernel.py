@@ -11,6 +11,9 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import (
+    _decide_kernel as decide_kernel,
+)
+from ocmm_core.tracking.kernels import (
     _doubt_kernel as doubt_kernel,
 )
 from ocmm_core.tracking.kernels import (
@@ -22,6 +25,7 @@ from ocmm_core.tracking.kernels import (
 from ocmm_core.tracking.kernels import (
     _small_algebra as small_algebra,
 )
+from ocmm_core.tracking.kernels._decide_kernel import clear
 from ocmm_core.tracking.kernels._doubt_kernel import ambiguity_score
 from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations, triangulate_leds
 from ocmm_core.tracking.kernels._meeting_kernel import view
@@ -38,7 +42,7 @@ SURE_PLACE = 2.5
 covariance of the miss over the variance of a spot, which itself gives two): the pose hardly changes
 any more, and a round for every spot would take too long."""
 
-_NEEDS = (doubt_kernel, kernel, meeting_kernel, small_algebra)
+_NEEDS = (decide_kernel, doubt_kernel, kernel, meeting_kernel, small_algebra)
 
 
 @compiled(*_NEEDS)
@@ -105,9 +109,9 @@ def extend_hypothesis(
                 return -1.0
     sure = np.empty((n_cameras, n_leds), np.int64)
     while True:
-        for c in range(n_cameras):
-            for led in range(n_leds):
-                sure[c, led] = -1
+        many = spots >= MANY_SPOTS
+        if many:
+            clear(sure)
         # One Gauss-Newton step for every spot added. Afterwards h holds the factor of J'J.
         chi2 = _improve(
             led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g, step, work, sigma
@@ -149,7 +153,7 @@ def extend_hypothesis(
                 follows = usable[c * there.shape[1] + slot_near]
                 # -2, a slot that follows no LED by its code, is refused here, too. The LED whose
                 # place is known best (trace of the covariance) is added first.
-                if follows in (-1, led) and s00 + s11 < SURE_PLACE and spots >= MANY_SPOTS:
+                if many and follows in (-1, led) and s00 + s11 < SURE_PLACE:
                     sure[c, led] = slot_near
                 if follows in (-1, led) and s00 + s11 < best:
                     best, best_c, best_led, best_slot = s00 + s11, c, led, slot_near
@@ -157,7 +161,8 @@ def extend_hypothesis(
         if best_c < 0:
             break
         labels[best_c, best_led] = best_slot
-        _add_sure(sure, labels)
+        if many:
+            _add_sure(sure, labels)
         spots = _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
     if _drop_rivals(
         ideal, jacobian, there, cams, centres, leds, directions, least_cosine, rival_px, labels,
