@@ -14,7 +14,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
 from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from ocmm_core.camera import MAX_SLOTS, CameraModel, Rig
+from ocmm_core.camera import USUAL_SLOTS, CameraModel, Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import LiveView
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, FitText, Theme, slot_names, text_font
@@ -86,7 +86,7 @@ class CameraPlot(QWidget):
         )
         self._fading: list[Any] = [pg.PlotCurveItem(connect="finite") for _ in range(_FADE_STEPS)]
         self._spots: Any = pg.ScatterPlotItem(size=_MARK_PX, symbol="+")
-        self._labels: list[Any] = [pg.TextItem() for _ in range(MAX_SLOTS)]
+        self._labels: list[Any] = [pg.TextItem() for _ in range(USUAL_SLOTS)]
         for item in (self._sensor, *self._fading, self._spots, *self._labels):
             self._box.addItem(item, ignoreBounds=True)
         for label in self._labels:
@@ -150,7 +150,7 @@ class CameraPlot(QWidget):
         history = np.stack(self._trail)
         # Each curve is one age: they share a sample, so that the trail has no gaps.
         bounds = np.linspace(0, len(history) - 1, _FADE_STEPS + 1).astype(int)
-        gap = np.full((1, MAX_SLOTS, 2), np.nan)
+        gap = np.full((1, USUAL_SLOTS, 2), np.nan)
         for curve, first, last in zip(self._fading, bounds[:-1], bounds[1:], strict=True):
             part = np.concatenate([history[first : last + 1], gap]).transpose(1, 0, 2)
             if not np.isfinite(part).any():

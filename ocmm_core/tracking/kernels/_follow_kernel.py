@@ -7,6 +7,9 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import (
+    _decide_kernel as decide_kernel,
+)
+from ocmm_core.tracking.kernels import (
     _doubt_kernel as doubt_kernel,
 )
 from ocmm_core.tracking.kernels import (
@@ -24,7 +27,7 @@ from ocmm_core.tracking.kernels import (
 from ocmm_core.tracking.kernels._grow_kernel import extend_hypothesis
 from ocmm_core.tracking.kernels._meeting_kernel import undistort_rays
 
-_NEEDS = (doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
+_NEEDS = (decide_kernel, doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
 
 
 @compiled(*_NEEDS)
