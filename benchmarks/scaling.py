@@ -88,8 +88,8 @@ def measure(points: int, features: int, poses: list[TipSensitivity], bench: Benc
 
     names = frozenset(item.name for item in nominals)
     plan = Plan(
-        schema="ocmm.plan/1", unit="mm", name="scaling", part="spheres", features=nominals, characteristics=wanted,
-        rule="simple",
+        schema="ocmm.plan/1", unit="mm", name="scaling", part="spheres", features=nominals,
+        characteristics=wanted, rule="simple",
     )  # fmt: skip
     options = SessionOptions()
 

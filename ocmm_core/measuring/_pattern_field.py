@@ -101,8 +101,8 @@ class PatternField:
 
         The fields of the two axes are alike and independent of each other.
         """
-        first = np.floor(self.place).astype(np.int64) - (_REACH - 1)
-        steps = np.arange(2 * _REACH)
+        first = np.floor(self.place).astype(np.int32) - np.int32(_REACH - 1)
+        steps = np.arange(2 * _REACH, dtype=np.int32)
         away = self.place[..., None] - first[..., None] - steps
         # The bump phi of the grid's own unit: l^2 = 1 / _PITCH^2.
         heights = np.exp(-(_PITCH**2) * away**2)
@@ -110,13 +110,15 @@ class PatternField:
         first -= first.min(axis=(0, 1))
         width = int(first[..., 1].max()) + 2 * _REACH
         area = width * (int(first[..., 0].max()) + 2 * _REACH)
-        rows = self.camera[..., None] * area + (first[..., 0, None] + steps) * width
+        rows = (
+            self.camera.astype(np.int32)[..., None] * area + (first[..., 0, None] + steps) * width
+        )
         cells = (rows[..., :, None] + (first[..., 1, None] + steps)[..., None, :]).ravel()
         taken = np.zeros(area * (int(self.camera.max()) + 1), dtype=bool)
         taken[cells] = True
-        number = np.cumsum(taken) - 1
+        number = np.cumsum(taken, dtype=np.int32) - np.int32(1)
         values = heights[..., 0, :, None] * heights[..., 1, None, :]
-        ends = np.arange(self.camera.size + 1) * len(steps) ** 2
+        ends = np.arange(self.camera.size + 1, dtype=np.int32) * np.int32(len(steps) ** 2)
         shape = (self.camera.size, int(number[-1]) + 1)
         return csr_array((values.ravel(), number[cells], ends), shape=shape)
 
