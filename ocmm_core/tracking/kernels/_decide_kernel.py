@@ -13,9 +13,11 @@ FOUND, FEW, NO_FIT, AMBIGUOUS, CONFUSED, THIN, NEAR_RULE = range(7)
 """Outcomes: named; fewer than three targets; nothing fits; more than one labelling fits; too many
 could be meant; too few LEDs to be sure; too near to what an orientation rule forbids."""
 
-# In squared standard deviations of the pose: a single false LED may have moved it by nine of them.
-MAX_DOUBT = 80.0
-"""Greatest doubt (`doubt_kernel.doubt`). Three LEDs may be two LEDs
+# In squared standard deviations of the pose: a single false LED may have moved it by seven of them,
+# and the ball, which the pose carries, by no more. Beyond that a tip counts as wrong
+# (`benchmarks.labels`): at nine, one of 1.2 million tips was.
+MAX_DOUBT = 49.0
+"""Greatest doubt (`doubt_kernel.ambiguity_score`). Three LEDs may be two LEDs
 and a reflection, which agrees by chance in one of some ten thousand such scenes; so every LED must
 be spoken for by the others. Three that name themselves by a strobe code are enough."""
 
