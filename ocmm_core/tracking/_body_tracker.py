@@ -310,7 +310,9 @@ def _where(good: NDArray[np.bool_], values: Float) -> Float:
 
 
 def _bits(seen: NDArray[np.bool_]) -> NDArray[np.uint64]:
-    bits = np.zeros(seen.shape[:2], dtype=np.uint64)
-    for led in range(seen.shape[2]):
-        bits |= seen[:, :, led].astype(np.uint64) << np.uint64(led)
-    return bits
+    """Return numbers (n, C) whose bit l says that LED l is seen (n, C, L), L at most 64."""
+    packed = np.packbits(seen, axis=2, bitorder="little")
+    bits = np.zeros((*seen.shape[:2], 8), dtype=np.uint8)
+    bits[:, :, : packed.shape[2]] = packed
+    # The first byte is the lowest.
+    return bits.view("<u8")[:, :, 0]

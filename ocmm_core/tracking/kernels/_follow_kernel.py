@@ -66,7 +66,7 @@ def extend_tracked(
         ideal, jacobian, there, usable, cams, centres, leds, directions, least_cosine, sigma,
         rival_px, limits, labels, np.empty((3, 3)), np.empty(3), worth,
     )  # fmt: skip
-    # The caller compares with `_identify_kernel.MAX_DOUBT`; infinity is always above it.
+    # The caller compares with `_decide_kernel.MAX_DOUBT`; infinity is always above it.
     return worth[0] if chi2 >= 0.0 else np.inf
 
 

@@ -81,6 +81,7 @@ class LedTable(NumberTable):
             for column, word in enumerate((led_name(self.rowCount() - 1), *last)):
                 self._write(self.rowCount() - 1, column, word)
             self.setCurrentCell(self.rowCount() - 1, 1)
+            self.scrollToBottom()
 
     def remove(self) -> None:
         """Remove the LED that is chosen; those after it move up."""
