@@ -55,8 +55,6 @@ def plan_of(alignment: Alignment | None) -> Plan:
     """Return a plan of the part with known errors, with values of many kinds."""
     items = [
         msgspec.structs.replace(item, name=f"{number} {item.kind}")
-        if isinstance(item, msgspec.Struct)
-        else replace(item, name=f"{number} {item.kind}")
         for number, item in enumerate(ASKED)
         if alignment is not None or item.datums or not (item.axis or item.kind == "position")
     ]

@@ -7,6 +7,7 @@ import pytest
 
 from ocmm_core.features.measured import ActualFeature, ResidualSlopes, actual_features
 from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint, Rows, factors_of_matrix
 from ocmm_core.tolerances.uncertainty import form_samples
 from ocmm_core.tolerances.uncertainty._residuals import of_residuals
@@ -83,7 +84,8 @@ def test_the_noise_of_a_line_is_that_of_both_directions_across_it() -> None:
     across = np.eye(3) - np.outer(direction, direction)
     along = (line.touches.tips - line.touches.tips.mean(axis=0)) @ direction
     kept = np.eye(n) - 1.0 / n - np.outer(along, along) / float(along @ along)
-    whole = Rows.of_points(line.touches.places, np.kron(kept, across)).dense(len(points))
+    by_points: Float = np.kron(kept, across).astype(np.float64)
+    whole = Rows.of_points(line.touches.places, by_points).dense(len(points))
     noise = float(np.trace(whole @ covariance @ whole.T))
     (sample,) = (
         item for item in form_samples(found, factors_of_matrix(covariance)) if item.feature == "it"
