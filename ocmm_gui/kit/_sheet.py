@@ -92,6 +92,9 @@ class Sheet(QWidget):
         """Return the sentence beside the title."""
         return self._about.text()
 
+    def close_work(self) -> None:
+        """Give up what is being calculated before the window goes; most calculate nothing."""
+
     def attempt(self, call: Callable[[], T]) -> T | None:
         """Return what a call gives; where it fails, tell why and return None."""
         try:

@@ -1,28 +1,43 @@
-"""The sheets of the window: results, reports, plan, alignment, job."""
+"""The sheets of the window: results, reports, plan, alignment, job.
+
+A sheet is made, and what it needs is loaded, when it is first wanted: the window is on the screen
+before that.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.records import RecordStore, default_folder
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre, Sheet
-from ocmm_gui.maintain import RecallSheet
 from ocmm_gui.operator import JobSheet
-from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.results import AlignmentSheet, CompareSheet, JobSource, ReportSheet, ResultsSheet
 from ocmm_gui.window._keys_sheet import KeysSheet
+
+if TYPE_CHECKING:
+    from ocmm_gui.maintain import RecallSheet
+    from ocmm_gui.plan_editor import PlanSheet
+    from ocmm_gui.results import (
+        AlignmentSheet,
+        CompareSheet,
+        JobSource,
+        ReportSheet,
+        ResultsSheet,
+        Written,
+    )
+
+S = TypeVar("S", bound=Sheet)
 
 
 class Sheets(QObject):
-    """Make all sheets and join them to the station.
+    """Make each sheet when it is first wanted, and join it to the station.
 
     Parameters
     ----------
@@ -32,68 +47,119 @@ class Sheets(QObject):
         Where errors and news go.
     folder
         Where files go unless somebody says otherwise.
+    written
+        Told of a report that was written.
     """
 
+    made = Signal(object)
+    """Emits a `Sheet` that is new, for the stack of the window."""
     wanted = Signal(object)
     """Emits the `Sheet` that is to be shown."""
     left = Signal()
     """Back to the measuring."""
+    left_to_maintain = Signal()
+    """Back to the pages of Maintain."""
 
     def __init__(
         self,
         bridge: StationBridge,
         notices: NoticeCentre,
         folder: Callable[[], Path],
+        written: Callable[[Written], None],
     ) -> None:
         super().__init__()
+        self._notices, self._bridge = notices, bridge
+        self._folder, self._written = folder, written
+        self._made: list[Sheet] = []
+        bridge.plan_changed.connect(self._use_plan)
+        bridge.jobs.job_left.connect(notices.inform)
+        bridge.jobs.job_begun.connect(self._on_begun)
+
+    @cached_property
+    def results(self) -> ResultsSheet:
+        """Return the results of the running job or of a file."""
+        from ocmm_gui.results import JobSource, ResultsSheet
+
+        bridge = self._bridge
         running = JobSource.of_bridge(bridge)
-        records = partial(_records, bridge)
-        self.results = ResultsSheet(running, lambda: calibration_words(bridge), records)
-        self.report = ReportSheet(folder)
-        self.alignment = AlignmentSheet(bridge)
-        self.job = JobSheet(bridge)
-        self.batch = CompareSheet(records)
-        self.keys = KeysSheet()
-        station = bridge.station
-        self.recall = RecallSheet(
+        sheet = ResultsSheet(running, lambda: calibration_words(bridge), partial(_records, bridge))
+        sheet.report_wanted.connect(self._open_report)
+        sheet.batch_wanted.connect(self._open_batch)
+        return self._join(sheet, self.left)
+
+    @cached_property
+    def report(self) -> ReportSheet:
+        """Return what is in the reports before they are written."""
+        from ocmm_gui.results import ReportSheet
+
+        sheet = ReportSheet(self._folder)
+        sheet.written.connect(self._written)
+        return self._join(sheet, self.open_results)
+
+    @cached_property
+    def alignment(self) -> AlignmentSheet:
+        """Return how the part lies."""
+        from ocmm_gui.results import AlignmentSheet
+
+        return self._join(AlignmentSheet(self._bridge), self.left)
+
+    @cached_property
+    def job(self) -> JobSheet:
+        """Return who measures which part."""
+        return self._join(JobSheet(self._bridge), self.left)
+
+    @cached_property
+    def batch(self) -> CompareSheet:
+        """Return many jobs side by side."""
+        from ocmm_gui.results import CompareSheet
+
+        return self._join(CompareSheet(partial(_records, self._bridge)), self.open_results)
+
+    @cached_property
+    def keys(self) -> KeysSheet:
+        """Return the table of keys."""
+        return self._join(KeysSheet(), self.left)
+
+    @cached_property
+    def recall(self) -> RecallSheet:
+        """Return the recall of older jobs. It is opened from Maintain, and left to there."""
+        from ocmm_gui.maintain import RecallSheet
+
+        bridge, station = self._bridge, self._bridge.station
+        sheet = RecallSheet(
             lambda: station.job.path.parent,
-            lambda: records()[1] or default_folder(),
-            lambda: records()[0],
+            lambda: _records(bridge)[1] or default_folder(),
+            lambda: _records(bridge)[0],
             lambda: bridge.shown.job.operator,
         )
-        self.plan = PlanSheet(station.job.plan, station.job.plan_file, lambda: station.job.path)
-        self.plan.saved.connect(self._on_plan_saved)
-        self.plan.measure_wanted.connect(self._measure_by)
-        bridge.plan_changed.connect(
-            lambda: self.plan.use_plan(station.job.plan, station.job.plan_file)
-        )
-        bridge.jobs.job_left.connect(notices.inform)
-        self._notices = notices
-        self._bridge = bridge
-        bridge.jobs.job_begun.connect(self._on_begun)
-        for sheet in self.all():
-            sheet.left.connect(self.left)
-            sheet.failed.connect(notices.error)
-            sheet.told.connect(notices.inform)
-        # It is opened from Maintain, and left to there.
-        self.recall.left.disconnect(self.left)
-        self.report.left.disconnect(self.left)
-        self.report.left.connect(self.open_results)
-        self.batch.left.disconnect(self.left)
-        self.batch.left.connect(self.open_results)
-        self.results.report_wanted.connect(self._open_report)
-        self.results.batch_wanted.connect(self._open_batch)
+        return self._join(sheet, self.left_to_maintain)
 
-    def all(self) -> tuple[Sheet, ...]:
-        """Return every sheet, for the stack of the window."""
-        return (
-            self.results, self.report, self.batch, self.job, self.plan, self.alignment, self.keys,
-            self.recall,
-        )  # fmt: skip
+    @cached_property
+    def plan(self) -> PlanSheet:
+        """Return the editor of plans."""
+        from ocmm_gui.plan_editor import PlanSheet
+
+        station = self._bridge.station
+        sheet = PlanSheet(station.job.plan, station.job.plan_file, lambda: station.job.path)
+        sheet.saved.connect(self._on_plan_saved)
+        sheet.measure_wanted.connect(self._measure_by)
+        return self._join(sheet, self.left)
+
+    def _join(self, sheet: S, left: SignalInstance | Callable[[], None]) -> S:
+        sheet.left.connect(left)
+        sheet.failed.connect(self._notices.error)
+        sheet.told.connect(self._notices.inform)
+        self._made.append(sheet)
+        self.made.emit(sheet)
+        return sheet
+
+    def _is_made(self, name: str) -> bool:
+        # `cached_property` keeps what it made under its name.
+        return name in self.__dict__
 
     def holds(self, widget: QWidget | None) -> bool:
         """Return whether a widget is one of the sheets."""
-        return any(sheet is widget for sheet in self.all())
+        return any(sheet is widget for sheet in self._made)
 
     def open_results(self) -> None:
         """Show the results of the running job, or of the file that was opened before."""
@@ -126,19 +192,21 @@ class Sheets(QObject):
         self.recall.open()
 
     def job_changed(self, job: JobView) -> None:
-        """Let the sheets show what was measured since."""
-        self.results.job_changed()
-        self.report.job_changed()
+        """Let the sheets show what was measured since; one that is made later asks by itself."""
+        if self._is_made("results"):
+            self.results.job_changed()
+        if self._is_made("report"):
+            self.report.job_changed()
 
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
-        self.results.close_work()
-        self.report.close_work()
-        self.job.close_work()
-        self.batch.close_work()
-        self.plan.close_work()
-        self.alignment.close_work()
-        self.recall.close_work()
+        for sheet in self._made:
+            sheet.close_work()
+
+    def _use_plan(self) -> None:
+        if self._is_made("plan"):
+            station = self._bridge.station
+            self.plan.use_plan(station.job.plan, station.job.plan_file)
 
     def _on_plan_saved(self, path: Path) -> None:
         self.job.offer(path)
@@ -149,7 +217,8 @@ class Sheets(QObject):
         self.job.choose_plan(path)
 
     def _on_begun(self) -> None:
-        self.results.forget_file()
+        if self._is_made("results"):
+            self.results.forget_file()
         self.left.emit()
 
     def _open_report(self, source: JobSource) -> None:

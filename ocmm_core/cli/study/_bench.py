@@ -42,7 +42,7 @@ class BenchRow:
 
 def run_bench(seconds: float, console: Console) -> None:
     """Measure and print."""
-    rows = measure(seconds)
+    rows = measure_speed(seconds)
     table = Table(title="Hot path of this machine, one core", title_justify="left")
     for name in ("Figure", "Value", "Against"):
         table.add_column(name)
@@ -59,7 +59,7 @@ def run_bench(seconds: float, console: Console) -> None:
         )
 
 
-def measure(seconds: float) -> list[BenchRow]:
+def measure_speed(seconds: float) -> list[BenchRow]:
     """Return the figures, each measured for about ``seconds``."""
     rig = load_rig(resource("rigs", "thesis.toml"))
     body = eight_leds(load_probe(resource("probes", "standard.toml")))

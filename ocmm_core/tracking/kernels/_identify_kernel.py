@@ -44,9 +44,11 @@ RULE_MARGIN = 0.17
 """Sine of 10 degrees: within them of what a rule forbids, a promise kept and one broken look
 alike."""
 
-# In squared standard deviations of the pose: a single false LED may have moved it by nine of them.
-MAX_DOUBT = 80.0
-"""Greatest doubt (`doubt_kernel.doubt`). Three LEDs may be two LEDs
+# In squared standard deviations of the pose: a single false LED may have moved it by seven of them,
+# and the ball, which the pose carries, by no more. Beyond that a tip counts as wrong
+# (`benchmarks.labels`): at nine, one of 1.2 million tips was.
+MAX_DOUBT = 49.0
+"""Greatest doubt (`doubt_kernel.ambiguity_score`). Three LEDs may be two LEDs
 and a reflection, which agrees by chance in one of some ten thousand such scenes; so every LED must
 be spoken for by the others. Three that name themselves by a strobe code are enough."""
 
