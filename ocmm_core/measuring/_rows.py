@@ -99,7 +99,7 @@ class Rows:
         return found
 
     def dense(self, count: int) -> Float:
-        """Return the array (..., 3 N + 1) of a job of ``count`` points."""
+        """Return the array (..., 3 N + 1) of a job of ``count`` points; for tests."""
         found = self.at(np.arange(count)).reshape(*self.shape, 3 * count)
         return np.concatenate([found, self.by_radius[..., None]], axis=-1)
 
