@@ -216,7 +216,8 @@ class FeatureGraph:
             known = [self.facts.by_name[name] for name in names if name in self.facts.by_name]
             return actual_features(known, points, places)[nominal.name]
 
-        return self.cache.known(("feature", nominal.name), (nominal, *points), made)
+        # The plan: what the feature is projected onto stands there.
+        return self.cache.known(("feature", nominal.name), (self.plan, nominal, *points), made)
 
     def _compensated(
         self, nominal: NominalFeature, touched: Touched, T_part_from_world: RigidTransform
@@ -239,7 +240,7 @@ class FeatureGraph:
         below = {name: known[name] for name in needed_features(item)}
         return self.cache.known(
             (stage, item.name),
-            (item, *below.values()),
+            (self.plan, item, *below.values()),
             lambda: constructed_features([item], below, self.facts.nominals)[item.name],
         )
 
