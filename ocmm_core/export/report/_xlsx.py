@@ -15,10 +15,9 @@ import textwrap
 import zipfile
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
+from typing import TYPE_CHECKING
 
-import xlsxwriter
 from lxml import etree
-from xlsxwriter.worksheet import Worksheet
 
 from ocmm_core.export.report._exporter import Exporter
 from ocmm_core.export.report._head import head_table
@@ -34,6 +33,10 @@ from ocmm_core.export.report._tables import (
     report_table,
 )
 from ocmm_core.tolerances.decisions import Verdict
+
+if TYPE_CHECKING:
+    import xlsxwriter
+    from xlsxwriter.worksheet import Worksheet
 
 _SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
 _ESCAPED = re.compile(r"_x005F(_x[0-9A-Fa-f]{4}_)")
@@ -55,6 +58,9 @@ _MOST_BYTES = 200_000_000
 def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
     (data,) = jobs
     stream = io.BytesIO()
+    # The window knows this format from its start, and writes workbooks in a process of its own.
+    import xlsxwriter
+
     book = xlsxwriter.Workbook(
         stream,
         {
