@@ -27,7 +27,7 @@ import io
 import random
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -58,33 +58,60 @@ class Peer:
     fit: Callable[[], tuple[Float, float]]
 
 
+@dataclass(frozen=True, slots=True)
+class Row:
+    """A shape beside a peer: times, us, and how far the peer is from the optimum, mm."""
+
+    shape: Shape
+    peer: str
+    ours_us: float
+    peer_us: float
+    error: float
+
+    @property
+    def ratio(self) -> float:
+        """Return the peer's time over ours."""
+        return self.peer_us / self.ours_us
+
+    @property
+    def same(self) -> bool:
+        """Whether the peer solves the same problem."""
+        return self.error < NOISE
+
+
+SHAPES = (
+    Shape.LINE, Shape.PLANE, Shape.CIRCLE, Shape.ELLIPSE, Shape.SPHERE, Shape.CYLINDER, Shape.CONE,
+    Shape.TORUS,
+)  # fmt: skip
+
+
+def rows(rounds: int, shapes: Sequence[Shape] = SHAPES) -> Iterator[Row]:
+    """Yield every shape beside each of its peers."""
+    for shape in shapes:
+        # Each has points of its own, whichever others are asked for.
+        points, truth = _sample(shape, np.random.default_rng([5, SHAPES.index(shape)]))
+        fit = fit_shape(shape, points)
+        for peer in _peers(shape, points, truth):
+            ours, theirs, found = _in_turns(partial(fit_shape, shape, points), peer.fit, rounds)
+            yield Row(shape, peer.name, ours, theirs, _error(shape, fit, *found))
+
+
 def main() -> int:
     """Print the table; return 1 if a peer that solves the same problem is faster than ours."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n")[0])
     parser.add_argument("--rounds", type=int, default=200)
     rounds = parser.parse_args().rounds
     use_one_thread()
-    rng = np.random.default_rng(5)
     print(f"{N} points, noise {NOISE} mm, radius {RADIUS} mm; least of up to {rounds} calls")
     print(f"{'shape':<10}{'peer':<36}{'ours us':>9}{'peer us':>10}{'ratio':>8}{'error mm':>11}")
     slower = []
-    for shape in (
-        Shape.LINE, Shape.PLANE, Shape.CIRCLE, Shape.ELLIPSE, Shape.SPHERE, Shape.CYLINDER,
-        Shape.CONE, Shape.TORUS,
-    ):  # fmt: skip
-        points, truth = _sample(shape, rng)
-        fit = fit_shape(shape, points)
-        for peer in _peers(shape, points, truth):
-            ours, theirs, found = _in_turns(partial(fit_shape, shape, points), peer.fit, rounds)
-            error = _error(shape, fit, *found)
-            ratio = theirs / ours
-            same = error < NOISE
-            if same and ratio < 1.0:
-                slower.append(f"{shape.value} than {peer.name}")
-            print(
-                f"{shape.value:<10}{peer.name:<36}{ours:>9.0f}{theirs:>10.0f}{ratio:>8.2f}"
-                f"{error:>11.1e}{'' if same else '  another problem'}"
-            )
+    for row in rows(rounds):
+        if row.same and row.ratio < 1.0:
+            slower.append(f"{row.shape.value} than {row.peer}")
+        print(
+            f"{row.shape.value:<10}{row.peer:<36}{row.ours_us:>9.0f}{row.peer_us:>10.0f}"
+            f"{row.ratio:>8.2f}{row.error:>11.1e}{'' if row.same else '  another problem'}"
+        )
     print("ratio: peer's time over ours; limit: at least 1 against every peer of the same problem")
     print("slower: " + ", ".join(slower) if slower else "limit kept")
     return int(bool(slower))

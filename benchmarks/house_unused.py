@@ -15,7 +15,6 @@ import ast
 from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass
-from typing import TypeGuard
 
 from benchmarks.house_tree import House, Source, last_name
 
@@ -260,7 +259,8 @@ def _add_uses(uses: _Uses, house: House, sources: Iterable[Source]) -> None:
                 texts.append((node.value, node.lineno))
             elif isinstance(node, ast.Call) and last_name(node) in _BY_NAME:
                 by_name = True
-                late += [str(one.value) for one in ast.walk(node) if _is_module(house, one)]
+                texts_of_call = (one for one in ast.walk(node) if isinstance(one, ast.Constant))
+                late += [str(one.value) for one in texts_of_call if one.value in house.product]
             elif isinstance(node, ast.ClassDef):
                 for name, line in _in_body(node):
                     uses.attributes[name].add((source.module, line))
@@ -269,18 +269,13 @@ def _add_uses(uses: _Uses, house: House, sources: Iterable[Source]) -> None:
             for text, line in texts:
                 uses.attributes[text].add((source.module, line))
                 # And of the modules that it imports when it asks.
-                for module in late:
-                    uses.defined[module, text].add((source.module, line))
+                for imported in late:
+                    uses.defined[imported, text].add((source.module, line))
         for taken in house.imports[source.module]:
             # A face that only passes a name on does not use it.
             if taken.name and not (source.is_package and taken.bound not in loaded):
                 home = house.home(taken.target, taken.name)
                 uses.defined[home].add((source.module, taken.line))
-
-
-def _is_module(house: House, node: ast.AST) -> TypeGuard[ast.Constant]:
-    """Whether a text names a module of the product."""
-    return isinstance(node, ast.Constant) and node.value in house.product
 
 
 def _modules_by_name(house: House, source: Source) -> dict[str, str]:

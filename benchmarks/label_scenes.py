@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera import MAX_SLOTS, N_PARAMETERS, CameraModel, Rig, on_sensor, project
+from ocmm_core.camera import N_PARAMETERS, USUAL_SLOTS, CameraModel, Rig, on_sensor, project
 from ocmm_core.geometry import Float, Int, RigidTransform, unit
 from ocmm_core.tracking import LedBody
 
@@ -43,7 +43,10 @@ class Scenes:
 
 
 def rig_with(rig: Rig, n_cameras: int) -> Rig:
-    """Return a rig of two to four cameras like the first one of ``rig``."""
+    """Return a rig of cameras like the first one of ``rig``.
+
+    Up to four stand side by side, up to sixteen on a wall, all turned to the origin.
+    """
     if n_cameras == len(rig.cameras):
         return rig
     heights = (0.0, 60.0, -60.0, 20.0)
@@ -51,11 +54,18 @@ def rig_with(rig: Rig, n_cameras: int) -> Rig:
         np.array([x, -1000.0, z])
         for x, z in zip(np.linspace(-300.0, 300.0, n_cameras), heights, strict=False)
     ]
+    if n_cameras > len(heights):
+        # Seven places further is another row and another column.
+        grid = [
+            (x, z) for z in (-300.0, -100.0, 100.0, 300.0) for x in (-450.0, -150.0, 150.0, 450.0)
+        ]
+        places = [grid[7 * number % len(grid)] for number in range(n_cameras)]
+        centres = [np.array([x, -1000.0, z]) for x, z in places]
     size = N_PARAMETERS * n_cameras
     return replace(
         rig,
         cameras=tuple(_towards_origin(rig.cameras[0], centre) for centre in centres),
-        aliases=tuple(range(n_cameras)),
+        aliases=tuple(range(1, n_cameras + 1)),
         parameter_covariance=np.zeros((size, size)),
     )
 
@@ -177,13 +187,14 @@ def _in_slots(
     rng: np.random.Generator, uv: Float, shines: NDArray[np.bool_], n_leds: int,
     rotations: Float, origins: Float, *, ghosts: bool,
 ) -> Scenes:  # fmt: skip
-    """Put what shines into slots in any order; what is more than eight is lost."""
+    """Put what shines into slots in any order; what is more than slots is lost."""
     n, n_cameras, n_lights = shines.shape
-    spots = np.full((n, n_cameras, MAX_SLOTS, 2), np.nan)
+    n_slots = max(USUAL_SLOTS, n_leds)
+    spots = np.full((n, n_cameras, n_slots, 2), np.nan)
     slots = np.full((n, n_cameras, n_lights), -1, dtype=np.int64)
-    order = rng.permuted(np.tile(np.arange(MAX_SLOTS), (n, n_cameras, 1)), axis=2)
+    order = rng.permuted(np.tile(np.arange(n_slots), (n, n_cameras, 1)), axis=2)
     rank = np.cumsum(shines, axis=2) - 1
-    given = shines & (rank < MAX_SLOTS)
+    given = shines & (rank < n_slots)
     f, c, light = np.nonzero(given)
     slots[f, c, light] = order[f, c, rank[f, c, light]]
     spots[f, c, slots[f, c, light]] = uv[f, c, light]

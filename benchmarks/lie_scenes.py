@@ -244,7 +244,7 @@ def wrong_probe(scene: Scene) -> tuple[tuple[str, str], ...]:
     off = _log_uniform(scene, 0.1, 3.0)
     scene.leds = scene.leds + off / np.sqrt(3.0) * scene.rng.standard_normal(scene.leds.shape)
     scene.lie = f"probe by {off:.2f} mm"
-    return (("relocation.wrong_probe", "document of the probe"),)
+    return (("relocation.wrong_probe", "LEDs deviate from their document"),)
 
 
 def wrong_rig(scene: Scene) -> tuple[tuple[str, str], ...]:

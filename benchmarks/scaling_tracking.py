@@ -16,10 +16,11 @@ from dataclasses import replace
 
 import numpy as np
 
+from benchmarks.label_scenes import rig_with
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, CameraModel, Rig, load_rig, project
+from ocmm_core.camera import MAX_CAMERAS, MAX_LEDS, USUAL_SLOTS, Rig, load_rig, project
 from ocmm_core.documents import resource
-from ocmm_core.geometry import Float, RigidTransform, rotation_xyz
+from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe, solve
 
 FRAMES = 80
@@ -28,23 +29,8 @@ MOST = 1.15
 
 
 def rig_of(n_cameras: int) -> Rig:
-    """Return the thesis rig with more cameras, each a little beside one of the first two."""
-    rig = load_rig(resource("rigs", "thesis.toml"))
-    cameras: list[CameraModel] = []
-    for number in range(n_cameras):
-        camera = rig.cameras[number % 2]
-        pose = camera.T_camera_from_world
-        turn = rotation_xyz(0.0, 0.02 * (number // 2), 0.0)
-        moved = RigidTransform(pose.rotation @ turn, pose.translation)
-        cameras.append(
-            replace(camera, name=f"C{number}", serial=number + 1, T_camera_from_world=moved)
-        )
-    return replace(
-        rig,
-        cameras=tuple(cameras),
-        aliases=tuple(range(1, n_cameras + 1)),
-        parameter_covariance=np.zeros((14 * n_cameras,) * 2),
-    )
+    """Return cameras like those of the thesis, all turned to the middle."""
+    return rig_with(load_rig(resource("rigs", "thesis.toml")), n_cameras)
 
 
 def body_of(n_leds: int) -> ProbeBody:
@@ -77,7 +63,7 @@ def tip_call(rig: Rig, body: ProbeBody) -> Callable[[], object]:
 
 def tracking_call(rig: Rig, body: ProbeBody) -> Callable[[], object]:
     """Return the tracking of a block of frames whose labels are known."""
-    uv = np.full((FRAMES, len(rig.cameras), MAX_SLOTS, 2), np.nan)
+    uv = np.full((FRAMES, len(rig.cameras), max(USUAL_SLOTS, body.n_leds), 2), np.nan)
     uv[:, :, : body.n_leds] = spots_of(rig, body)
     pipeline = TrackingPipeline(rig, body)
     count = 0
@@ -91,7 +77,7 @@ def tracking_call(rig: Rig, body: ProbeBody) -> Callable[[], object]:
                 counter=counter,
                 time_ns=counter * 125_000,
                 flags=np.zeros(FRAMES, dtype=np.uint32),
-                valid=np.full((FRAMES, len(rig.cameras)), 0xFF, dtype=np.uint16),
+                valid=np.full((FRAMES, len(rig.cameras)), 0xFF, dtype=np.uint64),
                 uv=uv,
             )
         )
@@ -129,7 +115,7 @@ def row(what: str, sizes: Sequence[int], make: Callable[[int], Callable[[], obje
 def main() -> int:
     """Print all rows; return 0 where nothing grows faster than its spots."""
     argparse.ArgumentParser(description=__doc__.splitlines()[0]).parse_args()
-    eight = min(8, MAX_SLOTS)
+    eight = MAX_LEDS
     good = [
         row("tip, cameras (8 LEDs)", (2, 4, 8, 16), lambda n: tip_call(rig_of(n), body_of(8))),
         row("tip, LEDs (2 cameras)", (4, 8, 16, 32, 64), lambda n: tip_call(rig_of(2), body_of(n))),

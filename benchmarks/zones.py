@@ -13,6 +13,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -79,22 +80,44 @@ def peer(start: Fit, points: Points3, programmes: int = 30) -> float:
     return width * task.size
 
 
+@dataclass(frozen=True, slots=True)
+class Cost:
+    """What the zone of 1,000 points takes: ours, and the first of the peer's programmes, s."""
+
+    start: Fit
+    points: Points3
+    zone: float
+    programme: float
+
+    @property
+    def ratio(self) -> float:
+        """Return the peer's time over ours; NaN where there is no peer."""
+        return self.programme / self.zone
+
+
+def cost(shape: Shape) -> Cost:
+    """Return what a zone of 1,000 points of a shape takes."""
+    rng = np.random.default_rng(1)
+    points = somewhere(rng).apply(drawn(shape, rng, 1000, 0.02))
+    start = fit_shape(shape, points)
+    zone = _best_time(partial(fit_zone, start, points))
+    once = _best_time(partial(peer, start, points, 1), 5) if ZONES[shape].lower else np.nan
+    return Cost(start, points, zone, once)
+
+
 def times() -> None:
     """Print the time of 1,000 points of every shape, least squares beside it, and the peer's."""
     for shape in SHAPES:
-        rng = np.random.default_rng(1)
-        points = somewhere(rng).apply(drawn(shape, rng, 1000, 0.02))
-        start = fit_shape(shape, points)
+        found = cost(shape)
+        start, points, zone = found.start, found.points, found.zone
         squares = _best_time(partial(fit_shape, shape, points))
-        zone = _best_time(partial(fit_zone, start, points))
         text = f"{shape.value:10} 1000 points: zone {1e3 * zone:6.1f} ms, "
         text += f"least squares {1e3 * squares:6.2f} ms, ratio {zone / squares:5.1f}"
         if ZONES[shape].lower:
             theirs = _best_time(partial(peer, start, points), 3)
             gap = peer(start, points) - fit_zone(start, points).form
             text += f"; linprog, one start {1e3 * theirs:6.1f} ms ({theirs / zone:4.1f} times)"
-            once = _best_time(partial(peer, start, points, 1), 5)
-            text += f", one programme {1e3 * once:6.1f} ms ({once / zone:4.1f} times)"
+            text += f", one programme {1e3 * found.programme:6.1f} ms ({found.ratio:4.1f} times)"
             text += f", wider by {gap:.1e} mm"
         print(text)
 

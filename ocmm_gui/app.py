@@ -153,12 +153,14 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 # Who measures which part comes before the first point.
                 window.sheets.open_job()
             bridge.start()
+            window.load_the_rest()
             if options.quit_after_s > 0.0:
                 QTimer.singleShot(round(1000.0 * options.quit_after_s), window.close)
             app.exec()
             if not _save_pictures(window, options.screenshots):
                 code = EXIT_FAILED
     finally:
+        gc.enable()
         bridge.close()
     failure = built.station.faults.why_failed()
     if isinstance(failure, InternalError):

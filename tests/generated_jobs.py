@@ -12,6 +12,7 @@ import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape, element
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.decisions import (
     WORST_FIRST,
     CharacteristicResult,
@@ -113,7 +114,7 @@ def _result(
     judged = Normal(value - bonus, sigma, one_sided=zone)
     made = make_result(
         item,
-        Evaluation(value, np.zeros(1), bonus=bonus),
+        Evaluation(value, Rows.nothing(), bonus=bonus),
         Spreads(spread, judged if bonus else spread),
         RULES[int(rng.integers(3))],
     )

@@ -17,6 +17,7 @@ from ocmm_core.alignment._rules import (
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import GEOMETRY_SIZE, POINT, RADIUS, SECOND
 from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.measuring import Rows
 
 _POINT_PLACES = range(POINT.start, POINT.stop)
 
@@ -31,8 +32,8 @@ curves enough to matter over a step has a lever of less than a millimetre, and i
 
 def frame_jacobian(
     rule: AnyAlignment, actual: Mapping[str, ActualFeature], T_part_from_world: RigidTransform
-) -> Float:
-    """Return how the part frame moves with the points, (6, 3 N + 1).
+) -> Rows:
+    """Return how the part frame moves with the points, 6 rows.
 
     Rows are a small turn, rad, about the axes of the part frame through its origin, and a shift,
     mm, along them, of the measured part in its frame.
@@ -46,13 +47,12 @@ def frame_jacobian(
     T_part_from_world
         The frame itself (`alignment.datums.frame_of`).
     """
-    geometries = {name: feature.fit.geometry for name, feature in actual.items()}
-    columns = next(iter(actual.values())).jacobian.shape[1] if actual else 0
-    rows = np.zeros((6, columns))
+    geometries = {name: actual[name].fit.geometry for name in rule.features}
+    rows = Rows.nothing(6)
     back = T_part_from_world.inverse()
     for name in rule.features:
         by_geometry = np.zeros((6, GEOMETRY_SIZE))
-        for place in np.flatnonzero(np.any(actual[name].jacobian, axis=1)):
+        for place in np.flatnonzero(actual[name].jacobian.moving()):
             if place not in _POINT_PLACES and _only_points(rule, name):
                 continue
             ends = []

@@ -27,8 +27,10 @@ from ocmm_core.alignment._rules import (
 )
 from ocmm_core.features.measured import (
     ActualFeature,
+    Instead,
     Orientation,
     can_be_oriented,
+    geometries_of,
     oriented_feature,
 )
 from ocmm_core.features.shapes import DIRECTION, Shape
@@ -56,7 +58,7 @@ class ConstrainedAssociation:
     turned: Mapping[str, float]
 
     @property
-    def geometries(self) -> dict[str, Float]:
+    def geometries(self) -> Mapping[str, Float]:
         """Return the geometry vectors (12,) of the features."""
         return geometries_of(self.features)
 
@@ -99,7 +101,7 @@ def refit_under_precedence(
     again, _ = in_precedence(datums, actual, rule.shapes, rule.nominals, rule.choice)
     # A centre that is also brought to its place by itself stays as it was touched.
     kept = {name: actual[name] for name in others if name in actual}
-    return ConstrainedAssociation({**again.features, **kept}, again.turned)
+    return ConstrainedAssociation(Instead(kept, again.features), again.turned)
 
 
 def datums_refit_by(
@@ -142,7 +144,8 @@ def in_precedence(
     FitError
         As `datum_frame.datum_frame`, or a datum is not determined under the constraint.
     """
-    found = dict(actual)
+    again: dict[str, ActualFeature] = {}
+    found = Instead(again, actual)
     taken = may_be_refit(datums, actual)
     turned: dict[str, float] = {}
     frame = datum_frame(datums, geometries_of(found), shapes, nominals, choice)
@@ -151,8 +154,8 @@ def in_precedence(
             continue
         orientation = _orientation(datums, place, found, shapes, nominals, frame)
         if orientation is not None:
-            found[name] = oriented_feature(actual[name], orientation)
-            turned[name] = _turned(actual[name], orientation, found[name].fit.direction)
+            again[name] = oriented_feature(actual[name], orientation)
+            turned[name] = _turned(actual[name], orientation, again[name].fit.direction)
             frame = datum_frame(datums, geometries_of(found), shapes, nominals, frame.choice)
     return ConstrainedAssociation(found, turned), frame
 
@@ -216,11 +219,6 @@ def _turned(feature: ActualFeature, orientation: Orientation, direction: Float) 
 
 def _nearer(direction: Float, measured: Float) -> Float:
     return direction if float(direction @ measured) >= 0.0 else -direction
-
-
-def geometries_of(actual: Mapping[str, ActualFeature]) -> dict[str, Float]:
-    """Return the geometry vectors (12,) of features by name."""
-    return {name: feature.fit.geometry for name, feature in actual.items()}
 
 
 def _datums(rule: Alignment) -> tuple[tuple[str, ...], tuple[str, ...]]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ocmm_core.alignment._datums import datums_of, frame_of, nominal_frame, settled
 from ocmm_core.alignment._frame_jacobian import frame_jacobian
-from ocmm_core.alignment._precedence import geometries_of, refit_under_precedence
+from ocmm_core.alignment._precedence import refit_under_precedence
 from ocmm_core.alignment._residuals import Residual, brought_together, residuals_of
 from ocmm_core.alignment._rules import (
     BestFit,
@@ -21,9 +21,9 @@ from ocmm_core.alignment._rules import (
     SavedFrame,
 )
 from ocmm_core.errors import FitError, OcmmError
-from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.measured import ActualFeature, geometries_of
 from ocmm_core.geometry import Float, RigidTransform, skew
-from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors
+from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors, Rows
 
 _SEEN_MM = 1e-3
 """Residuals that would be printed as nothing say nothing."""
@@ -147,15 +147,14 @@ def _to_nominals(bound: BoundAlignment) -> RigidTransform:
         ) from error
 
 
-def _turned(jacobian: Float, T_nominal_from_part: RigidTransform) -> Float:
+def _turned(jacobian: Rows, T_nominal_from_part: RigidTransform) -> Rows:
     """Return the small motions of the part frame as those of the frame of the nominals."""
     rotation, translation = T_nominal_from_part.rotation, T_nominal_from_part.translation
     turns = rotation @ jacobian[:3]
-    moved: Float = np.vstack([turns, rotation @ jacobian[3:] + skew(translation) @ turns])
-    return moved
+    return Rows.stacked([turns, rotation @ jacobian[3:] + skew(translation) @ turns])
 
 
-def _spread(jacobian: Float, factors: PointFactors) -> Float:
+def _spread(jacobian: Rows, factors: PointFactors) -> Float:
     variances = np.diagonal(factors.of(jacobian))
     spread: Float = COVERAGE_FACTOR * np.sqrt(np.maximum(variances, 0.0))
     return spread

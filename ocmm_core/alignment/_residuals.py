@@ -17,7 +17,7 @@ from ocmm_core.alignment._rules import (
 from ocmm_core.features.measured import ActualFeature, gauge_point
 from ocmm_core.features.shapes import DIRECTION, HALF_ANGLE, POINT, RADIUS, Shape, element
 from ocmm_core.geometry import Float, RigidTransform, skew, unit
-from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors
+from ocmm_core.measuring import COVERAGE_FACTOR, PointFactors, Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,7 +53,7 @@ def residuals_of(
     bound: BoundAlignment,
     measured: Mapping[str, ActualFeature],
     T_nominal_from_world: RigidTransform,
-    frame_jacobian: Float,
+    frame_jacobian: Rows,
     factors: PointFactors | None,
 ) -> tuple[Residual, ...]:
     """Return how far all measured features lie from their nominals, those of the frame first.
@@ -65,7 +65,7 @@ def residuals_of(
     measured
         Features that are known; those without a nominal have no residual.
     frame_jacobian
-        (6, 3 N + 1): how the frame of the nominals moves (`alignment.frame_jacobian`).
+        6 rows: how the frame of the nominals moves (`alignment.frame_jacobian`).
     factors
         Of the points, or None.
     """
@@ -112,7 +112,7 @@ def _residual(
     feature: ActualFeature,
     nominal: Float,
     T_nominal_from_world: RigidTransform,
-    frame_jacobian: Float,
+    frame_jacobian: Rows,
     factors: PointFactors | None,
     *,
     aligned: bool,
@@ -130,7 +130,7 @@ def _residual(
     # Where places were brought together as points, the depth of a circle counted as well.
     keep = np.eye(3) if whole else _directions(shape, nominal)
     offset = keep @ (at - nominal[POINT])
-    angle, tilted = 0.0, np.zeros_like(moved)
+    angle, tilted = 0.0, Rows.nothing(3)
     if np.any(nominal[DIRECTION]) and np.any(direction):
         here, there = rotation @ unit(direction), unit(nominal[DIRECTION])
         sense = 1.0 if shape.spec.has_sense or here @ there >= 0.0 else -1.0
@@ -147,14 +147,14 @@ def _residual(
     )
 
 
-def _gauge_gain(feature: ActualFeature, nominal: Float) -> Float:
-    """Return d(gauge point) / d(points), (3, 3 N + 1)."""
+def _gauge_gain(feature: ActualFeature, nominal: Float) -> Rows:
+    """Return d(gauge point) / d(points), 3 rows."""
     geometry, gain = feature.fit.geometry, feature.jacobian
     slope = np.tan(geometry[HALF_ANGLE])
     along = (nominal[RADIUS] - geometry[RADIUS]) / slope
     by_angle = -along / (slope * np.cos(geometry[HALF_ANGLE]) ** 2)
     stretch = by_angle * gain[HALF_ANGLE] - gain[RADIUS] / slope
-    moved: Float = gain[POINT] + along * gain[DIRECTION] + np.outer(geometry[DIRECTION], stretch)
+    moved: Rows = gain[POINT] + along * gain[DIRECTION] + stretch.outer(geometry[DIRECTION])
     return moved
 
 
@@ -168,8 +168,8 @@ def _directions(shape: Shape, nominal: Float) -> Float:
     return own if located == "along" else np.eye(3) - own
 
 
-def _worst(rows: Float, factors: PointFactors | None) -> float | None:
-    """Return U (k = 2) of a vector with Jacobian (3, 3 N + 1) in its least certain direction."""
+def _worst(rows: Rows, factors: PointFactors | None) -> float | None:
+    """Return U (k = 2) of a vector with derivatives, 3 rows, in its least certain direction."""
     if factors is None:
         return None
     values = np.linalg.eigvalsh(factors.of(rows))

@@ -36,7 +36,9 @@ if TYPE_CHECKING:
     )
     from ocmm_core.camera._rig import (
         MAX_CAMERAS,
+        MAX_LEDS,
         MAX_SLOTS,
+        USUAL_SLOTS,
         CalibrationDesign,
         CameraEntry,
         Rig,
@@ -58,8 +60,8 @@ else:
             "on_sensor project projection_jacobians"
         ),
         _rig=(
-            "CalibrationDesign CameraEntry MAX_CAMERAS MAX_SLOTS Rig SpotNoise Vector3 camera_of "
-            "known_points_covariance load_rig"
+            "CalibrationDesign CameraEntry MAX_CAMERAS MAX_LEDS MAX_SLOTS Rig SpotNoise "
+            "USUAL_SLOTS Vector3 camera_of known_points_covariance load_rig"
         ),
         _search="search",
         _spots="SpotBlock SpotOptions SpotStatus Window",
@@ -68,11 +70,13 @@ else:
 
 __all__ = [
     "MAX_CAMERAS",
+    "MAX_LEDS",
     "MAX_SLOTS",
     "NO_BLACK",
     "N_PARAMETERS",
     "N_READING",
     "PARAMETERS",
+    "USUAL_SLOTS",
     "CalibrationDesign",
     "CameraEntry",
     "CameraModel",

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from ocmm_core.camera import _centroid as centroid
 from ocmm_core.camera import _search as search
 from ocmm_core.camera import _windows as windows
-from ocmm_core.camera._rig import MAX_SLOTS
+from ocmm_core.camera._rig import USUAL_SLOTS
 from ocmm_core.camera._spots import SpotBlock, SpotOptions, SpotReading, SpotStatus, Window
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int
@@ -37,7 +37,7 @@ class FinderState:
     @classmethod
     def fresh(cls) -> FinderState:
         """Return the state of a camera that has just been switched on."""
-        slots = np.zeros((MAX_SLOTS, windows.N_SLOT))
+        slots = np.zeros((USUAL_SLOTS, windows.N_SLOT))
         slots[:, [windows.HOME_U, windows.HOME_V]] = np.nan
         return cls(slots, np.full(2, 0, dtype=np.int64))
 
@@ -83,7 +83,7 @@ class SpotFinder:
 
     def windows(self) -> tuple[Window | None, ...]:
         """Return the windows of the next frame by slot; None of a free slot."""
-        corners = np.empty((MAX_SLOTS, 2), np.int64)
+        corners = np.empty((USUAL_SLOTS, 2), np.int64)
         windows.predict_windows(self.state.slots, self.packed, self.width, self.height, corners)
         size = self.options.window
         return tuple(
@@ -101,13 +101,13 @@ class SpotFinder:
             (height, width): is subtracted.
         """
         slots, size, step = self.state.slots, self.options.window, self.options.search_step
-        corners = np.empty((MAX_SLOTS, 2), np.int64)
+        corners = np.empty((USUAL_SLOTS, 2), np.int64)
         windows.predict_windows(slots, self.packed, self.width, self.height, corners)
-        pixels = np.zeros((MAX_SLOTS, size, size), np.uint16)
+        pixels = np.zeros((USUAL_SLOTS, size, size), np.uint16)
         for slot, (left, top) in enumerate(corners):
             if left >= 0:
                 pixels[slot] = image[top : top + size, left : left + size]
-        readings = np.empty((MAX_SLOTS, centroid.N_READING))
+        readings = np.empty((USUAL_SLOTS, centroid.N_READING))
         windows.measure_windows(pixels, corners, black, slots, self.packed, readings)
         search_in = (slots, self.regions, self.anywhere, self.packed)
         lines = np.empty((self.options.search_lines, 3), np.int64)
@@ -160,10 +160,10 @@ def measure_window(
 
 def _regions(start: tuple[Window, ...], width: int, height: int) -> Int:
     """Return the regions (r, 4) as the search takes them."""
-    if len(start) > MAX_SLOTS:
+    if len(start) > USUAL_SLOTS:
         raise InputError(
             "camera.windows",
-            f"There are {len(start)} windows, but a camera has {MAX_SLOTS}.",
+            f"There are {len(start)} windows, but a camera has {USUAL_SLOTS}.",
             "Remove windows.",
         )
     for window in start:

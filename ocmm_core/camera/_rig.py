@@ -23,9 +23,15 @@ from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
 
 SCHEMA = "ocmm.rig/1"
-MAX_CAMERAS = 4
-MAX_SLOTS = 8
-"""Tracking windows of one camera."""
+MAX_CAMERAS = 16
+USUAL_SLOTS = 8
+"""Tracking windows (slots) of one camera of today; its frames hold as many spots."""
+
+MAX_SLOTS = 64
+"""Slots of one camera that frames have room for, as bits of one number say which hold a spot."""
+
+MAX_LEDS = 64
+"""LEDs of one body, and of all bodies that are followed together."""
 
 MAX_FOCAL_SIGMA = 1e-3
 """Relative; a calibration that knows the focal length no better tells it from the distance only by
@@ -105,7 +111,7 @@ class Rig:
     name
         Name of the rig.
     cameras
-        Two to four cameras.
+        Two to `MAX_CAMERAS` cameras.
     aliases
         EtherCAT station alias of each camera.
     frame_rate_hz
@@ -147,8 +153,8 @@ def load_rig(path: Path | str) -> Rig:
     ------
     InputError
         The document is malformed, names a camera, serial or alias twice, has fewer than two or
-        more than four cameras, holds a value that no camera has, or a calibration that does
-        not determine its cameras.
+        more than `MAX_CAMERAS` cameras, holds a value that no camera has, or a calibration that
+        does not determine its cameras.
     """
     document = load_document(path, RigDocument, SCHEMA)
     _check(Path(path), document)
@@ -234,7 +240,7 @@ def _check(path: Path, document: RigDocument) -> None:
     if not 2 <= len(document.cameras) <= MAX_CAMERAS:
         raise InputError(
             "rig.cameras",
-            f"{path}: the rig has {len(document.cameras)} camera(s).",
+            f"{path}: field 'cameras' names {len(document.cameras)} camera(s).",
             f"Name two to {MAX_CAMERAS} cameras; one camera cannot see depth.",
         )
     for field in ("name", "serial", "alias"):

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.camera import _centroid as centroid
-from ocmm_core.camera._rig import MAX_SLOTS
+from ocmm_core.camera._rig import USUAL_SLOTS
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 
@@ -236,9 +236,9 @@ class SpotBlock:
         return cls(
             valid=np.zeros(n, np.uint16),
             saturated=np.zeros(n, np.bool_),
-            status=np.full((n, MAX_SLOTS), SpotStatus.FREE, np.uint8),
-            uv=np.full((n, MAX_SLOTS, 2), np.nan),
-            variance=np.full((n, MAX_SLOTS, 2), np.nan),
+            status=np.full((n, USUAL_SLOTS), SpotStatus.FREE, np.uint8),
+            uv=np.full((n, USUAL_SLOTS, 2), np.nan),
+            variance=np.full((n, USUAL_SLOTS, 2), np.nan),
         )
 
     def __len__(self) -> int:

@@ -23,7 +23,7 @@ from ocmm_core.composition._climate import climate_in_use
 from ocmm_core.composition._feeds import StationRequest
 from ocmm_core.composition._sources import make_feed
 from ocmm_core.documents import digest
-from ocmm_core.errors import StorageError
+from ocmm_core.errors import InputError, StorageError
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
 from ocmm_core.inspection.plan import Plan, load_plan, stored_plan
@@ -90,6 +90,11 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     climate = climate_in_use(request.climate, plan, probe.body, made)
     calibration = calibration_of(request)
     feed = make_feed(request, plan if begun is None else open_plan(plan, begun), calibration.rig)
+    try:
+        _check_slots(probe.body, reference, feed.description)
+    except BaseException:
+        feed.ring.close()
+        raise
     calibration = checked_for_replay(calibration, feed.recorded)
     probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
     recorder = None
@@ -210,6 +215,27 @@ def reference_of(request: StationRequest, probe: ProbeBody) -> ReferenceBody | N
     reference = load_reference(request.reference)
     check_together(probe, reference)
     return reference
+
+
+def _check_slots(
+    probe: ProbeBody, reference: ReferenceBody | None, source: SourceDescription
+) -> None:
+    """Refuse more LEDs than the cameras of a source follow.
+
+    Raises
+    ------
+    InputError
+        A camera has fewer windows than there are LEDs.
+    """
+    count = probe.n_leds + (reference.n_leds if reference is not None else 0)
+    if count > source.n_slots:
+        raise InputError(
+            "camera.windows",
+            f"Probe and reference body have {count} LEDs together, but a camera of the source "
+            f"'{source.name}' sends the spots of {source.n_slots} windows.",
+            f"Choose bodies with {source.n_slots} LEDs together at most, or the source "
+            "'simulated', which has as many windows as LEDs.",
+        )
 
 
 def _intent(virtual: VirtualRig) -> Callable[[int], str | None]:

@@ -13,9 +13,10 @@ import msgspec
 from ocmm_core.acquisition.bus_process import BusConfig, BusProcess, ServiceBus
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.acquisition.recording import ReplaySource
-from ocmm_core.camera import Rig
+from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.composition._defaults import REAL_WIRE, SERVICE, VIRTUAL_WIRE
 from ocmm_core.composition._feeds import Feed, StationRequest
+from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.wire import is_virtual_interface
 from ocmm_core.inspection.plan import Plan
@@ -55,7 +56,8 @@ def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str
     description = source.description
     per_read = max(1, round(description.cycle_period_ns / description.frame_period_ns))
     ahead = round(_AHEAD_S * 1e9 / description.frame_period_ns)
-    ring = FrameRing.create(len(description.camera_serials), max(ahead, 2 * per_read))
+    capacity = max(ahead, 2 * per_read)
+    ring = FrameRing.create(len(description.camera_serials), capacity, description.n_slots)
     return Feed(
         AcquisitionWorker(source, ring), ring, description,
         live=False, virtual=virtual, simulated=source,
@@ -70,7 +72,7 @@ def recording_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -
     except BaseException:
         source.close()
         raise
-    ring = FrameRing.create(len(rig.cameras))
+    ring = FrameRing.create(len(rig.cameras), n_slots=source.description.n_slots)
     return Feed(
         AcquisitionWorker(source, ring), ring, source.description,
         live=False, recorded=source.recording.head.source,
@@ -107,13 +109,20 @@ def scenes_feed(script: CalibratingScript, speed: float) -> Feed:
     """Return the virtual rig with the scenes of a calibration, in this process."""
     source = CalibratingSource(script.build(), speed)
     cameras = len(source.description.camera_serials)
-    ring = FrameRing.create(cameras, _SCENE_FRAMES)
+    ring = FrameRing.create(cameras, _SCENE_FRAMES, source.description.n_slots)
     return Feed(AcquisitionWorker(source, ring), ring, source.description, live=False)
 
 
 def scenes_wire_feed(script: CalibratingScript, _speed: float) -> Feed:
     """Return the virtual rig with the scenes of a calibration, over a virtual wire."""
     virtual = script.build()
+    if virtual.world.n_slots > USUAL_SLOTS:
+        raise InputError(
+            "camera.windows",
+            f"The scenes show {virtual.world.n_slots} LEDs, but a camera on the wire sends the "
+            f"spots of {USUAL_SLOTS} windows.",
+            f"Use the source 'simulated', or a body with {USUAL_SLOTS} LEDs at most.",
+        )
     segment = _segment(script.to_json(), virtual.rig)
     return _on_wire(virtual.rig, virtual.seed, virtual.frame_period_ns, segment)
 

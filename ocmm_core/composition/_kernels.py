@@ -73,7 +73,7 @@ ocmm_core.tracking.kernels._follow_kernel
     extend_tracked f3 f2 f2 f2 f2 f f f f1 i2
     without_rivals f4 f
 ocmm_core.tracking.kernels._identify_kernel
-    identify_frames f4 f2 f2 f2 i1 f3 f3 f1 f3 f3 i1 i2 b1 f f f1 u2 i4
+    identify_frames f4 f2 f2 f2 i2 i1 i1 f3 f3 f1 f3 f3 i1 i2 b1 f f f1 u2 i4
 ocmm_core.tracking.kernels._sensitivity_kernel
     answer_of_poses f4 f2 f2 u1 i1 i1 f3 f2 f3 f3 f3
 ocmm_core.tracking.kernels._solve_kernel
@@ -111,7 +111,7 @@ ocmm_core.simulation.scene._exposure
     run i f3 f1 U U f1 w2 f2 i1 i2 b f1 i w1 b1 u2 f3 f3
 ocmm_core.simulation.scene._kernels
     move f1 f2 f4 f3 f2 b1 b1
-    see f3 f2 f2 f2 f f1 f f i1 f3 f f3 i1 w1 f3
+    see f3 f2 f2 f2 f f1 f f i1 f3 f f3 U1 U1 f3
 ocmm_core.simulation.scene._probe_study_kernel
     add_paths s2 s2 s2 f2 f1 i s2 f2 f3
 """

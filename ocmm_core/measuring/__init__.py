@@ -7,8 +7,8 @@ factors.
 Read `_trigger` (when a point is asked for), `_stable_point` (from a window of frames to one ball
 centre), `_point` (what is kept of it), `_compensation` (from which side the ball touched),
 `_temperature`, then `_uncertainty` and `_contributions` (what each error does to all points) with
-`_contact`, `_factors` and `_pattern_field` (how it is kept). `_probe_report`, `_probe_budget` and
-`_probe_maps` say it before anything is measured.
+`_contact`, `_factors`, `_pattern_field` and `_rows` (how it is kept). `_probe_report`,
+`_probe_budget` and `_probe_maps` say it before anything is measured.
 It must not know features or plans: a point does not know what it is for.
 """
 
@@ -31,13 +31,20 @@ if TYPE_CHECKING:
         contributions,
         rigid_movement,
     )
-    from ocmm_core.measuring._factors import PointFactors, factors_of, factors_of_matrix
+    from ocmm_core.measuring._factors import (
+        PointFactors,
+        factors_of,
+        factors_of_matrix,
+        joined_factors,
+        root_of,
+    )
     from ocmm_core.measuring._missing_tip import explain, explain_reference
     from ocmm_core.measuring._point import MeasuredPoint, Refusal, RefusalCode
     from ocmm_core.measuring._probe_budget import BudgetTerm
     from ocmm_core.measuring._probe_maps import colour_at, map_range
     from ocmm_core.measuring._probe_messages import label_verdict, label_words, mechanics_words
     from ocmm_core.measuring._probe_report import Examination, Mechanics, ProbeReport, examine
+    from ocmm_core.measuring._rows import Rows
     from ocmm_core.measuring._stable_point import PointOptions, StablePoint, average
     from ocmm_core.measuring._temperature import (
         CLIMATE_EVENT,
@@ -63,13 +70,14 @@ else:
             "CAMERAS Contribution FRAME FrameDoubt IMAGE_NOISE ProbeState TIP_RADIUS "
             "contributions rigid_movement"
         ),
-        _factors="PointFactors factors_of factors_of_matrix",
+        _factors="PointFactors factors_of factors_of_matrix joined_factors root_of",
         _missing_tip="explain explain_reference",
         _point="MeasuredPoint Refusal RefusalCode",
         _probe_budget="BudgetTerm",
         _probe_maps="colour_at map_range",
         _probe_report="Examination Mechanics ProbeReport examine",
         _probe_messages="label_verdict label_words mechanics_words",
+        _rows="Rows",
         _stable_point="PointOptions StablePoint average",
         _temperature=(
             "CLIMATE_EVENT Climate PartTemperature check_part climate_of_text record_text "
@@ -101,6 +109,7 @@ __all__ = [
     "ProbeState",
     "Refusal",
     "RefusalCode",
+    "Rows",
     "Side",
     "StablePoint",
     "Touch",
@@ -116,6 +125,7 @@ __all__ = [
     "explain_reference",
     "factors_of",
     "factors_of_matrix",
+    "joined_factors",
     "joint_factors",
     "label_verdict",
     "label_words",
@@ -125,6 +135,7 @@ __all__ = [
     "record_text",
     "reported_points",
     "rigid_movement",
+    "root_of",
     "side_of",
     "systematic_covariance",
 ]

@@ -30,6 +30,7 @@ from ocmm_core.geometry import Float, RigidTransform, skew
 from ocmm_core.measuring._contact import contact_movement
 from ocmm_core.measuring._pattern_field import PatternField, pattern_field
 from ocmm_core.measuring._point import MeasuredPoint
+from ocmm_core.measuring._rows import Rows
 from ocmm_core.measuring._temperature import PartTemperature, scale_movement
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -93,17 +94,18 @@ class Contribution:
     own: Float | None = None
     field: PatternField | None = None
 
-    def of(self, gradients: Float) -> Float:
-        """Return what it gives to k values, (k, k), from their gradients (k, 3 N + 1)."""
-        total = np.zeros((len(gradients), len(gradients)))
+    def of(self, gradients: Rows | Float) -> Float:
+        """Return what it gives to k values, (k, k): from rows, or gradients (k, 3 N + 1)."""
+        rows = gradients if isinstance(gradients, Rows) else Rows.of_dense(gradients)
+        total = np.zeros((len(rows), len(rows)))
         if self.by is not None and self.covariance is not None:
-            answers = gradients @ self.by
+            answers = rows @ self.by
             total += answers @ self.covariance @ answers.T
         if self.own is not None:
-            of_points = gradients[:, :-1].reshape(len(gradients), -1, 3)
-            total += np.einsum("ani,nij,bnj->ab", of_points, self.own, of_points, optimize=True)
-        if self.field is not None:
-            answers = self.field.answers(gradients[:, :-1].reshape(len(gradients), -1, 3))
+            own, of_points = self.own[rows.places], rows.by_points
+            total += np.einsum("ani,nij,bnj->ab", of_points, own, of_points, optimize=True)
+        if self.field is not None and len(rows.places):
+            answers = self.field.kept(rows.places).answers(rows.by_points)
             total += answers @ answers.T
         return total
 

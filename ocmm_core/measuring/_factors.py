@@ -7,7 +7,8 @@ The covariance C of N ball centres and the tip radius is never formed. It is
 where S (3 N + 1, m) says how all coordinates answer to m independent standard normal quantities
 (cameras, probe, tip radius, temperature, a frame), own is a block for each point, and the pattern
 of the sensors is a sparse sum of bumps (`_pattern_field`). A feature, a frame or a value with the
-gradients G has the row G S, and its variances and covariances are sums of products of such rows.
+gradients G (`Rows`) has the row G S, and its variances and covariances are sums of products of such
+rows.
 Time and memory grow with the number of points, not with its square.
 """
 
@@ -20,7 +21,8 @@ import numpy as np
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring._contributions import Contribution
-from ocmm_core.measuring._pattern_field import PatternField
+from ocmm_core.measuring._pattern_field import PatternField, joined_fields
+from ocmm_core.measuring._rows import Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,11 +37,14 @@ class PointFactors:
         (N, 3, 3), mm^2: what each point has alone.
     pattern
         What near points share; None where nothing.
+    places
+        (N,) int64, ascending: what rows call the points; None where that is 0 to N - 1.
     """
 
     shared: Float
     own: Float
     pattern: PatternField | None = None
+    places: Int | None = None
 
     @property
     def count(self) -> int:
@@ -47,8 +52,13 @@ class PointFactors:
         return len(self.own)
 
     def kept(self, places: Sequence[int] | Int) -> PointFactors:
-        """Return the factors of some of the points, in the order of ``places``."""
+        """Return the factors of some of the points, in the order of ``places``.
+
+        Their places are 0 to n - 1 then.
+        """
         chosen = np.asarray(places, dtype=np.int64)
+        if self.places is not None:
+            chosen = np.searchsorted(self.places, chosen)
         columns = np.append((3 * chosen[:, None] + np.arange(3)).ravel(), 3 * self.count)
         pattern = None
         if self.pattern is not None and len(chosen):
@@ -59,35 +69,42 @@ class PointFactors:
         """Return them with ``added`` (N, 3, 3), mm^2, to what each point has alone."""
         return replace(self, own=self.own + added)
 
-    def of(self, gradients: Float) -> Float:
-        """Return the covariance (k, k) of values from their gradients (k, 3 N + 1)."""
-        used, inner = self._used(gradients)
-        of_points = gradients[:, :-1].reshape(len(gradients), -1, 3)[:, used]
-        rows = of_points.reshape(len(gradients), -1) @ inner.shared[:-1]
-        rows += gradients[:, -1:] * inner.shared[-1]
+    def of(self, gradients: Rows | Float) -> Float:
+        """Return the covariance (k, k) of values from their gradients: rows, or (k, 3 N + 1)."""
+        rows = gradients if isinstance(gradients, Rows) else Rows.of_dense(gradients)
+        inner, flat = self._under(rows), rows.by_points.reshape(len(rows), -1)
+        answers = _answers(rows, inner.shared)
         if inner.pattern is not None:
-            rows = np.hstack([rows, inner.pattern.answers(of_points)])
-        alone = np.einsum("ani,nij->anj", of_points, inner.own).reshape(len(gradients), -1)
-        total: Float = rows @ rows.T + alone @ of_points.reshape(len(gradients), -1).T
+            answers = np.hstack([answers, inner.pattern.answers(rows.by_points)])
+        alone = np.einsum("ani,nij->anj", rows.by_points, inner.own).reshape(len(rows), -1)
+        total: Float = answers @ answers.T + alone @ flat.T
         return total
 
-    def moved(self, gradient: Float) -> Float:
-        """Return the covariance (3 N + 1,) of a value with the coordinates that it rests on.
-
-        ``gradient`` (3 N + 1,) is that of the value; other coordinates have zero.
-        """
-        used, inner = self._used(gradient[None])
-        of_points = gradient[:-1].reshape(-1, 3)[used]
-        of_used = np.append(of_points.ravel(), gradient[-1])
-        together = inner.shared @ (inner.shared.T @ of_used)
-        places = together[:-1].reshape(-1, 3) + np.einsum("nij,nj->ni", inner.own, of_points)
+    def moved(self, gradients: Rows) -> Rows:
+        """Return the covariances of k values with the coordinates that their rows hold."""
+        inner = self._under(gradients)
+        answers = _answers(gradients, inner.shared)
+        together = answers @ inner.shared.T
+        places = together[:, :-1].reshape(gradients.by_points.shape)
+        places = places + np.einsum("nij,knj->kni", inner.own, gradients.by_points)
         if inner.pattern is not None:
-            places = places + inner.pattern.moved(of_points)
-        found = np.zeros_like(gradient)
-        found[:-1].reshape(-1, 3)[used] = places
-        found[-1] = together[-1]
-        found[gradient == 0.0] = 0.0
-        return found
+            places = places + inner.pattern.moved(gradients.by_points)
+        return Rows(gradients.places, places, together[:, -1])
+
+    def blocks(self, places: Int) -> tuple[Float, Float, float]:
+        """Return what of the covariance belongs to single points.
+
+        Returns
+        -------
+        (n, 3, 3) of each point by itself, (n, 3) of each with the tip radius, and the variance of
+        that radius, mm^2.
+        """
+        inner = self.kept(places)
+        by_points, radius = inner.shared[:-1].reshape(len(places), 3, -1), inner.shared[-1]
+        blocks = inner.own + by_points @ by_points.transpose(0, 2, 1)
+        if inner.pattern is not None:
+            blocks = blocks + inner.pattern.blocks()
+        return blocks, by_points @ radius, float(radius @ radius)
 
     def draws(self) -> Callable[[np.random.Generator, int], Float]:
         """Return what draws m sets of deviations (m, 3 N + 1), mm, from a generator."""
@@ -107,17 +124,27 @@ class PointFactors:
 
         return drawn
 
-    def _used(self, gradients: Float) -> tuple[Int, PointFactors]:
-        """Return the places of the points that the values rest on, and their factors."""
-        rests = np.any(gradients[:, :-1].reshape(len(gradients), -1, 3) != 0.0, axis=(0, 2))
-        if rests.all():
-            return np.arange(self.count), self
-        used = np.flatnonzero(rests)
-        return used, self.kept(used)
+    def _under(self, rows: Rows) -> PointFactors:
+        """Return the factors of the points that rows hold."""
+        known = np.arange(self.count) if self.places is None else self.places
+        return self if np.array_equal(rows.places, known) else self.kept(rows.places)
 
 
-def factors_of(parts: Sequence[Contribution], count: int) -> PointFactors:
-    """Return the factors of ``count`` points that the parts make together."""
+def _answers(rows: Rows, shared: Float) -> Float:
+    """Return how k values answer to what all points share, (k, m), from that of their points."""
+    answers: Float = rows.by_points.reshape(len(rows), -1) @ shared[:-1]
+    answers += rows.by_radius[:, None] * shared[-1]
+    return answers
+
+
+def factors_of(
+    parts: Sequence[Contribution], count: int, root: Callable[[Float], Float] | None = None
+) -> PointFactors:
+    """Return the factors of ``count`` points that the parts make together.
+
+    ``root`` stands for `root_of`, of which somebody keeps the results.
+    """
+    root = root or root_of
     own = np.zeros((count, 3, 3))
     pattern = None
     # Parts that the points answer to alike are one: told apart, one may be below zero by rounding.
@@ -130,8 +157,28 @@ def factors_of(parts: Sequence[Contribution], count: int) -> PointFactors:
         if part.by is not None and part.covariance is not None:
             by, covariance = alike.get(id(part.by), (part.by, np.zeros_like(part.covariance)))
             alike[id(part.by)] = by, covariance + part.covariance
-    rows = [by @ root_of(covariance) for by, covariance in alike.values()]
+    rows = [by @ root(covariance) for by, covariance in alike.values()]
     return PointFactors(np.hstack([np.zeros((3 * count + 1, 0)), *rows]), own, pattern)
+
+
+def joined_factors(parts: Sequence[PointFactors]) -> PointFactors:
+    """Return the factors of all points of several, which share the same quantities.
+
+    Each of ``parts``, at least one, has its ``places``, and none of them twice.
+    """
+    if len(parts) == 1:
+        return parts[0]
+    places = np.concatenate([part.places for part in parts if part.places is not None])
+    order = np.argsort(places)
+    rows = np.concatenate([part.shared[:-1] for part in parts])
+    blocks = rows.reshape(len(places), 3, -1)[order].reshape(rows.shape)
+    fields = [part.pattern for part in parts if part.pattern is not None]
+    return PointFactors(
+        np.concatenate([blocks, parts[0].shared[-1:]]),
+        np.concatenate([part.own for part in parts])[order],
+        joined_fields(fields).kept(order) if fields else None,
+        places[order],
+    )
 
 
 def factors_of_matrix(covariance: Float) -> PointFactors:

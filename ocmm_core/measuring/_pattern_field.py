@@ -71,12 +71,22 @@ class PatternField:
         found: Float = by_spots.reshape(2 * count, -1) @ bumps
         return found.reshape(count, -1)
 
-    def moved(self, gradient: Float) -> Float:
-        """Return the covariance of all coordinates (N, 3) with one value of ``gradient`` (N, 3)."""
-        by_spots = np.einsum("ni,nsai->ans", gradient, self.gain, optimize=True)
+    def moved(self, gradients: Float) -> Float:
+        """Return the covariances (k, N, 3) of all coordinates with values of such gradients."""
+        by_spots = np.einsum("kni,nsai->kans", gradients, self.gain, optimize=True)
         bumps = self.bumps()
-        shared = (bumps @ (by_spots.reshape(2, -1) @ bumps).T).T.reshape(by_spots.shape)
-        found: Float = np.einsum("ans,nsai->ni", shared, self.gain, optimize=True)
+        flat = by_spots.reshape(2 * len(gradients), -1)
+        shared = (bumps @ (flat @ bumps).T).T.reshape(by_spots.shape)
+        found: Float = np.einsum("kans,nsai->kni", shared, self.gain, optimize=True)
+        return found
+
+    def blocks(self) -> Float:
+        """Return the covariance (N, 3, 3), mm^2, of each point by itself."""
+        apart = np.sum((self.place[:, :, None] - self.place[:, None]) ** 2, axis=3)
+        # The correlation that the bumps make, exp(-d^2 / (2 l^2)), in pitches of the grid.
+        alike = np.exp(-0.5 * _PITCH**2 * apart)
+        alike *= self.camera[:, :, None] == self.camera[:, None]
+        found: Float = np.einsum("nsai,nst,ntaj->nij", self.gain, alike, self.gain, optimize=True)
         return found
 
     def drawn(self, normal: Float, bumps: csr_array) -> Float:
@@ -91,8 +101,8 @@ class PatternField:
 
         The fields of the two axes are alike and independent of each other.
         """
-        first = np.floor(self.place).astype(np.int64) - (_REACH - 1)
-        steps = np.arange(2 * _REACH)
+        first = np.floor(self.place).astype(np.int32) - np.int32(_REACH - 1)
+        steps = np.arange(2 * _REACH, dtype=np.int32)
         away = self.place[..., None] - first[..., None] - steps
         # The bump phi of the grid's own unit: l^2 = 1 / _PITCH^2.
         heights = np.exp(-(_PITCH**2) * away**2)
@@ -100,15 +110,34 @@ class PatternField:
         first -= first.min(axis=(0, 1))
         width = int(first[..., 1].max()) + 2 * _REACH
         area = width * (int(first[..., 0].max()) + 2 * _REACH)
-        rows = self.camera[..., None] * area + (first[..., 0, None] + steps) * width
+        rows = (
+            self.camera.astype(np.int32)[..., None] * area + (first[..., 0, None] + steps) * width
+        )
         cells = (rows[..., :, None] + (first[..., 1, None] + steps)[..., None, :]).ravel()
         taken = np.zeros(area * (int(self.camera.max()) + 1), dtype=bool)
         taken[cells] = True
-        number = np.cumsum(taken) - 1
+        number = np.cumsum(taken, dtype=np.int32) - np.int32(1)
         values = heights[..., 0, :, None] * heights[..., 1, None, :]
-        ends = np.arange(self.camera.size + 1) * len(steps) ** 2
+        ends = np.arange(self.camera.size + 1, dtype=np.int32) * np.int32(len(steps) ** 2)
         shape = (self.camera.size, int(number[-1]) + 1)
         return csr_array((values.ravel(), number[cells], ends), shape=shape)
+
+
+def joined_fields(parts: Sequence[PatternField]) -> PatternField:
+    """Return the field of the points of several, one after the other; at least one."""
+    most = max(part.camera.shape[1] for part in parts)
+    # A spot that is missing lies where the first one is, and has no gain.
+    chosen = [
+        np.where(np.arange(most) < part.camera.shape[1], np.arange(most), 0) for part in parts
+    ]
+    seen = [np.arange(most) < part.camera.shape[1] for part in parts]
+    return PatternField(
+        np.concatenate([p.camera[:, c] for p, c in zip(parts, chosen, strict=True)]),
+        np.concatenate([p.place[:, c] for p, c in zip(parts, chosen, strict=True)]),
+        np.concatenate(
+            [p.gain[:, c] * s[:, None, None] for p, c, s in zip(parts, chosen, seen, strict=True)]
+        ),
+    )
 
 
 def pattern_field(sensitivities: Sequence[TipSensitivity], rig: Rig) -> PatternField:

@@ -189,7 +189,7 @@ def _disagreeing(count: int, expected: int, time_s: float) -> Refusal:
     )
 
 
-def _alike(seen: NDArray[np.uint16], good: NDArray[np.bool_]) -> NDArray[np.bool_]:
+def _alike(seen: NDArray[np.uint64], good: NDArray[np.bool_]) -> NDArray[np.bool_]:
     """Return in which frames (n,) the same LEDs are seen as in most of the good ones."""
     patterns, counts = np.unique(seen[good], axis=0, return_counts=True)
     return np.asarray((seen == patterns[np.argmax(counts)]).all(axis=1))

@@ -22,7 +22,7 @@ not know. It is kept as factors (`_factors`); the parts by name are in `_contrib
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -51,6 +51,7 @@ def joint_factors(
     contact: ContactForce | None = None,
     part: PartTemperature | None = None,
     frame: FrameDoubt | None = None,
+    root: Callable[[Float], Float] | None = None,
 ) -> PointFactors:
     """Return the factors of the covariance of all ball centres and the tip radius.
 
@@ -66,9 +67,11 @@ def joint_factors(
         How warm the part is; None where it is not compensated.
     frame
         Of a saved frame that results are stated in; None where the job measures its own.
+    root
+        Stands for the root of a covariance, of which somebody keeps the results.
     """
     parts = contributions(points, sensitivities, rig, body, contact, part, frame=frame)
-    return factors_of(parts, len(points))
+    return factors_of(parts, len(points), root)
 
 
 def systematic_covariance(

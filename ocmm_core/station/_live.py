@@ -9,7 +9,7 @@ from collections import deque
 import numpy as np
 
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, FrameBlock, StopReason
-from ocmm_core.camera import MAX_SLOTS, Rig
+from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.errors import TrackingError
 from ocmm_core.fieldbus.report import BusPhase, trouble_words
 from ocmm_core.geometry import Float, Int
@@ -66,8 +66,8 @@ class LiveState:
         self._body = body
         self._options = options
         self._bus = bus
-        self._no_spots = np.full((len(rig.cameras), MAX_SLOTS, 2), np.nan)
-        self._no_labels = np.full((len(rig.cameras), MAX_SLOTS), -1, dtype=np.int64)
+        self._no_spots = np.full((len(rig.cameras), USUAL_SLOTS, 2), np.nan)
+        self._no_labels = np.full((len(rig.cameras), USUAL_SLOTS), -1, dtype=np.int64)
         self._raw: FrameBlock | None = None
         self._track: TrackBlock | None = None
         self._labels: Int = self._no_labels

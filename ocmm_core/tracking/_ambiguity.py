@@ -8,6 +8,7 @@ from itertools import combinations, permutations
 from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, rigid_fit
@@ -17,6 +18,12 @@ if TYPE_CHECKING:
 
 AMBIGUITY_LIMIT_MM = 1.0
 """A wrong labelling must leave at least this rigid residual (RMS), or the labels are in doubt."""
+
+FEW_LEDS = 8
+"""Up to so many LEDs every order of a body is held against its rigid residual. Of more there are
+too many orders (nine LEDs have 362,880): then no LED may be off by the limit instead of their RMS,
+which the search, whose gates are a tenth of that, cannot miss; and more LEDs must be in sight
+(`least_in_sight`)."""
 
 _FIRST = 50
 """So many labellings that change the distances least are fitted before others are left out."""
@@ -64,10 +71,13 @@ def nearest(
     rules
         ``(body_axis, world_direction)`` pairs, each (3,).
     seen
-        Numbers of the LEDs that are seen; None where all are. The labels of the result name what
-        is believed at their places, in this order.
+        Numbers of the LEDs that are seen; None where all are. Of more than `FEW_LEDS`, only a
+        labelling below the limit is found, and only among those that are seen. The labels of the
+        result name what is believed at their places, in this order.
     """
     places = tuple(range(len(leds)) if seen is None else seen)
+    if len(leds) > FEW_LEDS:
+        return confused(leds[list(places)], tip, rules, hidden=0)
     orders = np.array(
         [order for order in permutations(range(len(leds)), len(places)) if order != places]
     )
@@ -96,8 +106,9 @@ def confused(
     than one light could add.
     """
     worst: Ambiguity | None = None
-    # See above for the bound.
-    slack = 2.0 * np.sqrt(len(leds)) * AMBIGUITY_LIMIT_MM
+    # See above for the bound; with many LEDs, two that are off by the limit change their distance
+    # by twice as much.
+    slack = 2.0 * np.sqrt(len(leds) if len(leds) <= FEW_LEDS else 1.0) * AMBIGUITY_LIMIT_MM
     for labels in _alike(_distances(leds), slack, hidden):
         if all(label in (-1, led) for led, label in enumerate(labels)):
             continue
@@ -111,7 +122,7 @@ def confused(
 
 
 def check_distinct(bodies: Sequence[LedBody]) -> None:
-    """Refuse bodies of which three LEDs of one look like three LEDs of another.
+    """Refuse bodies of which LEDs of one look like as many of another, see `most_alike`.
 
     Raises
     ------
@@ -119,17 +130,71 @@ def check_distinct(bodies: Sequence[LedBody]) -> None:
         Two of the bodies could be taken for each other where some of their LEDs are hidden.
     """
     for one, other in combinations(bodies, 2):
-        mine, theirs = _distances(one.leds_body), _distances(other.leds_body)
-        for leds in combinations(range(one.n_leds), 3):
-            for alike in permutations(range(other.n_leds), 3):
-                spread = np.abs(mine[np.ix_(leds, leds)] - theirs[np.ix_(alike, alike)]).max()
-                if spread < AMBIGUITY_LIMIT_MM:
-                    raise InputError(
-                        "bodies.alike",
-                        f"LEDs {leds} of '{one.name}' can be confused with LEDs {alike} of "
-                        f"'{other.name}': their distances agree to {spread:.2f} mm.",
-                        "Use another reference body, or move one of these LEDs by 5 mm.",
-                    )
+        found = _in_common(
+            _distances(one.leds_body), _distances(other.leds_body), most_alike(one, other) + 1
+        )
+        if found is not None:
+            leds, alike, spread = found
+            raise InputError(
+                "bodies.alike",
+                f"LEDs {leds} of '{one.name}' can be confused with LEDs {alike} of "
+                f"'{other.name}': their distances agree to {spread:.2f} mm.",
+                "Use another reference body, or move one of these LEDs by 5 mm.",
+            )
+
+
+def least_in_sight(n_leds: int) -> int:
+    """Return how many LEDs of a body must be seen before it is named.
+
+    Four that speak for each other, see `kernels`. The more LEDs a body has, the more triples of
+    them agree with lights by chance, and the more must be seen beyond a triple.
+    """
+    return 4 if n_leds <= FEW_LEDS else 3 + -(-n_leds // 8)
+
+
+def most_alike(one: LedBody, other: LedBody) -> int:
+    """Return how many LEDs of two bodies may look alike.
+
+    No three of two small bodies: they would keep each other from being named. Among many LEDs three
+    agree by chance, and fewer than the least in sight are never named.
+    """
+    if max(one.n_leds, other.n_leds) <= FEW_LEDS:
+        return 2
+    return min(least_in_sight(one.n_leds), least_in_sight(other.n_leds)) - 1
+
+
+def _in_common(
+    mine: Float, theirs: Float, count: int
+) -> tuple[tuple[int, ...], tuple[int, ...], float] | None:
+    """Return the first ``count`` LEDs of two bodies that look alike, and by how much, mm.
+
+    Parameters
+    ----------
+    mine, theirs
+        Distances (L, L) and (M, M), mm.
+    """
+
+    def extend(
+        leds: tuple[int, ...], alike: tuple[int, ...], fits: NDArray[np.bool_]
+    ) -> tuple[tuple[int, ...], tuple[int, ...]] | None:
+        # fits[l, m]: LED l may be taken for m beside those that are chosen already.
+        if len(leds) == count:
+            return leds, alike
+        for led, label in np.argwhere(fits):
+            agree = np.abs(mine[led][:, None] - theirs[label][None]) < AMBIGUITY_LIMIT_MM
+            # Each set of LEDs once: in rising order.
+            agree[: led + 1] = False
+            agree[:, label] = False
+            found = extend((*leds, int(led)), (*alike, int(label)), fits & agree)
+            if found is not None:
+                return found
+        return None
+
+    found = extend((), (), np.ones((len(mine), len(theirs)), dtype=np.bool_))
+    if found is None:
+        return None
+    leds, alike = found
+    return leds, alike, float(np.abs(mine[np.ix_(leds, leds)] - theirs[np.ix_(alike, alike)]).max())
 
 
 def _judge(
@@ -163,6 +228,8 @@ def _spread(orders: Int, distances: Float, true: Float) -> Float:
 def _alike(between: Float, slack: float, hidden: int) -> Iterator[tuple[int, ...]]:
     """Give labellings without ``hidden`` LEDs whose distances (L, L), mm, agree within slack."""
     count = len(between)
+    # Numbers of a list are looked up several times as fast as those of an array.
+    far = between.tolist()
 
     def extend(labels: tuple[int, ...]) -> Iterator[tuple[int, ...]]:
         led = len(labels)
@@ -172,7 +239,7 @@ def _alike(between: Float, slack: float, hidden: int) -> Iterator[tuple[int, ...
             return
         for label in range(count):
             if label not in labels and all(
-                other < 0 or abs(between[led, known] - between[label, other]) < slack
+                other < 0 or abs(far[led][known] - far[label][other]) < slack
                 for known, other in enumerate(labels)
             ):
                 yield from extend((*labels, label))

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera import MAX_SLOTS, Rig
+from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking._body import LedBody, satisfies_rules
 from ocmm_core.tracking._identify import (
@@ -78,6 +78,7 @@ class BodyTracker:
     _patience_ns: int = 0
     _before_ns: int = 0
     _doubtful: int = 0
+    _n_slots: int = USUAL_SLOTS
     _claims: list[tuple[int, Int | None]] = field(default_factory=list)
     _reader: StrobeReader | None = field(init=False, default=None)
 
@@ -91,8 +92,8 @@ class BodyTracker:
         return spot_sigma_px(self.rig)
 
     def slot_leds(self) -> Int:
-        """Return the LED that each slot follows, (C, 8), -1 where unknown."""
-        leds = np.full((len(self.rig.cameras), MAX_SLOTS), -1, dtype=np.int64)
+        """Return the LED that each slot follows, (C, S), -1 where unknown."""
+        leds = np.full((len(self.rig.cameras), self._n_slots), -1, dtype=np.int64)
         if self.slot_of_led is not None:
             for camera, led in np.argwhere(self.slot_of_led >= 0):
                 leds[camera, self.slot_of_led[camera, led]] = led
@@ -101,6 +102,7 @@ class BodyTracker:
     def process(self, block: FrameBlock) -> TrackBlock:
         """Return what the frames of ``block`` say."""
         self._claims.clear()
+        self._n_slots = block.uv.shape[2]
         pieces: list[TrackBlock] = []
         breaks = interruptions(block.time_ns, self._before_ns)
         if self._reader is not None:
@@ -270,7 +272,7 @@ class BodyTracker:
             origin_world=np.full((n, 3), np.nan),
             chi2=np.full(n, np.nan),
             dof=np.zeros(n, dtype=np.int64),
-            seen=np.zeros((n, shape[0]), dtype=np.uint16),
+            seen=np.zeros((n, shape[0]), dtype=np.uint64),
             uv=np.full((n, *shape, 2), np.nan),
         )
 
@@ -289,7 +291,7 @@ def _part(block: FrameBlock, first: int, last: int) -> FrameBlock:
 
 
 def enough_spots(uv: Float) -> NDArray[np.bool_]:
-    """Return in which frames of ``uv`` (n, C, 8, 2) two cameras see three spots or more."""
+    """Return in which frames of ``uv`` (n, C, S, 2) two cameras see three spots or more."""
     spots = np.count_nonzero(np.isfinite(uv).all(axis=3), axis=2)
     enough: NDArray[np.bool_] = np.count_nonzero(spots >= 3, axis=1) >= 2
     return enough
@@ -307,7 +309,10 @@ def _where(good: NDArray[np.bool_], values: Float) -> Float:
     return values
 
 
-def _bits(seen: NDArray[np.bool_]) -> NDArray[np.uint16]:
-    weights = (1 << np.arange(seen.shape[2])).astype(np.uint16)
-    bits: NDArray[np.uint16] = (seen * weights).sum(axis=2).astype(np.uint16)
-    return bits
+def _bits(seen: NDArray[np.bool_]) -> NDArray[np.uint64]:
+    """Return numbers (n, C) whose bit l says that LED l is seen (n, C, L), L at most 64."""
+    packed = np.packbits(seen, axis=2, bitorder="little")
+    bits = np.zeros((*seen.shape[:2], 8), dtype=np.uint8)
+    bits[:, :, : packed.shape[2]] = packed
+    # The first byte is the lowest.
+    return bits.view("<u8")[:, :, 0]

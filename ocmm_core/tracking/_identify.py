@@ -14,9 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera import MAX_SLOTS, Rig, project
+from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float, Int
+from ocmm_core.tracking._ambiguity import FEW_LEDS, least_in_sight
 from ocmm_core.tracking._body import LedBody, ProbeBody
+from ocmm_core.tracking.kernels import decide_kernel as outcomes
 from ocmm_core.tracking.kernels import extend_tracked
 from ocmm_core.tracking.kernels import identify_kernel as kernel
 
@@ -30,12 +32,12 @@ _CONE_SLACK = np.radians(10.0)
 """An LED is seen a little outside its stated cone."""
 
 _REASONS = {
-    kernel.FEW: "fewer than three targets are seen by two cameras",
-    kernel.NO_FIT: "the spots do not fit the body",
-    kernel.AMBIGUOUS: "more than one labelling of the LEDs fits the spots",
-    kernel.CONFUSED: "too many spots could be LEDs",
-    kernel.THIN: "too few LEDs are seen to distinguish them from reflections",
-    kernel.NEAR_RULE: "the body is held too close to an attitude its orientation rules exclude",
+    outcomes.FEW: "fewer than three targets are seen by two cameras",
+    outcomes.NO_FIT: "the spots do not fit the body",
+    outcomes.AMBIGUOUS: "more than one labelling of the LEDs fits the spots",
+    outcomes.CONFUSED: "too many spots could be LEDs",
+    outcomes.THIN: "too few LEDs are seen to distinguish them from reflections",
+    outcomes.NEAR_RULE: "the body is held too close to an attitude its orientation rules exclude",
 }
 
 
@@ -83,11 +85,11 @@ def identify(
     Parameters
     ----------
     spots
-        (C, 8, 2), px: one frame, NaN where a slot is empty.
+        (C, S, 2), px: one frame, NaN where a slot is empty.
     options
         Tolerances.
     led_of_slot
-        (C, 8): what the strobe code says of every slot (`strobe.decode`), None where it says
+        (C, S): what the strobe code says of every slot (`strobe.decode`), None where it says
         nothing.
     """
     return identify_all(rig, [led_body(body)], spots, options, [led_of_slot])[0]
@@ -107,7 +109,7 @@ def identify_all(
     bodies
         Probe and reference body, of which `ambiguity.check_distinct` must hold.
     spots
-        (C, 8, 2), px: one frame, NaN where a slot is empty.
+        (C, S, 2), px: one frame, NaN where a slot is empty.
     options
         Tolerances.
     led_of_slot
@@ -116,7 +118,7 @@ def identify_all(
     status, labels = identify_many(rig, bodies, spots[None], options, led_of_slot)
     return tuple(
         Identification(None, _REASONS[int(outcome)])
-        if outcome != kernel.FOUND
+        if outcome != outcomes.FOUND
         else Identification(slots[:, : body.n_leds].copy())
         for body, outcome, slots in zip(bodies, status[0], labels[0], strict=True)
     )
@@ -129,13 +131,14 @@ def identify_many(
     options: IdentifyOptions,
     led_of_slot: Sequence[Int | None] = (),
 ) -> tuple[NDArray[np.uint8], Int]:
-    """Return outcome (n, B) and slots of LEDs (n, B, C, 8) of frames (n, C, 8, 2) by themselves.
+    """Return outcome (n, B) and slots of LEDs (n, B, C, L) of frames (n, C, S, 2) by themselves.
 
     The outcomes are those of the kernel `identify`; slots are -1 where there is none, and in
     frames that have no answer.
     """
     count, n_cameras = len(bodies), len(rig.cameras)
-    leds, directions = np.zeros((2, count, MAX_SLOTS, 3))
+    n_slots, sizes = spots.shape[2], np.array([body.n_leds for body in bodies])
+    leds, directions = np.zeros((2, count, int(sizes.max()), 3))
     n_rules = np.array([len(body.rules) for body in bodies])
     axes, worlds = np.zeros((2, count, max(1, int(n_rules.max())), 3))
     for index, body in enumerate(bodies):
@@ -143,30 +146,32 @@ def identify_many(
         directions[index, : body.n_leds] = body.led_directions_body
         for rule, (axis, world) in enumerate(body.rules):
             axes[index, rule], worlds[index, rule] = axis, world
-    usable = np.full((count, n_cameras, MAX_SLOTS), -1, dtype=np.int64)
+    usable = np.full((count, n_cameras, n_slots), -1, dtype=np.int64)
     coded = np.zeros(count, dtype=np.bool_)
     for index, of_slots in enumerate(led_of_slot):
         if of_slots is not None:
             usable[index], coded[index] = of_slots, True
     status = np.empty((len(spots), count), dtype=np.uint8)
-    labels = np.empty((len(spots), count, n_cameras, MAX_SLOTS), dtype=np.int64)
+    labels = np.empty((len(spots), count, n_cameras, leds.shape[1]), dtype=np.int64)
     kernel.identify_frames(
         np.ascontiguousarray(spots, dtype=np.float64),
         rig.packed(),
         np.stack([camera.centre_world for camera in rig.cameras]),
         rig.volume_world + np.array([[-_REACH_MM], [_REACH_MM]]),
-        np.array([body.n_leds for body in bodies]),
+        _camera_pairs(n_cameras),
+        sizes,
+        np.where(coded, 0, [_least_named(body.n_leds) for body in bodies]),
         leds,
         directions,
         np.array([_least_cosine(body) for body in bodies]),
         axes,
         worlds,
         n_rules,
-        usable.reshape(count, n_cameras * MAX_SLOTS),
+        usable.reshape(count, n_cameras * n_slots),
         coded,
         options.sigma_px,
         options.rival_px,
-        chi2_limit(np.arange(2 * n_cameras * MAX_SLOTS + 1)),
+        chi2_limit(np.arange(2 * n_cameras * n_slots + 1)),
         status,
         labels,
     )
@@ -185,7 +190,7 @@ def extended_labels(
     Parameters
     ----------
     spots
-        (C, 8, 2), px: one frame, NaN where a slot is empty.
+        (C, S, 2), px: one frame, NaN where a slot is empty.
     labels
         (C, L), -1 where none.
     """
@@ -199,10 +204,10 @@ def extended_labels(
         _least_cosine(body),
         options.sigma_px,
         options.rival_px,
-        chi2_limit(np.arange(2 * len(rig.cameras) * MAX_SLOTS + 1)),
+        chi2_limit(np.arange(2 * more.size + 1)),
         more,
     )
-    if doubt > kernel.MAX_DOUBT:
+    if doubt > outcomes.MAX_DOUBT:
         return labels
     taken = (labels[:, :, None] == more[:, None, :]).any(axis=2)
     return np.where((more < 0) & ~taken, labels, more)
@@ -219,7 +224,7 @@ def nearest_slots(
     Parameters
     ----------
     spots
-        (C, 8, 2), px, NaN where a slot is empty.
+        (C, S, 2), px, NaN where a slot is empty.
     rotation, origin
         Pose of the body in the world, (3, 3) and (3,), mm.
     gate_px
@@ -237,6 +242,23 @@ def nearest_slots(
     return slot_of_led
 
 
+def _least_named(n_leds: int) -> int:
+    """Return the same as the kernel takes it: 0 where the doubt alone decides."""
+    return 0 if n_leds <= FEW_LEDS else least_in_sight(n_leds)
+
+
+def _camera_pairs(n_cameras: int) -> Int:
+    """Return all pairs of cameras (P, 2), in the order in which they are searched.
+
+    More than four cameras are taken as a ring: neighbours first, so that each comes early.
+    """
+    if n_cameras <= kernel.USUAL_CAMERAS:
+        return np.array([(c, d) for c in range(n_cameras) for d in range(c + 1, n_cameras)])
+    steps = range(1, n_cameras // 2 + 1)
+    pairs = [(c, (c + step) % n_cameras) for step in steps for c in range(n_cameras)]
+    return np.array([pair for n, pair in enumerate(pairs) if pair[::-1] not in pairs[:n]])
+
+
 def _least_cosine(body: LedBody) -> float:
     return float(np.cos(min(body.emission_half_angle + _CONE_SLACK, np.pi)))
 
@@ -247,7 +269,7 @@ def led_body(body: LedBody | ProbeBody) -> LedBody:
 
 
 def ordered_spots(uv: Float, slot_of_led: Int) -> Float:
-    """Return spots by LED (n, C, L, 2) from spots by slot (n, C, 8, 2); NaN where there is none."""
+    """Return spots by LED (n, C, L, 2) from spots by slot (n, C, S, 2); NaN where there is none."""
     cameras = np.arange(slot_of_led.shape[0])[:, None]
     ordered: Float = uv[:, cameras, slot_of_led]
     ordered[:, slot_of_led < 0] = np.nan

@@ -8,7 +8,7 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.camera import MAX_SLOTS, Vector3
+from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
 
@@ -55,11 +55,11 @@ def check_leds(
         They are too few or too many, in one place, on one line, or a direction is a zero vector.
     """
     count = len(leds)
-    if not MIN_LEDS <= count <= MAX_SLOTS:
+    if not MIN_LEDS <= count <= MAX_LEDS:
         raise InputError(
             f"{what}.leds",
-            f"{path}: the {what} has {count} LED(s).",
-            f"Give {MIN_LEDS} to {MAX_SLOTS} LEDs.",
+            f"{path}: field 'leds' of the {what} has {count} LED(s).",
+            f"Give {MIN_LEDS} to {MAX_LEDS} LEDs.",
         )
     directions = [(f"leds[{i}].direction", led.direction) for i, led in enumerate(leds)]
     for field, direction in (*directions, *rules):

@@ -70,7 +70,7 @@ class TrackingPipeline:
         return self._reference.motion if self._reference is not None else None
 
     def slot_leds(self) -> Int:
-        """Return the LED of the probe that each slot follows, (C, 8), -1 where unknown."""
+        """Return the LED of the probe that each slot follows, (C, S), -1 where unknown."""
         return self._probe.slot_leds()
 
     def slot_references(self) -> Int | None:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ocmm_core.camera import MAX_SLOTS
+from ocmm_core.camera import MAX_LEDS
 from ocmm_core.documents import Document, digest, load_document
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
@@ -128,12 +128,12 @@ def check_together(probe: ProbeBody, reference: ReferenceBody) -> None:
         other.
     """
     count = probe.n_leds + reference.n_leds
-    if count > MAX_SLOTS:
+    if count > MAX_LEDS:
         raise InputError(
             "reference.slots",
             f"The probe '{probe.name}' has {probe.n_leds} LEDs and the reference body "
-            f"'{reference.name}' has {reference.n_leds}: a camera follows {MAX_SLOTS}, not "
+            f"'{reference.name}' has {reference.n_leds}: OCMM follows {MAX_LEDS}, not "
             f"{count}.",
-            f"Choose a probe or a reference body with fewer LEDs, together at most {MAX_SLOTS}.",
+            f"Choose a probe or a reference body with fewer LEDs, together at most {MAX_LEDS}.",
         )
     check_distinct((probe.led_body, reference.leds))

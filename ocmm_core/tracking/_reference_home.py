@@ -42,7 +42,7 @@ class HomeTaker:
         self._reference = reference
         self._spots: list[Float] = []
         self._began_ns = self._before_ns = self._count = 0
-        self._seen = np.zeros(0, dtype=np.uint16)
+        self._seen = np.zeros(0, dtype=np.uint64)
 
     def feed(self, body: TrackBlock) -> tuple[int, ReferenceHome] | None:
         """Take in frames and return the home, with the index of the first frame after it."""

@@ -72,7 +72,7 @@ class TrackBlock:
     dof
         (n,) int64: its degrees of freedom.
     seen
-        (n, C) uint16: bit l says that the camera saw LED l.
+        (n, C) uint64: bit l says that the camera saw LED l.
     uv
         (n, C, L, 2), px: spots ordered by LED number, NaN where not seen.
     reference
@@ -90,7 +90,7 @@ class TrackBlock:
     origin_world: Float
     chi2: Float
     dof: Int
-    seen: NDArray[np.uint16]
+    seen: NDArray[np.uint64]
     uv: Float
     reference: ReferenceTrack | None = None
 

@@ -84,9 +84,10 @@ def is_lit(code: StrobeCode, counter: Int) -> NDArray[np.bool_]:
     return lit
 
 
-def dark_bits(code: StrobeCode, counter: Int) -> Int:
+def dark_bits(code: StrobeCode, counter: Int) -> NDArray[np.uint64]:
     """Return which LEDs are dark in frames (n,) of the exposure counter: (n,), bit l for LED l."""
-    bits: Int = ~is_lit(code, counter) @ (1 << np.arange(len(code.dark), dtype=np.int64))
+    weights = np.uint64(1) << np.arange(len(code.dark), dtype=np.uint64)
+    bits: NDArray[np.uint64] = ~is_lit(code, counter) @ weights
     return bits
 
 

@@ -94,9 +94,9 @@ if TYPE_CHECKING:
         Themed,
         apply_theme,
         digit_font,
+        dress,
         far_type,
         fitted,
-        paint_in,
         status_colour,
         text_font,
         verdict_colour,
@@ -114,20 +114,6 @@ else:
         _answer_panel="AnswerPanel",
         _fit_text="FitText",
         _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
-        _notify="Banner ErrorHooks Level Notice NoticeCentre",
-        _painted="Painted SCENE_LEAST SCENE_SIZE",
-        _parts="ColouredRow NumberTable DataTable panel sentence_label stacked value_label",
-        _path_panel="OwnKeysField PathPanel",
-        _reason_panel="ReasonPanel",
-        _sheet="ChoiceBox Sheet caption form_field",
-        _side_process="SideProcess Tell Teller Work",
-        _sound="Approach Sound SoundPlayer verdict_sound",
-        _theme=(
-            "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font far_type "
-            "fitted paint_in status_colour text_font verdict_colour wrapped_pixels"
-        ),
-        _triggers="Debounced FINISH_KEYS TAKE_KEYS UNDO_KEYS",
-        _verification_messages="session_of",
         _messages=(
             "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
             "counted_line feature_title form_words has_failed header_words is_held led_name "
@@ -135,6 +121,20 @@ else:
             "progress_word quantity reference_led_name reference_words seen_cameras seen_targets "
             "shape_word slot_names step_text trouble verdict_line"
         ),
+        _notify="Banner ErrorHooks Level Notice NoticeCentre",
+        _painted="Painted SCENE_LEAST SCENE_SIZE",
+        _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
+        _path_panel="OwnKeysField PathPanel",
+        _reason_panel="ReasonPanel",
+        _sheet="ChoiceBox Sheet caption form_field",
+        _side_process="SideProcess Tell Teller Work",
+        _sound="Approach Sound SoundPlayer verdict_sound",
+        _theme=(
+            "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
+            "far_type fitted status_colour text_font verdict_colour wrapped_pixels"
+        ),
+        _triggers="Debounced FINISH_KEYS TAKE_KEYS UNDO_KEYS",
+        _verification_messages="session_of",
         _work_line="WorkLine",
         _work_sheet="WorkSheet",
         _worker="Failed Worker",
@@ -195,6 +195,7 @@ __all__ = [
     "characteristics_of",
     "counted_line",
     "digit_font",
+    "dress",
     "far_type",
     "feature_mark",
     "feature_title",
@@ -214,7 +215,6 @@ __all__ = [
     "next_step",
     "outlier_count",
     "outlier_words",
-    "paint_in",
     "paint_mark",
     "panel",
     "progress_word",

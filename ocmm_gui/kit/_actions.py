@@ -38,6 +38,9 @@ class ActionInfo:
         It may come from a foot switch, so it is debounced.
     mode
         The mode that it belongs to; None for every mode.
+    opens_wizard
+        A wizard has it as its action. Said here, as loading the wizards takes a moment that nobody
+        should wait for before the window is there.
     """
 
     key: str
@@ -46,6 +49,7 @@ class ActionInfo:
     shortcuts: tuple[str, ...]
     is_trigger: bool = False
     mode: Mode | None = Mode.INSPECT
+    opens_wizard: bool = False
 
 
 ACTIONS = (
@@ -85,15 +89,15 @@ ACTIONS = (
     ),
     ActionInfo(
         "calibrate", "Calibrate cameras", "Calibrate the cameras from known points", ("K",),
-        mode=Mode.MAINTAIN,
+        mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
         "relocate", "Relocate", "Recalibrate the cameras in place, with the probe and a length "
-                                "bar", ("R",), mode=Mode.MAINTAIN,
+                                "bar", ("R",), mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
         "verify", "Verify", "Verify the calibration with independent artefacts",
-        ("Y",), mode=Mode.MAINTAIN,
+        ("Y",), mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
         "write_cameras", "Write to cameras", "Store the intrinsics of the calibration in the "
@@ -105,15 +109,15 @@ ACTIONS = (
     ),
     ActionInfo(
         "pivot", "Calibrate probe", "Find tip and LED positions: pivot the probe with its ball "
-                                    "in a cone", ("P",), mode=Mode.MAINTAIN,
+                                    "in a cone", ("P",), mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
         "qualify", "Qualify tip", "Find the ball diameter on a certified sphere", ("Q",),
-        mode=Mode.MAINTAIN,
+        mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
         "check_tip", "Check tip", "One-minute check that the tip is still as qualified",
-        ("H",), mode=Mode.MAINTAIN,
+        ("H",), mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
         "mount", "Mount tip", "Confirm tip change", ("N",), mode=Mode.MAINTAIN,

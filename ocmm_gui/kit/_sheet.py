@@ -92,11 +92,8 @@ class Sheet(QWidget):
         """Return the sentence beside the title."""
         return self._about.text()
 
-    def job_changed(self) -> None:
-        """Show what was measured since, where the sheet shows the running job; most do not."""
-
     def close_work(self) -> None:
-        """Give up what is being calculated; call it before the window goes."""
+        """Give up what is being calculated before the window goes; most calculate nothing."""
 
     def attempt(self, call: Callable[[], T]) -> T | None:
         """Return what a call gives; where it fails, tell why and return None."""

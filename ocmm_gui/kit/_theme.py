@@ -237,11 +237,11 @@ def apply_theme(app: QApplication, window: QWidget, theme: Theme) -> None:
     """Dress the application, and tell every widget of ``window`` that paints by itself."""
     app.setPalette(make_palette(theme))
     app.setStyleSheet(make_style_sheet(theme))
-    paint_in(window, theme)
+    dress(window, theme)
 
 
-def paint_in(window: QWidget, theme: Theme) -> None:
-    """Tell every widget of ``window`` that paints by itself; call it for what is made later."""
-    for widget in (window, *window.findChildren(QWidget)):
+def dress(whole: QWidget, theme: Theme) -> None:
+    """Tell every widget in ``whole`` that paints by itself with which colours."""
+    for widget in (whole, *whole.findChildren(QWidget)):
         if isinstance(widget, Themed):
             widget.set_theme(theme)

@@ -7,6 +7,7 @@ a long call into a numerical library may keep the window from its turn also from
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from collections.abc import Callable
 from queue import SimpleQueue
@@ -61,9 +62,9 @@ class Worker(QObject):
                 answer = call()
             except Exception as error:
                 caught = error
-                self._back.emit(lambda: failed(caught))
+                self._tell(lambda: failed(caught))
             else:
-                self._back.emit(lambda: done(answer))
+                self._tell(lambda: done(answer))
 
         self._calls.put(carry_out)
 
@@ -79,6 +80,12 @@ class Worker(QObject):
     def _run(self) -> None:
         while (call := self._calls.get()) is not None:
             call()
+
+    def _tell(self, answer: Callable[[], None]) -> None:
+        # Who closed without waiting may be deleted by now, and nobody wants the answer.
+        if not self._closed:
+            with contextlib.suppress(RuntimeError):
+                self._back.emit(answer)
 
     def _give(self, answer: Callable[[], None]) -> None:
         if not self._closed:

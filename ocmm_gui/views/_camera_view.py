@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from collections import deque
 from collections.abc import Sequence
@@ -12,9 +13,9 @@ import pyqtgraph as pg
 from numpy.typing import NDArray
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QHBoxLayout, QSizePolicy, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QSizePolicy, QVBoxLayout, QWidget
 
-from ocmm_core.camera import MAX_SLOTS, CameraModel, Rig
+from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import LiveView
 from ocmm_gui.kit import DEFAULT_THEME, THEMES, FitText, Theme, slot_names, text_font
@@ -36,7 +37,14 @@ _EDGE = 0.1
 """A spot that comes this near to the edge of the picture, in parts of its side, moves it."""
 
 
-_MARK_PX = 11
+_MARK_PX, _MANY_MARK_PX = 11, 6
+_MOST_WORDS = 16
+"""Of more spots in one picture nobody reads the words, and no trail is told from another; the title
+counts those that are named."""
+
+_ROW = 4
+"""Up to so many cameras stand in a row, with axes; more in a square, without."""
+
 _WAYS = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 """Where a word may stand, seen from its spot; the first one that is free is taken."""
 
@@ -53,9 +61,11 @@ class CameraPlot(QWidget):
     ----------
     camera
         Whose image it is.
+    small
+        It is one of many, and shows no axes.
     """
 
-    def __init__(self, camera: CameraModel) -> None:
+    def __init__(self, camera: CameraModel, *, small: bool = False) -> None:
         super().__init__()
         self._camera = camera
         self._theme = THEMES[DEFAULT_THEME]
@@ -80,18 +90,16 @@ class CameraPlot(QWidget):
         for axis, (row, column) in zip(self._axes, ((0, 0), (1, 1)), strict=True):
             axis.linkToView(self._box)
             axis.setStyle(tickFont=text_font(11), tickLength=-5)
+            axis.setVisible(not small)
             self._plot.addItem(axis, row=row, col=column)
         self._sensor: Any = pg.PlotCurveItem(
             [0, camera.width, camera.width, 0, 0], [0, 0, camera.height, camera.height, 0]
         )
         self._fading: list[Any] = [pg.PlotCurveItem(connect="finite") for _ in range(_FADE_STEPS)]
         self._spots: Any = pg.ScatterPlotItem(size=_MARK_PX, symbol="+")
-        self._labels: list[Any] = [pg.TextItem() for _ in range(MAX_SLOTS)]
-        for item in (self._sensor, *self._fading, self._spots, *self._labels):
+        self._labels: list[Any] = []
+        for item in (self._sensor, *self._fading, self._spots):
             self._box.addItem(item, ignoreBounds=True)
-        for label in self._labels:
-            label.setFont(text_font(12, bold=True))
-            label.hide()
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(2)
@@ -101,15 +109,25 @@ class CameraPlot(QWidget):
         self._move()
 
     def show_spots(self, spots: Float, names: Sequence[str]) -> None:
-        """Show the spots (8, 2), px, of the slots and what is followed in each of them."""
+        """Show the spots (S, 2), px, of the slots and what is followed in each of them."""
         seen = np.asarray(np.isfinite(spots).all(axis=1))
-        self._title.show_text(f"{self._camera.name}:  {int(seen.sum())} spots")
+        count = int(seen.sum())
+        told = f"{self._camera.name}:  {count} spots"
+        if count > _MOST_WORDS:
+            named = sum(
+                bool(there) and name != "?" for there, name in zip(seen, names, strict=True)
+            )
+            told = f"{told}, {named} named"
+        self._title.show_text(told)
         now = time.monotonic()
-        if now - self._shown_at > _GAP_S:
+        if now - self._shown_at > _GAP_S or (
+            len(self._trail) and self._trail[-1].shape != spots.shape
+        ):
             self._trail.clear()
         self._shown_at = now
         self._trail.append(spots)
-        self._spots.setData(spots[seen, 0], spots[seen, 1])
+        size = _MARK_PX if count <= _MOST_WORDS else _MANY_MARK_PX
+        self._spots.setData(spots[seen, 0], spots[seen, 1], size=size)
         self._place_labels(spots, names, seen)
         self._draw_trail()
         if seen.any():
@@ -126,6 +144,9 @@ class CameraPlot(QWidget):
 
     def _place_labels(self, spots: Float, names: Sequence[str], seen: NDArray[np.bool_]) -> None:
         """Put the words beside their spots, each where it covers no other word or spot."""
+        self._add_labels(len(spots))
+        if int(seen.sum()) > _MOST_WORDS:
+            seen = np.zeros_like(seen)
         scale = self._side / max(float(self._box.height()), 1.0)
         taken = [(u, v, 0.5 * _MARK_PX * scale, 0.5 * _MARK_PX * scale) for u, v in spots[seen]]
         for slot, label in enumerate(self._labels):
@@ -146,11 +167,25 @@ class CameraPlot(QWidget):
             label.setAnchor(0.5 * (1.0 - _WAYS[choice]))
             label.setPos(*spots[slot])
 
+    def _add_labels(self, count: int) -> None:
+        """Have a word ready for each of so many slots."""
+        while len(self._labels) < count:
+            label = pg.TextItem()
+            label.setFont(text_font(12, bold=True))
+            label.setColor(QColor(self._theme.text))
+            label.hide()
+            self._box.addItem(label, ignoreBounds=True)
+            self._labels.append(label)
+
     def _draw_trail(self) -> None:
+        if np.count_nonzero(np.isfinite(self._trail[-1][:, 0])) > _MOST_WORDS:
+            for curve in self._fading:
+                curve.setData(np.empty(0), np.empty(0))
+            return
         history = np.stack(self._trail)
         # Each curve is one age: they share a sample, so that the trail has no gaps.
         bounds = np.linspace(0, len(history) - 1, _FADE_STEPS + 1).astype(int)
-        gap = np.full((1, MAX_SLOTS, 2), np.nan)
+        gap = np.full((1, *history.shape[1:]), np.nan)
         for curve, first, last in zip(self._fading, bounds[:-1], bounds[1:], strict=True):
             part = np.concatenate([history[first : last + 1], gap]).transpose(1, 0, 2)
             if not np.isfinite(part).any():
@@ -200,7 +235,7 @@ def _overlap(first: _Box, second: _Box) -> bool:
 
 
 class CameraViews(QWidget):
-    """All cameras side by side.
+    """All cameras: a few side by side, many in a square.
 
     Parameters
     ----------
@@ -212,16 +247,28 @@ class CameraViews(QWidget):
         super().__init__()
         self.setAccessibleName("Camera images")
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
-        self._plots = tuple(CameraPlot(camera) for camera in rig.cameras)
-        layout = QHBoxLayout(self)
+        self._turn = 0
+        count = len(rig.cameras)
+        small = count > _ROW
+        columns = math.ceil(math.sqrt(count)) if small else count
+        self._plots = tuple(CameraPlot(camera, small=small) for camera in rig.cameras)
+        layout = QGridLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
-        for plot in self._plots:
-            layout.addWidget(plot, 1)
+        for number, plot in enumerate(self._plots):
+            row, column = divmod(number, columns)
+            layout.addWidget(plot, row, column)
+            layout.setRowStretch(row, 1)
+            layout.setColumnStretch(column, 1)
 
     def show_live(self, live: LiveView) -> None:
-        """Show the spots of every camera."""
-        for camera, (plot, spots) in enumerate(zip(self._plots, live.spots, strict=True)):
-            plot.show_spots(spots, slot_names(live, camera))
+        """Show the spots of every camera; of many, those of a few at a time, in turn.
+
+        A picture takes milliseconds to draw: all of sixteen would hold up the window.
+        """
+        turns = math.ceil(len(self._plots) / _ROW)
+        for camera in range(self._turn, len(self._plots), turns):
+            self._plots[camera].show_spots(live.spots[camera], slot_names(live, camera))
+        self._turn = (self._turn + 1) % turns
 
     def plots(self) -> tuple[CameraPlot, ...]:
         """Return the plot of every camera, in the order of the rig."""

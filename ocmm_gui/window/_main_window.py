@@ -30,14 +30,13 @@ from ocmm_gui.kit import (
     Mode,
     Notice,
     NoticeCentre,
-    Sheet,
     Sound,
     SoundPlayer,
     WorkLine,
     apply_theme,
     bind_actions,
+    dress,
     make_actions,
-    paint_in,
     reference_words,
     show_mode,
 )
@@ -53,6 +52,7 @@ from ocmm_gui.operator import (
 )
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output
+from ocmm_gui.window._preload import Preload
 from ocmm_gui.window._sheets import Sheets
 
 _PART = "The window"
@@ -109,7 +109,7 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
         self.output = Output(bridge, notices, out, self.is_far)
-        self.sheets = Sheets(bridge, notices, self.output.folder)
+        self.sheets = Sheets(bridge, notices, self.output.folder, self.output.tell_written)
         self.maintenance = Maintenance(bridge, notices, self._feedback, self.actions_by_key)
         self.trust = TrustBar()
         self.tip_line = TipLine()
@@ -121,6 +121,7 @@ class MainWindow(QMainWindow):
             self.choice.panel,
         )  # fmt: skip
         self._work = WorkLine("Results")
+        self._preload = Preload()
         self._lay_out()
         self._connect(bridge)
         bind_actions(self.actions_by_key, self._calls())
@@ -128,8 +129,10 @@ class MainWindow(QMainWindow):
         self.use_theme(theme)
 
     def _lay_out(self) -> None:
-        for view in (self.desk, self.far, *self.maintenance.all()):
+        for view in (self.desk, self.far):
             self._stack.addWidget(view)
+        self.sheets.made.connect(self._add)
+        self.maintenance.made.connect(self._add)
         central = QWidget()
         whole = QHBoxLayout(central)
         whole.setContentsMargins(0, 0, 0, 0)
@@ -148,9 +151,7 @@ class MainWindow(QMainWindow):
         self.desk.plan.feature_chosen.connect(bridge.choice.select)
         self.sheets.wanted.connect(self._leave_keys_to)
         self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
-        self.sheets.made.connect(self._on_sheet)
-        self.sheets.written.connect(self.output.tell_written)
-        self.sheets.left_recall.connect(lambda: self.show_mode(Mode.MAINTAIN))
+        self.sheets.left_to_maintain.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.maintenance.wanted.connect(self._leave_keys_to)
         self.maintenance.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.tip_line.turned.connect(self._on_tip_turned)
@@ -163,9 +164,10 @@ class MainWindow(QMainWindow):
         bridge.point_taken.connect(self._feedback.taken)
         bridge.point_refused.connect(self._feedback.refused)
 
-    def _on_sheet(self, sheet: Sheet) -> None:
-        self._stack.addWidget(sheet)
-        paint_in(sheet, self._theme)
+    def _add(self, view: QWidget) -> None:
+        """Take a view into the stack that was made because it is wanted."""
+        self._stack.addWidget(view)
+        dress(view, self._theme)
 
     def show_mode(self, mode: Mode) -> None:
         """Show Inspect, as it was left, or Maintain."""
@@ -227,9 +229,14 @@ class MainWindow(QMainWindow):
             return
         super().keyPressEvent(event)
 
+    def load_the_rest(self) -> None:
+        """Load what sheets, Maintain and wizards need, behind the window; call it once."""
+        self._preload.start()
+
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop the station before the window goes; every point is stored already."""
         begun = time.monotonic()
+        self._preload.close()
         self.sheets.close_work()
         self.output.close_work()
         self.maintenance.close_work()
@@ -306,9 +313,12 @@ class MainWindow(QMainWindow):
             self._bridge.station.instruments.calibration(), place, reference_words(live)
         )
         self.tip_line.show_probe(self._bridge.station.instruments.probe(), place)
-        for view in (self.far, self.desk, self.maintenance.view):
-            if view is self._stack.currentWidget():
+        shown = self._stack.currentWidget()
+        for view in (self.far, self.desk):
+            if view is shown:
                 view.show_live(live)
+        if self.maintenance.is_made("view") and self.maintenance.view is shown:
+            self.maintenance.view.show_live(live)
         measures = self._stack.currentWidget() in (self.desk, self.far)
         target = self._job.target if measures and self._job is not None else None
         self._feedback.way(target, live.tip_world)
@@ -332,7 +342,7 @@ class MainWindow(QMainWindow):
         self.simulated.setVisible(job.simulated)
         self._show_job(job)
         self.choice.show_job(job)
-        self.sheets.job_changed()
+        self.sheets.job_changed(job)
         if previous is not None:
             self._feedback.announce(previous, job)
 

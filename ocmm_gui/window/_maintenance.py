@@ -1,38 +1,41 @@
-"""What looks after rig and probe: the pages of Maintain, the wizards, and what they lead to."""
+"""What looks after rig and probe: the pages of Maintain, the wizards, and what they lead to.
+
+All of it is made, and loaded, when it is first wanted: the window is on the screen before that.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import QObject, Signal
 from PySide6.QtGui import QAction
-from PySide6.QtWidgets import QWidget
 
-from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.calibration.probe_design import definition_of
 from ocmm_core.errors import OcmmError
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, Sound
-from ocmm_gui.maintain import (
-    BusPage,
-    CalibrationPage,
-    ConfirmedActions,
-    FitsPage,
-    MaintainView,
-    Page,
-    ProbeDesignPage,
-    ProbePage,
-    plain_body,
-)
+from ocmm_gui.kit import ACTIONS, NoticeCentre, Sound
 from ocmm_gui.operator import Feedback
-from ocmm_gui.wizards import WIZARDS, Subject, Wizard, site_of
-from ocmm_gui.wizards.pages import DefinitionPage
+
+if TYPE_CHECKING:
+    from ocmm_core.calibration.guided import ProcedureKind
+    from ocmm_gui.maintain import (
+        BusPage,
+        CalibrationPage,
+        ConfirmedActions,
+        FitsPage,
+        MaintainView,
+        ProbeDesignPage,
+        ProbePage,
+    )
+    from ocmm_gui.wizards import Wizard
+    from ocmm_gui.wizards.pages import DefinitionPage
 
 
 class Maintenance(QObject):
-    """Make the pages and the wizards, and join them to the station.
+    """Make the pages and the wizards when they are wanted, and join them to the station.
 
     Parameters
     ----------
@@ -46,6 +49,8 @@ class Maintenance(QObject):
         By key.
     """
 
+    made = Signal(object)
+    """Emits a widget that is new and fills the window, for its stack."""
     wanted = Signal(object)
     """Emits the widget that is to be shown with keys of its own."""
     left = Signal()
@@ -60,58 +65,126 @@ class Maintenance(QObject):
     ) -> None:
         super().__init__()
         self._bridge, self._notices, self._feedback = bridge, notices, feedback
-        self.bus = BusPage(bridge.station.looks.bus)
-        self.calibration = CalibrationPage(
-            bridge.station.instruments.rig,
-            bridge.station.instruments.calibration,
-            bridge.station.instruments.calibration_overview,
-        )
-        self.probe = ProbePage(
-            bridge.station.instruments.probe, bridge.station.instruments.probe_overview
-        )
-        self.probe_design = ProbeDesignPage(
-            bridge.station.instruments.rig, plain_body(bridge.station.instruments.probe_in_use)
-        )
-        self.fits = FitsPage()
-        pages = (
-            Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
-            Page(
-                "Calibration", "Calibration status of the cameras", self.calibration,
-                (*_wizards(Subject.CAMERAS), "recall", "write_cameras"),
-            ),
-            Page(
-                "Probe", "Status of probe and tip", self.probe,
-                ("define", "mount", *_wizards(Subject.PROBE)),
-            ),
-            Page("Probe design", "Uncertainty of the tip and its causes", self.probe_design),
-            Page("Fits", "Check of the fits against certified pairs", self.fits),
-        )  # fmt: skip
-        self._deeds = ConfirmedActions(bridge, notices, self.probe)
-        self.view = MaintainView(pages, actions)
-        self.wizard = Wizard(site_of(bridge))
-        self.definition = DefinitionPage()
-        self.definition.left.connect(self.left)
-        self.definition.saved.connect(self._on_defined)
-        self.wizard.left.connect(self._on_wizard_left)
-        self.wizard.taken.connect(lambda: feedback.play(Sound.TAKEN))
-        self.wizard.sounded.connect(feedback.play)
-        self.wizard.failed.connect(self._on_wizard_failed)
+        self._actions = actions
         bridge.maintenance.cameras_written.connect(
             lambda: notices.inform("The cameras now store the intrinsics of the calibration.")
         )
 
-    def all(self) -> tuple[QWidget, ...]:
-        """Return everything that fills the window, for its stack."""
-        return (self.view, self.wizard, self.definition)
+    @cached_property
+    def bus(self) -> BusPage:
+        """Return the page of the bus."""
+        from ocmm_gui.maintain import BusPage
+
+        return BusPage(self._bridge.station.looks.bus)
+
+    @cached_property
+    def calibration(self) -> CalibrationPage:
+        """Return the page of the cameras' calibration."""
+        from ocmm_gui.maintain import CalibrationPage
+
+        instruments = self._bridge.station.instruments
+        return CalibrationPage(
+            instruments.rig, instruments.calibration, instruments.calibration_overview
+        )
+
+    @cached_property
+    def probe(self) -> ProbePage:
+        """Return the page of probe and tip."""
+        from ocmm_gui.maintain import ProbePage
+
+        instruments = self._bridge.station.instruments
+        return ProbePage(instruments.probe, instruments.probe_overview)
+
+    @cached_property
+    def probe_design(self) -> ProbeDesignPage:
+        """Return the page of the probe's design."""
+        from ocmm_gui.maintain import ProbeDesignPage, plain_body
+
+        instruments = self._bridge.station.instruments
+        return ProbeDesignPage(instruments.rig, plain_body(instruments.probe_in_use))
+
+    @cached_property
+    def fits(self) -> FitsPage:
+        """Return the page on which fits are checked."""
+        from ocmm_gui.maintain import FitsPage
+
+        return FitsPage()
+
+    @cached_property
+    def view(self) -> MaintainView:
+        """Return the pages side by side."""
+        from ocmm_gui.maintain import MaintainView, Page
+        from ocmm_gui.wizards import WIZARDS, Subject
+
+        def wizards(subject: Subject) -> tuple[str, ...]:
+            return tuple(wizard.action for wizard in WIZARDS if wizard.subject is subject)
+
+        pages = (
+            Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
+            Page(
+                "Calibration", "Calibration status of the cameras", self.calibration,
+                (*wizards(Subject.CAMERAS), "recall", "write_cameras"),
+            ),
+            Page(
+                "Probe", "Status of probe and tip", self.probe,
+                ("define", "mount", *wizards(Subject.PROBE)),
+            ),
+            Page("Probe design", "Uncertainty of the tip and its causes", self.probe_design),
+            Page("Fits", "Check of the fits against certified pairs", self.fits),
+        )  # fmt: skip
+        view = MaintainView(pages, self._actions)
+        self.made.emit(view)
+        return view
+
+    @cached_property
+    def wizard(self) -> Wizard:
+        """Return where the wizards are shown."""
+        from ocmm_gui.wizards import Wizard, site_of
+
+        wizard = Wizard(site_of(self._bridge))
+        wizard.left.connect(self._on_wizard_left)
+        wizard.taken.connect(lambda: self._feedback.play(Sound.TAKEN))
+        wizard.sounded.connect(self._feedback.play)
+        wizard.failed.connect(self._on_wizard_failed)
+        self.made.emit(wizard)
+        return wizard
+
+    @cached_property
+    def definition(self) -> DefinitionPage:
+        """Return the page on which a probe is defined."""
+        from ocmm_gui.wizards.pages import DefinitionPage
+
+        page = DefinitionPage()
+        page.left.connect(self.left)
+        page.saved.connect(self._on_defined)
+        self.made.emit(page)
+        return page
+
+    @cached_property
+    def _confirmed(self) -> ConfirmedActions:
+        from ocmm_gui.maintain import ConfirmedActions
+
+        return ConfirmedActions(self._bridge, self._notices, self.probe)
+
+    def is_made(self, name: str) -> bool:
+        """Return whether a page of this name was wanted before."""
+        # `cached_property` keeps what it made under its name.
+        return name in self.__dict__
 
     def calls(self) -> dict[str, Callable[[], None]]:
         """Return what the keys of Maintain do, by key of the action."""
         deeds: dict[str, Callable[[], None]] = {
-            "mount": self._deeds.mount_tip,
+            "mount": lambda: self._confirmed.mount_tip(),
             "define": self.open_definition,
-            "write_cameras": self._deeds.write_cameras,
+            "write_cameras": lambda: self._confirmed.write_cameras(),
         }
-        return deeds | {wizard.action: partial(self.open_wizard, wizard.kind) for wizard in WIZARDS}
+        wizards = (info.key for info in ACTIONS if info.opens_wizard)
+        return deeds | {key: partial(self._open_by, key) for key in wizards}
+
+    def _open_by(self, action: str) -> None:
+        from ocmm_gui.wizards import WIZARDS
+
+        self.open_wizard(next(wizard.kind for wizard in WIZARDS if wizard.action == action))
 
     def open_wizard(self, kind: ProcedureKind) -> None:
         """Show the first page of a wizard; its keys are its own until it is left."""
@@ -133,10 +206,13 @@ class Maintenance(QObject):
 
     def close_work(self) -> None:
         """Give up what is being calculated or taken; call it before the window goes."""
-        self.probe_design.cancel()
-        self.fits.cancel()
-        self.wizard.close_runner()
-        self.definition.close_examination()
+        if self.is_made("view"):
+            self.probe_design.cancel()
+            self.fits.cancel()
+        if self.is_made("wizard"):
+            self.wizard.close_runner()
+        if self.is_made("definition"):
+            self.definition.close_examination()
 
     def _on_wizard_failed(self, error: OcmmError) -> None:
         self._feedback.play(Sound.REFUSED)
@@ -150,8 +226,3 @@ class Maintenance(QObject):
         self._notices.inform(
             f"Probe saved in {path}. Start OCMM with --probe {path} and calibrate it."
         )
-
-
-def _wizards(subject: Subject) -> tuple[str, ...]:
-    """Return the actions that begin the wizards about a subject."""
-    return tuple(wizard.action for wizard in WIZARDS if wizard.subject is subject)

@@ -1,22 +1,28 @@
-"""The sheets of the window: results, reports, plan, alignment, job; made when first looked at."""
+"""The sheets of the window: results, reports, plan, alignment, job.
+
+A sheet is made, and what it needs is loaded, when it is first wanted: the window is on the screen
+before that.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from PySide6.QtCore import QObject, Signal, SignalInstance
 from PySide6.QtWidgets import QWidget
 
+from ocmm_core.calibration.records import RecordStore, default_folder
+from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre, Sheet
+from ocmm_gui.operator import JobSheet
+from ocmm_gui.window._keys_sheet import KeysSheet
 
 if TYPE_CHECKING:
-    from ocmm_core.calibration.records import RecordStore
     from ocmm_gui.maintain import RecallSheet
-    from ocmm_gui.operator import JobSheet
     from ocmm_gui.plan_editor import PlanSheet
     from ocmm_gui.results import (
         AlignmentSheet,
@@ -24,18 +30,14 @@ if TYPE_CHECKING:
         JobSource,
         ReportSheet,
         ResultsSheet,
+        Written,
     )
-    from ocmm_gui.window._keys_sheet import KeysSheet
 
 S = TypeVar("S", bound=Sheet)
 
 
 class Sheets(QObject):
-    """Make each sheet when it is asked for first, and join it to the station.
-
-    What a sheet needs is imported then, too: before the first look at the window that would be
-    half of the waiting. A sheet asks the station for its state when it is made and when it is
-    opened, so it misses nothing that came before.
+    """Make each sheet when it is first wanted, and join it to the station.
 
     Parameters
     ----------
@@ -45,116 +47,115 @@ class Sheets(QObject):
         Where errors and news go.
     folder
         Where files go unless somebody says otherwise.
+    written
+        Told of a report that was written.
     """
 
     made = Signal(object)
-    """Emits a `Sheet` that is new, before it is shown."""
+    """Emits a `Sheet` that is new, for the stack of the window."""
     wanted = Signal(object)
     """Emits the `Sheet` that is to be shown."""
     left = Signal()
     """Back to the measuring."""
-    left_recall = Signal()
-    """Back to Maintain, where the recall is opened."""
-    written = Signal(object)
-    """Emits what was `ocmm_gui.results.Written` by the sheet of the reports."""
+    left_to_maintain = Signal()
+    """Back to the pages of Maintain."""
 
     def __init__(
         self,
         bridge: StationBridge,
         notices: NoticeCentre,
         folder: Callable[[], Path],
+        written: Callable[[Written], None],
     ) -> None:
         super().__init__()
-        self._bridge, self._notices, self._folder = bridge, notices, folder
+        self._notices, self._bridge = notices, bridge
+        self._folder, self._written = folder, written
         self._made: list[Sheet] = []
+        bridge.plan_changed.connect(self._use_plan)
         bridge.jobs.job_left.connect(notices.inform)
-        bridge.jobs.job_begun.connect(self.left)
+        bridge.jobs.job_begun.connect(self._on_begun)
 
     @cached_property
     def results(self) -> ResultsSheet:
-        """The verdicts of the running job, or of a file."""
+        """Return the results of the running job or of a file."""
         from ocmm_gui.results import JobSource, ResultsSheet
 
         bridge = self._bridge
-        sheet = ResultsSheet(
-            JobSource.of_bridge(bridge), lambda: calibration_words(bridge), self._records
-        )
-        bridge.jobs.job_begun.connect(sheet.forget_file)
+        running = JobSource.of_bridge(bridge)
+        sheet = ResultsSheet(running, lambda: calibration_words(bridge), partial(_records, bridge))
         sheet.report_wanted.connect(self._open_report)
         sheet.batch_wanted.connect(self._open_batch)
-        return self._joined(sheet, self.left)
+        return self._join(sheet, self.left)
 
     @cached_property
     def report(self) -> ReportSheet:
-        """The reports, opened from the results."""
+        """Return what is in the reports before they are written."""
         from ocmm_gui.results import ReportSheet
 
         sheet = ReportSheet(self._folder)
-        sheet.written.connect(self.written)
-        return self._joined(sheet, self.open_results)
-
-    @cached_property
-    def batch(self) -> CompareSheet:
-        """The jobs of a folder beside each other, opened from the results."""
-        from ocmm_gui.results import CompareSheet
-
-        return self._joined(CompareSheet(self._records), self.open_results)
-
-    @cached_property
-    def job(self) -> JobSheet:
-        """The start of a job."""
-        from ocmm_gui.operator import JobSheet
-
-        return self._joined(JobSheet(self._bridge), self.left)
-
-    @cached_property
-    def plan(self) -> PlanSheet:
-        """The editor of the plan."""
-        from ocmm_gui.plan_editor import PlanSheet
-
-        job = self._bridge.station.job
-        sheet = PlanSheet(job.plan, job.plan_file, lambda: job.path)
-        sheet.saved.connect(self._on_plan_saved)
-        sheet.measure_wanted.connect(self._measure_by)
-        self._bridge.plan_changed.connect(lambda: sheet.use_plan(job.plan, job.plan_file))
-        return self._joined(sheet, self.left)
+        sheet.written.connect(self._written)
+        return self._join(sheet, self.open_results)
 
     @cached_property
     def alignment(self) -> AlignmentSheet:
-        """How the part lies."""
+        """Return how the part lies."""
         from ocmm_gui.results import AlignmentSheet
 
-        return self._joined(AlignmentSheet(self._bridge), self.left)
+        return self._join(AlignmentSheet(self._bridge), self.left)
+
+    @cached_property
+    def job(self) -> JobSheet:
+        """Return who measures which part."""
+        return self._join(JobSheet(self._bridge), self.left)
+
+    @cached_property
+    def batch(self) -> CompareSheet:
+        """Return many jobs side by side."""
+        from ocmm_gui.results import CompareSheet
+
+        return self._join(CompareSheet(partial(_records, self._bridge)), self.open_results)
 
     @cached_property
     def keys(self) -> KeysSheet:
-        """All keys of the window."""
-        from ocmm_gui.window._keys_sheet import KeysSheet
-
-        return self._joined(KeysSheet(), self.left)
+        """Return the table of keys."""
+        return self._join(KeysSheet(), self.left)
 
     @cached_property
     def recall(self) -> RecallSheet:
-        """Jobs that are calculated again, opened from Maintain."""
-        from ocmm_core.calibration.records import default_folder
+        """Return the recall of older jobs. It is opened from Maintain, and left to there."""
         from ocmm_gui.maintain import RecallSheet
 
+        bridge, station = self._bridge, self._bridge.station
         sheet = RecallSheet(
-            lambda: self._bridge.station.job.path.parent,
-            lambda: self._records()[1] or default_folder(),
-            lambda: self._records()[0],
-            lambda: self._bridge.shown.job.operator,
+            lambda: station.job.path.parent,
+            lambda: _records(bridge)[1] or default_folder(),
+            lambda: _records(bridge)[0],
+            lambda: bridge.shown.job.operator,
         )
-        return self._joined(sheet, self.left_recall)
+        return self._join(sheet, self.left_to_maintain)
 
-    def _joined(self, sheet: S, back: SignalInstance | Callable[[], None]) -> S:
-        """Return a new sheet that tells of itself and leads back to where it was opened."""
-        sheet.left.connect(back)
+    @cached_property
+    def plan(self) -> PlanSheet:
+        """Return the editor of plans."""
+        from ocmm_gui.plan_editor import PlanSheet
+
+        station = self._bridge.station
+        sheet = PlanSheet(station.job.plan, station.job.plan_file, lambda: station.job.path)
+        sheet.saved.connect(self._on_plan_saved)
+        sheet.measure_wanted.connect(self._measure_by)
+        return self._join(sheet, self.left)
+
+    def _join(self, sheet: S, left: SignalInstance | Callable[[], None]) -> S:
+        sheet.left.connect(left)
         sheet.failed.connect(self._notices.error)
         sheet.told.connect(self._notices.inform)
         self._made.append(sheet)
         self.made.emit(sheet)
         return sheet
+
+    def _is_made(self, name: str) -> bool:
+        # `cached_property` keeps what it made under its name.
+        return name in self.__dict__
 
     def holds(self, widget: QWidget | None) -> bool:
         """Return whether a widget is one of the sheets."""
@@ -190,15 +191,22 @@ class Sheets(QObject):
         self.wanted.emit(self.recall)
         self.recall.open()
 
-    def job_changed(self) -> None:
-        """Let the sheets show what was measured since."""
-        for sheet in self._made:
-            sheet.job_changed()
+    def job_changed(self, job: JobView) -> None:
+        """Let the sheets show what was measured since; one that is made later asks by itself."""
+        if self._is_made("results"):
+            self.results.job_changed()
+        if self._is_made("report"):
+            self.report.job_changed()
 
     def close_work(self) -> None:
         """Give up what is being calculated; call it before the window goes."""
         for sheet in self._made:
             sheet.close_work()
+
+    def _use_plan(self) -> None:
+        if self._is_made("plan"):
+            station = self._bridge.station
+            self.plan.use_plan(station.job.plan, station.job.plan_file)
 
     def _on_plan_saved(self, path: Path) -> None:
         self.job.offer(path)
@@ -208,6 +216,11 @@ class Sheets(QObject):
         self.open_job()
         self.job.choose_plan(path)
 
+    def _on_begun(self) -> None:
+        if self._is_made("results"):
+            self.results.forget_file()
+        self.left.emit()
+
     def _open_report(self, source: JobSource) -> None:
         self.wanted.emit(self.report)
         self.report.open(source)
@@ -216,13 +229,14 @@ class Sheets(QObject):
         self.wanted.emit(self.batch)
         self.batch.open(folder)
 
-    def _records(self) -> tuple[Path | None, Path | None]:
-        """Return where records of probes and of calibrations are kept; None for this user's."""
-        instruments = self._bridge.station.instruments
-        return (
-            _folder_of(instruments.probe_in_use.store),
-            _folder_of(instruments.calibration_in_use.store),
-        )
+
+def _records(bridge: StationBridge) -> tuple[Path | None, Path | None]:
+    """Return where records of probes and of calibrations are kept; None for that of this user."""
+    instruments = bridge.station.instruments
+    return (
+        _folder_of(instruments.probe_in_use.store),
+        _folder_of(instruments.calibration_in_use.store),
+    )
 
 
 def _folder_of(store: RecordStore[Any] | None) -> Path | None:

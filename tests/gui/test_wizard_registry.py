@@ -62,6 +62,8 @@ def test_each_kind_of_procedure_has_one_wizard() -> None:
     assert all(wizard_of(spec.kind) is spec for spec in WIZARDS)
     assert len({spec.action for spec in WIZARDS}) == len(WIZARDS)
     assert len({spec.texts.title for spec in WIZARDS}) == len(WIZARDS)
+    actions = {info.key for info in ACTIONS if info.opens_wizard}
+    assert {spec.action for spec in WIZARDS} == actions
 
 
 @pytest.mark.parametrize("spec", WIZARDS, ids=_kind_of)

@@ -8,7 +8,7 @@ from enum import Enum, IntFlag
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.camera import MAX_SLOTS
+from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.geometry import Float, Int
 
 SUBPIXEL = 1.0 / 65536.0
@@ -50,15 +50,15 @@ class FrameBlock:
     flags
         (n,) uint32: bits of `FrameFlag`.
     valid
-        (n, C) uint16: bit s says that slot s of the camera holds a spot.
+        (n, C) uint64: bit s says that slot s of the camera holds a spot.
     uv
-        (n, C, 8, 2) float64, px: spot of every slot, NaN where not valid.
+        (n, C, S, 2) float64, px: spot of every slot, NaN where not valid.
     """
 
     counter: Int
     time_ns: Int
     flags: NDArray[np.uint32]
-    valid: NDArray[np.uint16]
+    valid: NDArray[np.uint64]
     uv: Float
 
     def __len__(self) -> int:
@@ -94,22 +94,25 @@ class Cycle:
     skipped: CycleVerdict = CycleVerdict.LATE
 
 
-def frame_dtype(n_cameras: int) -> np.dtype[np.void]:
-    """Return the layout of one frame in the ring and in recordings."""
+def frame_dtype(n_cameras: int, n_slots: int = USUAL_SLOTS) -> np.dtype[np.void]:
+    """Return the layout of one frame in the ring and in recordings.
+
+    With 16 slots or fewer it is that of the first recordings.
+    """
     return np.dtype(
         [
             ("counter", "<i8"),
             ("time_ns", "<i8"),
             ("flags", "<u4"),
-            ("valid", "<u2", (n_cameras,)),
-            ("uv", "<f8", (n_cameras, MAX_SLOTS, 2)),
+            ("valid", "<u2" if n_slots <= 16 else "<u8", (n_cameras,)),
+            ("uv", "<f8", (n_cameras, n_slots, 2)),
         ]
     )
 
 
 def to_records(block: FrameBlock) -> NDArray[np.void]:
     """Return the block as an array (n,) of `frame_dtype`."""
-    records = np.empty(len(block), frame_dtype(block.valid.shape[1]))
+    records = np.empty(len(block), frame_dtype(*block.uv.shape[1:3]))
     records["counter"] = block.counter
     records["time_ns"] = block.time_ns
     records["flags"] = block.flags
@@ -124,7 +127,7 @@ def from_records(records: NDArray[np.void]) -> FrameBlock:
         counter=np.array(records["counter"], dtype=np.int64),
         time_ns=np.array(records["time_ns"], dtype=np.int64),
         flags=np.array(records["flags"], dtype=np.uint32),
-        valid=np.array(records["valid"], dtype=np.uint16),
+        valid=np.array(records["valid"], dtype=np.uint64),
         uv=np.array(records["uv"], dtype=np.float64),
     )
 

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames._frames import FrameBlock
-from ocmm_core.camera import MAX_SLOTS
+from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.errors import AcquisitionError
 from ocmm_core.geometry import Float, Int
 
@@ -61,8 +61,8 @@ class FrameJoiner:
         self._upto = np.zeros(n_cameras, dtype=np.int64)
         self._owner = np.full((n_cameras, capacity), -1, dtype=np.int64)
         self._flags = np.zeros((n_cameras, capacity), dtype=np.uint32)
-        self._valid = np.zeros((capacity, n_cameras), dtype=np.uint16)
-        self._uv = np.full((capacity, n_cameras, MAX_SLOTS, 2), np.nan)
+        self._valid = np.zeros((capacity, n_cameras), dtype=np.uint64)
+        self._uv = np.full((capacity, n_cameras, USUAL_SLOTS, 2), np.nan)
 
     @property
     def next_exposure(self) -> int:
@@ -145,7 +145,7 @@ class FrameJoiner:
             counter=counter,
             time_ns=self._start_ns + counter * self._period_ns,
             flags=np.bitwise_or.reduce(flags, axis=0).astype(np.uint32),
-            valid=valid.T,
+            valid=valid.T.astype(np.uint64),
             uv=uv.swapaxes(0, 1),
         )
 

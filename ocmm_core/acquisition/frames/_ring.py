@@ -27,11 +27,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records
-from ocmm_core.camera import MAX_CAMERAS
+from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS
 from ocmm_core.errors import AcquisitionError
 
 _MAGIC = 0x4F434D4D52494E47
-_LAYOUT = 3
+_LAYOUT = 4
 _HEAD_WORDS = 64
 _TEXT_BYTES = 1024
 REPORT_BYTES = 131072
@@ -40,6 +40,9 @@ _REPORT_OFFSET = 4096
 _DATA_OFFSET = _REPORT_OFFSET + REPORT_BYTES
 DEFAULT_CAPACITY = 65536
 """Frames; eight seconds at 8 kHz."""
+_MOST_BYTES = 1 << 28
+"""Of the frames of a ring for which no capacity is asked: many cameras with many slots get fewer
+frames, not all memory. 16 cameras with 8 slots have all of them, with 64 slots two seconds."""
 _PREFIX = "ocmm-ring-"
 _NEW_S = 60.0
 """A ring is locked long before it is so old."""
@@ -89,6 +92,8 @@ class RingHeaderField(IntEnum):
     """Bus time over real time during the last second, 1e-6; 0: a bus that is not stretched."""
     MEAN_PACE_PPM = 32
     """The same since the start."""
+    N_SLOTS = 33
+    """Slots of every camera."""
 
 
 class FrameRing:
@@ -125,24 +130,35 @@ class FrameRing:
             self._map.close()
             raise _no_ring(path)
         self.n_cameras = self.word(RingHeaderField.N_CAMERAS)
+        self.n_slots = self.word(RingHeaderField.N_SLOTS)
         self.capacity = self.word(RingHeaderField.CAPACITY)
+        layout = frame_dtype(self.n_cameras, self.n_slots)
         self._frames: NDArray[np.void] = np.frombuffer(
-            self._map, dtype=frame_dtype(self.n_cameras), count=self.capacity, offset=_DATA_OFFSET
+            self._map, dtype=layout, count=self.capacity, offset=_DATA_OFFSET
         )
         # Looked up once; frames are written a thousand times a second.
         names = self._frames.dtype.names or ()
         self._columns = tuple((name, self._frames[name]) for name in names)
 
     @classmethod
-    def create(cls, n_cameras: int, capacity: int = DEFAULT_CAPACITY) -> FrameRing:
-        """Make a new ring in shared memory and return it as its owner."""
+    def create(
+        cls, n_cameras: int, capacity: int | None = None, n_slots: int = USUAL_SLOTS
+    ) -> FrameRing:
+        """Make a new ring in shared memory and return it as its owner.
+
+        Without a ``capacity`` it has `DEFAULT_CAPACITY` frames, or fewer where they are large.
+        """
+        frame_bytes = frame_dtype(n_cameras, n_slots).itemsize
+        if capacity is None:
+            capacity = min(DEFAULT_CAPACITY, _MOST_BYTES // frame_bytes)
         folder = "/dev/shm" if Path("/dev/shm").is_dir() else None  # noqa: S108 - shared memory, made with a private name
         _remove_orphans(Path(folder or tempfile.gettempdir()))
         descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)
-        size = _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
+        size = _DATA_OFFSET + capacity * frame_bytes
         head = np.zeros(_HEAD_WORDS, dtype="<i8")
         head[RingHeaderField.MAGIC], head[RingHeaderField.LAYOUT] = _MAGIC, _LAYOUT
         head[RingHeaderField.N_CAMERAS], head[RingHeaderField.CAPACITY] = n_cameras, capacity
+        head[RingHeaderField.N_SLOTS] = n_slots
         try:
             os.truncate(descriptor, size)
             os.write(descriptor, head.tobytes())
@@ -213,13 +229,15 @@ class FrameRing:
         Raises
         ------
         AcquisitionError
-            The block has more frames than the ring, or another number of cameras.
+            The block has more frames than the ring, or another number of cameras or slots.
         """
-        if len(block) > self.capacity or block.valid.shape[1] != self.n_cameras:
+        shape = block.uv.shape[1:3]
+        if len(block) > self.capacity or shape != (self.n_cameras, self.n_slots):
             raise AcquisitionError(
                 "ring.block",
-                f"A block of {len(block)} frames of {block.valid.shape[1]} cameras does not fit "
-                f"into a ring of {self.capacity} frames of {self.n_cameras} cameras.",
+                f"A block of {len(block)} frames of {shape[0]} cameras with {shape[1]} slots does "
+                f"not fit into a ring of {self.capacity} frames of {self.n_cameras} cameras with "
+                f"{self.n_slots}.",
                 "Restart the acquisition with the rig the source was made for.",
             )
         written = self.word(RingHeaderField.WRITTEN)
@@ -282,13 +300,15 @@ class FrameRing:
             or self.word(RingHeaderField.LAYOUT) != _LAYOUT
         ):
             return False
-        n_cameras, capacity = (
+        n_cameras, n_slots, capacity = (
             self.word(RingHeaderField.N_CAMERAS),
+            self.word(RingHeaderField.N_SLOTS),
             self.word(RingHeaderField.CAPACITY),
         )
-        if not (1 <= n_cameras <= MAX_CAMERAS and capacity >= 1):
+        if not (1 <= n_cameras <= MAX_CAMERAS and 1 <= n_slots <= MAX_SLOTS and capacity >= 1):
             return False
-        return len(self._map) == _DATA_OFFSET + capacity * frame_dtype(n_cameras).itemsize
+        frame_bytes = frame_dtype(n_cameras, n_slots).itemsize
+        return len(self._map) == _DATA_OFFSET + capacity * frame_bytes
 
     def _skip(self, count: int) -> None:
         self._words[RingHeaderField.READ] += count

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 from ocmm_core.acquisition.frames._frames import Cycle
+from ocmm_core.camera import USUAL_SLOTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -28,6 +29,8 @@ class SourceDescription:
         The frames are computed: no real camera saw a real part. What is measured says so.
     stretched
         A live source whose time waits for a busy computer; never one of real cameras.
+    n_slots
+        Slots of every camera.
     """
 
     name: str
@@ -37,6 +40,7 @@ class SourceDescription:
     live: bool
     simulated: bool
     stretched: bool = False
+    n_slots: int = USUAL_SLOTS
 
 
 @runtime_checkable

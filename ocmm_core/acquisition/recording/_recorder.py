@@ -18,11 +18,11 @@ from ocmm_core.acquisition.frames import (
     to_records,
 )
 from ocmm_core.acquisition.recording._recording import (
-    SCHEMA,
     Recording,
     RecordingHead,
     encode_chunk,
     encode_head,
+    schema_of,
 )
 from ocmm_core.camera import Rig
 from ocmm_core.errors import AcquisitionError
@@ -62,11 +62,11 @@ class FrameRecorder:
     def __init__(self, path: Path | str, description: SourceDescription, rig: Rig) -> None:
         self.path = Path(path)
         self.frames = 0
-        self._n_cameras = len(description.camera_serials)
+        self._shape = (len(description.camera_serials), description.n_slots)
         self._sequence = 0
         self._size = 0
         head = RecordingHead(
-            schema=SCHEMA,
+            schema=schema_of(description.n_slots),
             source=description.name,
             rig_name=rig.name,
             rig_identity=rig.identity,
@@ -75,6 +75,7 @@ class FrameRecorder:
             cycle_period_ns=description.cycle_period_ns,
             started_utc=datetime.now(UTC).isoformat(timespec="microseconds"),
             simulated=description.simulated,
+            n_slots=description.n_slots,
         )
         try:
             self._stream = self.path.open("xb", buffering=0)
@@ -98,10 +99,10 @@ class FrameRecorder:
             The disk does not take them, or the recording is closed. The recording then ends with
             the frames before these and is closed.
         ValueError
-            The block has another number of cameras.
+            The block has another number of cameras or slots.
         """
-        if block.valid.shape[1] != self._n_cameras:
-            msg = f"{block.valid.shape[1]} cameras in a recording of {self._n_cameras}"
+        if block.uv.shape[1:3] != self._shape:
+            msg = f"cameras and slots {block.uv.shape[1:3]} in a recording of {self._shape}"
             raise ValueError(msg)
         if self._stream.closed:
             raise AcquisitionError(
@@ -209,6 +210,7 @@ class ReplaySource:
             cycle_period_ns=head.cycle_period_ns,
             live=False,
             simulated=head.is_simulated,
+            n_slots=head.n_slots,
         )
         self._speed = speed
         self._next = 0

@@ -19,10 +19,12 @@ import msgspec
 import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock, frame_dtype, from_records
-from ocmm_core.camera import MAX_CAMERAS, Rig
+from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS, Rig
 from ocmm_core.errors import AcquisitionError, InputError
 
-SCHEMA = "ocmm.recording/1"
+SCHEMA = "ocmm.recording/2"
+_FIRST_SCHEMA = "ocmm.recording/1"
+"""Of frames with `USUAL_SLOTS`; these are written so still, and older programs read them."""
 _MAGIC = b"OCRF"
 _CHUNK = struct.Struct("<4sIIII")
 """Magic, sequence number, payload bytes, CRC-32 of the payload, CRC-32 of the 16 bytes before."""
@@ -41,7 +43,7 @@ class RecordingHead(
     Attributes
     ----------
     schema
-        `SCHEMA`.
+        `schema_of` its slots.
     source
         Name of the source.
     rig_name, rig_identity
@@ -55,6 +57,8 @@ class RecordingHead(
     simulated
         The frames are those of a virtual rig. Left out where they are not, so that the checksum of
         older recordings holds.
+    n_slots
+        Slots of every camera; left out where they are `USUAL_SLOTS`, as above.
     """
 
     schema: str
@@ -66,6 +70,7 @@ class RecordingHead(
     cycle_period_ns: int
     started_utc: str
     simulated: bool = False
+    n_slots: int = USUAL_SLOTS
 
     @property
     def is_simulated(self) -> bool:
@@ -76,6 +81,11 @@ class RecordingHead(
 class _HeadLine(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     head: RecordingHead
     crc32: int
+
+
+def schema_of(n_slots: int) -> str:
+    """Return the schema of a recording of frames with so many slots."""
+    return _FIRST_SCHEMA if n_slots == USUAL_SLOTS else SCHEMA
 
 
 def encode_head(head: RecordingHead) -> bytes:
@@ -127,7 +137,7 @@ class Recording:
                 f"{self.path}: the recording cannot be read ({error.strerror}).",
                 "Check the name and read permission.",
             ) from error
-        self._dtype = frame_dtype(len(self.head.camera_serials))
+        self._dtype = frame_dtype(len(self.head.camera_serials), self.head.n_slots)
         self._offsets: list[int] = []
         self._starts = [0]
         try:
@@ -260,12 +270,16 @@ def _decode_head(path: Path, line: bytes) -> RecordingHead:
     else:
         if not line.endswith(b"\n"):
             fault = "has a truncated first line"
-        elif found.head.schema != SCHEMA:
+        elif found.head.schema not in (_FIRST_SCHEMA, SCHEMA):
             fault = f"has the schema {found.head.schema!r}, but {SCHEMA!r} is needed"
         elif found.crc32 != zlib.crc32(msgspec.json.encode(found.head)):
             fault = "has a damaged first line"
         elif not 1 <= len(found.head.camera_serials) <= MAX_CAMERAS:
             fault = f"has {len(found.head.camera_serials)} cameras"
+        elif found.head.schema != schema_of(found.head.n_slots):
+            fault = f"has {found.head.n_slots} slots, which {found.head.schema!r} has not"
+        elif not 1 <= found.head.n_slots <= MAX_SLOTS:
+            fault = f"has {found.head.n_slots} slots, but this program follows {MAX_SLOTS}"
         else:
             return found.head
     raise AcquisitionError(

@@ -13,7 +13,7 @@ import numpy as np
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided._labelling import label_roughly
 from ocmm_core.calibration.guided._procedure import CameraLive, Live
-from ocmm_core.camera import MAX_SLOTS, Rig
+from ocmm_core.camera import USUAL_SLOTS, Rig
 from ocmm_core.geometry import Float, Int, Pixels
 from ocmm_core.tracking import IdentifyOptions, ProbeBody, identify, ordered_spots, solve
 
@@ -79,7 +79,7 @@ class _Window:
 
     size: int
     counter: Int = field(default_factory=lambda: np.empty(0, dtype=np.int64))
-    uv: Float = field(default_factory=lambda: np.empty((0, 0, MAX_SLOTS, 2)))
+    uv: Float = field(default_factory=lambda: np.empty((0, 0, USUAL_SLOTS, 2)))
 
     def feed(self, block: FrameBlock) -> None:
         """Add frames; a gap in them begins a new window."""
@@ -283,7 +283,7 @@ class ProbeSpotAverager:
         )
 
     def _cameras(self) -> tuple[CameraLive, ...]:
-        led_of_slot = np.full((len(self._rig.cameras), MAX_SLOTS), -1, dtype=np.int64)
+        led_of_slot = np.full(self._window.uv.shape[1:3], -1, dtype=np.int64)
         if self._slot_of_led is not None:
             for camera, led in np.argwhere(self._slot_of_led >= 0):
                 led_of_slot[camera, self._slot_of_led[camera, led]] = led

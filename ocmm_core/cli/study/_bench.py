@@ -18,7 +18,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera import MAX_SLOTS, CameraModel, Rig, load_rig, project
+from ocmm_core.camera import USUAL_SLOTS, CameraModel, Rig, load_rig, project
 from ocmm_core.documents import resource
 from ocmm_core.geometry import Float, rotation_xyz
 from ocmm_core.tracking import ProbeBody, TrackingPipeline, load_probe, solve
@@ -42,7 +42,7 @@ class BenchRow:
 
 def run_bench(seconds: float, console: Console) -> None:
     """Measure and print."""
-    rows = measure(seconds)
+    rows = measure_speed(seconds)
     table = Table(title="Hot path of this machine, one core", title_justify="left")
     for name in ("Figure", "Value", "Against"):
         table.add_column(name)
@@ -59,7 +59,7 @@ def run_bench(seconds: float, console: Console) -> None:
         )
 
 
-def measure(seconds: float) -> list[BenchRow]:
+def measure_speed(seconds: float) -> list[BenchRow]:
     """Return the figures, each measured for about ``seconds``."""
     rig = load_rig(resource("rigs", "thesis.toml"))
     body = eight_leds(load_probe(resource("probes", "standard.toml")))
@@ -105,7 +105,7 @@ def measure(seconds: float) -> list[BenchRow]:
 def eight_leds(body: ProbeBody) -> ProbeBody:
     """Return the body with LEDs added up to eight, to measure the largest case."""
     more = np.array([[-18.0, -24.0, 236.0], [24.0, 28.0, 132.0]])
-    leds = np.concatenate([body.leds_probe, more])[:MAX_SLOTS]
+    leds = np.concatenate([body.leds_probe, more])
     return replace(
         body,
         leds_probe=leds,
@@ -144,7 +144,7 @@ def _per_call(work: Callable[[], object], seconds: float) -> float:
 
 
 def _per_block(rig: Rig, body: ProbeBody, frames: Float, seconds: float) -> float:
-    uv = np.full((_BLOCK, len(rig.cameras), MAX_SLOTS, 2), np.nan)
+    uv = np.full((_BLOCK, len(rig.cameras), USUAL_SLOTS, 2), np.nan)
     # One pose held with noise: labels are found once, as in real use.
     noise = rig.noise.white_px * np.random.default_rng(2).standard_normal(frames[:_BLOCK].shape)
     uv[:, :, : body.n_leds] = frames[0] + noise
@@ -152,7 +152,7 @@ def _per_block(rig: Rig, body: ProbeBody, frames: Float, seconds: float) -> floa
         counter=np.arange(_BLOCK, dtype=np.int64),
         time_ns=np.arange(_BLOCK, dtype=np.int64) * 125_000,
         flags=np.zeros(_BLOCK, dtype=np.uint32),
-        valid=np.full((_BLOCK, len(rig.cameras)), 0xFF, dtype=np.uint16),
+        valid=np.full((_BLOCK, len(rig.cameras)), 0xFF, dtype=np.uint64),
         uv=uv,
     )
     pipeline = TrackingPipeline(rig, body)

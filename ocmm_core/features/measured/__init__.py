@@ -17,7 +17,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.features.measured._actual import ActualFeature, Touches, actual_features
+    from ocmm_core.features.measured._actual import (
+        ActualFeature,
+        ResidualSlopes,
+        Touches,
+        actual_features,
+    )
     from ocmm_core.features.measured._construct import (
         Construction,
         FitThrough,
@@ -25,6 +30,8 @@ if TYPE_CHECKING:
         Midpoint,
         Offset,
         PartOf,
+        in_order,
+        needed_features,
         probed_features,
     )
     from ocmm_core.features.measured._construct_checks import (
@@ -36,6 +43,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.features.measured._construct_geometry import gauge_point
     from ocmm_core.features.measured._constructed import constructed_features, nominal_geometries
+    from ocmm_core.features.measured._each import Each, Instead, geometries_of, measured_of
     from ocmm_core.features.measured._fit import Certificate, certificate, fit_shape
     from ocmm_core.features.measured._oriented import Orientation, can_be_oriented, oriented_feature
     from ocmm_core.features.measured._outliers import outliers
@@ -53,11 +61,15 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _actual="ActualFeature Touches actual_features",
-        _construct="Construction FitThrough Intersection Midpoint Offset PartOf probed_features",
+        _actual="ActualFeature ResidualSlopes Touches actual_features",
+        _construct=(
+            "Construction FitThrough Intersection Midpoint Offset PartOf in_order needed_features "
+            "probed_features"
+        ),
         _construct_checks="AXIAL CENTRED LONG construction_fault shapes_with",
         _construct_geometry="gauge_point",
         _constructed="constructed_features nominal_geometries",
+        _each="Each Instead geometries_of measured_of",
         _fit="Certificate certificate fit_shape",
         _oriented="Orientation can_be_oriented oriented_feature",
         _outliers="outliers",
@@ -80,13 +92,16 @@ __all__ = [
     "Certificate",
     "Construction",
     "Convention",
+    "Each",
     "FitThrough",
+    "Instead",
     "Intersection",
     "Midpoint",
     "Offset",
     "Orientation",
     "PairResult",
     "PartOf",
+    "ResidualSlopes",
     "SetReport",
     "Touches",
     "actual_features",
@@ -97,6 +112,10 @@ __all__ = [
     "construction_fault",
     "fit_shape",
     "gauge_point",
+    "geometries_of",
+    "in_order",
+    "measured_of",
+    "needed_features",
     "nominal_geometries",
     "oriented_feature",
     "outliers",

@@ -30,8 +30,8 @@ from ocmm_core.features.shapes import (
     NominalFeature,
     Shape,
 )
-from ocmm_core.geometry import Float
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.geometry import Float, Int
+from ocmm_core.measuring import MeasuredPoint, Rows
 
 SAME_RADIUS = 1e-9
 """mm: tip radii that differ by more belong to different balls."""
@@ -49,6 +49,36 @@ class Touches:
 
 
 @dataclass(frozen=True, slots=True)
+class ResidualSlopes:
+    """How the residuals of n touches answer to the points: with the element, and each by itself.
+
+    Attributes
+    ----------
+    by_geometry
+        (n, 12): d(residuals) / d(geometry of the fit of the ball centres).
+    geometry
+        (12,): how that geometry answers to the points.
+    places, normals, by_radius
+        (n,) of the touches, (n, 3): by each touch alone, and what the ball alone does to all.
+    """
+
+    by_geometry: Float
+    geometry: Rows
+    places: Int
+    normals: Float
+    by_radius: float
+
+    def __len__(self) -> int:
+        return len(self.normals)
+
+    @property
+    def rows(self) -> Rows:
+        """Return the whole derivative, n rows."""
+        own = Rows.of_own_points(self.places, self.normals)
+        return (self.by_geometry @ self.geometry + own).with_radius(self.by_radius)
+
+
+@dataclass(frozen=True, slots=True)
 class ActualFeature:
     """One feature of the part as measured.
 
@@ -62,9 +92,9 @@ class ActualFeature:
     numbers
         Of the points that it rests on.
     jacobian
-        (12, 3 N + 1): d(geometry) / d(ball centres of all N points of the job, tip radius).
-    residual_jacobian
-        (n, 3 N + 1): d(residuals) / d(the same).
+        (12,): d(geometry) / d(ball centres of the job, tip radius), of the points that it rests on.
+    by_residuals
+        How its residuals answer to the same.
     raw, touches
         The fit of the ball centres before the ball was taken off, and these touches. None for a
         feature that is constructed from others and has no points of its own.
@@ -73,14 +103,22 @@ class ActualFeature:
     nominal: NominalFeature
     fit: Fit
     numbers: tuple[int, ...]
-    jacobian: Float
-    residual_jacobian: Float
+    jacobian: Rows
+    by_residuals: Rows | ResidualSlopes
     raw: Fit | None = None
     touches: Touches | None = None
 
+    @property
+    def residual_jacobian(self) -> Rows:
+        """Return d(residuals) / d(ball centres, tip radius), n rows; n squared numbers."""
+        by = self.by_residuals
+        return by.rows if isinstance(by, ResidualSlopes) else by
+
 
 def actual_features(
-    nominals: Sequence[NominalFeature], points: Sequence[MeasuredPoint]
+    nominals: Sequence[NominalFeature],
+    points: Sequence[MeasuredPoint],
+    places: Sequence[int] | None = None,
 ) -> dict[str, ActualFeature | FitError]:
     """Return every feature by its name, or why there is none.
 
@@ -89,13 +127,19 @@ def actual_features(
     nominals
         Features of the plan.
     points
-        All N points of the job; their order is that of the columns of the jacobians.
+        All N points of the job, or those that the features rest on.
+    places
+        What rows of jacobians call the points; None for 0 to N - 1.
     """
     found: dict[str, ActualFeature | FitError] = {}
+    own: dict[str, list[tuple[int, MeasuredPoint]]] = {}
+    for place, point in zip(places or range(len(points)), points, strict=True):
+        own.setdefault(point.feature, []).append((place, point))
     # Planes come first: circles may be projected along their normals.
     for nominal in sorted(nominals, key=lambda item: item.projection != ""):
         try:
-            found[nominal.name] = _actual(nominal, points, found)
+            touches = _touches(nominal, own.get(nominal.name, ()))
+            found[nominal.name] = _actual(nominal, touches, found)
         except FitError as error:
             what = error.what if nominal.name in error.what else f"{nominal.name}: {error.what}"
             found[nominal.name] = FitError(error.code, what, error.remedy)
@@ -103,26 +147,20 @@ def actual_features(
 
 
 def _actual(
-    nominal: NominalFeature,
-    points: Sequence[MeasuredPoint],
-    found: Mapping[str, ActualFeature | FitError],
+    nominal: NominalFeature, touches: Touches, found: Mapping[str, ActualFeature | FitError]
 ) -> ActualFeature:
-    touches = _touches(nominal, points)
-    coordinates = 3 * len(points) + 1
     if nominal.projection:
         plane = _projection_plane(nominal, found)
         raw, by_normal = fit_projected(nominal, touches, plane.fit.direction)
-        by_all = spread_over(raw.jacobian, touches.places, coordinates)
+        by_all = Rows.of_points(touches.places, raw.jacobian)
         by_all += by_normal @ plane.jacobian[DIRECTION]
     else:
         raw = _fit(nominal, touches)
-        by_all = spread_over(raw.jacobian, touches.places, coordinates)
+        by_all = Rows.of_points(touches.places, raw.jacobian)
     return compensated(nominal, touches, raw, by_all)
 
 
-def compensated(
-    nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Float
-) -> ActualFeature:
+def compensated(nominal: NominalFeature, touches: Touches, raw: Fit, by_all: Rows) -> ActualFeature:
     """Return the feature of a fit of ball centres.
 
     Parameters
@@ -130,7 +168,7 @@ def compensated(
     raw
         The fit; its jacobian is by the feature's own points.
     by_all
-        (12, 3 N + 1): d(its geometry) / d(ball centres of all points, tip radius).
+        (12,): d(its geometry) / d(ball centres, tip radius).
 
     Raises
     ------
@@ -143,19 +181,14 @@ def compensated(
     if kept:
         # Its fit holds the ball already: a greater one is like points that lie further inside.
         own = raw.jacobian.reshape(GEOMETRY_SIZE, -1, 3)
-        by_all = by_all.copy()
-        by_all[:, -1] -= sign * np.einsum("kna,na->k", own, normals)
-    by_residual = by_geometry @ by_all
-    if kept:
-        by_residual[:, -1] -= sign
-    for row, place in enumerate(touches.places):
-        by_residual[row, 3 * place : 3 * place + 3] += normals[row]
+        by_all = by_all.with_radius(-sign * np.einsum("kna,na->k", own, normals))
+    places = np.array(touches.places, dtype=np.int64)
+    slopes = ResidualSlopes(by_geometry, by_all, places, normals, -sign if kept else 0.0)
 
     change = compensation(nominal, raw, touches, surface_normals(raw, touches.tips), sign)
-    jacobian = change.by_raw @ by_all
-    jacobian[:, -1] += change.by_radius
+    jacobian = (change.by_raw @ by_all).with_radius(change.by_radius)
     fit = replace(raw, geometry=change.geometry, jacobian=change.by_raw @ raw.jacobian)
-    return ActualFeature(nominal, fit, touches.numbers, jacobian, by_residual, raw, touches)
+    return ActualFeature(nominal, fit, touches.numbers, jacobian, slopes, raw, touches)
 
 
 def _sign(nominal: NominalFeature) -> float:
@@ -216,9 +249,8 @@ def fit_projected(
     return unambiguous(fit), by_normal
 
 
-def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> Touches:
-    places = [i for i, point in enumerate(points) if point.feature == nominal.name]
-    own = [points[i] for i in places]
+def _touches(nominal: NominalFeature, touched: Sequence[tuple[int, MeasuredPoint]]) -> Touches:
+    own = [point for _, point in touched]
     minimum = MINIMUM_POINTS[nominal.shape]
     if len(own) < minimum:
         raise FitError(
@@ -235,7 +267,7 @@ def _touches(nominal: NominalFeature, points: Sequence[MeasuredPoint]) -> Touche
         )
     return Touches(
         numbers=tuple(point.number for point in own),
-        places=tuple(places),
+        places=tuple(place for place, _ in touched),
         tips=np.array([point.tip_world for point in own], dtype=np.float64),
         directions=np.array([point.direction for point in own], dtype=np.float64),
         tip_radius=float(radii[0]),
@@ -258,11 +290,3 @@ def _projection_plane(
         f"{nominal.name} is projected onto {nominal.projection}, which is not measured yet.",
         f"Measure the plane {nominal.projection}.",
     )
-
-
-def spread_over(by_own: Float, places: Sequence[int], coordinates: int) -> Float:
-    """Return ``by_own`` (k, 3 n) with its columns at their places among all coordinates."""
-    columns = (3 * np.asarray(places)[:, None] + np.arange(3)).ravel()
-    spread = np.zeros((len(by_own), coordinates))
-    spread[:, columns] = by_own
-    return spread

@@ -14,6 +14,7 @@ from ocmm_core.features.measured._fit import fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Points3
+from ocmm_core.measuring import Rows
 
 _SHOWS = 0.05
 """Part of the largest that the ordered triangle must have to say which side is up."""
@@ -28,21 +29,21 @@ class Through:
     fit
         Of the element.
     jacobian
-        (12, 3 N + 1): d(geometry) / d(all ball centres, tip radius).
+        (12,): d(geometry) / d(ball centres, tip radius).
     residual_jacobian
-        (n, 3 N + 1): d(residuals) / d(the same).
+        (n,): d(residuals) / d(the same).
     """
 
     fit: Fit
-    jacobian: Float
-    residual_jacobian: Float
+    jacobian: Rows
+    residual_jacobian: Rows
 
     @classmethod
-    def of(cls, fit: Fit, points: Points3, moves: Float) -> Through:
-        """Return a fit to ``points`` (n, 3) that move by ``moves`` (3 n, 3 N + 1)."""
+    def of(cls, fit: Fit, points: Points3, moves: Rows) -> Through:
+        """Return a fit to ``points`` (n, 3) that move by ``moves``, 3 n rows."""
         jacobian = fit.jacobian @ moves
         by_geometry, normals = distance_derivatives(fit, points)
-        own = np.einsum("ni,nij->nj", normals, moves.reshape(len(points), 3, -1))
+        own = moves.reshaped(len(points), 3).along(normals)
         return cls(fit, jacobian, by_geometry @ jacobian + own)
 
 
@@ -80,15 +81,12 @@ def fit_through_points(shape: Shape, features: Sequence[ActualFeature]) -> Throu
         approach = np.sum(touches.directions * normals, axis=1, keepdims=True)
         outward = np.where(approach < 0.0, -normals, normals)
         surface.append(touches.tips - touches.tip_radius * outward)
-        for place, normal in zip(touches.places, outward, strict=True):
-            rows = np.zeros((3, feature.jacobian.shape[1]))
-            rows[:, 3 * place : 3 * place + 3] = np.eye(3)
-            rows[:, -1] = -normal
-            moves.append(rows)
+        centres = Rows.of_points(touches.places, np.eye(touches.tips.size))
+        moves.append(centres.with_radius(-outward.ravel()))
     points = np.vstack(surface)
     hint = next((f.fit.direction for f in features if f.fit.shape is shape), None)
     fit = unambiguous(fit_shape(shape, points, direction_hint=hint))
-    return Through.of(fit, points, np.vstack(moves))
+    return Through.of(fit, points, Rows.stacked(moves))
 
 
 def _sense(shape: Shape, centres: Points3) -> Float | None:

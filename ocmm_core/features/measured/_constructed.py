@@ -52,6 +52,7 @@ from ocmm_core.features.shapes import (
     nominal_geometry,
 )
 from ocmm_core.geometry import Float, unit
+from ocmm_core.measuring import Rows
 
 _STEPS = np.full(GEOMETRY_SIZE, 1e-5)
 _STEPS[[0, 1, 2, RADIUS, SECOND]] = 1e-3
@@ -235,15 +236,15 @@ def _constructed(
             fit=through.fit,
             numbers=numbers,
             jacobian=through.jacobian,
-            residual_jacobian=through.residual_jacobian,
+            by_residuals=through.residual_jacobian,
         )
     shapes = [feature.fit.shape for feature in inputs]
     geometries = [feature.fit.geometry for feature in inputs]
     names = needed_features(item)
     shape = shapes_with(dict(zip(names, shapes, strict=True)), [item])[item.name]
     geometry = construct(item, shapes, geometries)
-    moves = np.vstack([feature.jacobian for feature in inputs])
-    jacobian = slopes(item, shapes, geometries, np.any(moves, axis=1)) @ moves
+    moves = Rows.stacked([feature.jacobian for feature in inputs])
+    jacobian = slopes(item, shapes, geometries, moves.moving()) @ moves
     nothing = np.zeros((GEOMETRY_SIZE, 0))
     fit = Fit(shape, geometry, nothing, np.zeros(0), 0.0, 0.0)
     return ActualFeature(
@@ -251,7 +252,7 @@ def _constructed(
         fit=fit,
         numbers=numbers,
         jacobian=jacobian,
-        residual_jacobian=np.zeros((0, jacobian.shape[1])),
+        by_residuals=Rows.nothing(0),
     )
 
 
@@ -260,7 +261,7 @@ def _through(item: FitThrough | BoltCircle, inputs: Sequence[ActualFeature]) -> 
         return fit_through_points(item.shape, inputs)
     shape = item.shape if isinstance(item, FitThrough) else Shape.CIRCLE
     centres = np.array([feature.fit.point for feature in inputs])
-    moves = np.vstack([feature.jacobian[POINT] for feature in inputs])
+    moves = Rows.stacked([feature.jacobian[POINT] for feature in inputs])
     return Through.of(fit_through_centres(shape, centres), centres, moves)
 
 

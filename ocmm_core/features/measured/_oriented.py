@@ -12,10 +12,10 @@ from ocmm_core.features.measured._actual import (
     Touches,
     compensated,
     fit_projected,
-    spread_over,
 )
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,12 +29,12 @@ class Orientation:
     about
         (3,), unit, world: axis about which it may turn; None where it is fixed.
     by_coordinates
-        (3, 3 N + 1): how all of it turns, rad, with the points of the job.
+        (3,): how all of it turns, rad, with the points of the job.
     """
 
     direction: Float
     about: Float | None
-    by_coordinates: Float
+    by_coordinates: Rows
 
 
 def can_be_oriented(feature: ActualFeature) -> bool:
@@ -62,8 +62,7 @@ def oriented_feature(feature: ActualFeature, orientation: Orientation) -> Actual
         fit, by_turn = _outline(feature, touches, raw, orientation)
     else:
         fit, by_turn = fit_oriented(raw, touches.tips, orientation.direction, orientation.about)
-    coordinates = feature.jacobian.shape[1]
-    by_all = spread_over(fit.jacobian, touches.places, coordinates)
+    by_all = Rows.of_points(touches.places, fit.jacobian)
     by_all += by_turn @ orientation.by_coordinates
     return compensated(feature.nominal, touches, fit, by_all)
 

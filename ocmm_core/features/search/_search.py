@@ -38,6 +38,11 @@ REFINED, REFINED_MOST = 8, 32
 """Ends that are refined, at the most."""
 LEAST_REFINED, HOPELESS = 3, 100.0
 """After so many, ends that are still so many times worse on the sample than the best are left."""
+FAR = 2.0
+"""So many times the least mean square, on `MIDDLE` points, and an end is no rival: for noise alone
+that is ten standard deviations of the mean square of 200."""
+EXACT = 1e-10
+"""Root mean squared residual below which points are exact, and rounding decides nothing."""
 EQUAL = 1e-9
 """Relative difference of two costs on the way down below which the ways have met."""
 SPARE = 2
@@ -230,13 +235,19 @@ def _refined(
     best = np.inf
     middle = sampled(points, MIDDLE)
     for end in ends:
+        higher = False
         if len(middle) < len(points):
             # Steps on fewer points are cheap, and the last ones on all points are then few.
-            end = minimise(kind, middle, end).parameters
+            on_middle = minimise(kind, middle, end)
+            end = on_middle.parameters
+            least = FAR * best / len(points) + EXACT**2
+            higher = on_middle.cost > len(middle) * least
         if seen(kind, end, tried[:count], ALIKE):
             continue
         tried[count] = end
         count += 1
+        if higher:
+            continue
         solution = minimise(kind, points, end)
         if not solution.converged:
             loose.append(solution)

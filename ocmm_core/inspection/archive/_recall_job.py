@@ -241,7 +241,7 @@ def _results(
         job.plan, points, sensitivities, rig, job.body, job.options,
         frozenset(done), frozenset(skipped),
     )  # fmt: skip
-    return found.judged(job.plan, status)
+    return found.judged(status)
 
 
 def _moved(

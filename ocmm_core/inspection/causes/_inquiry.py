@@ -20,7 +20,7 @@ from ocmm_core.inspection.causes._common_causes import (
 )
 from ocmm_core.inspection.causes._suspects import Suspects, suspects_of
 from ocmm_core.inspection.evaluation import EvaluatedJob, JobView, held_below
-from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.measuring import MeasuredPoint, Rows
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict
 from ocmm_core.tolerances.kinds import needs_part_frame, spec_of
 from ocmm_core.tolerances.uncertainty import Budget, budget_of
@@ -162,7 +162,7 @@ class Inquiry:
         feature = self.job.actual.get(name)
         return () if feature is None else feature.numbers
 
-    def jacobian(self, rows: Float, name: str) -> Float:
+    def jacobian(self, rows: Rows, name: str) -> Float:
         """Return how a value answers to its feature's points along their normals, (n,)."""
         for sample in self.job.samples:
             if sample.feature == name:
@@ -185,10 +185,13 @@ class Inquiry:
             return self._foremost(self._by_residuals(evaluation, sign))
         back = common.place.T_nominal_from_world
         pushes: list[tuple[float, int]] = []
-        gradient = evaluation.gradient[:-1].reshape(-1, 3)
         for surface in common.surfaces:
             off, normals, _ = surface.lies(back)
-            push = sign * off * np.sum(gradient[surface.places] * (normals @ back.rotation), axis=1)
+            push = (
+                sign
+                * off
+                * np.sum(evaluation.gradient.at(surface.places) * (normals @ back.rotation), axis=1)
+            )
             pushes += zip(push.tolist(), self.numbers[surface.places].tolist(), strict=True)
         return self._foremost(pushes)
 

@@ -3,10 +3,11 @@
 In: the plan, the points that count, options and temperatures of the session.
 Out: frozen views: features, frame, results with U, progress, where the next point is wanted.
 
-Read `_evaluation` (points to results) with `_options` and `_limits`, `_evaluated` (a job with all
-that its results rest on), `_uncertainty` (budgets), `_view` (what screens and scripts read), then
+Read `_evaluation` (points to results) with `_options`, `_job_graph` and `_job_values` (each is
+computed when its inputs change, `_cache`), `_evaluated` (a job with all that its
+results rest on), `_uncertainty` (budgets), `_view` (what screens and scripts read), then
 `_progress`, `_guidance`, `_surfaces`, `_coverage`, `_alignment_preview`. What stops a result:
-`_outliers`, `_quarantine`, `_withdrawn`.
+`_outliers`, `_quarantine`.
 It changes no job and must not know how touches come: that is `session`.
 """
 
@@ -18,6 +19,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.evaluation._alignment_preview import alignment_of_points
+    from ocmm_core.inspection.evaluation._cache import EvaluationCache
     from ocmm_core.inspection.evaluation._coverage import coverage_of
     from ocmm_core.inspection.evaluation._evaluated import EvaluatedJob, evaluated_job
     from ocmm_core.inspection.evaluation._evaluation import (
@@ -26,12 +28,14 @@ if TYPE_CHECKING:
         checked_features,
         evaluate_job,
         frame_of,
+        measured_frame,
     )
     from ocmm_core.inspection.evaluation._guidance import (
         FAR_MM,
         Whereabouts,
         aligned_nominals,
         cue,
+        place_of_nominals,
         targets_of,
         whereabouts,
     )
@@ -43,14 +47,14 @@ if TYPE_CHECKING:
         part_line,
         state_lines,
     )
-    from ocmm_core.inspection.evaluation._limits import (
+    from ocmm_core.inspection.evaluation._options import (
         FOR_COMPARISON,
         LIMITS_EVENT,
+        SessionOptions,
         limits_text,
         methods_used,
         with_stored_limits,
     )
-    from ocmm_core.inspection.evaluation._options import SessionOptions
     from ocmm_core.inspection.evaluation._outliers import outliers
     from ocmm_core.inspection.evaluation._progress import (
         PAUSED,
@@ -65,10 +69,11 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.evaluation._quarantine import (
         HoldReason,
         event_text,
-        feature_note,
         held_back,
         held_below,
         notes_of,
+        notes_on,
+        withdrawn,
     )
     from ocmm_core.inspection.evaluation._surfaces import nearness, places_of
     from ocmm_core.inspection.evaluation._uncertainty import (
@@ -79,6 +84,7 @@ if TYPE_CHECKING:
         uncertainty_of,
     )
     from ocmm_core.inspection.evaluation._view import (
+        Coverage,
         DeletedPoint,
         FeatureState,
         FeatureView,
@@ -90,31 +96,33 @@ if TYPE_CHECKING:
         StatusWord,
         Target,
     )
-    from ocmm_core.inspection.evaluation._withdrawn import withdrawn
 else:
     __getattr__ = door(
         __name__,
         _alignment_preview="alignment_of_points",
+        _cache="EvaluationCache",
         _coverage="coverage_of",
         _evaluated="EvaluatedJob evaluated_job",
-        _evaluation="JobResults JobStatus checked_features evaluate_job frame_of",
-        _guidance="FAR_MM Whereabouts aligned_nominals cue targets_of whereabouts",
+        _evaluation="JobResults JobStatus checked_features evaluate_job frame_of measured_frame",
+        _guidance=(
+            "FAR_MM Whereabouts aligned_nominals cue place_of_nominals targets_of whereabouts"
+        ),
         _job_messages="INCOMPLETE NO_REAL_PART SIMULATED job_states part_line state_lines",
-        _limits="FOR_COMPARISON LIMITS_EVENT limits_text methods_used with_stored_limits",
-        _options="SessionOptions",
+        _options=(
+            "FOR_COMPARISON LIMITS_EVENT SessionOptions limits_text methods_used with_stored_limits"
+        ),
         _outliers="outliers",
         _progress=(
             "PAUSED Progress RESUMED STANDING_EVENT WrittenProgress open_plan progress_from "
             "progress_of"
         ),
-        _quarantine="HoldReason event_text feature_note held_back held_below notes_of",
+        _quarantine="HoldReason event_text held_back held_below notes_of notes_on withdrawn",
         _surfaces="nearness places_of",
         _uncertainty="JobUncertainty frame_covariance job_uncertainty probe_state uncertainty_of",
         _view=(
-            "DeletedPoint FeatureState FeatureView JobHeader JobView LiveView Probing "
+            "Coverage DeletedPoint FeatureState FeatureView JobHeader JobView LiveView Probing "
             "ReferenceView StatusWord Target"
         ),
-        _withdrawn="withdrawn",
     )
 
 __all__ = [
@@ -127,8 +135,10 @@ __all__ = [
     "RESUMED",
     "SIMULATED",
     "STANDING_EVENT",
+    "Coverage",
     "DeletedPoint",
     "EvaluatedJob",
+    "EvaluationCache",
     "FeatureState",
     "FeatureView",
     "HoldReason",
@@ -154,7 +164,6 @@ __all__ = [
     "evaluate_job",
     "evaluated_job",
     "event_text",
-    "feature_note",
     "frame_covariance",
     "frame_of",
     "held_back",
@@ -162,12 +171,15 @@ __all__ = [
     "job_states",
     "job_uncertainty",
     "limits_text",
+    "measured_frame",
     "methods_used",
     "nearness",
     "notes_of",
+    "notes_on",
     "open_plan",
     "outliers",
     "part_line",
+    "place_of_nominals",
     "places_of",
     "probe_state",
     "progress_from",

@@ -2,29 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-import numpy as np
-
-from ocmm_core.alignment import BoundAlignment, doubt_of, part_frame, settled
+from ocmm_core.alignment import BoundAlignment
 from ocmm_core.camera import Rig
-from ocmm_core.errors import FitError, OcmmError
-from ocmm_core.features.measured import (
-    ActualFeature,
-    actual_features,
-    constructed_features,
-    nominal_geometries,
-)
-from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.geometry import RigidTransform
+from ocmm_core.inspection.evaluation._cache import EvaluationCache
+from ocmm_core.inspection.evaluation._job_graph import Below, FeatureGraph, Touched, part_frame_of
+from ocmm_core.inspection.evaluation._job_values import ValueGraph
 from ocmm_core.inspection.evaluation._options import SessionOptions
-from ocmm_core.inspection.evaluation._quarantine import with_doubt
-from ocmm_core.inspection.evaluation._single_points import compensate_by_plan
+from ocmm_core.inspection.evaluation._quarantine import notes_on, with_doubt
 from ocmm_core.inspection.plan import Plan
-from ocmm_core.measuring import MeasuredPoint, joint_factors, reported_points
+from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
-    evaluate_all,
     not_measured,
     not_proven,
     provisional,
@@ -62,16 +56,21 @@ class JobResults:
         Every feature of the plan as it is, or why it is not known.
     results
         Of all characteristics, whatever is in doubt.
+    rests_on
+        The probed features that each characteristic rests on, by its name.
     """
 
     points: tuple[MeasuredPoint, ...]
     actual: Mapping[str, ActualFeature | FitError]
     results: tuple[CharacteristicResult, ...]
+    rests_on: Mapping[str, Sequence[str]]
 
-    def judged(self, plan: Plan, status: JobStatus) -> tuple[CharacteristicResult, ...]:
+    def judged(self, status: JobStatus) -> tuple[CharacteristicResult, ...]:
         """Return the results, those in doubt as not proven."""
-        held = status.held
-        results = tuple(with_doubt(result, plan, self.points, held) for result in self.results)
+        notes = notes_on(self.points, status.held)
+        results = self.results
+        if notes:
+            results = tuple(with_doubt(item, self.rests_on[item.name], notes) for item in results)
         if status.unproven:
             results = tuple(not_proven(result, status.unproven) for result in results)
         return results
@@ -86,6 +85,7 @@ def evaluate_job(
     options: SessionOptions,
     done: frozenset[str],
     skipped: frozenset[str] = frozenset(),
+    cache: EvaluationCache | None = None,
 ) -> JobResults:
     """Return features and results of the points of a job.
 
@@ -95,91 +95,82 @@ def evaluate_job(
         Of each point, in their order.
     done, skipped
         Features that have all their points, and those that were left out.
+    cache
+        What was computed of the same job before; None computes all of it.
     """
-    reported = reported_points(points, options.climate.part)
-    actual = checked_features(plan, reported, options)
-    alignment = alignment_of(plan, actual)
-    factors = joint_factors(
-        reported, sensitivities, rig, body, options.contact, options.climate.part,
-        doubt_of(alignment),
-    )  # fmt: skip
-    results = evaluate_all(plan.characteristics, alignment, actual, factors, plan.rule)
-    touched = {point.feature for point in points}
+    graph = FeatureGraph(plan, options, cache or EvaluationCache())
+    touched = graph.touched(points)
+    actual = graph.features(touched)
+    seen: dict[str, list[TipSensitivity]] = {}
+    for point, sensitivity in zip(points, sensitivities, strict=True):
+        seen.setdefault(point.feature, []).append(sensitivity)
+    results = ValueGraph(graph, rig, body).results(touched, seen, actual)
+    progress = _Probed(graph.below, done, skipped, touched.points.keys(), actual)
     judged = tuple(
-        _as_far_as_probed(plan, item, result, done, skipped, touched, actual)
+        progress.as_far(item, result)
         for item, result in zip(plan.characteristics, results, strict=True)
     )
-    return JobResults(tuple(reported), actual, judged)
+    return JobResults(touched.in_order(points), actual, judged, graph.below.rests_on)
 
 
-def _as_far_as_probed(
-    plan: Plan,
-    item: Characteristic,
-    result: CharacteristicResult,
-    done: frozenset[str],
-    skipped: frozenset[str],
-    touched: set[str],
-    actual: Mapping[str, ActualFeature | FitError],
-) -> CharacteristicResult:
-    """Return a result without a verdict where something that it rests on is not done.
+@dataclass(frozen=True, slots=True)
+class _Probed:
+    """How far the features of a job are."""
 
-    It is PROVISIONAL once one of its own features has points: what there is may be looked at. It is
-    NOT MEASURED before that, and where a feature was left out or is done without a number: nothing
-    more will come by itself.
-    """
-    below = plan.rests_on(item)
-    open_ = [name for name in below if name not in done]
-    if not open_:
-        return result
-    for name in below:
-        fault = actual[name]
-        if name in done and isinstance(fault, FitError):
-            return not_measured(item, fault.what)
-        if name in skipped:
-            return not_measured(item, f"{name} was skipped.")
-    own = {probed for name in item.features for probed in plan.probed(name)}
-    if not own & touched:
-        return result if result.measured is None else not_measured(item, f"Waits for {open_[0]}.")
-    if spec_of(item.kind).own_form:
-        # Every further point can only make form worse: a part of them says nothing.
-        waits = not_measured(item, "")
-        return provisional(waits, f"Form is evaluated when {open_[0]} is complete.")
-    if result.measured is None:
-        # The feature itself may be what has no number yet; its own reason is the better one.
-        why = result.note if open_[0] in own else f"Waits for {open_[0]}."
-        return provisional(result, why)
-    return provisional(result, f"Provisional: {open_[0]} is incomplete.")
+    below: Below
+    done: frozenset[str]
+    skipped: frozenset[str]
+    touched: Iterable[str]
+    actual: Mapping[str, ActualFeature | FitError]
+
+    def as_far(self, item: Characteristic, result: CharacteristicResult) -> CharacteristicResult:
+        """Return a result without a verdict where something that it rests on is not done.
+
+        It is PROVISIONAL once one of its own features has points: what there is may be looked at.
+        It is NOT MEASURED before that, and where a feature was left out or is done without a
+        number: nothing more will come by itself.
+        """
+        below = self.below.rests_on[item.name]
+        open_ = [name for name in below if name not in self.done]
+        if not open_:
+            return result
+        for name in below:
+            fault = self.actual[name]
+            if name in self.done and isinstance(fault, FitError):
+                return not_measured(item, fault.what)
+            if name in self.skipped:
+                return not_measured(item, f"{name} was skipped.")
+        own, waits = self.below.own[item.name], f"Waits for {open_[0]}."
+        if own.isdisjoint(self.touched):
+            return result if result.measured is None else not_measured(item, waits)
+        if spec_of(item.kind).own_form:
+            # Every further point can only make form worse: a part of them says nothing.
+            nothing = not_measured(item, "")
+            return provisional(nothing, f"Form is evaluated when {open_[0]} is complete.")
+        if result.measured is None:
+            # The feature itself may be what has no number yet; its own reason is the better one.
+            why = result.note if open_[0] in own else waits
+            return provisional(result, why)
+        return provisional(result, f"Provisional: {open_[0]} is incomplete.")
 
 
 def checked_features(
     plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions
 ) -> dict[str, ActualFeature | FitError]:
-    """Return every feature of a plan, probed or constructed, as the points show it, or why not."""
-    actual = actual_features(plan.features, points)
-    rule, known = plan.alignment, actual
-    if rule is not None and any(name not in actual for name in rule.features):
-        known = actual | _constructed(plan, actual)
-    T_part_from_world = frame_of(plan, known)
-    if T_part_from_world is not None:
-        actual |= compensate_by_plan(plan.features, points, T_part_from_world)
-    for name, feature in actual.items():
-        if isinstance(feature, ActualFeature) and feature.fit.form > options.max_form:
-            actual[name] = _scattered(feature)
-    # What was projected onto a plane that is in doubt is in doubt itself.
-    for nominal in plan.features:
-        plane = actual.get(nominal.projection)
-        if isinstance(plane, FitError):
-            actual[nominal.name] = plane
-    return actual | _constructed(plan, actual)
+    """Return every feature of a plan, probed or constructed, as the points show it, or why not.
+
+    Points are as they are reported; rows of jacobians call them by their places.
+    """
+    touched = Touched.of(points, range(len(points)))
+    return FeatureGraph(plan, options, EvaluationCache()).features(touched)
 
 
-def _constructed(
-    plan: Plan, actual: Mapping[str, ActualFeature | FitError]
-) -> dict[str, ActualFeature | FitError]:
-    if not plan.constructions:
-        return {}
-    nominals = nominal_geometries(plan.features, plan.constructions)
-    return constructed_features(plan.constructions, actual, nominals)
+def measured_frame(
+    plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions, cache: EvaluationCache
+) -> RigidTransform | None:
+    """Return the part frame of stored points; what is known of them is not computed again."""
+    graph = FeatureGraph(plan, options, cache)
+    return graph.frame(graph.features(graph.touched(points)))
 
 
 def alignment_of(
@@ -189,40 +180,9 @@ def alignment_of(
 
     While its features are not measured the senses are left open.
     """
-    bound = plan.bound_alignment
-    if bound is None:
-        return None
-    try:
-        return settled(bound, _measured(actual))
-    except OcmmError:
-        return bound
+    return FeatureGraph(plan, SessionOptions(), EvaluationCache()).alignment(actual)
 
 
 def frame_of(plan: Plan, actual: Mapping[str, ActualFeature | FitError]) -> RigidTransform | None:
     """Return the part frame, or None while its datums are not measured."""
-    bound = plan.bound_alignment
-    if bound is None:
-        return None
-    measured = {k: v for k, v in actual.items() if isinstance(v, ActualFeature)}
-    try:
-        return part_frame(bound, measured)
-    except OcmmError:
-        return None
-
-
-def _measured(actual: Mapping[str, ActualFeature | FitError]) -> dict[str, Float]:
-    return {
-        name: feature.fit.geometry
-        for name, feature in actual.items()
-        if isinstance(feature, ActualFeature)
-    }
-
-
-def _scattered(feature: ActualFeature) -> FitError:
-    worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
-    return FitError(
-        "session.form",
-        f"Points of {feature.nominal.name} scatter by {feature.fit.form:.3f} mm; point {worst} "
-        "is farthest off.",
-        "Undo the points that do not belong here and take them again.",
-    )
+    return part_frame_of(plan.bound_alignment, actual)

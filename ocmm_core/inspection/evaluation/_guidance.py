@@ -15,7 +15,10 @@ from ocmm_core.errors import FitError, OcmmError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import nominal_geometry
 from ocmm_core.geometry import Float, RigidTransform, rigid_fit, unit
+from ocmm_core.inspection.evaluation._cache import EvaluationCache
 from ocmm_core.inspection.evaluation._evaluation import frame_of
+from ocmm_core.inspection.evaluation._job_graph import FeatureGraph
+from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.evaluation._surfaces import places_of
 from ocmm_core.inspection.evaluation._view import Target
 from ocmm_core.inspection.plan import Plan
@@ -107,6 +110,15 @@ def aligned_nominals(
     except OcmmError:
         return None
     return T_part_from_nominal.inverse().compose(T_part_from_world)
+
+
+def place_of_nominals(
+    plan: Plan, points: Sequence[MeasuredPoint], options: SessionOptions, cache: EvaluationCache
+) -> RigidTransform | None:
+    """Return `aligned_nominals` of stored points; what is known of them is not computed again."""
+    graph = FeatureGraph(plan, options, cache)
+    actual = graph.features(graph.touched(points))
+    return cache.watched("nominals", (plan,), actual, lambda watch: aligned_nominals(plan, watch))
 
 
 def _by_features(

@@ -1,5 +1,7 @@
 """Points that are held back: stored and shown, but proving nothing until they are released.
 
+A whole job is withdrawn where nobody knows its results, so that none may look current.
+
 Where the calibration or the tip came into doubt while a job was measured, the points since the last
 good check may be wrong. Which ones follows from the events of the job file alone, so that they stay
 held back when the job is opened again.
@@ -8,13 +10,16 @@ held back when the job is opened again.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from enum import Enum
 
-from ocmm_core.inspection.evaluation._view import JobView
+from ocmm_core.inspection.evaluation._view import FeatureView, JobView
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobEvent
-from ocmm_core.tolerances.decisions import CharacteristicResult, not_proven
+from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, not_proven
+
+WITHDRAWN = "Result withdrawn."
 
 
 class HoldReason(Enum):
@@ -91,13 +96,18 @@ def notes_of(held: Mapping[HoldReason, Mapping[int, str]]) -> dict[int, str]:
     return notes
 
 
-def feature_note(feature: str, points: Sequence[MeasuredPoint], held: Mapping[int, str]) -> str:
-    """Return why points of a feature prove nothing, and what to do; empty where all count."""
-    numbers = [p.number for p in points if p.feature == feature and p.number in held]
-    if not numbers:
-        return ""
+def notes_on(points: Sequence[MeasuredPoint], held: Mapping[int, str]) -> dict[str, str]:
+    """Return why points of features prove nothing, and what to do, by feature; where some do."""
+    numbers: dict[str, list[int]] = {}
+    for point in points if held else ():
+        if point.number in held:
+            numbers.setdefault(point.feature, []).append(point.number)
+    return {name: _note(name, found, held[found[0]]) for name, found in numbers.items()}
+
+
+def _note(feature: str, numbers: Sequence[int], why: str) -> str:
     count = "1 point" if len(numbers) == 1 else f"{len(numbers)} points"
-    return f"{count} of {feature} held back. {held[numbers[0]]}"
+    return f"{count} of {feature} held back. {why}"
 
 
 def held_below(result: CharacteristicResult, plan: Plan, view: JobView) -> tuple[int, ...]:
@@ -114,15 +124,49 @@ def held_below(result: CharacteristicResult, plan: Plan, view: JobView) -> tuple
 
 
 def with_doubt(
-    result: CharacteristicResult,
-    plan: Plan,
-    points: Sequence[MeasuredPoint],
-    held: Mapping[int, str],
+    result: CharacteristicResult, features: Sequence[str], notes: Mapping[str, str]
 ) -> CharacteristicResult:
-    """Return a result, NOT PROVEN where it rests on points that are held back."""
-    if not held:
-        return result
-    item = next(item for item in plan.characteristics if item.name == result.name)
-    features = plan.rests_on(item)
-    notes = [note for name in features if (note := feature_note(name, points, held))]
-    return not_proven(result, notes[0]) if notes else result
+    """Return a result, NOT PROVEN where one of the features that it rests on has a note."""
+    why = next((notes[name] for name in features if name in notes), "")
+    return not_proven(result, why) if why else result
+
+
+def withdrawn(job: JobView, why: str) -> JobView:
+    """Return a job with its points and without every number that was computed from them.
+
+    Parameters
+    ----------
+    job
+        As it was told last.
+    why
+        What has failed, a sentence.
+    """
+    return replace(
+        job,
+        features=tuple(map(_without_fit, job.features)),
+        constructed=tuple(map(_without_fit, job.constructed)),
+        characteristics=tuple(map(_without_value, job.characteristics)),
+        unproven=why,
+        target=None,
+    )
+
+
+def _without_fit(feature: FeatureView) -> FeatureView:
+    return replace(feature, fit=None, note=WITHDRAWN, outliers=(), coverage=None, targets=())
+
+
+def _without_value(result: CharacteristicResult) -> CharacteristicResult:
+    return replace(
+        result,
+        measured=None,
+        deviation=None,
+        uncertainty=None,
+        verdict=Verdict.NOT_MEASURED,
+        note=WITHDRAWN,
+        rule="",
+        tur=None,
+        leaning="",
+        interval=None,
+        floor=None,
+        bonus=0.0,
+    )

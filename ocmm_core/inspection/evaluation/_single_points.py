@@ -27,6 +27,7 @@ def compensate_by_plan(
     nominals: Sequence[NominalFeature],
     points: Sequence[MeasuredPoint],
     T_part_from_world: RigidTransform,
+    places: Sequence[int] | None = None,
 ) -> dict[str, ActualFeature | FitError]:
     """Return the single points of a plan, compensated along its directions, by name.
 
@@ -35,7 +36,9 @@ def compensate_by_plan(
     nominals
         Features of the plan; those of another shape are left out of the result.
     points
-        All points of the job; their order is that of the columns of the jacobians.
+        All points of the job, or those of these features.
+    places
+        As for `features.measured.actual_features`.
     """
     single = [item for item in nominals if item.shape is Shape.POINT]
     to_world = T_part_from_world.rotation.T
@@ -46,7 +49,7 @@ def compensate_by_plan(
         else point
         for point in points
     ]
-    actual = actual_features(single, turned)
+    actual = actual_features(single, turned, places)
     for name, direction in directions.items():
         slant = max(
             (_slant_deg(point, direction) for point in points if point.feature == name),

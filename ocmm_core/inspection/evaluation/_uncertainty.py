@@ -131,7 +131,7 @@ def frame_covariance(
     arm = max(float(np.linalg.norm(np.ptp(tips, axis=0))), 1.0)
     scale = np.array([arm] * 3 + [1.0] * 3)
     samples = form_samples(found, factors)
-    moved = widened(scale[:, None] * jacobian, factors, samples).covariance
+    moved = widened(np.diag(scale) @ jacobian, factors, samples).covariance
     of_frame: Float = moved / np.outer(scale, scale)
     return 0.5 * (of_frame + of_frame.T)
 

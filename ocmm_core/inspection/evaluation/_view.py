@@ -78,9 +78,9 @@ class LiveView:
     rotation_world_from_probe, origin_world
         (3, 3) and (3,); None together with ``tip_world``.
     spots
-        (C, 8, 2), px: spot of every slot, NaN where the slot sees nothing.
+        (C, S, 2), px: spot of every slot, NaN where the slot sees nothing.
     slot_leds
-        (C, 8) int64: LED number that the slot follows, -1 where unknown.
+        (C, S) int64: LED number that the slot follows, -1 where unknown.
     frame_counter
         Exposure number of the latest frame, -1 before the first.
     time_s
@@ -90,7 +90,7 @@ class LiveView:
     acquisition
         Counters of the acquisition.
     slot_references
-        (C, 8) int64: LED of the reference body that the slot follows, -1 for none; None without a
+        (C, S) int64: LED of the reference body that the slot follows, -1 for none; None without a
         reference body.
     reference
         The reference body; None without one.

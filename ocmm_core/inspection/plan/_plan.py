@@ -99,10 +99,13 @@ class Plan(Document, frozen=True, kw_only=True):
         """Return the probed features that a feature, probed or constructed, rests on."""
         return probed_features(name, self.constructions)
 
-    def rests_on(self, item: Characteristic) -> list[str]:
-        """Return the probed features that a characteristic rests on, also those projected onto."""
+    def rests_on(self, item: Characteristic, bound: BoundAlignment | None = None) -> list[str]:
+        """Return the probed features that a characteristic rests on, also those projected onto.
+
+        ``bound`` is `bound_alignment`, where somebody has it.
+        """
         found: dict[str, None] = {}
-        for name in involved_features(item, self.bound_alignment):
+        for name in involved_features(item, bound or self.bound_alignment):
             found |= dict.fromkeys(self.probed(name))
         for name in list(found):
             plane = self.feature(name).projection

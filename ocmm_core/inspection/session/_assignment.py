@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.evaluation import (
+    EvaluationCache,
     Progress,
     SessionOptions,
-    aligned_nominals,
-    checked_features,
     nearness,
+    place_of_nominals,
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._acceptance import Acceptance, TouchAssignment
@@ -24,7 +24,6 @@ from ocmm_core.measuring import (
     RefusalCode,
     StablePoint,
     Touch,
-    reported_points,
 )
 
 
@@ -40,16 +39,18 @@ class NominalPlace:
         That count by now.
     options
         Of the session.
+    cache
+        What was computed of the points before.
     """
 
     plan: Plan
     points: Sequence[MeasuredPoint]
     options: SessionOptions
+    cache: EvaluationCache = field(default_factory=EvaluationCache)
 
     def find(self) -> RigidTransform | None:
         """Return the motion from the world to their frame; None while datums are not measured."""
-        points = reported_points(self.points, self.options.climate.part)
-        return aligned_nominals(self.plan, checked_features(self.plan, points, self.options))
+        return place_of_nominals(self.plan, self.points, self.options, self.cache)
 
 
 class TouchAssigner:
@@ -92,7 +93,7 @@ class TouchAssigner:
             ledger.plan,
             progress,
             Contact(stable.tip_world, ways, self._radius, stable.time_s),
-            NominalPlace(ledger.plan, ledger.points.counting, self._options),
+            NominalPlace(ledger.plan, ledger.points.counting, self._options, ledger.cache),
             wanted=wanted,
             selected=ledger.selected if ledger.selected == progress.active else "",
         )

@@ -106,15 +106,13 @@ class JobPoints:
             "Choose a point from the list.",
         )
 
-    def deleted(self, feature: str) -> tuple[DeletedPoint, ...]:
-        """Return the points of a feature that were taken out and not put back since."""
-        return tuple(
-            item
-            for number, item in sorted(self._out.items())
-            if item.point.feature == feature
-            and number not in self._successor
-            and item.reason != FLIPPED
-        )
+    def all_deleted(self) -> dict[str, tuple[DeletedPoint, ...]]:
+        """Return by feature the points that were taken out and not put back since."""
+        found: dict[str, tuple[DeletedPoint, ...]] = {}
+        for number, item in sorted(self._out.items()):
+            if number not in self._successor and item.reason != FLIPPED:
+                found[item.point.feature] = (*found.get(item.point.feature, ()), item)
+        return found
 
     def latest(self, number: int) -> int:
         """Return the number that a point has now, after it was taken out and put back."""

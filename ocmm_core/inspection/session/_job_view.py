@@ -6,9 +6,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 from ocmm_core.camera import Rig
+from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import (
+    Coverage,
+    EvaluationCache,
     FeatureState,
     FeatureView,
     JobHeader,
@@ -21,15 +24,15 @@ from ocmm_core.inspection.evaluation import (
     Whereabouts,
     coverage_of,
     evaluate_job,
-    feature_note,
     notes_of,
+    notes_on,
     outliers,
     targets_of,
     whereabouts,
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._job_points import JobPoints
-from ocmm_core.measuring import Refusal
+from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
@@ -79,25 +82,21 @@ def view_of(
     options: SessionOptions,
     points: JobPoints,
     state: JobState,
+    cache: EvaluationCache,
 ) -> JobView:
-    """Return the job as it stands, computed from its points."""
+    """Return the job as it stands, computed from its points; ``cache`` is that of the session."""
     progress = state.progress
     found = evaluate_job(
         plan, points.counting, state.sensitivities, rig, body, options,
-        progress.done, progress.skipped,
+        progress.done, progress.skipped, cache,
     )  # fmt: skip
     status = JobStatus(held=notes_of(points.held), unproven=state.unproven)
-    results = found.judged(plan, status)
-    place = whereabouts(plan, found.actual)
-    if place is None and options.near is not None:
-        place = Whereabouts(options.near, approximate=True)
-    features = tuple(
-        replace(
-            _seen(nominal, found, status, points, progress, place),
-            compensation=state.methods[nominal.name],
-        )
-        for nominal in plan.features
+    results = found.judged(status)
+    place = cache.watched(
+        "place", (plan, options), found.actual, lambda actual: _place(plan, options, actual)
     )
+    seen = _Seen(found, status, points, state, place, cache)
+    features = tuple(map(seen.feature, plan.features))
     last = points.counting[-1].tip_world if points.counting else None
     targets: tuple[Target, ...] = ()
     if progress.active:
@@ -132,37 +131,67 @@ def view_of(
     )
 
 
-def _seen(
-    nominal: NominalFeature,
-    found: JobResults,
-    status: JobStatus,
-    points: JobPoints,
-    progress: Progress,
-    place: Whereabouts | None,
-) -> FeatureView:
-    name = nominal.name
-    actual = found.actual[name]
-    fitted = actual if isinstance(actual, ActualFeature) else None
-    note = feature_note(name, found.points, status.held)
-    own = tuple(point for point in found.points if point.feature == name)
-    coverage = None
-    if fitted is not None:
-        frame = place.T_nominal_from_world if place is not None else None
-        coverage = coverage_of(nominal, fitted.fit, own, frame)
-    return FeatureView(
-        name=name,
-        shape=nominal.shape,
-        needed=nominal.points,
-        state=_state(name, progress),
-        points=own,
-        fit=fitted.fit if fitted is not None else None,
-        note=note if isinstance(actual, ActualFeature) else actual.what,
-        outliers=outliers(fitted) if fitted is not None else (),
-        deleted=points.deleted(name),
-        coverage=coverage,
-        text=nominal.text,
-        picture=nominal.picture,
-    )
+def _place(
+    plan: Plan, options: SessionOptions, actual: Mapping[str, ActualFeature | FitError]
+) -> Whereabouts | None:
+    place = whereabouts(plan, actual)
+    if place is None and options.near is not None:
+        return Whereabouts(options.near, approximate=True)
+    return place
+
+
+class _Seen:
+    """What is seen of the probed features of a job."""
+
+    def __init__(
+        self,
+        found: JobResults,
+        status: JobStatus,
+        points: JobPoints,
+        state: JobState,
+        place: Whereabouts | None,
+        cache: EvaluationCache,
+    ) -> None:
+        self._found, self._state, self._place, self._cache = found, state, place, cache
+        self._notes = notes_on(found.points, status.held)
+        self._deleted = points.all_deleted()
+        own: dict[str, list[MeasuredPoint]] = {}
+        for point in found.points:
+            own.setdefault(point.feature, []).append(point)
+        self._own = own
+
+    def feature(self, nominal: NominalFeature) -> FeatureView:
+        """Return what is seen of a feature."""
+        name, progress = nominal.name, self._state.progress
+        actual, own = self._found.actual[name], self._own.get(name, [])
+        fitted = actual if isinstance(actual, ActualFeature) else None
+        coverage: Coverage | None = None
+        flagged: tuple[int, ...] = ()
+        if fitted is not None:
+            # Where the part is matters to shapes without a middle only.
+            extends = nominal.shape.spec.spread in ("line", "plane")
+            place = self._place.T_nominal_from_world if extends and self._place else None
+            coverage = self._cache.known(
+                ("coverage", name),
+                (nominal, fitted, place, *own),
+                lambda: coverage_of(nominal, fitted.fit, own, place),
+            )
+            flagged = self._cache.known(("outliers", name), (fitted,), lambda: outliers(fitted))
+        return FeatureView(
+            name=name,
+            shape=nominal.shape,
+            needed=nominal.points,
+            state=_state(name, progress),
+            points=tuple(own),
+            fit=fitted.fit if fitted is not None else None,
+            note=actual.what if isinstance(actual, FitError) else self._notes.get(name, ""),
+            outliers=flagged,
+            deleted=self._deleted.get(name, ()),
+            coverage=coverage,
+            text=nominal.text,
+            picture=nominal.picture,
+            compensation=self._state.methods[name],
+        )
 
 
 def _made(

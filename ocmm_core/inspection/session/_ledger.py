@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 
 from ocmm_core.errors import MeasuringError
-from ocmm_core.inspection.evaluation import PAUSED, RESUMED, JobView, Progress
+from ocmm_core.inspection.evaluation import PAUSED, RESUMED, EvaluationCache, JobView, Progress
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._step_log import StepLog
 from ocmm_core.measuring import Refusal
@@ -46,6 +46,8 @@ class JobLedger:
         """Feature that the inspector looks back at; that changes nothing."""
         self.refusal: Refusal | None = None
         """Of the last touch, until a step is carried out."""
+        self.cache = EvaluationCache()
+        """What was computed of the points, for whoever computes from them; it needs no lock."""
         self.view: JobView | UnderWay | None = None
         """The view as far as it is known; whoever changes the job sets it to None."""
 

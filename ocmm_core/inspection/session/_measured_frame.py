@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from ocmm_core.geometry import RigidTransform
-from ocmm_core.inspection.evaluation import SessionOptions, checked_features, frame_of
+from ocmm_core.inspection.evaluation import SessionOptions, measured_frame
 from ocmm_core.inspection.session._ledger import JobLedger
-from ocmm_core.measuring import reported_points
 
 
 class MeasuredFrame:
@@ -25,7 +24,7 @@ class MeasuredFrame:
     @property
     def T_part_from_world(self) -> RigidTransform | None:
         """Return the part frame, or None while its datums are not measured."""
-        plan = self._ledger.plan
-        with self._ledger.lock:
-            points = reported_points(self._ledger.points.counting, self._options.climate.part)
-            return frame_of(plan, checked_features(plan, points, self._options))
+        ledger = self._ledger
+        with ledger.lock:
+            points = list(ledger.points.counting)
+        return measured_frame(ledger.plan, points, self._options, ledger.cache)

@@ -122,7 +122,10 @@ class InspectionSession:
                     return self._looking(known, known)
                 state, points = self._state(), self._ledger.points.snapshot()
                 begun = self._ledger.view = UnderWay()
-            made = view_of(self._ledger.plan, self._rig, self._body, self._options, points, state)
+            made = view_of(
+                self._ledger.plan, self._rig, self._body, self._options, points, state,
+                self._ledger.cache,
+            )  # fmt: skip
             with self._ledger.lock:
                 return self._looking(made, begun)
 

@@ -8,10 +8,12 @@ and the cable with the last process inside.
 
 from __future__ import annotations
 
+import math
 import os
 import select
 import subprocess
 import sys
+import time
 from collections.abc import Sequence
 
 import msgspec
@@ -36,6 +38,8 @@ CAMERA_INTERFACE = "ocmm-cameras"
 _MODULE = "ocmm_core.simulation.bus._virtual_bus"
 _SCAN = "scan"
 _STOP_S = 2.0
+_FAREWELL_S = 10.0
+"""A bus process that ends has so long with its cameras."""
 _ALTERNATIVE = (
     "Allow them (Debian, Ubuntu: sysctl kernel.unprivileged_userns_clone=1 and "
     "kernel.apparmor_restrict_unprivileged_userns=0), or run 'ocmm rig up' as root and give "
@@ -131,9 +135,18 @@ def _run(content: bytes, command: Sequence[str]) -> int:
     take_priority(CAMERA_PRIORITY)
     parent = select.poll()
     parent.register(sys.stdin.fileno(), 0)
-    try:
+    deadline = math.inf
+
+    def ended() -> bool:
         # The end of its input, which is told without reading it, asks the bus process to stop.
-        wire.run(lambda: bus.poll() is not None or bool(parent.poll(0)))
+        # The cameras answer until it has: it waits for its frames and says goodbye to them.
+        nonlocal deadline
+        if deadline == math.inf and parent.poll(0):
+            deadline = time.monotonic() + _FAREWELL_S
+        return bus.poll() is not None or time.monotonic() > deadline
+
+    try:
+        wire.run(ended)
     finally:
         wire.close()
         try:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from ocmm_core.acquisition.frames import FrameBlock
-from ocmm_core.camera import MAX_SLOTS, CameraModel, Rig, Vector3, load_rig, on_sensor, project
+from ocmm_core.camera import CameraModel, Rig, Vector3, load_rig, on_sensor, project
 from ocmm_core.geometry import Float, RigidTransform, perpendicular_pair, rotation_from_vector, unit
 from ocmm_core.simulation.calibration_scenes._pivot_scenes import (
     SweepProbe,
@@ -167,32 +167,36 @@ class CalibrationScenesRig:
         self.n_frames = first
 
     def camera_frames(self, camera: int, first: int, count: int) -> CameraFrames:
-        """Return what one camera sees in ``count`` frames from ``first`` on."""
-        valid = np.zeros(count, dtype=np.uint16)
-        uv = np.full((count, MAX_SLOTS, 2), np.nan)
+        """Return what one camera sends of ``count`` frames from ``first`` on."""
+        valid, uv = self._spots(camera, first, count)
+        return valid.astype(np.uint16), np.zeros(count, dtype=np.uint16), uv
+
+    def _spots(self, camera: int, first: int, count: int) -> tuple[NDArray[np.uint64], Float]:
+        valid = np.zeros(count, dtype=np.uint64)
+        uv = np.full((count, self.world.n_slots, 2), np.nan)
         for shown in self._shown:
             begin = max(first, shown.first)
             end = min(first + count, shown.first + shown.frames)
             if begin < end:
                 part = slice(begin - first, end - first)
                 valid[part], uv[part] = self._see(camera, shown, begin, end - begin)
-        return valid, np.zeros(count, dtype=np.uint16), uv
+        return valid, uv
 
     def frames(self, first: int, count: int) -> FrameBlock:
         """Return what all cameras see in ``count`` frames from ``first`` on."""
-        seen = [self.camera_frames(camera, first, count) for camera in range(len(self._packed))]
+        seen = [self._spots(camera, first, count) for camera in range(len(self._packed))]
         counter = np.arange(first, first + count, dtype=np.int64)
         return FrameBlock(
             counter=counter,
             time_ns=counter * self.frame_period_ns,
             flags=np.zeros(count, dtype=np.uint32),
-            valid=np.stack([valid for valid, _, _ in seen], axis=1),
-            uv=np.stack([uv for _, _, uv in seen], axis=1),
+            valid=np.stack([valid for valid, _ in seen], axis=1),
+            uv=np.stack([uv for _, uv in seen], axis=1),
         )
 
     def _see(
         self, camera: int, shown: _Shown, first: int, count: int
-    ) -> tuple[NDArray[np.uint16], Float]:
+    ) -> tuple[NDArray[np.uint64], Float]:
         rotation, tip = np.empty((count, 3, 3)), np.empty((count, 3))
         unused = np.empty((2, count), dtype=np.bool_)
         times = (first - shown.first + np.arange(count)) * (self.frame_period_ns * 1e-9)
@@ -201,7 +205,8 @@ class CalibrationScenesRig:
         if self.options.white_noise:
             white = white_noise(self.seed, camera, len(shown.leds), first, count)
             white = white * self.rig.noise.white_px
-        valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, MAX_SLOTS, 2))
+        valid = np.empty(count, dtype=np.uint64)
+        uv = np.empty((count, self.world.n_slots, 2))
         model, pattern = self.world.cameras[camera], self.world.patterns[camera]
         kernels.see(
             rotation,
@@ -216,7 +221,7 @@ class CalibrationScenesRig:
             pattern.nodes,
             pattern.step_px,
             white,
-            np.full(count, shown.hidden, dtype=np.int64),
+            np.full(count, shown.hidden, dtype=np.uint64),
             valid,
             uv,
         )

@@ -41,6 +41,7 @@ class CalibratingSource:
             cycle_period_ns=self._block * rig.frame_period_ns,
             live=False,
             simulated=True,
+            n_slots=rig.world.n_slots,
         )
 
     def open(self) -> None:

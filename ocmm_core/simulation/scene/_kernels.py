@@ -133,8 +133,8 @@ def see(
     nodes: Float,
     step: float,
     white: Float,
-    hidden: Int,
-    valid: NDArray[np.uint16],
+    hidden: NDArray[np.uint64],
+    valid: NDArray[np.uint64],
     uv: Float,
 ) -> None:
     """Fill in the spots that one camera has of the probe in each frame.
@@ -142,7 +142,7 @@ def see(
     ``rotation`` (n, 3, 3) and ``origin`` (n, 3): world from probe. ``leds`` and ``directions``
     (L, 3), probe frame. ``camera`` (21,): `CameraModel.packed`. ``slots`` (L,). ``nodes``
     (2, rows, columns) and ``step``: fixed pattern, px. ``white`` (n, L, 2), px. ``hidden`` (n,):
-    bit l for a hidden LED l. ``valid`` (n,) and ``uv`` (n, 8, 2) are outputs.
+    bit l for a hidden LED l. ``valid`` (n,) and ``uv`` (n, S, 2) are outputs.
     """
     r, f = camera[0:9], camera[12]
     sx, sy, u0, v0 = camera[13], camera[14], camera[15], camera[16]
@@ -158,7 +158,7 @@ def see(
             uv[i, slot, 0] = np.nan
             uv[i, slot, 1] = np.nan
         for n in range(len(leds)):
-            if (hidden[i] >> n) & 1:
+            if (hidden[i] >> np.uint64(n)) & np.uint64(1):
                 continue
             towards = 0.0
             distance2 = 0.0
@@ -204,4 +204,4 @@ def see(
                 w00 * nodes[1, row, column] + w01 * nodes[1, row, column + 1]
                 + w10 * nodes[1, row + 1, column] + w11 * nodes[1, row + 1, column + 1]
             )  # fmt: skip
-            valid[i] |= 1 << slot
+            valid[i] |= np.uint64(1) << np.uint64(slot)

@@ -112,7 +112,7 @@ class PixelFrames:
             counter=counter,
             time_ns=counter * self.rig.frame_period_ns,
             flags=np.bitwise_or.reduce([flags for _, flags, _ in seen]).astype(np.uint32),
-            valid=np.stack([valid for valid, _, _ in seen], axis=1),
+            valid=np.stack([valid for valid, _, _ in seen], axis=1).astype(np.uint64),
             uv=np.stack([uv for _, _, uv in seen], axis=1),
         )
 

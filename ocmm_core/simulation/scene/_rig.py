@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
-from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, CameraModel, Rig, load_rig
+from ocmm_core.camera import CameraModel, Rig, load_rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.simulation.scene import _kernels as kernels
@@ -46,7 +46,7 @@ _BLOW_NS = 1_000_000_000
 """A blow is reported for so long."""
 
 CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
-"""Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera."""
+"""Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera, as they go on the wire."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,6 +182,11 @@ class VirtualRig:
         self._packed = [self._places_of(camera) for camera in range(len(rig.cameras))]
 
     @property
+    def n_slots(self) -> int:
+        """Return the slots of every camera: as many as LEDs, and no fewer than cameras have."""
+        return self._world.n_slots
+
+    @property
     def n_leds(self) -> int:
         """Return the number of LEDs of the probe and of the reference body."""
         return self.body.n_leds + len(self._world.leds_reference)
@@ -254,7 +259,7 @@ class VirtualRig:
         """Return what one camera sees in ``count`` frames from ``first`` on."""
         motion = self.motion(first, count)
         valid, uv = self._see(camera, motion, first, count, self._white(camera, first, count))
-        return valid, self.flags(motion, first).astype(np.uint16), uv
+        return valid.astype(np.uint16), self.flags(motion, first).astype(np.uint16), uv
 
     def flags(self, motion: Motion, first: int) -> NDArray[np.uint32]:
         """Return the flags of the probe in the frames of a motion from frame ``first`` on."""
@@ -308,16 +313,15 @@ class VirtualRig:
             return np.zeros((count, self.n_leds, 2))
         drawn = white_noise(self.seed, camera, self.body.n_leds, first, count)
         if self.reference is not None:
-            # Keys of their own, so that the probe's noise is the same with and without.
             beside = white_noise(
-                self.seed, camera + MAX_CAMERAS, self.reference.n_leds, first, count
+                self.seed, camera, self.reference.n_leds, first, count, beside=True
             )
             drawn = np.concatenate([drawn, beside], axis=1)
         return drawn * self.rig.noise.white_px
 
     def _see(
         self, camera: int, motion: Motion, first: int, count: int, white: Float
-    ) -> tuple[NDArray[np.uint16], Float]:
+    ) -> tuple[NDArray[np.uint64], Float]:
         world, n_probe = self._world, self.body.n_leds
         hidden = hidden_leds(
             self.options, self.seed, camera, self.n_leds, first, self._times(first, count)
@@ -325,24 +329,24 @@ class VirtualRig:
         valid, uv = self._look(
             camera, first, motion.rotation_world_from_probe, motion.origin_world(world.tip_probe),
             _Lights(world.leds_probe, self.body.led_body, world.slots[camera]),
-            white[:, :n_probe], hidden & ((1 << n_probe) - 1),
+            white[:, :n_probe], hidden,
         )  # fmt: skip
         if self.reference is None:
             return valid, uv
         also, beside = self._look(
             camera, first, *self.reference_pose(first, count),
             _Lights(world.leds_reference, self.reference.leds, world.reference_slots[camera]),
-            white[:, n_probe:], hidden >> n_probe,
+            white[:, n_probe:], hidden >> np.uint64(n_probe),
         )  # fmt: skip
         return valid | also, np.where(np.isfinite(uv), uv, beside)
 
     def _look(
         self, camera: int, first: int, rotation: Float, origin: Float, lights: _Lights,
-        white: Float, hidden: Int,
-    ) -> tuple[NDArray[np.uint16], Float]:  # fmt: skip
-        """Return valid slots (n,) and spots (n, 8, 2) that a camera has of one body."""
+        white: Float, hidden: NDArray[np.uint64],
+    ) -> tuple[NDArray[np.uint64], Float]:  # fmt: skip
+        """Return valid slots (n,) and spots (n, S, 2) that a camera has of one body."""
         count = len(origin)
-        valid, uv = np.empty(count, dtype=np.uint16), np.empty((count, MAX_SLOTS, 2))
+        valid, uv = np.empty(count, dtype=np.uint64), np.empty((count, self.n_slots, 2))
         model, pattern = self._world.cameras[camera], self._world.patterns[camera]
         white = np.ascontiguousarray(white)
         if lights.body.code is not None:

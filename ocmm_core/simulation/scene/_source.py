@@ -72,6 +72,7 @@ class SimulatedSource:
             cycle_period_ns=self._block * rig.frame_period_ns,
             live=False,
             simulated=True,
+            n_slots=rig.n_slots,
         )
 
     def open(self) -> None:

@@ -10,8 +10,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ocmm_core.camera import MAX_SLOTS, N_PARAMETERS, CameraModel, Rig
+from ocmm_core.camera import N_PARAMETERS, USUAL_SLOTS, CameraModel, Rig
 from ocmm_core.geometry import Float, Int, RigidTransform, rotation_from_vector
 from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern, no_pattern
 from ocmm_core.tracking import ProbeBody, ReferenceBody
@@ -148,6 +149,8 @@ class World:
         (3,), mm, probe frame.
     tip_radius
         mm.
+    n_slots
+        Slots of every camera: as many as LEDs, and no fewer than cameras have.
     slots
         (C, L) int64: the slot in which each camera follows each LED.
     patterns
@@ -162,6 +165,7 @@ class World:
     leds_probe: Float
     tip_probe: Float
     tip_radius: float
+    n_slots: int
     slots: Int
     patterns: tuple[SpotPattern, ...]
     leds_reference: Float
@@ -201,12 +205,14 @@ def draw_world(
             leds_reference = leds_reference + error.reshape(-1, 3)
     rng = _generator(seed, _SLOTS)
     n_leds = body.n_leds + len(leds_reference)
-    slots = np.stack([rng.permutation(MAX_SLOTS)[:n_leds] for _ in cameras]).astype(np.int64)
+    n_slots = max(USUAL_SLOTS, n_leds)
+    slots = np.stack([rng.permutation(n_slots)[:n_leds] for _ in cameras]).astype(np.int64)
     return World(
         cameras=cameras,
         leds_probe=geometry[:-3].reshape(-1, 3),
         tip_probe=geometry[-3:],
         tip_radius=body.tip_radius + (radius_error if options.tip_error else 0.0),
+        n_slots=n_slots,
         slots=slots[:, : body.n_leds],
         patterns=patterns,
         leds_reference=leds_reference,
@@ -238,15 +244,21 @@ def nudged(nudges: Sequence[ScriptedNudge], frames: Int) -> tuple[Float, Float]:
     return rotation, shift
 
 
-def white_noise(seed: int, camera: int, n_leds: int, first: int, count: int) -> Float:
+def white_noise(
+    seed: int, camera: int, n_leds: int, first: int, count: int, *, beside: bool = False
+) -> Float:
     """Return standard normal numbers (count, n_leds, 2) for the frames from ``first`` on.
 
     Every chunk of frames has a key of its own (counter-based generator Philox, Salmon et al.
-    2011), so that a frame gets the same numbers in whichever block it is asked for.
+    2011), so that a frame gets the same numbers in whichever block it is asked for. The LEDs of a
+    body ``beside`` the probe have keys of their own, so that the probe's noise is the same with
+    and without.
     """
+    # Cameras beyond four came later; the numbers of the first four stay what they were.
+    item = camera + (4 if beside else 0) if camera < 4 else camera + (128 if beside else 64)
     chunks = range(first // CHUNK_FRAMES, (first + count - 1) // CHUNK_FRAMES + 1)
     numbers = [
-        _keyed(seed, _WHITE, camera, chunk).standard_normal((CHUNK_FRAMES, n_leds, 2))
+        _keyed(seed, _WHITE, item, chunk).standard_normal((CHUNK_FRAMES, n_leds, 2))
         for chunk in chunks
     ]
     start = first - chunks[0] * CHUNK_FRAMES
@@ -256,8 +268,8 @@ def white_noise(seed: int, camera: int, n_leds: int, first: int, count: int) -> 
 
 def hidden_leds(
     options: WorldOptions, seed: int, camera: int, n_leds: int, first: int, times_s: Float
-) -> Int:
-    """Return which LEDs are hidden from a camera: (n,), bit l for LED l.
+) -> NDArray[np.uint64]:
+    """Return which LEDs are hidden from a camera: (n,) uint64, bit l for LED l.
 
     Parameters
     ----------
@@ -266,24 +278,29 @@ def hidden_leds(
     times_s
         (n,): times of consecutive frames.
     """
-    hidden = np.zeros(len(times_s), dtype=np.int64)
+    hidden = np.zeros(len(times_s), dtype=np.uint64)
     frames = first + np.arange(len(times_s))
     for event in options.occlusions:
         if event.camera in (-1, camera):
             bits = sum(1 << led for led in event.leds)
-            hidden[(frames >= event.first_frame) & (frames <= event.last_frame)] |= bits
+            hidden[(frames >= event.first_frame) & (frames <= event.last_frame)] |= np.uint64(bits)
     if options.occlusion_rate_hz > 0.0 and len(times_s):
         # An event of the cell before may last into the first cell.
         cells = (times_s[[0, -1]] / _OCCLUSION_CELL_S).astype(int)
         for cell in range(cells[0] - 1, cells[1] + 1):
             for led in range(n_leds):
-                rng = _keyed(seed, _OCCLUSION, camera * MAX_SLOTS + led, cell + 1)
+                rng = _keyed(seed, _OCCLUSION, _led_item(camera, led), cell + 1)
                 events = rng.poisson(options.occlusion_rate_hz * _OCCLUSION_CELL_S)
                 begin = (cell + rng.random(events)) * _OCCLUSION_CELL_S
                 end = begin + rng.uniform(_OCCLUSION_MIN_S, _OCCLUSION_MAX_S, events)
                 for start, stop in zip(begin, end, strict=True):
-                    hidden[(times_s >= start) & (times_s < stop)] |= 1 << led
+                    hidden[(times_s >= start) & (times_s < stop)] |= np.uint64(1 << led)
     return hidden
+
+
+def _led_item(camera: int, led: int) -> int:
+    # LEDs beyond eight came later; the events of the first eight stay what they were.
+    return 8 * camera + led if led < 8 else 128 + 64 * camera + led
 
 
 def _generator(seed: int, stream: int) -> np.random.Generator:

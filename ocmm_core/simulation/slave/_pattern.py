@@ -148,7 +148,9 @@ class ClockReading:
     intact: NDArray[np.bool_]
 
 
-def read_clock(valid: NDArray[np.uint16], uv: NDArray[np.float64]) -> ClockReading:
+def read_clock(
+    valid: NDArray[np.uint16] | NDArray[np.uint64], uv: NDArray[np.float64]
+) -> ClockReading:
     """Read what a `ClockPattern` shows: ``valid`` (n,) and ``uv`` (n, 8, 2) of one camera."""
     digits = np.nan_to_num(uv - _ZERO_PX, nan=-1.0)
     whole = digits.astype(np.int64)

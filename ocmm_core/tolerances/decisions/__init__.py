@@ -40,7 +40,7 @@ if TYPE_CHECKING:
         CharacteristicResult,
         Verdict,
     )
-    from ocmm_core.tolerances.decisions._results import evaluate_all
+    from ocmm_core.tolerances.decisions._results import Known, evaluate_all, evaluate_one
     from ocmm_core.tolerances.decisions._verdict import (
         NO_VERDICT,
         WORST_FIRST,
@@ -58,7 +58,7 @@ else:
             "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
         ),
         _result="CharacteristicResult LOWEST_TUR U_LABEL U_WORDS Verdict",
-        _results="evaluate_all",
+        _results="Known evaluate_all evaluate_one",
         _verdict="NO_VERDICT PartVerdict PartWord VerdictSummary WORST_FIRST judge_part summarise",
     )
 
@@ -71,6 +71,7 @@ __all__ = [
     "WORST_FIRST",
     "CharacteristicResult",
     "ControlChart",
+    "Known",
     "PartVerdict",
     "PartWord",
     "ProcessCapability",
@@ -81,6 +82,7 @@ __all__ = [
     "control_chart",
     "decide",
     "evaluate_all",
+    "evaluate_one",
     "judge_part",
     "make_result",
     "not_measured",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
+from typing import Protocol
 
 from ocmm_core.alignment import AnyAlignment, unknown_frame
 from ocmm_core.errors import FitError, OcmmError
-from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.measured import ActualFeature, measured_of
 from ocmm_core.measuring import PointFactors
 from ocmm_core.tolerances.decisions._decision import (
     Rule,
@@ -49,38 +50,106 @@ def evaluate_all(
         Uncertainty of all N ball centres and the tip radius, in the order of the jacobians.
         Without it nothing is stated: a value without uncertainty is no result.
     """
-    samples = () if factors is None else form_samples(actual, factors)
-    measured = {
-        name: feature for name, feature in actual.items() if isinstance(feature, ActualFeature)
-    }
-    frames = Frames(measured, alignment)
-    return tuple(
-        _evaluated(characteristic, alignment, actual, measured, frames, factors, samples, rule)
-        for characteristic in characteristics
-    )
+    if factors is None:
+        why = "No uncertainty: the covariance of the points is unknown."
+        return tuple(
+            not_measured(item, _missing(item, alignment, actual) or why) for item in characteristics
+        )
+    known = _Known(actual, factors)
+    frames = Frames(measured_of(actual), alignment)
+    return tuple(evaluate_one(item, alignment, known, frames, rule) for item in characteristics)
 
 
-def _evaluated(
+class Known(Protocol):
+    """What is known of the features of a job, asked for by name and by point."""
+
+    @property
+    def actual(self) -> Mapping[str, ActualFeature | FitError]:
+        """Return the features as measured, or why they are not."""
+        ...
+
+    def touching(self, places: Sequence[int]) -> Collection[str]:
+        """Return the names of the features whose touches have these places."""
+        ...
+
+    def factors(self, names: Collection[str]) -> PointFactors:
+        """Return the uncertainty of the points of these features, or of more."""
+        ...
+
+    def sample(self, name: str) -> FormSample | None:
+        """Return what a feature shows of its form; None where nothing."""
+        ...
+
+
+class _Known:
+    """All features of a job at once, and the uncertainty of all its points."""
+
+    def __init__(
+        self, actual: Mapping[str, ActualFeature | FitError], factors: PointFactors
+    ) -> None:
+        self.actual = actual
+        self._factors = factors
+        self._samples = {sample.feature: sample for sample in form_samples(actual, factors)}
+        self._touched = {
+            place: name
+            for name, feature in measured_of(actual).items()
+            if feature.touches is not None
+            for place in feature.touches.places
+        }
+
+    def touching(self, places: Sequence[int]) -> set[str]:
+        """Return the names of the features whose touches have these places."""
+        return {self._touched[place] for place in places if place in self._touched}
+
+    def factors(self, names: Collection[str]) -> PointFactors:
+        """Return the uncertainty of all points."""
+        return self._factors
+
+    def sample(self, name: str) -> FormSample | None:
+        """Return what a feature shows of its form; None where nothing."""
+        return self._samples.get(name)
+
+
+def _missing(
     characteristic: Characteristic,
     alignment: AnyAlignment | None,
     actual: Mapping[str, ActualFeature | FitError],
-    measured: Mapping[str, ActualFeature],
-    frames: Frames,
-    factors: PointFactors | None,
-    samples: Sequence[FormSample],
-    rule: Rule,
-) -> CharacteristicResult:
+) -> str:
+    """Return why a feature that a value rests on is not known; empty where all are."""
     for name in involved_features(characteristic, alignment):
         feature = actual.get(name)
         if isinstance(feature, FitError):
-            return not_measured(characteristic, feature.what)
-    if factors is None:
-        return not_measured(
-            characteristic, "No uncertainty: the covariance of the points is unknown."
-        )
+            return feature.what
+    return ""
+
+
+def evaluate_one(
+    characteristic: Characteristic,
+    alignment: AnyAlignment | None,
+    known: Known,
+    frames: Frames,
+    rule: Rule,
+) -> CharacteristicResult:
+    """Return the result of one characteristic; it asks ``known`` for what it rests on only.
+
+    Parameters
+    ----------
+    characteristic, alignment, rule
+        As the plan says.
+    frames
+        Of the same features and that alignment.
+    """
+    missing = _missing(characteristic, alignment, known.actual)
+    if missing:
+        return not_measured(characteristic, missing)
     try:
+        measured = measured_of(known.actual)
         evaluation = evaluate(characteristic, measured, alignment, frames)
-        spreads = spreads_of(characteristic, evaluation, measured, factors, samples)
+        names = dict.fromkeys((*characteristic.features, *_under(evaluation, known)))
+        factors = known.factors(names)
+        samples = [found for name in names if (found := known.sample(name)) is not None]
+        below = {name: measured[name] for name in names if name in measured}
+        spreads = spreads_of(characteristic, evaluation, below, factors, samples)
         if not math.isfinite(spreads.growth):
             why = f"{NOT_DETERMINED} {WHAT_TO_DO}"
             return without_uncertainty(characteristic, evaluation, why)
@@ -91,6 +160,20 @@ def _evaluated(
     if unknown and needs_part_frame(characteristic):
         result = not_proven(result, unknown)
     return _with_notes(result, characteristic, evaluation, factors)
+
+
+def _under(evaluation: Evaluation, known: Known) -> list[str]:
+    """Return the names of the features whose points a value rests on, always in one order."""
+    noise, ranked = evaluation.noise, evaluation.ranked
+    rows = (
+        evaluation.gradient,
+        evaluation.component_gradients,
+        evaluation.bonus_gradient,
+        None if noise is None else noise.by_coordinates,
+        None if ranked is None else ranked.gradients,
+    )
+    places = {place for row in rows if row is not None for place in row.places.tolist()}
+    return sorted(known.touching(sorted(places)))
 
 
 def _with_notes(

@@ -9,6 +9,7 @@ import numpy as np
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import GEOMETRY_SIZE
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.zones import Characteristic, Evaluation, moved_geometry
 
 STEP = 1e-5
@@ -22,15 +23,14 @@ def by_differences(
 ) -> Evaluation:
     """Return the value of the geometry vectors (12,) by name, and how it answers to the points."""
     geometries = {name: feature.fit.geometry for name, feature in actual.items()}
-    gradient = np.zeros(next(iter(actual.values())).jacobian.shape[1])
+    gradient = Rows.nothing()
     for name in (*characteristic.features, *characteristic.datums):
         feature = actual[name]
         slope = np.zeros(GEOMETRY_SIZE)
-        for k in range(GEOMETRY_SIZE):
-            if np.any(feature.jacobian[k]):
-                ahead, behind = (
-                    value_of(moved_geometry(geometries, name, k, step)) for step in (STEP, -STEP)
-                )
-                slope[k] = (ahead - behind) / (2.0 * STEP)
+        for k in np.flatnonzero(feature.jacobian.moving()).tolist():
+            ahead, behind = (
+                value_of(moved_geometry(geometries, name, k, step)) for step in (STEP, -STEP)
+            )
+            slope[k] = (ahead - behind) / (2.0 * STEP)
         gradient += slope @ feature.jacobian
     return Evaluation(value_of(geometries), gradient)

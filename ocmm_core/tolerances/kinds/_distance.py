@@ -11,6 +11,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._differences import by_differences
 from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._size import distance_of_faces, two_point_fault
@@ -81,11 +82,11 @@ def coordinate(
 
 def _along(
     characteristic: Characteristic, feature: ActualFeature, frame: ZoneFrame
-) -> tuple[float, Float]:
+) -> tuple[float, Rows]:
     """Return a place along the axis, mm, and its gradient."""
     axis = _XYZ.index(characteristic.axis)
     point = frame.T_frame_from_world.apply(feature.fit.point)
-    slope: Float = frame.point_derivative(point, feature.jacobian[POINT])[axis]
+    slope = frame.point_derivative(point, feature.jacobian[POINT])[axis]
     return float(point[axis]), slope
 
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-import numpy as np
-
 from ocmm_core.alignment import AnyAlignment, datums_refit_by, may_be_refit
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
@@ -56,7 +54,7 @@ def evaluate(
     frames = frames or Frames(involved, alignment)
     found = _evaluated(characteristic, involved, alignment, frames)
     moving = found.gradient if found.component_gradients is None else found.component_gradients
-    if float(np.abs(moving).max()) < _NOTHING:
+    if moving.greatest() < _NOTHING:
         raise FitError(
             "characteristic.by_definition",
             f"{characteristic.name} is fixed by the part frame itself, independent of the part.",

@@ -22,6 +22,7 @@ from ocmm_core.features.shapes import (
     Shape,
     shapes_where,
 )
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._form_zone import form_range, form_zone
 from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._spec import (
@@ -69,11 +70,12 @@ def form(
     """
     feature = actual[characteristic.features[0]]
     shape = feature.fit.shape
-    if len(feature.residual_jacobian) <= MINIMUM_POINTS[shape]:
+    count = len(feature.by_residuals)
+    if count <= MINIMUM_POINTS[shape]:
         # The element passes through all of them; zero would look like a perfect part.
         raise FitError(
             "characteristic.no_form",
-            f"{feature.nominal.name} has {len(feature.residual_jacobian)} points; form of a "
+            f"{feature.nominal.name} has {count} points; form of a "
             f"{shape.value.lower()} needs at least {MINIMUM_POINTS[shape] + 1}.",
             "Take more points.",
         )
@@ -109,7 +111,7 @@ def _least_squares(feature: ActualFeature) -> Evaluation:
 def _even(feature: ActualFeature) -> Evaluation:
     """Return the zone about the least-squares outline that reaches as far to either side."""
     residuals, rows = feature.fit.residuals, feature.residual_jacobian
-    both, by_both = np.concatenate([residuals, -residuals]), np.concatenate([rows, -rows])
+    both, by_both = np.concatenate([residuals, -residuals]), Rows.stacked([rows, -rows])
     return form_range(both, by_both, "least squares")
 
 
@@ -122,8 +124,7 @@ def _worst_section(feature: ActualFeature, *, smallest: bool) -> Evaluation:
         tips, places = touches.tips[section.rows], [touches.places[row] for row in section.rows]
         by_geometry, normals = distance_derivatives(circle, tips)
         rows = by_geometry @ by_all + by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
-        for row, place in enumerate(places):
-            rows[row, 3 * place : 3 * place + 3] += normals[row]
+        rows += Rows.of_own_points(places, normals)
         found.append(
             form_zone(associated(circle, tips, Criterion.MINIMUM_ZONE), feature, tips, places, rows)
             if smallest

@@ -16,6 +16,7 @@ from ocmm_core.features.elements import distance_derivatives
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import ACROSS, DIRECTION, POINT, Fit, Shape
 from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.zones import Evaluation, FormNoise, kept_offset
 
 _FLAT = 1e-9
@@ -26,8 +27,8 @@ _UNBALANCED = 1e-3
 """Shares of contacts that leave more of a force than this do not hold the zone."""
 
 
-def form_range(residuals: Float, rows: Float, association: str) -> Evaluation:
-    """Return the range of residuals (n,) with their derivatives (n, 3 N + 1)."""
+def form_range(residuals: Float, rows: Rows, association: str) -> Evaluation:
+    """Return the range of residuals (n,) with their derivatives, n rows."""
     high, low = int(np.argmax(residuals)), int(np.argmin(residuals))
     noise = FormNoise(residuals, rows, np.zeros((len(residuals), 0)))
     value = float(residuals[high] - residuals[low])
@@ -35,16 +36,15 @@ def form_range(residuals: Float, rows: Float, association: str) -> Evaluation:
 
 
 def form_zone(
-    zone: Fit, feature: ActualFeature, tips: Float, places: Sequence[int], rows: Float
+    zone: Fit, feature: ActualFeature, tips: Float, places: Sequence[int], rows: Rows
 ) -> Evaluation:
-    """Return form by a smallest zone; rows (n, 3 N + 1) are those of least-squares residuals."""
+    """Return form by a smallest zone; the n rows are those of least-squares residuals."""
     by_geometry, normals = distance_derivatives(zone, tips)
     free = _free(zone, by_geometry)
     shares = _shares(zone, free)
-    gradient = np.zeros(rows.shape[1])
-    for row in np.flatnonzero(shares).tolist():
-        place = places[row]
-        gradient[3 * place : 3 * place + 3] += shares[row] * normals[row]
+    held = np.flatnonzero(shares)
+    own = shares[held, None] * normals[held]
+    gradient = Rows.of_points(np.asarray(places)[held], own.ravel())
     if zone.shape is Shape.CIRCLE:
         # Its plane is not made for the zone; a turn of it shifts points by their heights.
         gradient += shares @ by_geometry[:, DIRECTION] @ feature.jacobian[DIRECTION]
@@ -54,9 +54,10 @@ def form_zone(
         along = np.outer(by_geometry[:, ACROSS] @ zone.direction, zone.across)
         by_plane = by_geometry[:, DIRECTION] - along
         gradient += shares @ by_plane @ feature.jacobian[DIRECTION]
-        gradient[-1] -= float(np.sign(kept_offset(feature))) * float(shares.sum())
+        of_ball = float(np.sign(kept_offset(feature))) * float(shares.sum())
+        gradient = gradient.with_radius(-of_ball)
         noise = FormNoise(
-            np.concatenate([zone.residuals, -zone.residuals]), np.concatenate([rows, -rows]),
+            np.concatenate([zone.residuals, -zone.residuals]), Rows.stacked([rows, -rows]),
             np.concatenate([free, -free]), mirrored=True,
         )  # fmt: skip
     return Evaluation(zone.form, gradient, association="minimum zone", noise=noise)

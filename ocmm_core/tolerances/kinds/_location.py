@@ -11,6 +11,7 @@ from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, RADIUS, SECOND, Shape, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._shape_groups import ALL, ROUND_AXES, SLOTS, SPHERICAL, WITH_SIZE
 from ocmm_core.tolerances.kinds._spec import (
     Asked,
@@ -98,7 +99,7 @@ def _with_bonus(
     sign = 1.0 if inner == (characteristic.modifier == "maximum material") else -1.0
     bonus = sign * (size - characteristic.material_size)
     if bonus <= 0.0:
-        return replace(found, bonus=0.0, bonus_gradient=np.zeros_like(found.gradient))
+        return replace(found, bonus=0.0, bonus_gradient=Rows.nothing())
     return replace(found, bonus=bonus, bonus_gradient=2.0 * sign * feature.jacobian[place])
 
 
@@ -123,7 +124,7 @@ def coaxiality(
         by_arm = end.by_coordinates - datum.jacobian[0:3]
         if np.any(axis):
             along = float(arm @ axis)
-            by_arm = by_arm - np.outer(axis, axis @ by_arm + arm @ slope) - along * slope
+            by_arm = by_arm - (axis @ by_arm + arm @ slope).outer(axis) - along * slope
             arm = arm - along * axis
         found.append((2.0 * arm, 2.0 * by_arm))
     arm, by_arm = max(found, key=lambda item: float(np.linalg.norm(item[0])))

@@ -10,6 +10,7 @@ from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape
 from ocmm_core.geometry import Float, Int
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._shape_groups import ROUND_AXES
 from ocmm_core.tolerances.kinds._spec import KindSpec, MonteCarlo, Polygon, QifWords, Symbol
 from ocmm_core.tolerances.zones import (
@@ -75,8 +76,7 @@ def runout(
         where = "radius" if shape is Shape.PLANE else "height"
         note = f"Worst of {len(found)} sections, at {where} {worst.at:.1f} mm. {note}".strip()
     gradient = _extremes(surface, values, directions, by_datum, worst.rows)
-    rows = by_datum[worst.rows]
-    _add_points(rows, surface, directions, worst.rows)
+    rows = by_datum[worst.rows] + _of_own_points(surface, directions, worst.rows)
     return Evaluation(
         float(np.ptp(values[worst.rows])),
         gradient,
@@ -87,24 +87,21 @@ def runout(
 
 
 def _extremes(
-    surface: SurfacePoints, values: Float, directions: Float, by_datum: Float, rows: Int
-) -> Float:
+    surface: SurfacePoints, values: Float, directions: Float, by_datum: Rows, rows: Int
+) -> Rows:
     """Return the gradient of the greatest less the smallest value."""
-    high, low = rows[np.argmax(values[rows])], rows[np.argmin(values[rows])]
+    high, low = int(rows[np.argmax(values[rows])]), int(rows[np.argmin(values[rows])])
     weights = np.zeros_like(directions)
     weights[high] += directions[high]
     weights[low] -= directions[low]
-    gradient: Float = by_datum[high] - by_datum[low] + surface.pull_back(weights)
-    return gradient
+    return by_datum[high] - by_datum[low] + surface.pull_back(weights)
 
 
-def _add_points(rows: Float, surface: SurfacePoints, directions: Float, chosen: Int) -> None:
-    """Add to rows (m, 3 N + 1) what their own ball centres and the ball do."""
-    touches = own_fit(surface.feature)[0]
-    for row, point in enumerate(chosen):
-        place = touches.places[point]
-        rows[row, 3 * place : 3 * place + 3] += directions[point]
-        rows[row, -1] -= float(directions[point] @ surface.normals[point])
+def _of_own_points(surface: SurfacePoints, directions: Float, chosen: Int) -> Rows:
+    """Return what the own ball centres of the chosen points and the ball do, m rows."""
+    places = np.asarray(own_fit(surface.feature)[0].places)[chosen]
+    own, normals = directions[chosen], surface.normals[chosen]
+    return Rows.of_own_points(places, own).with_radius(-np.sum(own * normals, axis=1))
 
 
 def _arrow(shift: float) -> tuple[Polygon, ...]:

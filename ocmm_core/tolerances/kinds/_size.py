@@ -20,6 +20,7 @@ from ocmm_core.features.shapes import (
     Shape,
 )
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._differences import by_differences
 from ocmm_core.tolerances.kinds._shape_groups import (
     LONG_AND_WIDE,
@@ -172,16 +173,16 @@ def distance_of_faces(
     return _of_rank(*between_faces(first, second, association), association)
 
 
-def _of_rank(sizes: Float, gradients: Float, association: Association) -> Evaluation:
+def _of_rank(sizes: Float, gradients: Rows, association: Association) -> Evaluation:
     """Return the size that a rank takes of two-point sizes, the foremost of which is the first."""
     words = size_words(association)
     if association == "two-point mean":
-        return Evaluation(float(sizes.mean()), gradients.mean(axis=0), association=words)
+        return Evaluation(float(sizes.mean()), gradients.mean(), association=words)
     ranked = Ranked(sizes, gradients, association == "two-point maximum")
     return Evaluation(float(sizes[0]), gradients[0], ranked=ranked, association=words)
 
 
-def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Float]:
+def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Rows]:
     # Ball centres lie on a parallel surface: their element and that of the part share the axis.
     touches = own_fit(feature)[0]
     start = least_squares(feature)
@@ -189,15 +190,8 @@ def _radius(feature: ActualFeature, criterion: Criterion) -> tuple[float, Float]
     if criterion is not Criterion.LEAST_SQUARES:
         fit = associated(start, touches.tips, criterion)
     sign = 1.0 if feature.nominal.side == "outer" else -1.0
-    gradient = _spread(fit.jacobian[RADIUS], touches.places, feature.jacobian.shape[1])
-    gradient[-1] -= sign
+    gradient = Rows.of_points(touches.places, fit.jacobian[RADIUS]).with_radius(-sign)
     return fit.radius - sign * touches.tip_radius, gradient
-
-
-def _spread(by_own: Float, places: tuple[int, ...], coordinates: int) -> Float:
-    gradient = np.zeros(coordinates)
-    gradient[(3 * np.asarray(places)[:, None] + np.arange(3)).ravel()] = by_own
-    return gradient
 
 
 def two_point_fault(asked: Asked) -> Fault | None:

@@ -9,6 +9,7 @@ import numpy as np
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, POINT, Shape, element
 from ocmm_core.geometry import RigidTransform, perpendicular_pair
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._form_zone import form_range
 from ocmm_core.tolerances.zones import (
     BEST_FIT,
@@ -27,7 +28,7 @@ from ocmm_core.tolerances.zones import (
 
 def straight_axis(feature: ActualFeature) -> Evaluation:
     centres = median_line(feature)
-    frame = free_frame(RigidTransform.identity(), feature.fit.point, feature.jacobian.shape[1])
+    frame = free_frame(RigidTransform.identity(), feature.fit.point)
     across = np.stack(perpendicular_pair(feature.fit.direction))
     found = derived_zone(centres, feature.fit.point, across, frame)
     # The middle line of a straight cylinder has no vector that could cross zero.
@@ -45,19 +46,16 @@ def straight_line(feature: ActualFeature, *, smallest: bool) -> Evaluation:
         touches = own_fit(feature)[0]
         arms = touches.tips - least_squares(feature).point
         along = arms @ direction
-        rows = -towards @ feature.jacobian[POINT] - np.outer(
-            along, towards @ feature.jacobian[DIRECTION]
-        )
-        rows[:, -1] = 0.0
-        for row, place in enumerate(touches.places):
-            rows[row, 3 * place : 3 * place + 3] += towards
-        return form_range(arms @ towards, rows, "least squares")
+        by_place = towards @ feature.jacobian[POINT]
+        by_turn = towards @ feature.jacobian[DIRECTION]
+        own = Rows.of_own_points(touches.places, np.tile(towards, (len(arms), 1)))
+        rows = own - by_place.outer(np.ones(len(arms))) - by_turn.outer(along)
+        return form_range(arms @ towards, rows.without_radius(), "least squares")
     middle = feature.fit.point
     turn = np.cross(direction, towards)
     motions = np.zeros((6, 2))
     motions[3:, 0] = towards
     motions[:3, 1], motions[3:, 1] = turn, np.cross(middle, turn)
-    nothing = np.zeros((6, feature.jacobian.shape[1]))
-    frame = ZoneFrame(RigidTransform.identity(), nothing, motions, BEST_FIT)
+    frame = ZoneFrame(RigidTransform.identity(), Rows.nothing(6), motions, BEST_FIT)
     found = surface_zone([Surface(surface, Shape.LINE, element(middle, towards))], frame)
     return replace(found, association="minimum zone", frame="")

@@ -11,6 +11,7 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import ACROSS, DIRECTION, GEOMETRY_SIZE, POINT, RADIUS, Shape
 from ocmm_core.geometry import Float, unit
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds._shape_groups import DIRECTED, SLOTS
 from ocmm_core.tolerances.kinds._spec import (
     Asked,
@@ -74,15 +75,16 @@ def _of_slot(feature: ActualFeature, datum: ActualFeature) -> Evaluation:
     plane = datum.fit.shape is Shape.PLANE
     found = _slot_distances(geometries, plane)
     worst = int(np.argmax(np.abs(found)))
-    gradient = np.zeros(feature.jacobian.shape[1])
+    gradient = Rows.nothing()
     for key, item in (("slot", feature), ("datum", datum)):
-        for k in range(GEOMETRY_SIZE):
-            if np.any(item.jacobian[k]):
-                ahead, behind = (
-                    _slot_distances(moved_geometry(geometries, key, k, step), plane)[worst]
-                    for step in (_STEP, -_STEP)
-                )
-                gradient += (ahead - behind) / (2.0 * _STEP) * item.jacobian[k]
+        slope = np.zeros(GEOMETRY_SIZE)
+        for k in np.flatnonzero(item.jacobian.moving()).tolist():
+            ahead, behind = (
+                _slot_distances(moved_geometry(geometries, key, k, step), plane)[worst]
+                for step in (_STEP, -_STEP)
+            )
+            slope[k] = (ahead - behind) / (2.0 * _STEP)
+        gradient += slope @ item.jacobian
     return vector_evaluation(
         2.0 * found[worst : worst + 1], 2.0 * gradient[None], datum.nominal.name
     )
@@ -113,15 +115,15 @@ def _of_faces(first: ActualFeature, second: ActualFeature, datum: ActualFeature)
         by_towards = 0.5 * (arms / cosine - np.outer(gaps, normal) / cosine**2)
         by_normal = surface.points - origin - 0.5 * np.outer(gaps, towards) / cosine**2
         rows = by_towards @ far.jacobian[DIRECTION] + by_normal @ datum.jacobian[DIRECTION]
-        rows += 0.5 / cosine * (towards @ far.jacobian[POINT]) - normal @ datum.jacobian[POINT]
+        alike = 0.5 / cosine * (towards @ far.jacobian[POINT]) - normal @ datum.jacobian[POINT]
         # The contact point moves with the normal of its own face, which the ball stands along.
-        rows -= touches.tip_radius * by_point @ near.jacobian[DIRECTION]
-        rows[:, -1] -= float(by_point @ near.fit.direction)
-        for row, place in enumerate(touches.places):
-            rows[row, 3 * place : 3 * place + 3] += by_point
+        alike -= touches.tip_radius * by_point @ near.jacobian[DIRECTION]
+        alike = alike.with_radius(-float(by_point @ near.fit.direction))
+        rows += alike.outer(np.ones(len(gaps)))
+        rows += Rows.of_own_points(touches.places, np.tile(by_point, (len(gaps), 1)))
         values.append((surface.points - origin) @ normal + 0.5 * gaps / cosine)
         slopes.append(rows)
-    distances, rows = np.concatenate(values), np.vstack(slopes)
+    distances, rows = np.concatenate(values), Rows.stacked(slopes)
     worst = int(np.argmax(np.abs(distances)))
     sign = -1.0 if distances[worst] < 0.0 else 1.0
     return Evaluation(

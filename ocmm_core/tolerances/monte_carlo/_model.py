@@ -202,7 +202,7 @@ def second_order(
 ) -> SecondOrder:
     """Return a function of the geometries of features, developed about the measured ones."""
     flat = np.concatenate([actual[name].fit.geometry for name in names])
-    moving = np.concatenate([np.any(actual[name].jacobian != 0.0, axis=1) for name in names])
+    moving = np.concatenate([actual[name].jacobian.moving() for name in names])
     columns = np.flatnonzero(moving)
     whole = {name: feature.fit.geometry for name, feature in actual.items()}
 

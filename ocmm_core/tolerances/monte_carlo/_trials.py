@@ -207,7 +207,7 @@ def _vector(
     for index, name in enumerate(names):
         feature = involved[name]
         for k in range(GEOMETRY_SIZE):
-            if not np.any(feature.jacobian[k]):
+            if not feature.jacobian[k].moving():
                 continue
             sides = []
             for step in (_STEP, -_STEP):

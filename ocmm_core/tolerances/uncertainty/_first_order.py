@@ -21,7 +21,7 @@ from scipy.special import chdtri, ndtr, stdtr
 from ocmm_core.features.measured import ActualFeature, beyond_first_order
 from ocmm_core.features.shapes import Criterion
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import PointFactors
+from ocmm_core.measuring import PointFactors, Rows
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, Widened, student_factor
 
@@ -46,13 +46,14 @@ _SMALL = 1e-6
 
 _LONGEST, _HALVINGS = 10.0, 30
 
-Follow: TypeAlias = Callable[[Float], Float]
-"""From moves (m, N, 3) of the points to how much more k values change than to first order, (m, k).
+Follow: TypeAlias = Callable[[Rows], Float]
+"""From m moves of the points, kept as rows, to how much more than to first order k values change,
+(m, k).
 """
 
 
 def growth(
-    gradients: Float,
+    gradients: Rows,
     factors: PointFactors | None,
     samples: Sequence[FormSample],
     found: Widened,
@@ -79,17 +80,21 @@ def growth(
     asked = [i for i, variance in enumerate(variances) if variance > _SMALL * greatest]
     moves = []
     for i in asked:
-        along = vectors[:, i] @ gradients
+        along = vectors[:, i : i + 1].T @ gradients
         # Points that the value does not rest on move along; they are of no interest.
-        move = np.zeros(len(along)) if factors is None else factors.moved(along)
-        places = move[:-1].reshape(-1, 3)
+        move = Rows.nothing(1)
+        if factors is not None:
+            moved = factors.moved(along).by_points
+            move = Rows(along.places, np.where(along.by_points != 0.0, moved, 0.0), np.zeros(1))
         for sample in samples:
             scale = found.scales.get(sample.feature, 0.0)
             if scale > 0.0:
-                slopes = sample.jacobian(along[None]).reshape(len(sample.places), -1)
-                places[sample.places] += scale * np.einsum("nij,nj->ni", sample.normals, slopes)
-        moves.append(2.0 / math.sqrt(float(variances[i])) * places)
-    changes = follow(np.array([sign * move for move in moves for sign in (1.0, -1.0)]))
+                slopes = sample.jacobian(along).reshape(len(sample.places), -1)
+                of_form = scale * np.einsum("nij,nj->ni", sample.normals, slopes)
+                move += Rows.of_points(sample.places, of_form.reshape(1, -1))
+        far = 2.0 / math.sqrt(float(variances[i])) * move
+        moves += [far, -far]
+    changes = follow(Rows.stacked(moves))
     reach = 2.0 * math.sqrt(greatest)
     largest = 1.0
     for row, i in enumerate(asked):
@@ -98,7 +103,7 @@ def growth(
     return largest
 
 
-def follow_features(gradients: Float, features: Iterable[ActualFeature]) -> Follow | None:
+def follow_features(gradients: Rows, features: Iterable[ActualFeature]) -> Follow | None:
     """Return how values of a job follow its points; None where nothing that bends is in them.
 
     What is asked are the least-squares elements that were probed. From the elements to the values
@@ -107,7 +112,7 @@ def follow_features(gradients: Float, features: Iterable[ActualFeature]) -> Foll
     Parameters
     ----------
     gradients
-        (k, 3 N + 1): of the values by all points.
+        k rows: of the values by the points.
     features
         That the values may rest on.
     """
@@ -119,7 +124,7 @@ def follow_features(gradients: Float, features: Iterable[ActualFeature]) -> Foll
         if raw.criterion is not Criterion.LEAST_SQUARES:
             continue
         places = np.array(touches.places)
-        own = gradients[:, :-1].reshape(len(gradients), -1, 3)[:, places]
+        own = gradients.at(places)
         if not np.any(own):
             continue
         by_geometry = own.reshape(len(gradients), -1) @ np.linalg.pinv(raw.jacobian, 1e-10)
@@ -128,10 +133,10 @@ def follow_features(gradients: Float, features: Iterable[ActualFeature]) -> Foll
     if not parts:
         return None
 
-    def follow(moves: Float) -> Float:
+    def follow(moves: Rows) -> Float:
         total: Float = np.zeros((len(moves), len(gradients)))
         for raw, tips, places, by_geometry, offset in parts:
-            total += beyond_first_order(raw, tips, moves[:, places], offset) @ by_geometry
+            total += beyond_first_order(raw, tips, moves.at(places), offset) @ by_geometry
         return total
 
     return follow

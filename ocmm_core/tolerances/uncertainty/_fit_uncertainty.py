@@ -28,6 +28,7 @@ from ocmm_core.features.shapes import (
     Shape,
 )
 from ocmm_core.geometry import Float, Points3, perpendicular_pair
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.uncertainty._first_order import growth
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
 from ocmm_core.tolerances.uncertainty._sampling import FormSample, student_factor, widened
@@ -116,8 +117,9 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
     samples = scatter_samples(fit, points)
     if not samples:
         return None
-    jacobian = np.hstack([fit.jacobian, np.zeros((len(fit.geometry), 1))])
+    jacobian = Rows.of_points(range(len(points)), fit.jacobian)
 
+    places = np.arange(len(points))
     # Of an outline that within its plane, which bends.
     scatter, degrees = samples[0].scatter, samples[0].degrees
     likely = (degrees * scatter + LIKELY_SCATTER_MM**2) / (degrees + 1.0)
@@ -139,7 +141,7 @@ def fit_uncertainty(fit: Fit, points: Points3) -> FitUncertainty | None:
             return Stated(0.0, 0.0, found.degrees)
         grown = growth(
             gradients, None, samples, found,
-            lambda moves: beyond_first_order(fit, points, moves) @ rows.T, stretch,
+            lambda moves: beyond_first_order(fit, points, moves.at(places)) @ rows.T, stretch,
         )  # fmt: skip
         if fit.rival is not None or not math.isfinite(grown):
             return Stated(standard, None, found.degrees, grown)

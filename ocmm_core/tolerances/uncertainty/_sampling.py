@@ -23,11 +23,12 @@ import numpy as np
 from scipy.special import stdtrit
 
 from ocmm_core.errors import FitError
-from ocmm_core.features.measured import ActualFeature, Touches
+from ocmm_core.features.measured import ActualFeature, ResidualSlopes, Touches
 from ocmm_core.features.shapes import MINIMUM_POINTS, Criterion, Shape
 from ocmm_core.geometry import Float, Int
-from ocmm_core.measuring import PointFactors
+from ocmm_core.measuring import PointFactors, Rows
 from ocmm_core.tolerances.uncertainty._interval import TWO_SIDED
+from ocmm_core.tolerances.uncertainty._residuals import of_residuals
 
 _COVERAGE = 2.0
 
@@ -65,10 +66,9 @@ class FormSample:
     variance: float
     degrees: int
 
-    def jacobian(self, gradients: Float) -> Float:
+    def jacobian(self, gradients: Rows) -> Float:
         """Return how k values answer to a deviation at each place, (k, n m)."""
-        of_points = gradients[:, :-1].reshape(len(gradients), -1, 3)[:, self.places]
-        answers: Float = np.einsum("kni,nij->knj", of_points, self.normals)
+        answers: Float = np.einsum("kni,nij->knj", gradients.at(self.places), self.normals)
         return answers.reshape(len(gradients), -1)
 
 
@@ -104,15 +104,14 @@ def _sample(
 ) -> FormSample | None:
     places = np.array(touches.places, dtype=np.int64)
     degrees = len(places) - MINIMUM_POINTS[feature.fit.shape]
-    if degrees < 1 or feature.fit.shape is Shape.POINT:
+    slopes = feature.by_residuals
+    if degrees < 1 or feature.fit.shape is Shape.POINT or not isinstance(slopes, ResidualSlopes):
         return None
-    by_points = feature.residual_jacobian
     residuals = feature.fit.residuals
     if feature.fit.criterion is not Criterion.LEAST_SQUARES:
         # Other elements touch the points from one side or halve their range.
         residuals = residuals - residuals.mean()
-    noise = factors.of(by_points)
-    own = by_points[:, :-1].reshape(len(places), -1, 3)[np.arange(len(places)), places]
+    noise, own = of_residuals(slopes, factors)
     lengths = np.linalg.norm(own, axis=1)
     normals = own / np.maximum(lengths, 1e-12)[:, None]
     return sample_of(
@@ -132,9 +131,11 @@ def _line_sample(
     direction = feature.fit.direction
     across = np.eye(3) - np.outer(direction, direction)
     along = (touches.tips - touches.tips.mean(axis=0)) @ direction
-    kept = np.eye(n) - 1.0 / n - np.outer(along, along) / float(along @ along)
-    by_points = np.kron(kept, across)
-    noise = factors.kept(places).of(np.hstack([by_points, np.zeros((3 * n, 1))]))
+    # Of every move across the line, what a shift and a turn of it follow is no residual.
+    followed = np.stack([np.full(n, 1.0 / np.sqrt(n)), along / np.linalg.norm(along)])
+    rows = Rows.of_points(places, np.kron(followed, across))
+    noise = float(np.einsum("nij,ij->", factors.blocks(places)[0], across))
+    noise -= float(np.trace(factors.of(rows)))
     pair = np.linalg.svd(across)[0][:, :2]
     residuals = feature.fit.residuals
     return sample_of(
@@ -143,18 +144,18 @@ def _line_sample(
 
 
 def sample_of(
-    name: str, places: Int, normals: Float, squares: float, noise: Float, degrees: int
+    name: str, places: Int, normals: Float, squares: float, noise: float, degrees: int
 ) -> FormSample:
     """Return the sample of a feature whose squared residuals add up to ``squares``, mm^2.
 
-    ``noise`` is the covariance of the residuals that the noise of the points makes, mm^2.
+    ``noise`` is the sum of their variances that the noise of the points makes, mm^2.
     """
     return FormSample(
         feature=name,
         places=places,
         normals=normals,
         scatter=squares / degrees,
-        variance=(squares - float(np.trace(noise))) / degrees,
+        variance=(squares - noise) / degrees,
         degrees=degrees,
     )
 
@@ -183,9 +184,9 @@ class Widened:
 
 
 def widened(
-    gradients: Float, factors: PointFactors | None, samples: Sequence[FormSample]
+    gradients: Rows, factors: PointFactors | None, samples: Sequence[FormSample]
 ) -> Widened:
-    """Return the covariance (k, k) of values with ``gradients`` (k, 3 N + 1), form included.
+    """Return the covariance (k, k) of values with ``gradients``, k rows, form included.
 
     Parameters
     ----------

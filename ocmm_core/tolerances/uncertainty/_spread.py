@@ -10,7 +10,7 @@ import numpy as np
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import PointFactors
+from ocmm_core.measuring import PointFactors, Rows
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.uncertainty._extent import Extent, Rank
 from ocmm_core.tolerances.uncertainty._first_order import follow_features, growth
@@ -106,8 +106,8 @@ def of_own_form(characteristic: Characteristic, actual: Mapping[str, ActualFeatu
     )
 
 
-def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Float:
-    """Return how the components of a value answer to the points, (k, 3 N + 1); k is often one.
+def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Rows:
+    """Return how the components of a value answer to the points, k rows; k is often one.
 
     Parameters
     ----------
@@ -124,7 +124,7 @@ def gradients_of(evaluation: Evaluation, *, bonus: bool) -> Float:
     length = float(np.linalg.norm(components))
     # A vector of no length is shortened in no direction; its bonus is certain then.
     along = components / length if length > 0.0 else np.zeros_like(components)
-    return gradients - np.outer(along, less)
+    return gradients - less.outer(along)
 
 
 def _spread(

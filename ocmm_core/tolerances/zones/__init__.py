@@ -4,8 +4,8 @@ In: measured features and the frame. Out: widths of zones, axes and centres, loc
 its gradient by the points.
 
 Read `_characteristic` (what a plan says) and `_evaluation` (what is known before uncertainty),
-then `_surface` (points under the ball), `_derived` (centres, axes), `_zone_frame` (where a zone
-stands), `_zones`, `_minimax` and `_associated` (smallest ones),
+then `_surface` (points under the ball), `_derived` (centres, axes), `_zone_frame` and
+`_frames` (where a zone stands), `_zones`, `_minimax` and `_associated` (smallest ones),
 `_two_point` (local sizes), `_points` (how many points are enough).
 It is the first room of tolerances and must not know a single kind.
 """
@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         sections,
     )
     from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked
+    from ocmm_core.tolerances.zones._frames import Frames, HeldFrame, Keep
     from ocmm_core.tolerances.zones._points import points_note
     from ocmm_core.tolerances.zones._surface import (
         SurfacePoints,
@@ -46,7 +47,6 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._two_point import across_slot, around, between_faces
     from ocmm_core.tolerances.zones._zone_frame import (
         BEST_FIT,
-        Frames,
         ZoneFrame,
         free_frame,
         moved_geometry,
@@ -72,7 +72,8 @@ else:
         _points="points_note",
         _surface="SurfacePoints kept_offset least_squares own_fit surface_points",
         _two_point="across_slot around between_faces",
-        _zone_frame="BEST_FIT Frames ZoneFrame free_frame moved_geometry",
+        _frames="Frames HeldFrame Keep",
+        _zone_frame="BEST_FIT ZoneFrame free_frame moved_geometry",
         _zones="DerivedPoint Surface derived_zone form_noise surface_zone vector_evaluation",
     )
 
@@ -87,6 +88,8 @@ __all__ = [
     "Evaluation",
     "FormNoise",
     "Frames",
+    "HeldFrame",
+    "Keep",
     "Ranked",
     "Section",
     "Surface",

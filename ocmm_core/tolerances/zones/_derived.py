@@ -11,6 +11,7 @@ from ocmm_core.features.elements import fit_circle_projected
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Fit, shapes_where
 from ocmm_core.geometry import Float, Int
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.zones._surface import own_fit
 from ocmm_core.tolerances.zones._zones import DerivedPoint
 
@@ -147,19 +148,16 @@ def axis_sections(feature: ActualFeature) -> tuple[Section, ...]:
     return sections(feature.nominal.name, (touches.tips - raw.point) @ raw.direction)
 
 
-def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Float]:
+def section_circle(feature: ActualFeature, section: Section) -> tuple[Fit, Rows]:
     """Return the least-squares circle of a section, ball centres, and its jacobian by them all.
 
-    The jacobian (12, 3 N + 1) takes the direction of the axis as given: it tilts the section by
+    The jacobian, 12 rows, takes the direction of the axis as given: it tilts the section by
     what is of second order.
     """
     touches, raw = own_fit(feature)
     fit, _ = fit_circle_projected(touches.tips[section.rows], raw.direction)
     places = np.asarray(touches.places)[section.rows]
-    columns = (3 * places[:, None] + np.arange(3)).ravel()
-    by_all = np.zeros((len(fit.geometry), feature.jacobian.shape[1]))
-    by_all[:, columns] = fit.jacobian
-    return fit, by_all
+    return fit, Rows.of_points(places, fit.jacobian)
 
 
 def median_line(feature: ActualFeature) -> tuple[DerivedPoint, ...]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import Rows
 
 
 @dataclass(frozen=True, slots=True)
@@ -17,7 +18,7 @@ class FormNoise:
         (m,), mm: the value is the greatest less the smallest. Where the zone has a fixed middle
         they are the distances from it and their opposites.
     by_coordinates
-        (m, 3 N + 1): how they answer to all ball centres and the ball; what the least-squares
+        m rows: how they answer to the ball centres and the ball; what the least-squares
         element absorbs is left out.
     free
         (m, k): how they answer to the k parameters over which the zone is made smallest; k is zero
@@ -27,7 +28,7 @@ class FormNoise:
     """
 
     deviations: Float
-    by_coordinates: Float
+    by_coordinates: Rows
     free: Float
     mirrored: bool = False
 
@@ -41,13 +42,13 @@ class Ranked:
     sizes
         (m,), mm: the foremost of all, the value first.
     gradients
-        (m, 3 N + 1): how they answer to all ball centres and the ball.
+        m rows: how they answer to the ball centres and the ball.
     greatest
         The value is the greatest of them; else the smallest.
     """
 
     sizes: Float
-    gradients: Float
+    gradients: Rows
     greatest: bool
 
 
@@ -60,13 +61,13 @@ class Evaluation:
     value
         mm, or deg for an angle.
     gradient
-        (3 N + 1,): d(value) / d(all ball centres x1 y1 z1 x2 ..., tip radius).
+        One row: d(value) / d(ball centres, tip radius).
     components, component_gradients
-        (k,) and (k, 3 N + 1), where the value is the length of a vector (position, coaxiality,
+        (k,) and k rows, where the value is the length of a vector (position, coaxiality,
         the orientation of an axis): ``value`` is the norm of ``components``. Near zero that has no
         linear uncertainty: noise of u in each component gives a value like u even where the truth
         is zero. Its distribution follows from components + normal noise with the covariance
-        ``component_gradients @ C @ component_gradients.T``. None where the value is linear.
+        of these rows. None where the value is linear.
     association
         How the element was associated with the points, in the words of the report.
     frame
@@ -84,13 +85,13 @@ class Evaluation:
     """
 
     value: float
-    gradient: Float
+    gradient: Rows
     components: Float | None = None
-    component_gradients: Float | None = None
+    component_gradients: Rows | None = None
     association: str = ""
     frame: str = ""
     bonus: float = 0.0
-    bonus_gradient: Float | None = None
+    bonus_gradient: Rows | None = None
     noise: FormNoise | None = None
     ranked: Ranked | None = None
     note: str = ""

@@ -17,6 +17,7 @@ from ocmm_core.features.measured import ActualFeature, Touches, fit_shape
 from ocmm_core.features.search import unambiguous
 from ocmm_core.features.shapes import GEOMETRY_SIZE, Criterion, Fit, Shape
 from ocmm_core.geometry import Float, Int, Points3, unit
+from ocmm_core.measuring import Rows
 
 _STEP = 1e-5
 """Step of the differences: mm, and of directions a fraction of one."""
@@ -40,8 +41,8 @@ class SurfacePoints:
     points: Points3
     normals: Points3
 
-    def pull_back(self, weights: Float) -> Float:
-        """Return the gradient (3 N + 1,) of the sum of every point times its weight.
+    def pull_back(self, weights: Float) -> Rows:
+        """Return the gradient, one row, of the sum of every point times its weight.
 
         Parameters
         ----------
@@ -56,14 +57,13 @@ class SurfacePoints:
 
         nothing = np.zeros(1)
         by_geometry = np.zeros(GEOMETRY_SIZE)
-        for k in np.flatnonzero(np.any(self.feature.jacobian, axis=1)).tolist():
+        for k in np.flatnonzero(self.feature.jacobian.moving()).tolist():
             step = np.zeros(GEOMETRY_SIZE)
             step[k] = _STEP
             by_geometry[k] = -radius * np.sum(
                 chosen * _difference(self.feature, rows, (tips, geometry), (nothing, step))
             )
-        gradient = by_geometry @ self.feature.jacobian
-        gradient[-1] -= float(np.sum(chosen * self.normals[rows]))
+        by_element = by_geometry @ self.feature.jacobian
         by_tips = chosen.copy()
         for k in range(3):
             step = np.zeros(3)
@@ -71,9 +71,8 @@ class SurfacePoints:
             by_tips[:, k] -= radius * np.sum(
                 chosen * _difference(self.feature, rows, (tips, geometry), (step, nothing)), axis=1
             )
-        for row, place in enumerate(np.asarray(touches.places)[rows]):
-            gradient[3 * place : 3 * place + 3] += by_tips[row]
-        return np.asarray(gradient, dtype=np.float64)
+        own = Rows.of_points(np.asarray(touches.places)[rows], by_tips.ravel())
+        return (by_element + own).with_radius(-float(np.sum(chosen * self.normals[rows])))
 
 
 def surface_points(feature: ActualFeature) -> SurfacePoints:

@@ -15,6 +15,7 @@ from ocmm_core.features.elements import distance_derivatives
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, GEOMETRY_SIZE, POINT, RADIUS, SECOND, Shape
 from ocmm_core.geometry import Float, Int, unit
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.zones._characteristic import Association
 from ocmm_core.tolerances.zones._surface import own_fit, surface_points
 from ocmm_core.tolerances.zones._zone_frame import moved_geometry
@@ -33,7 +34,7 @@ _STEP = 1e-5
 """mm, and of directions a fraction of one: step of the differences."""
 
 
-def around(feature: ActualFeature, association: Association) -> tuple[Float, Float]:
+def around(feature: ActualFeature, association: Association) -> tuple[Float, Rows]:
     """Return halves of the two-point sizes of circle, sphere or cylinder, and their gradients.
 
     They are those that count for a rank, the foremost first (`_contenders`).
@@ -58,12 +59,13 @@ def around(feature: ActualFeature, association: Association) -> tuple[Float, Flo
     chosen = _contenders(sums, association)
     by_residual = feature.residual_jacobian
     by_pair = 0.5 * (by_residual[first[chosen]] + by_residual[second[chosen]])
-    return feature.fit.radius + 0.5 * sums[chosen], feature.jacobian[RADIUS] + by_pair
+    by_radius = feature.jacobian[RADIUS].outer(np.ones(len(chosen)))
+    return feature.fit.radius + 0.5 * sums[chosen], by_radius + by_pair
 
 
 def across_slot(
     feature: ActualFeature, association: Association, *, lengthwise: bool
-) -> tuple[Float, Float]:
+) -> tuple[Float, Rows]:
     """Return the two-point sizes across the sides of a slot or rectangle, and their gradients.
 
     Parameters
@@ -94,12 +96,13 @@ def across_slot(
     by_residual = feature.residual_jacobian
     by_pair = by_residual[first[chosen]] + by_residual[second[chosen]]
     whole = 2.0 * float(feature.fit.geometry[place])
-    return whole + sums[chosen], 2.0 * feature.jacobian[place] + by_pair
+    by_whole = feature.jacobian[place].outer(np.full(len(chosen), 2.0))
+    return whole + sums[chosen], by_whole + by_pair
 
 
 def between_faces(
     one: ActualFeature, other: ActualFeature, association: Association
-) -> tuple[Float, Float]:
+) -> tuple[Float, Rows]:
     """Return the two-point sizes between two opposite faces, and their gradients.
 
     They are taken square to the middle plane of the two faces.
@@ -131,16 +134,16 @@ def between_faces(
     chosen = _contenders(sign * gaps, association)
 
     geometries = {"one": one.fit.geometry, "other": other.fit.geometry}
-    gradients = np.zeros((len(chosen), one.jacobian.shape[1]))
+    gradients = Rows.nothing(len(chosen))
     for key, face in (("one", one), ("other", other)):
-        for k in range(GEOMETRY_SIZE):
-            if np.any(face.jacobian[k]):
-                ends = []
-                for step in (_STEP, -_STEP):
-                    moved = moved_geometry(geometries, key, k, step)
-                    ends.append(_gaps(moved["one"], moved["other"], middles[chosen]))
-                slopes = (ends[0] - ends[1]) / (2.0 * _STEP)
-                gradients += np.outer(slopes, face.jacobian[k])
+        slopes = np.zeros((len(chosen), GEOMETRY_SIZE))
+        for k in np.flatnonzero(face.jacobian.moving()).tolist():
+            ends = []
+            for step in (_STEP, -_STEP):
+                moved = moved_geometry(geometries, key, k, step)
+                ends.append(_gaps(moved["one"], moved["other"], middles[chosen]))
+            slopes[:, k] = (ends[0] - ends[1]) / (2.0 * _STEP)
+        gradients += slopes @ face.jacobian
     gradients += one.residual_jacobian[first[chosen]] / lean[0]
     gradients -= other.residual_jacobian[second[chosen]] / lean[1]
     return sign * gaps[chosen], sign * gradients

@@ -15,6 +15,7 @@ import numpy as np
 from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, skew
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise
 from ocmm_core.tolerances.zones._minimax import Smallest, smallest_length, smallest_zone
 from ocmm_core.tolerances.zones._surface import SurfacePoints, own_fit
@@ -56,11 +57,11 @@ class DerivedPoint:
     point
         (3,), mm, world.
     by_coordinates
-        (3, 3 N + 1).
+        3 rows.
     """
 
     point: Float
-    by_coordinates: Float
+    by_coordinates: Rows
 
 
 def surface_zone(surfaces: Sequence[Surface], frame: ZoneFrame) -> Evaluation:
@@ -106,16 +107,16 @@ def surface_zone(surfaces: Sequence[Surface], frame: ZoneFrame) -> Evaluation:
         )
     free = twists @ frame.motions
     rows = twists @ frame.by_coordinates
-    rows += _by_own_points(surfaces, normals @ frame.T_frame_from_world.rotation, rows.shape[1])
+    rows += _by_own_points(surfaces, normals @ frame.T_frame_from_world.rotation)
     return Evaluation(
         2.0 * smallest.value,
-        np.asarray(gradient, dtype=np.float64),
+        gradient,
         frame=frame.words,
         noise=form_noise(values, rows, free),
     )
 
 
-def form_noise(distances: Float, by_coordinates: Float, free: Float) -> FormNoise:
+def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise:
     """Return the deviations of a zone from its middle.
 
     Parameters
@@ -123,7 +124,7 @@ def form_noise(distances: Float, by_coordinates: Float, free: Float) -> FormNois
     distances
         (n,), mm.
     by_coordinates
-        (n, 3 N + 1), nothing absorbed yet.
+        n rows, nothing absorbed yet.
     free
         (n, k): by what the zone may follow.
     """
@@ -137,23 +138,18 @@ def form_noise(distances: Float, by_coordinates: Float, free: Float) -> FormNois
             return FormNoise(distances, by_coordinates, free)
     return FormNoise(
         np.concatenate([distances, -distances]),
-        np.vstack([by_coordinates, -by_coordinates]),
+        Rows.stacked([by_coordinates, -by_coordinates]),
         np.vstack([free, -free]),
         mirrored=True,
     )
 
 
-def _by_own_points(surfaces: Sequence[Surface], normals: Float, coordinates: int) -> Float:
-    """Return how distances answer to their own ball centres and the ball, (n, 3 N + 1)."""
-    rows = np.zeros((len(normals), coordinates))
-    row = 0
-    for surface in surfaces:
-        touches = own_fit(surface.measured.feature)[0]
-        for place, outward in zip(touches.places, surface.measured.normals, strict=True):
-            rows[row, 3 * place : 3 * place + 3] = normals[row]
-            rows[row, -1] = -float(normals[row] @ outward)
-            row += 1
-    return rows
+def _by_own_points(surfaces: Sequence[Surface], normals: Float) -> Rows:
+    """Return how distances answer to their own ball centres and the ball, n rows."""
+    touched = [own_fit(surface.measured.feature)[0].places for surface in surfaces]
+    outward = np.vstack([surface.measured.normals for surface in surfaces])
+    own = Rows.of_own_points([place for places in touched for place in places], normals)
+    return own.with_radius(-np.sum(normals * outward, axis=1))
 
 
 def derived_zone(
@@ -194,23 +190,24 @@ def derived_zone(
         rows @ frame.point_derivative(place, item.by_coordinates)
         for place, item in zip(places, points, strict=True)
     ]
-    return _of_vectors(smallest, vectors, np.array(jacobian), frame.words)
+    by_vectors = Rows.stacked(jacobian).reshaped(*vectors.shape)
+    return _of_vectors(smallest, vectors, by_vectors, frame.words)
 
 
-def vector_evaluation(components: Float, gradients: Float, frame: str) -> Evaluation:
+def vector_evaluation(components: Float, gradients: Rows, frame: str) -> Evaluation:
     """Return the evaluation of a value that is the length of a vector (d,)."""
     value = float(np.linalg.norm(components))
     if value > 0.0:
-        gradient = components @ gradients / value
+        gradient = (components @ gradients) / value
     else:
         # Any direction is as good: the one that the points move most.
-        gradient = gradients[int(np.argmax(np.linalg.norm(gradients, axis=1)))]
+        gradient = gradients[int(np.argmax(gradients.lengths()))]
     return Evaluation(
         value, gradient, components=components, component_gradients=gradients, frame=frame
     )
 
 
-def _of_vectors(smallest: Smallest, vectors: Float, jacobian: Float, words: str) -> Evaluation:
+def _of_vectors(smallest: Smallest, vectors: Float, jacobian: Rows, words: str) -> Evaluation:
     """Return the evaluation of deviations (m, d) with their shares in the value."""
     lengths = np.linalg.norm(vectors, axis=1)
     held = np.flatnonzero(smallest.shares > 1e-9)
@@ -220,9 +217,9 @@ def _of_vectors(smallest: Smallest, vectors: Float, jacobian: Float, words: str)
         # All that hold the zone lie on one line: their sum is a vector that may cross zero.
         shares = 2.0 * smallest.shares[held] * np.where(along < 0.0, -1.0, 1.0)
         components = shares @ vectors[held]
-        return vector_evaluation(components, np.tensordot(shares, jacobian[held], axes=1), words)
+        return vector_evaluation(components, shares @ jacobian[held], words)
     units = vectors[held] / np.maximum(lengths[held], 1e-300)[:, None]
-    gradient = 2.0 * np.einsum("m,md,mdj->j", smallest.shares[held], units, jacobian[held])
+    gradient = 2.0 * smallest.shares[held] @ jacobian[held].along(units)
     return Evaluation(2.0 * smallest.value, gradient, frame=words)
 
 

@@ -6,8 +6,9 @@ Read `_small_algebra` (algebra of fixed size, nothing allocated), `_kernel` (the
 a pose: here a spot becomes a millimetre), `_lanes` (eight frames side by side), `_lane_algebra`,
 `_lane_start`, `_lane_equations` and `_solve_kernel` (labelled frames to tips),
 `_sensitivity_kernel` (how a pose answers to what it was computed from), then the search for
-labels: `_meeting_kernel` (where rays of two cameras meet), `_grow_kernel`, `_identify_kernel` (all
-that the spots can mean, and the decision), `_doubt_kernel`, `_follow_kernel`.
+labels: `_meeting_kernel` (where rays of two cameras meet), `_grow_kernel`, `_match_kernel`,
+`_identify_kernel` (all that the spots can mean), `_decide_kernel`, `_doubt_kernel`,
+`_follow_kernel`.
 It must not know documents or classes: `tracking` gives it numbers, and nothing is raised in a
 loop.
 """
@@ -19,10 +20,11 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.tracking.kernels import _decide_kernel as decide_kernel
     from ocmm_core.tracking.kernels import _identify_kernel as identify_kernel
     from ocmm_core.tracking.kernels import _small_algebra as small_algebra
+    from ocmm_core.tracking.kernels._decide_kernel import FOUND, MAX_DOUBT
     from ocmm_core.tracking.kernels._follow_kernel import extend_tracked, without_rivals
-    from ocmm_core.tracking.kernels._identify_kernel import FOUND
     from ocmm_core.tracking.kernels._kernel import LOST, MAX_TIP_SIGMA, OK
     from ocmm_core.tracking.kernels._sensitivity_kernel import (
         ANSWERED,
@@ -41,8 +43,9 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _decide_kernel="FOUND MAX_DOUBT decide_kernel",
         _follow_kernel="extend_tracked without_rivals",
-        _identify_kernel="FOUND identify_kernel",
+        _identify_kernel="identify_kernel",
         _kernel="LOST MAX_TIP_SIGMA OK",
         _sensitivity_kernel="ANSWERED N_LENS TOO_FEW answer_of_poses",
         _small_algebra="backward best_turn cholesky forward small_algebra turn",
@@ -53,6 +56,7 @@ __all__ = [
     "ANSWERED",
     "FOUND",
     "LOST",
+    "MAX_DOUBT",
     "MAX_TIP_SIGMA",
     "N_LENS",
     "OK",
@@ -62,6 +66,7 @@ __all__ = [
     "backward",
     "best_turn",
     "cholesky",
+    "decide_kernel",
     "extend_tracked",
     "forward",
     "identify_kernel",

@@ -7,6 +7,9 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import (
+    _decide_kernel as decide_kernel,
+)
+from ocmm_core.tracking.kernels import (
     _doubt_kernel as doubt_kernel,
 )
 from ocmm_core.tracking.kernels import (
@@ -24,7 +27,7 @@ from ocmm_core.tracking.kernels import (
 from ocmm_core.tracking.kernels._grow_kernel import extend_hypothesis
 from ocmm_core.tracking.kernels._meeting_kernel import undistort_rays
 
-_NEEDS = (doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
+_NEEDS = (decide_kernel, doubt_kernel, grow_kernel, kernel, meeting_kernel, small_algebra)
 
 
 @compiled(*_NEEDS)
@@ -63,7 +66,7 @@ def extend_tracked(
         ideal, jacobian, there, usable, cams, centres, leds, directions, least_cosine, sigma,
         rival_px, limits, labels, np.empty((3, 3)), np.empty(3), worth,
     )  # fmt: skip
-    # The caller compares with `_identify_kernel.MAX_DOUBT`; infinity is always above it.
+    # The caller compares with `_decide_kernel.MAX_DOUBT`; infinity is always above it.
     return worth[0] if chi2 >= 0.0 else np.inf
 
 

@@ -11,6 +11,9 @@ import numpy as np
 from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 from ocmm_core.tracking.kernels import (
+    _decide_kernel as decide_kernel,
+)
+from ocmm_core.tracking.kernels import (
     _doubt_kernel as doubt_kernel,
 )
 from ocmm_core.tracking.kernels import (
@@ -22,6 +25,7 @@ from ocmm_core.tracking.kernels import (
 from ocmm_core.tracking.kernels import (
     _small_algebra as small_algebra,
 )
+from ocmm_core.tracking.kernels._decide_kernel import clear
 from ocmm_core.tracking.kernels._doubt_kernel import ambiguity_score
 from ocmm_core.tracking.kernels._kernel import Bool, fit_leds, normal_equations, triangulate_leds
 from ocmm_core.tracking.kernels._meeting_kernel import view
@@ -32,7 +36,13 @@ SPOT_CHI2 = 23.0
 """A spot further from where its LED must be (squared, over its variance) is not the LED's: one in
 a hundred thousand spots is left out by chance."""
 
-_NEEDS = (doubt_kernel, kernel, meeting_kernel, small_algebra)
+MANY_SPOTS = 40
+SURE_PLACE = 2.5
+"""From so many spots on, all LEDs are added at once whose place is so well known (trace of the
+covariance of the miss over the variance of a spot, which itself gives two): the pose hardly changes
+any more, and a round for every spot would take too long."""
+
+_NEEDS = (decide_kernel, doubt_kernel, kernel, meeting_kernel, small_algebra)
 
 
 @compiled(*_NEEDS)
@@ -97,7 +107,11 @@ def extend_hypothesis(
             ):
                 # An LED that shines away from the camera cannot be what it sees.
                 return -1.0
+    sure = np.empty((n_cameras, n_leds), np.int64)
     while True:
+        many = spots >= MANY_SPOTS
+        if many:
+            clear(sure)
         # One Gauss-Newton step for every spot added. Afterwards h holds the factor of J'J.
         chi2 = _improve(
             led_ideal, led_jacobian, seen, cams, leds, rotation, origin, h, g, step, work, sigma
@@ -133,18 +147,22 @@ def extend_hypothesis(
                     if scale * (s11 * ex * ex - 2.0 * s01 * ex * ey + s00 * ey * ey) < SPOT_CHI2:
                         near += 1
                         slot_near = slot
-                # Exactly one spot may be meant, its place must be known better than that of the
-                # best candidate so far (trace of the covariance), and nobody else may hold it.
-                if near != 1 or s00 + s11 >= best or _taken(labels, c, slot_near):
+                # Exactly one spot may be meant, and nobody else may hold it.
+                if near != 1 or _taken(labels, c, slot_near):
                     continue
                 follows = usable[c * there.shape[1] + slot_near]
-                # -2, a slot that follows no LED by its code, is refused here, too.
-                if follows in (-1, led):
+                # -2, a slot that follows no LED by its code, is refused here, too. The LED whose
+                # place is known best (trace of the covariance) is added first.
+                if many and follows in (-1, led) and s00 + s11 < SURE_PLACE:
+                    sure[c, led] = slot_near
+                if follows in (-1, led) and s00 + s11 < best:
                     best, best_c, best_led, best_slot = s00 + s11, c, led, slot_near
         # Nothing can be added without doubt. Every round adds a spot, so the loop ends.
         if best_c < 0:
             break
         labels[best_c, best_led] = best_slot
+        if many:
+            _add_sure(sure, labels)
         spots = _gather(ideal, jacobian, labels, led_ideal, led_jacobian, seen)
     if _drop_rivals(
         ideal, jacobian, there, cams, centres, leds, directions, least_cosine, rival_px, labels,
@@ -259,6 +277,20 @@ def _miss(ideal: Float, slope: Float, place: Float) -> tuple[float, float]:
     """Return how far a spot lies from a place on the ideal image, px."""
     ex, ey = ideal[0] - place[0], ideal[1] - place[1]
     return slope[0] * ex + slope[1] * ey, slope[2] * ex + slope[3] * ey
+
+
+@compiled()
+def _add_sure(sure: Int, labels: Int) -> None:
+    """Give the LEDs ``sure`` (C, L) their slots, but none that another one has or wants."""
+    for c in range(labels.shape[0]):
+        for led in range(labels.shape[1]):
+            slot = sure[c, led]
+            if slot >= 0 and not _taken(labels, c, slot):
+                wanted = 0
+                for other in range(labels.shape[1]):
+                    wanted += int(sure[c, other] == slot)
+                if wanted == 1:
+                    labels[c, led] = slot
 
 
 @compiled()

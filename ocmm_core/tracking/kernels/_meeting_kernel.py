@@ -71,15 +71,17 @@ def view(cams: Float, c: int, point: Float, derivative: Float) -> tuple[float, f
 
 @compiled(kernel)
 def triangulate_pairs(
-    ideal: Float, jacobian: Float, there: Bool, cams: Float, first: int, second: int, sigma: float,
-    bounds: Float, positions: Float, covariances: Float, lights: Int,
+    ideal: Float, jacobian: Float, seeds: Bool, there: Bool, cams: Float, first: int, second: int,
+    sigma: float, bounds: Float, positions: Float, covariances: Float, lights: Int,
 ) -> int:  # fmt: skip
     """Find where rays of two cameras meet; return the number of places.
 
     Parameters
     ----------
-    ideal, jacobian, there
+    ideal, jacobian
         As `undistort_rays` makes them, by slot.
+    seeds, there
+        (C, S): spots that count in the first camera, and in the second.
     first, second
         The cameras.
     sigma
@@ -87,7 +89,8 @@ def triangulate_pairs(
     bounds
         (2, 3), mm: where LEDs can be.
     positions, covariances, lights
-        Outputs (64, 3), mm; (64, 3, 3), mm^2; (64, 2): both spots, camera number times S plus slot.
+        Outputs (n, 3), mm; (n, 3, 3), mm^2; (n, 2): both spots, camera number times S plus slot;
+        with room for S^2.
     """
     n_slots = there.shape[1]
     pair = np.empty((2, n_slots * n_slots, 2))
@@ -97,7 +100,7 @@ def triangulate_pairs(
     # Every pair is laid out as one "LED" seen by two cameras, so that one call locates them all.
     for a in range(n_slots):
         for b in range(n_slots):
-            if there[first, a] and there[second, b]:
+            if seeds[first, a] and there[second, b]:
                 pair[0, n, 0], pair[0, n, 1] = ideal[first, a, 0], ideal[first, a, 1]
                 pair[1, n, 0], pair[1, n, 1] = ideal[second, b, 0], ideal[second, b, 1]
                 seen[0, n] = seen[1, n] = True

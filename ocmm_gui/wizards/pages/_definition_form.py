@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QTableWidget, QWidget
 
-from ocmm_core.camera import MAX_SLOTS, Vector3
+from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.tracking import SCHEMA, LedEntry, OrientationRule, ProbeDocument, StrobeEntry
 from ocmm_gui.kit import NumberTable, digit_font, led_name, text_font
@@ -75,12 +75,13 @@ class LedTable(NumberTable):
 
     def add(self) -> None:
         """Add an LED like the last one."""
-        if self.rowCount() < MAX_SLOTS:
+        if self.rowCount() < MAX_LEDS:
             last = self.words(self.rowCount() - 1)[1:] if self.rowCount() else ("0",) * 6
             self.insertRow(self.rowCount())
             for column, word in enumerate((led_name(self.rowCount() - 1), *last)):
                 self._write(self.rowCount() - 1, column, word)
             self.setCurrentCell(self.rowCount() - 1, 1)
+            self.scrollToBottom()
 
     def remove(self) -> None:
         """Remove the LED that is chosen; those after it move up."""

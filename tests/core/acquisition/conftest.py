@@ -25,7 +25,7 @@ def sample_block(start: int, count: int, n_cameras: int = 2) -> FrameBlock:
         counter=counter,
         time_ns=counter * 125_000 + 10**15,
         flags=(counter % 8).astype(np.uint32),
-        valid=valid.astype(np.uint16),
+        valid=valid.astype(np.uint64),
         uv=uv,
     )
 

@@ -114,7 +114,7 @@ def test_a_block_that_cannot_fit_is_refused(ring: FrameRing, make_block: MakeBlo
         ring.write(make_block(0, 11))
     other = FrameRing.create(3, 10)
     try:
-        with pytest.raises(AcquisitionError, match="of 2 cameras does not fit"):
+        with pytest.raises(AcquisitionError, match="of 2 cameras with 8 slots does not fit"):
             other.write(make_block(0, 1))
     finally:
         other.close()

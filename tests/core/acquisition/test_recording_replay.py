@@ -335,9 +335,10 @@ def test_a_closed_recording_and_a_wrong_block_are_refused(
     tmp_path: Path, description: SourceDescription, rig: Rig, make_block: MakeBlock
 ) -> None:
     recorder = FrameRecorder(tmp_path / "a.ocmr", description, rig)
-    three = dataclasses.replace(make_block(0, 2), valid=np.zeros((2, 3), np.uint16))
-    with pytest.raises(ValueError, match="3 cameras"):
-        recorder.append(three)
+    for shape in ((3, 8), (2, 16)):
+        other = dataclasses.replace(make_block(0, 2), uv=np.zeros((2, *shape, 2)))
+        with pytest.raises(ValueError, match=rf"cameras and slots \({shape[0]}, {shape[1]}\)"):
+            recorder.append(other)
     recorder.close()
     recorder.close()
     with pytest.raises(AcquisitionError, match="is closed"):

@@ -83,7 +83,7 @@ def test_uncertainty_of_frame_and_residuals_is_that_of_a_monte_carlo(name: str) 
     start = frame_of(bound, geometries)
     sigmas = _sigmas()
     covariance = np.diag(np.append(sigmas.ravel() ** 2, 0.0))
-    jacobian = frame_jacobian(bound, actual, start)
+    jacobian = frame_jacobian(bound, actual, start).dense(4 * len(actual))
     linear = np.sqrt(np.diag(jacobian @ covariance @ jacobian.T))
     motions, moved = [], []
     for _ in range(400):

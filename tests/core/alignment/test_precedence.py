@@ -21,6 +21,7 @@ from ocmm_core.alignment import (
 from ocmm_core.features.measured import ActualFeature, actual_features
 from ocmm_core.features.shapes import POINT, Shape, nominal_geometry
 from ocmm_core.geometry import Float
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.zones import Frames
 from tests.core.features.exact_touches import (
@@ -74,7 +75,7 @@ def noisy(criterion: str = "least squares", by: float = 0.0) -> dict[str, Actual
     return part.actual([replace(item, tip_radius=item.tip_radius + 0.5 * by) for item in points])
 
 
-def along_the_way(gradient: Float) -> Float:
+def along_the_way(gradient: Rows) -> Float:
     rng = np.random.default_rng(3)
     count = len(corner().points)
     rng.normal(size=(count, 3))

@@ -109,7 +109,7 @@ def _track(spots: Float, pose: PoseBatch, part: slice) -> TrackBlock:
     )}  # fmt: skip
     return TrackBlock(
         counter=np.arange(n), time_ns=np.arange(n) * 10, flags=np.zeros(n, dtype=np.uint32),
-        seen=np.full((n, spots.shape[1]), 63, dtype=np.uint16), uv=spots, **values,
+        seen=np.full((n, spots.shape[1]), 63, dtype=np.uint64), uv=spots, **values,
     )  # fmt: skip
 
 

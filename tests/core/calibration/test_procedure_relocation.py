@@ -16,7 +16,7 @@ from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.relocation._findings import bar_ends
 from ocmm_core.calibration.relocation._state import SeatTaken
 from ocmm_core.calibration.verification import VerificationProcedure
-from ocmm_core.camera import MAX_SLOTS, Rig, on_sensor, project
+from ocmm_core.camera import USUAL_SLOTS, Rig, on_sensor, project
 from ocmm_core.cli.calibrate import take_relocation_shots
 from ocmm_core.composition import VirtualSite, scenes_of_relocation
 from ocmm_core.documents import resource
@@ -353,8 +353,8 @@ def _pose(
         ]
         if all(seen):
             break
-    slots = np.stack([rng.permutation(MAX_SLOTS)[: len(leds)] for _ in uv]).astype(np.int64)
-    spots = np.full((len(uv), MAX_SLOTS, 2), np.nan)
+    slots = np.stack([rng.permutation(USUAL_SLOTS)[: len(leds)] for _ in uv]).astype(np.int64)
+    spots = np.full((len(uv), USUAL_SLOTS, 2), np.nan)
     for camera in range(len(uv)):
         spots[camera, slots[camera]] = uv[camera] + 0.03 * rng.standard_normal(uv[camera].shape)
         if hidden is not None:

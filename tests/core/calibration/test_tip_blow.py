@@ -23,7 +23,7 @@ _NOTHING = FrameBlock(
     counter=np.empty(0, dtype=np.int64),
     time_ns=np.empty(0, dtype=np.int64),
     flags=np.empty(0, dtype=np.uint32),
-    valid=np.empty((0, 2), dtype=np.uint16),
+    valid=np.empty((0, 2), dtype=np.uint64),
     uv=np.empty((0, 2, 8, 2)),
 )
 

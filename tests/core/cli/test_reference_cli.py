@@ -79,17 +79,17 @@ def test_a_job_that_lacks_a_value_gives_no_report_unless_it_is_asked_for(
 
 
 @pytest.mark.parametrize(
-    ("probe", "reference", "words"),
+    ("source", "probe", "reference", "words"),
     [
-        ("standard.toml", "plate.toml", "a camera follows 8, not 10"),
-        ("standard4.toml", "missing.toml", "file not found"),
+        ("ethercat:virtual", "standard.toml", "plate.toml", "have 10 LEDs together"),
+        ("simulated", "standard4.toml", "missing.toml", "file not found"),
     ],
 )
 def test_a_reference_body_that_cannot_be_used_is_refused_in_one_sentence(
-    ocmm_here: Ocmm, probe: str, reference: str, words: str
+    ocmm_here: Ocmm, source: str, probe: str, reference: str, words: str
 ) -> None:
     done = ocmm_here(
-        "measure", "--plan", resource("plans", "quick.toml"), "--out", "out",
+        "measure", "--source", source, "--plan", resource("plans", "quick.toml"), "--out", "out",
         "--probe", resource("probes", probe), "--reference", resource("references", reference),
     )  # fmt: skip
     assert done.returncode == 2

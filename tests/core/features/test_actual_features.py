@@ -264,14 +264,14 @@ def test_jacobians_are_those_of_the_whole_way(shape: Shape, side: str) -> None:
 
     feature = _feature(features, points, "it")
     step = 1e-5
-    differences = np.empty_like(feature.jacobian)
+    jacobian = feature.jacobian.dense(len(points))
+    differences = np.empty_like(jacobian)
     for i in range(differences.shape[1]):
         geometry = [_geometry(features, nudged(points, i, s), feature) for s in (step, -step)]
         differences[:, i] = (geometry[0] - geometry[1]) / (2.0 * step)
     # Exact data: differences and jacobian agree to the rounding of the differences.
-    assert feature.jacobian == pytest.approx(differences, abs=2e-5)
-    assert feature.jacobian.shape == (12, 3 * len(points) + 1)
-    assert feature.residual_jacobian.shape == (len(own), 3 * len(points) + 1)
+    assert jacobian == pytest.approx(differences, abs=2e-5)
+    assert feature.residual_jacobian.shape == (len(own),)
 
 
 def _unit(vector: Float) -> Float:

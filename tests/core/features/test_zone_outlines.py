@@ -262,7 +262,9 @@ def test_form_and_its_gradient(shape: Shape, side: str) -> None:
         for step in (1e-5, -1e-5)
     )
     # What a tilt of the plane does to points within it is of the order of the residuals.
-    assert found.gradient[:-1] @ way.ravel() == pytest.approx((ahead - behind) / 2e-5, abs=2e-3)
+    assert found.gradient @ np.append(way.ravel(), 0.0) == pytest.approx(
+        (ahead - behind) / 2e-5, abs=2e-3
+    )
 
 
 def test_the_feature_of_a_plan_by_its_minimum_zone() -> None:

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import SUBPIXEL, FrameFlag, quantise
-from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS
+from ocmm_core.camera import MAX_CAMERAS, USUAL_SLOTS
 from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.device import _camera_slave as model
 from ocmm_core.fieldbus.device import object_dictionary
-from ocmm_core.fieldbus.wire._mapping import IO_MAP_BYTES
+from ocmm_core.fieldbus.wire._mapping import check_room
 from ocmm_core.simulation.slave import OVERRUN_FLAG, SoftwareCamera, TestPattern, sii
 
 
@@ -29,14 +29,17 @@ def test_structures_have_the_sizes_of_the_mapping() -> None:
 
 
 def test_wire_and_core_mean_the_same() -> None:
-    assert model.N_SLOTS == MAX_SLOTS
+    assert model.N_SLOTS == USUAL_SLOTS
     assert 1.0 / model.SUBPIXELS == SUBPIXEL
     assert OVERRUN_FLAG == FrameFlag.OVERRUN
 
 
-def test_as_many_cameras_as_a_rig_may_have_fit_into_the_process_image() -> None:
-    size = model.INPUT_DTYPE.itemsize + model.OUTPUT_DTYPE.itemsize
-    assert MAX_CAMERAS * size <= IO_MAP_BYTES
+def test_one_bus_takes_four_cameras_and_says_so_of_more() -> None:
+    check_room(4)
+    for count in (5, MAX_CAMERAS):
+        with pytest.raises(BusError, match=f"There are {count} cameras") as caught:
+            check_room(count)
+        assert caught.value.remedy == "Connect at most 4 cameras to the bus."
     # One camera must fit into one Ethernet frame, or a cycle could mix two of its updates.
     assert model.INPUT_DTYPE.itemsize <= 1466
 

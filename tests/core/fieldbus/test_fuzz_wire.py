@@ -18,7 +18,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ocmm_core.camera import MAX_SLOTS
+from ocmm_core.camera import USUAL_SLOTS
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import CameraPast, CycleAnswer, Schedule, advance, judge
 from ocmm_core.fieldbus.cycle._watch import CameraView, StateWatch, WatchView
@@ -138,7 +138,7 @@ def test_process_images() -> None:
             answer = CycleAnswer(True, 3, 3, clock_ns, True, view, (image,), (header,))
             frames = np.frombuffer(image, FRAME_DTYPE, FRAMES_PER_CYCLE, HEADER_STRUCT.size)
             spots = decode_spots(frames)
-            assert spots.shape == (FRAMES_PER_CYCLE, MAX_SLOTS, 2)
+            assert spots.shape == (FRAMES_PER_CYCLE, USUAL_SLOTS, 2)
             if judge(answer, [record], schedule) is not None:
                 continue
             accepted += 1
@@ -164,7 +164,7 @@ def _seen(
     frames: np.ndarray[tuple[int], np.dtype[np.void]],
 ) -> np.ndarray[tuple[int, int], np.dtype[np.bool_]]:
     seen: np.ndarray[tuple[int, int], np.dtype[np.bool_]] = (
-        frames["valid"][:, None] >> np.arange(MAX_SLOTS, dtype=np.uint16)
+        frames["valid"][:, None] >> np.arange(USUAL_SLOTS, dtype=np.uint16)
     ) & 1 == 1
     return seen
 

@@ -149,11 +149,12 @@ def test_values_of_constructed_features_and_their_slopes(tmp_path: Path, kind: s
     for index, expected in ((0, 30.0), (1, np.linalg.norm([70.0, -30.0, 1.0]))):
         found = _value(plan, index, points)
         assert found.value == pytest.approx(expected, abs=1e-8)
+        gradient = found.gradient.dense(len(points))
         # A coordinate of every feature at least, and the ball.
         for coordinate in (*range(0, 3 * len(points), 29), 3 * len(points)):
             ends = [_value(plan, index, nudged(points, coordinate, by)) for by in (1e-3, -1e-3)]
             slope = (ends[0].value - ends[1].value) / 2e-3
-            assert slope == pytest.approx(found.gradient[coordinate], abs=2e-6)
+            assert slope == pytest.approx(gradient[coordinate], abs=2e-6)
 
 
 def test_a_result_rests_on_all_that_was_probed_for_it(tmp_path: Path) -> None:

@@ -42,7 +42,7 @@ def tracked() -> Callable[..., TrackBlock]:
             origin_world=np.array(tips, dtype=np.float64),
             chi2=np.full(n, 18.0),
             dof=np.full(n, 18, dtype=np.int64),
-            seen=np.full((n, 2), 0b111111, dtype=np.uint16),
+            seen=np.full((n, 2), 0b111111, dtype=np.uint64),
             uv=np.full((n, 2, 6, 2), 1000.0),
         )
 

@@ -120,7 +120,7 @@ def test_attitudes_are_rotations(make_rig: MakeRig) -> None:
 
 def test_valid_bits_and_numbers_agree(make_rig: MakeRig) -> None:
     block = make_rig(options=EVERYTHING).frames(0, 20_000)
-    bits = (block.valid[..., None] >> np.arange(8)) & 1
+    bits = (block.valid[..., None] >> np.arange(8, dtype=np.uint64)) & np.uint64(1)
     np.testing.assert_array_equal(bits == 1, np.isfinite(block.uv).all(axis=3))
     assert 0 < bits.sum() < block.valid.size * 6
 

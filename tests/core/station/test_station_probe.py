@@ -267,7 +267,7 @@ def no_frames(*flags: int) -> FrameBlock:
         counter=counter,
         time_ns=counter * 125_000,
         flags=np.array(flags, dtype=np.uint32),
-        valid=np.zeros((count, 2), dtype=np.uint16),
+        valid=np.zeros((count, 2), dtype=np.uint64),
         uv=np.full((count, 2, 8, 2), np.nan),
     )
 

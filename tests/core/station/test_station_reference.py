@@ -196,6 +196,6 @@ def test_slots_say_which_led_of_which_body_they_follow(build: Build) -> None:
 def test_probe_and_reference_body_that_are_too_many_for_a_camera_are_refused(
     build: Build, tmp_path: Path
 ) -> None:
-    with pytest.raises(InputError, match="a camera follows 8, not 10"):
-        build(probe=resource("probes", "standard.toml"))
+    with pytest.raises(InputError, match=r"have 10 LEDs together, but a camera .* of 8 windows"):
+        build(probe=resource("probes", "standard.toml"), source="ethercat:virtual")
     assert not (tmp_path / "out").exists()

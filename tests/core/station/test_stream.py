@@ -202,7 +202,7 @@ def test_a_press_and_a_release_are_found_wherever_blocks_are_cut() -> None:
             found += watch.feed(
                 FrameBlock(
                     counter=counter, time_ns=(counter - 100) * 1_000_000, flags=part,
-                    valid=np.zeros((len(part), 2), np.uint16), uv=np.zeros((len(part), 2, 8, 2)),
+                    valid=np.zeros((len(part), 2), np.uint64), uv=np.zeros((len(part), 2, 8, 2)),
                 )
             )  # fmt: skip
         assert found == wanted

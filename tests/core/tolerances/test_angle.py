@@ -13,8 +13,7 @@ from ocmm_core.alignment import BoundAlignment, DatumAlignment, DatumReferenceFr
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import Shape, nominal_geometry
-from ocmm_core.geometry import Float
-from ocmm_core.measuring import factors_of_matrix
+from ocmm_core.measuring import Rows, factors_of_matrix
 from ocmm_core.tolerances.decisions import evaluate_all
 from ocmm_core.tolerances.kinds import evaluate, involved_features
 from ocmm_core.tolerances.uncertainty import expanded
@@ -91,7 +90,7 @@ def test_the_gradient_runs_through_the_right_angle(features: str) -> None:
     noise, way = (rng.normal(size=(len(made.points), 3)) for _ in range(2))
     item = asked("angle", features, nominal=90.0 if features == "up,along" else 0.0)
 
-    def of(by: float) -> tuple[float, Float]:
+    def of(by: float) -> tuple[float, Rows]:
         points = moved(made.points, 0.005 * noise + by * way)
         actual = made.actual([replace(p, tip_radius=p.tip_radius + by) for p in points])
         found = evaluate(item, actual, bound(DATUMS, actual))

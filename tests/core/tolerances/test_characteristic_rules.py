@@ -45,7 +45,7 @@ def test_bonus_of_material(
     if bonus > 0.0:
         assert found.bonus_gradient is not None
         # The ball's radius counts twice in the size, and so in the bonus.
-        assert abs(found.bonus_gradient[-1]) == pytest.approx(2.0, abs=1e-9)
+        assert abs(found.bonus_gradient.by_radius) == pytest.approx(2.0, abs=1e-9)
 
 
 def test_few_points_are_told_and_too_few_refused() -> None:

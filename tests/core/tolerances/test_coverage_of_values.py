@@ -140,7 +140,7 @@ def test_a_two_point_size_is_not_uncertain_by_the_form_that_belongs_to_it() -> N
     out = ring(motion(50, -90, 3), 15.0, bulge=lambda t: 0.02 * np.cos(2 * t), inner=True)
     part.add("oval", Shape.CIRCLE, out, point=(50, -90, 3), diameter=30.0, side="inner")
     oval = part.actual()
-    coordinates = oval["oval"].jacobian.shape[1]
+    coordinates = 3 * len(part.points) + 1
     covariance = 0.002**2 * np.eye(coordinates)
     covariance[-1, -1] = 0.0
     factors = factors_of_matrix(covariance)

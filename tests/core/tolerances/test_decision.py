@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import MeasuringError
+from ocmm_core.measuring import Rows
 from ocmm_core.tolerances.decisions import (
     LOWEST_TUR,
     CharacteristicResult,
@@ -45,7 +46,7 @@ def result_of(
     characteristic: Characteristic, value: float, u: float, rule: Rule, note: str = ""
 ) -> CharacteristicResult:
     spread = Normal(value, u, one_sided=spec_of(characteristic.kind).one_sided)
-    evaluation = Evaluation(value, np.zeros(1), note=note)
+    evaluation = Evaluation(value, Rows.nothing(), note=note)
     return make_result(characteristic, evaluation, Spreads(spread, spread), rule)
 
 

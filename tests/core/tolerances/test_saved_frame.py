@@ -55,7 +55,8 @@ def _handed_on(rng: np.random.Generator) -> SavedFrame:
     """Return the frame as a job with errors hands it on."""
     actual = _measured(rng, ("top", "a", "b"))
     geometries = {name: item.fit.geometry for name, item in actual.items()}
-    jacobian = Frames(actual, GROUP.alignment).of_part("frame").by_coordinates
+    rows = Frames(actual, GROUP.alignment).of_part("frame").by_coordinates
+    jacobian = rows.dense(len(GROUP.points))
     T_part_from_world = frame_of(GROUP.alignment, geometries)
     document = frame_document(
         "bed", "2026-01-02", "job 1", T_part_from_world, {}, jacobian @ OWN @ jacobian.T
@@ -78,8 +79,9 @@ def test_the_error_of_a_saved_frame_is_in_the_uncertainty_of_what_it_holds() -> 
     for _ in range(120):
         rule = _handed_on(rng)
         found = evaluate(PLACE, _measured(rng, ("ball",)), rule)
-        own = float(found.gradient @ OWN @ found.gradient)
-        whole = own + float(found.gradient @ _by_frame(rule) @ found.gradient)
+        gradient = found.gradient.dense(len(GROUP.points))
+        own = float(gradient @ OWN @ gradient)
+        whole = own + float(gradient @ _by_frame(rule) @ gradient)
         seen.append((found.value - true) / np.sqrt(whole))
         alone.append((found.value - true) / np.sqrt(own))
     # Three standard errors of a standard deviation from 120 draws: 19 %.
@@ -91,7 +93,7 @@ def test_the_error_of_a_saved_frame_is_in_the_uncertainty_of_what_it_holds() -> 
 def test_what_does_not_refer_to_the_frame_does_not_know_it() -> None:
     rule = _handed_on(np.random.default_rng(1))
     ball = _measured(np.random.default_rng(2), ("ball",))
-    gradient = evaluate(SIZE, ball, rule).gradient
+    gradient = evaluate(SIZE, ball, rule).gradient.dense(len(GROUP.points))
     assert float(gradient @ _by_frame(rule) @ gradient) < 1e-12
 
 

@@ -12,7 +12,7 @@ import pytest
 from ocmm_core.errors import FitError
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, RigidTransform
-from ocmm_core.measuring import factors_of_matrix
+from ocmm_core.measuring import Rows, factors_of_matrix
 from ocmm_core.tolerances.kinds import evaluate
 from ocmm_core.tolerances.monte_carlo import Task
 from ocmm_core.tolerances.monte_carlo._trials import quick_model, slow_trials
@@ -106,7 +106,7 @@ def test_the_gradient_is_that_of_the_whole_way(kind: str, features: str, rank: R
     noise, way = (rng.normal(size=(len(made.points), 3)) for _ in range(2))
     item = asked(kind, features, association=f"two-point {rank}")
 
-    def of(by: float) -> tuple[float, Float]:
+    def of(by: float) -> tuple[float, Rows]:
         points = moved(made.points, 0.004 * noise + by * way)
         actual = made.actual([replace(p, tip_radius=p.tip_radius + by) for p in points])
         found = evaluate(item, actual, None)

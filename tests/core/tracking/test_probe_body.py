@@ -124,7 +124,7 @@ def test_rules_judge_attitudes() -> None:
     ("leds", "named"),
     [
         ([(0.0, 0.0, 100.0), (50.0, 0.0, 100.0)], "2 LED"),
-        ([(10.0 * i, i * i, 100.0) for i in range(9)], "9 LED"),
+        ([(10.0 * i, i * i, 100.0) for i in range(65)], "field 'leds' of the probe has 65 LED"),
         ([(0.0, 0.0, 100.0), (1.0, 0.0, 100.0), (50.0, 0.0, 180.0)], "leds[0] and leds[1]"),
         ([(0.0, 0.0, 100.0), (1.0, 0.0, 140.0), (0.0, 0.0, 228.0)], "one line"),
     ],

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from ocmm_core.camera import MAX_LEDS
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.tracking import ProbeBody, ReferenceBody, check_together, load_probe, load_reference
+from tests.large_rig import write_reference
 
 pytestmark = pytest.mark.numerics
 
@@ -83,12 +86,30 @@ def test_a_rule_makes_a_symmetric_body_unique(write: Write) -> None:
     assert len(load_reference(path).leds.rules) == 2
 
 
-def test_more_leds_than_a_camera_follows_are_refused(
-    standard_probe: ProbeBody, write: Write
+def test_more_leds_than_can_be_followed_are_refused(
+    standard_probe: ProbeBody, tmp_path: Path
 ) -> None:
-    with pytest.raises(InputError, match="a camera follows 8, not 10") as caught:
-        check_together(standard_probe, load_reference(write()))
+    check_together(standard_probe, load_reference(write_reference(tmp_path, MAX_LEDS - 6)))
+    with pytest.raises(InputError, match="OCMM follows 64, not 65") as caught:
+        check_together(standard_probe, load_reference(write_reference(tmp_path, MAX_LEDS - 5)))
     assert caught.value.code == "reference.slots"
+
+
+def test_a_large_reference_body_with_four_leds_of_the_probe_is_refused(
+    standard_probe: ProbeBody, tmp_path: Path
+) -> None:
+    """Three LEDs agree by chance among many; four could be named at the wrong places."""
+    reference = load_reference(write_reference(tmp_path, 24))
+    for shared, refused in ((3, False), (4, True)):
+        leds = reference.leds.leds_body.copy()
+        leds[-shared:] = standard_probe.leds_probe[:shared]
+        body = replace(reference, leds=replace(reference.leds, leds_body=leds))
+        if refused:
+            with pytest.raises(InputError, match="can be confused with") as caught:
+                check_together(standard_probe, body)
+            assert caught.value.code == "bodies.alike"
+        else:
+            check_together(standard_probe, body)
 
 
 def test_a_reference_body_that_looks_like_the_probe_is_refused(write: Write) -> None:

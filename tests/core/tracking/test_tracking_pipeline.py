@@ -198,7 +198,7 @@ def test_a_symmetric_exchange_breaks_the_rules_of_the_rectangle(
     uv[100:, :, :4] = seen[100:, :, [3, 2, 1, 0]]
     # 25 ms: short enough for the labels to be kept.
     counter = np.concatenate([np.arange(100), np.arange(300, 400)])
-    valid = np.full((n, 2), 0b1111, dtype=np.uint16)
+    valid = np.full((n, 2), 0b1111, dtype=np.uint64)
     block = FrameBlock(counter, counter * 125_000, np.zeros(n, np.uint32), valid, uv)
     tracked = track(thesis_rig, body, block, [])
     good = tracked.status == FrameStatus.OK

@@ -1,0 +1,266 @@
+"""The features of a job and its values as nodes of a graph, each computed when its inputs change.
+
+Points lead to features, features and sensitivities to what is known of each feature (its
+uncertainty, its form), all of these to frames and values. What is not in the inputs of a node is
+not looked at: see `EvaluationCache`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.alignment import BoundAlignment, part_frame, settled
+from ocmm_core.errors import FitError, OcmmError
+from ocmm_core.features.measured import (
+    ActualFeature,
+    Construction,
+    actual_features,
+    constructed_features,
+    geometries_of,
+    in_order,
+    measured_of,
+    needed_features,
+    nominal_geometries,
+)
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.inspection.evaluation._cache import EvaluationCache
+from ocmm_core.inspection.evaluation._options import SessionOptions
+from ocmm_core.inspection.evaluation._single_points import compensate_by_plan
+from ocmm_core.inspection.plan import Plan
+from ocmm_core.measuring import MeasuredPoint, PartTemperature, reported_points
+
+Found = Mapping[str, ActualFeature | FitError]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanFacts:
+    """What follows from a plan alone.
+
+    Attributes
+    ----------
+    by_name
+        The probed features.
+    bound
+        The alignment with nominals; None without one.
+    nominals
+        Geometry vectors (12,) of all features, by name.
+    constructions
+        Each after those it needs.
+    """
+
+    by_name: Mapping[str, NominalFeature]
+    bound: BoundAlignment | None
+    nominals: Mapping[str, Float]
+    constructions: Sequence[Construction]
+
+    @classmethod
+    def of(cls, plan: Plan) -> PlanFacts:
+        """Return those of a plan."""
+        return cls(
+            {item.name: item for item in plan.features},
+            plan.bound_alignment,
+            nominal_geometries(plan.features, plan.constructions),
+            in_order(plan.constructions),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Below:
+    """The probed features under the characteristics of a plan, by name of the characteristic.
+
+    Attributes
+    ----------
+    rests_on, own
+        All that it rests on, and those that it is about.
+    """
+
+    rests_on: Mapping[str, Sequence[str]]
+    own: Mapping[str, Set[str]]
+
+    @classmethod
+    def of(cls, plan: Plan) -> Below:
+        """Return those of a plan."""
+        bound, asked = plan.bound_alignment, plan.characteristics
+        return cls(
+            {item.name: plan.rests_on(item, bound) for item in asked},
+            {
+                item.name: frozenset(found for name in item.features for found in plan.probed(name))
+                for item in asked
+            },
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Touched:
+    """The points of a job by feature, as they are reported, and what rows call them."""
+
+    points: Mapping[str, tuple[MeasuredPoint, ...]]
+    places: Mapping[str, tuple[int, ...]]
+
+    @classmethod
+    def of(cls, points: Sequence[MeasuredPoint], places: Sequence[int]) -> Touched:
+        """Return the points by feature; no two may have the same place."""
+        if len(set(places)) < len(points):
+            raise ValueError("two points have the same number")
+        own: dict[str, list[MeasuredPoint]] = {}
+        numbers: dict[str, list[int]] = {}
+        for point, place in zip(points, places, strict=True):
+            own.setdefault(point.feature, []).append(point)
+            numbers.setdefault(point.feature, []).append(place)
+        return cls(
+            {name: tuple(found) for name, found in own.items()},
+            {name: tuple(found) for name, found in numbers.items()},
+        )
+
+    def in_order(self, points: Sequence[MeasuredPoint]) -> tuple[MeasuredPoint, ...]:
+        """Return them in the order of the ``points`` that they are made of."""
+        ways = {name: iter(own) for name, own in self.points.items()}
+        return tuple(next(ways[point.feature]) for point in points)
+
+    def of_features(self, names: Sequence[str]) -> tuple[list[MeasuredPoint], list[int]]:
+        """Return the points of some features and their places."""
+        points = [point for name in names for point in self.points.get(name, ())]
+        return points, [place for name in names for place in self.places.get(name, ())]
+
+
+class FeatureGraph:
+    """Features, frame and alignment of a job.
+
+    Parameters
+    ----------
+    plan, options
+        What is measured, and by which limits.
+    cache
+        Keeps what was computed.
+    """
+
+    def __init__(self, plan: Plan, options: SessionOptions, cache: EvaluationCache) -> None:
+        self.plan, self.options, self.cache = plan, options, cache
+        self.facts = cache.known("plan", (plan,), lambda: PlanFacts.of(plan))
+
+    @property
+    def below(self) -> Below:
+        """Return what the characteristics rest on."""
+        return self.cache.known("below", (self.plan,), lambda: Below.of(self.plan))
+
+    def touched(self, points: Sequence[MeasuredPoint]) -> Touched:
+        """Return stored points as they are reported; rows call them by their numbers."""
+        part = self.options.climate.part
+        raw = Touched.of(points, [point.number for point in points])
+        return Touched(
+            {name: self._reported(name, own, part) for name, own in raw.points.items()},
+            raw.places,
+        )
+
+    def _reported(
+        self, name: str, own: tuple[MeasuredPoint, ...], part: PartTemperature
+    ) -> tuple[MeasuredPoint, ...]:
+        return self.cache.known(
+            ("reported", name), (part, *own), lambda: tuple(reported_points(own, part))
+        )
+
+    def features(self, touched: Touched) -> dict[str, ActualFeature | FitError]:
+        """Return every feature of the plan, probed or constructed, or why there is none."""
+        actual = {item.name: self._fitted(item, touched) for item in self.plan.features}
+        rule, known = self.plan.alignment, actual
+        if rule is not None and any(name not in actual for name in rule.features):
+            known = actual | self._constructed(actual, "of the frame")
+        T_part_from_world = self.frame(known)
+        if T_part_from_world is not None:
+            for item in self.plan.features:
+                if item.shape is Shape.POINT:
+                    actual[item.name] = self._compensated(item, touched, T_part_from_world)
+        for name, feature in actual.items():
+            if isinstance(feature, ActualFeature) and feature.fit.form > self.options.max_form:
+                actual[name] = self._scattered(name, feature)
+        # What was projected onto a plane that is in doubt is in doubt itself.
+        for nominal in self.plan.features:
+            plane = actual.get(nominal.projection)
+            if isinstance(plane, FitError):
+                actual[nominal.name] = plane
+        return actual | self._constructed(actual, "constructed")
+
+    def frame(self, actual: Found) -> RigidTransform | None:
+        """Return the part frame; None while its datums are not measured, or without one."""
+        bound = self.facts.bound
+        return self.cache.watched(
+            "frame", (bound,), actual, lambda watch: part_frame_of(bound, watch)
+        )
+
+    def alignment(self, actual: Found) -> BoundAlignment | None:
+        """Return the alignment as results are computed with it: senses settled, if they can be."""
+        bound = self.facts.bound
+        if bound is None:
+            return None
+
+        def settling(watch: Found) -> int | None:
+            try:
+                return settled(bound, geometries_of(watch)).choice
+            except OcmmError:
+                return None
+
+        choice = self.cache.watched("choice", (bound,), actual, settling)
+        return self.cache.known(
+            ("alignment", choice), (bound,), lambda: replace(bound, choice=choice)
+        )
+
+    def _fitted(self, nominal: NominalFeature, touched: Touched) -> ActualFeature | FitError:
+        names = [name for name in (nominal.projection, nominal.name) if name]
+        points, places = touched.of_features(names)
+
+        def made() -> ActualFeature | FitError:
+            known = [self.facts.by_name[name] for name in names if name in self.facts.by_name]
+            return actual_features(known, points, places)[nominal.name]
+
+        # The plan: what the feature is projected onto stands there.
+        return self.cache.known(("feature", nominal.name), (self.plan, nominal, *points), made)
+
+    def _compensated(
+        self, nominal: NominalFeature, touched: Touched, T_part_from_world: RigidTransform
+    ) -> ActualFeature | FitError:
+        points, places = touched.of_features([nominal.name])
+        return self.cache.known(
+            ("point", nominal.name),
+            (nominal, T_part_from_world, *points),
+            lambda: compensate_by_plan([nominal], points, T_part_from_world, places)[nominal.name],
+        )
+
+    def _constructed(self, actual: Found, stage: str) -> dict[str, ActualFeature | FitError]:
+        known: dict[str, ActualFeature | FitError] = dict(actual)
+        found: dict[str, ActualFeature | FitError] = {}
+        for item in self.facts.constructions:
+            known[item.name] = found[item.name] = self._made(item, known, stage)
+        return {item.name: found[item.name] for item in self.plan.constructions}
+
+    def _made(self, item: Construction, known: Found, stage: str) -> ActualFeature | FitError:
+        below = {name: known[name] for name in needed_features(item)}
+        return self.cache.known(
+            (stage, item.name),
+            (self.plan, item, *below.values()),
+            lambda: constructed_features([item], below, self.facts.nominals)[item.name],
+        )
+
+    def _scattered(self, name: str, feature: ActualFeature) -> FitError:
+        return self.cache.known(("scattered", name), (feature,), lambda: _scattered(feature))
+
+
+def part_frame_of(bound: BoundAlignment | None, actual: Found) -> RigidTransform | None:
+    """Return the part frame; None while its datums are not measured, or without an alignment."""
+    try:
+        return None if bound is None else part_frame(bound, measured_of(actual))
+    except OcmmError:
+        return None
+
+
+def _scattered(feature: ActualFeature) -> FitError:
+    worst = feature.numbers[int(np.argmax(np.abs(feature.fit.residuals)))]
+    return FitError(
+        "session.form",
+        f"Points of {feature.nominal.name} scatter by {feature.fit.form:.3f} mm; point {worst} "
+        "is farthest off.",
+        "Undo the points that do not belong here and take them again.",
+    )

@@ -1,0 +1,198 @@
+"""How values answer to the points of a job: only the points that they rest on are held.
+
+A value rests on the points of one feature, or of a few. Its derivatives by all the others are zero,
+and are not kept: rows of a job then cost what they hold, and not the size of the job.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.geometry import Float, Int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Rows:
+    """Derivatives of values by ball centres, and by the tip radius.
+
+    They are added, multiplied with numbers and, from the left, with matrices as the arrays
+    (..., 3 N + 1) that they stand for; an index chooses values.
+
+    Attributes
+    ----------
+    places
+        (p,) int64, ascending: of the points among all N of the job.
+    by_points
+        (..., p, 3): by the ball centres of these points; by all others it is zero.
+    by_radius
+        (...): by the tip radius.
+    """
+
+    places: Int
+    by_points: Float
+    by_radius: Float
+
+    __array_ufunc__: ClassVar[None] = None
+    """An array leaves products with rows to them."""
+
+    @classmethod
+    def nothing(cls, *shape: int) -> Rows:
+        """Return rows of values that answer to no point."""
+        return cls(np.zeros(0, dtype=np.int64), np.zeros((*shape, 0, 3)), np.zeros(shape))
+
+    @classmethod
+    def of_points(cls, places: Sequence[int] | Int, by_points: Float) -> Rows:
+        """Return rows from derivatives (k, 3 n) by ``n`` different points, in any order."""
+        found = np.asarray(places, dtype=np.int64)
+        blocks = by_points.reshape(*by_points.shape[:-1], len(found), 3)
+        if np.any(found[1:] <= found[:-1]):
+            order = np.argsort(found)
+            found, blocks = found[order], blocks[..., order, :]
+        return cls(found, blocks, np.zeros(blocks.shape[:-2]))
+
+    @classmethod
+    def of_own_points(cls, places: Sequence[int] | Int, vectors: Float) -> Rows:
+        """Return n rows that each answer to one point, by ``vectors`` (n, 3)."""
+        n = len(places)
+        blocks = np.zeros((n, n, 3))
+        blocks[np.arange(n), np.arange(n)] = vectors
+        return cls.of_points(places, blocks.reshape(n, 3 * n))
+
+    @classmethod
+    def of_dense(cls, gradients: Float) -> Rows:
+        """Return rows from arrays (..., 3 N + 1), without the points that nothing answers to."""
+        blocks = gradients[..., :-1].reshape(*gradients.shape[:-1], gradients.shape[-1] // 3, 3)
+        rests = np.any(blocks != 0.0, axis=(*range(blocks.ndim - 2), blocks.ndim - 1))
+        return cls(np.flatnonzero(rests), blocks[..., rests, :], gradients[..., -1])
+
+    @classmethod
+    def stacked(cls, parts: Sequence[Rows]) -> Rows:
+        """Return the rows of several, one after the other."""
+        places = parts[0].places
+        for part in parts[1:]:
+            places = _together(places, part.places)
+        return cls(
+            places,
+            np.concatenate([part.at(places) for part in parts]),
+            np.concatenate([part.by_radius for part in parts]),
+        )
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Return how many values there are."""
+        return self.by_radius.shape
+
+    def at(self, places: Int) -> Float:
+        """Return the derivatives (..., n, 3) by some points; zero by those it does not rest on."""
+        if places is self.places or np.array_equal(places, self.places):
+            return self.by_points
+        found = np.zeros((*self.shape, len(places), 3))
+        if len(self.places):
+            index = np.minimum(np.searchsorted(self.places, places), len(self.places) - 1)
+            known = self.places[index] == places
+            found[..., known, :] = self.by_points[..., index[known], :]
+        return found
+
+    def dense(self, count: int) -> Float:
+        """Return the array (..., 3 N + 1) of a job of ``count`` points; for tests."""
+        found = self.at(np.arange(count)).reshape(*self.shape, 3 * count)
+        return np.concatenate([found, self.by_radius[..., None]], axis=-1)
+
+    def moving(self) -> NDArray[np.bool_]:
+        """Return which of the values answer to anything."""
+        by_points = np.any(self.by_points != 0.0, axis=(-2, -1))
+        moving: NDArray[np.bool_] = by_points | (self.by_radius != 0.0)
+        return moving
+
+    def greatest(self) -> float:
+        """Return the greatest amount of any derivative."""
+        greatest = float(np.abs(self.by_radius).max(initial=0.0))
+        return max(greatest, float(np.abs(self.by_points).max(initial=0.0)))
+
+    def lengths(self) -> Float:
+        """Return the root of the sum of the squares of all derivatives of every value."""
+        squares = np.sum(self.by_points**2, axis=(-2, -1)) + self.by_radius**2
+        return np.asarray(np.sqrt(squares), dtype=np.float64)
+
+    def reshaped(self, *shape: int) -> Rows:
+        """Return the same rows in another order of axes."""
+        blocks = self.by_points.reshape(*shape, *self.by_points.shape[-2:])
+        return Rows(self.places, blocks, self.by_radius.reshape(shape))
+
+    def along(self, vectors: Float) -> Rows:
+        """Return rows (m,) of the products of vectors (m, d) with vectors that answer as these."""
+        return Rows(
+            self.places,
+            np.einsum("md,mdpi->mpi", vectors, self.by_points),
+            np.sum(vectors * self.by_radius, axis=1),
+        )
+
+    def outer(self, values: Float) -> Rows:
+        """Return rows (k, ...): these, times each of ``values`` (k,)."""
+        return Rows(
+            self.places,
+            np.multiply.outer(values, self.by_points),
+            np.multiply.outer(values, self.by_radius),
+        )
+
+    def with_radius(self, added: Float | float) -> Rows:
+        """Return the rows with something added to what the tip radius does."""
+        return Rows(self.places, self.by_points, self.by_radius + added)
+
+    def without_radius(self) -> Rows:
+        """Return the rows of values that the tip radius does not change."""
+        return Rows(self.places, self.by_points, np.zeros(self.shape))
+
+    def mean(self) -> Rows:
+        """Return the row of the mean of all values."""
+        return Rows(self.places, self.by_points.mean(axis=0), self.by_radius.mean(axis=0))
+
+    def __len__(self) -> int:
+        return int(self.by_radius.shape[0])
+
+    def __getitem__(self, key: int | slice | Int | list[int] | None) -> Rows:
+        if key is None:
+            return Rows(self.places, self.by_points[None], self.by_radius[None])
+        return Rows(self.places, self.by_points[key], np.asarray(self.by_radius[key]))
+
+    def __rmatmul__(self, matrix: Float) -> Rows:
+        blocks = np.tensordot(matrix, self.by_points, axes=1)
+        radius = np.tensordot(matrix, self.by_radius, axes=1)
+        return Rows(self.places, blocks, np.asarray(radius))
+
+    def __matmul__(self, movement: Float) -> Float:
+        """Return how values answer, (..., m), where coordinates and radius do so (3 N + 1, m)."""
+        blocks = movement[:-1].reshape(-1, 3, *movement.shape[1:])[self.places]
+        of_points = np.tensordot(self.by_points, blocks, axes=2)
+        return np.asarray(of_points + np.multiply.outer(self.by_radius, movement[-1]))
+
+    def __add__(self, other: Rows) -> Rows:
+        places = _together(self.places, other.places)
+        return Rows(places, self.at(places) + other.at(places), self.by_radius + other.by_radius)
+
+    def __neg__(self) -> Rows:
+        return Rows(self.places, -self.by_points, -self.by_radius)
+
+    def __sub__(self, other: Rows) -> Rows:
+        return self + -other
+
+    def __mul__(self, factor: float) -> Rows:
+        return Rows(self.places, factor * self.by_points, factor * self.by_radius)
+
+    def __rmul__(self, factor: float) -> Rows:
+        return self * factor
+
+    def __truediv__(self, divisor: float) -> Rows:
+        return self * (1.0 / divisor)
+
+
+def _together(one: Int, other: Int) -> Int:
+    """Return the places of both, ascending."""
+    if one is other or not len(other) or np.array_equal(one, other):
+        return one
+    return np.union1d(one, other) if len(one) else other

@@ -1,0 +1,214 @@
+"""Frames of datums and of the part, made once and kept for whoever asks again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from ocmm_core.alignment import (
+    MOST_DATUMS,
+    AnyAlignment,
+    BoundAlignment,
+    DatumReferenceFrame,
+    datum_frame,
+    frame_jacobian,
+    frame_name,
+    frame_of,
+    in_precedence,
+    nominal_frame,
+    refit_under_precedence,
+)
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature, Each, Instead, geometries_of
+from ocmm_core.features.shapes import Shape, nominal_geometry
+from ocmm_core.geometry import Float, RigidTransform
+from ocmm_core.tolerances.zones._zone_frame import ZoneFrame, free_frame
+
+
+@dataclass(frozen=True, slots=True)
+class HeldFrame:
+    """The frame of datums or of the part, its datums as it has them, and what to know of it."""
+
+    frame: ZoneFrame
+    datums: Mapping[str, ActualFeature]
+    note: str
+
+    def geometries(self, actual: Mapping[str, ActualFeature]) -> Mapping[str, Float]:
+        """Return all geometry, that of the datums as the frame has them."""
+        return geometries_of(Instead(self.datums, actual))
+
+
+class Keep(Protocol):
+    """Keeps frames, by the names of their datums, none for that of the part."""
+
+    def __call__(
+        self,
+        datums: tuple[str, ...],
+        actual: Mapping[str, ActualFeature],
+        make: Callable[[Mapping[str, ActualFeature]], HeldFrame],
+    ) -> HeldFrame:
+        """Return the frame that ``make`` makes of features, or made of the same ones before."""
+        ...
+
+
+class Frames:
+    """Frames of datums and of the part, each made once for all characteristics of a job.
+
+    Parameters
+    ----------
+    actual
+        All features as measured: which way an axis runs may rest on any of them.
+    alignment
+        Rule of the part frame, bound to nominals where its kind needs them.
+    keep
+        Keeps frames from one set of features to the next; None makes each anew.
+    """
+
+    def __init__(
+        self,
+        actual: Mapping[str, ActualFeature],
+        alignment: AnyAlignment | None,
+        keep: Keep | None = None,
+    ) -> None:
+        self._actual = actual
+        self._alignment = alignment
+        self._keep = keep or _made
+        self._held: dict[tuple[str, ...], HeldFrame] = {}
+
+    def of_datums(self, datums: Sequence[str], features: Sequence[str]) -> ZoneFrame:
+        """Return the frame of up to three datums in their precedence, or of none.
+
+        What the datums leave open is set by the toleranced features, so that the search for the
+        smallest zone starts near it.
+
+        Raises
+        ------
+        FitError
+            A datum hardly says how the part lies, or nothing is known of its nominal place.
+        """
+        if not datums:
+            started = self._started((), features, geometries_of(self._actual))
+            points = np.array([self._actual[name].fit.point for name in features])
+            return free_frame(started, points.mean(axis=0))
+        key = tuple(datums)
+        held = self._known(key, lambda actual: _frame_of_datums(key, actual, self._alignment))
+        started = self._started(datums, features, held.geometries(self._actual))
+        return held.frame.after(started.compose(held.frame.T_frame_from_world.inverse()))
+
+    def of_part(self, name: str) -> ZoneFrame:
+        """Return the frame in which nominals are written, of the plan's alignment.
+
+        Parameters
+        ----------
+        name
+            Of the characteristic that needs it, for errors.
+
+        Raises
+        ------
+        FitError
+            There is no alignment, or its features do not say where the part is.
+        """
+        if self._alignment is None:
+            raise FitError(
+                "characteristic.no_frame",
+                f"{name} needs datums or a part frame, and the plan has neither.",
+                "Name its datums, or add an alignment to the plan.",
+            )
+        aligned = self.aligned(name)
+        if isinstance(self._alignment, BoundAlignment):
+            return aligned.after(nominal_frame(self._alignment).inverse())
+        return aligned
+
+    def aligned(self, name: str) -> ZoneFrame:
+        """Return the part frame itself, as the plan's alignment makes it.
+
+        Parameters
+        ----------
+        name
+            Of the characteristic that needs it, for errors.
+
+        Raises
+        ------
+        FitError
+            As `of_part`.
+        """
+        rule = self._alignment
+        if rule is None:
+            raise FitError(
+                "characteristic.no_frame",
+                f"{name} needs a part frame, and the plan has no alignment.",
+                "Add an alignment to the plan.",
+            )
+        return self._known((), lambda actual: _frame_of_part(rule, actual)).frame
+
+    def note_on(self, datums: Sequence[str]) -> str:
+        """Return what to know of a frame that was made, of datums or, without any, of the part."""
+        held = self._held.get(tuple(datums))
+        return "" if held is None else held.note
+
+    def _known(
+        self, datums: tuple[str, ...], make: Callable[[Mapping[str, ActualFeature]], HeldFrame]
+    ) -> HeldFrame:
+        """Return the frame of datums or, without any, of the part; made once."""
+        if datums not in self._held:
+            self._held[datums] = self._keep(datums, self._actual, make)
+        return self._held[datums]
+
+    def _started(
+        self, datums: Sequence[str], features: Sequence[str], geometries: Mapping[str, Float]
+    ) -> RigidTransform:
+        """Return the frame of the datums with what they leave open set by the features."""
+        least = max(len(datums), 1)
+        names = tuple(dict.fromkeys((*datums, *features)))[: max(MOST_DATUMS, least)]
+        for count in range(len(names), least, -1):
+            try:
+                return self._placed(names[:count], geometries)
+            except FitError:
+                # A further feature that hardly turns the frame leaves it where it is.
+                continue
+        return self._placed(names[:least], geometries)
+
+    def _placed(self, names: Sequence[str], geometries: Mapping[str, Float]) -> RigidTransform:
+        shapes, nominals = _said(self._actual, self._alignment)
+        return datum_frame(names, geometries, shapes, nominals).T_frame_from_world
+
+
+def _made(
+    datums: tuple[str, ...],
+    actual: Mapping[str, ActualFeature],
+    make: Callable[[Mapping[str, ActualFeature]], HeldFrame],
+) -> HeldFrame:
+    return make(actual)
+
+
+def _said(
+    actual: Mapping[str, ActualFeature], alignment: AnyAlignment | None
+) -> tuple[Mapping[str, Shape], Mapping[str, Float]]:
+    """Return shapes and nominal geometry of features."""
+    shapes = Each(actual, lambda feature: feature.fit.shape)
+    if isinstance(alignment, BoundAlignment):
+        return shapes, alignment.nominals
+    return shapes, Each(actual, lambda feature: nominal_geometry(feature.nominal))
+
+
+def _frame_of_datums(
+    datums: tuple[str, ...], actual: Mapping[str, ActualFeature], alignment: AnyAlignment | None
+) -> HeldFrame:
+    shapes, nominals = _said(actual, alignment)
+    held, frame = in_precedence(datums, actual, shapes, nominals)
+    rule = BoundAlignment(DatumReferenceFrame(datums=datums), shapes, nominals, choice=frame.choice)
+    slopes = frame_jacobian(rule, held.features, frame.T_frame_from_world)
+    zone = ZoneFrame(frame.T_frame_from_world, slopes, frame.free.motions(), "|".join(datums))
+    return HeldFrame(zone, {name: held.features[name] for name in datums}, held.note)
+
+
+def _frame_of_part(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> HeldFrame:
+    words = rule.frame if isinstance(rule, BoundAlignment) else frame_name(rule)
+    held = refit_under_precedence(rule, actual)
+    T_part_from_world = frame_of(rule, held.geometries)
+    slopes = frame_jacobian(rule, held.features, T_part_from_world)
+    zone = ZoneFrame(T_part_from_world, slopes, np.zeros((6, 0)), words)
+    return HeldFrame(zone, {}, held.note)
