@@ -232,7 +232,9 @@ def _end_process(process: SpawnProcess, scratch: Path) -> None:
     if process.is_alive():
         process.kill()
         process.join()
-    process.close()
+    # A process that began meanwhile looks after the ended ones, too, and may have been first.
+    with contextlib.suppress(ValueError):
+        process.close()
     # It had no time to clear up after itself.
     shutil.rmtree(scratch, ignore_errors=True)
 
