@@ -20,9 +20,9 @@ import json
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from pathlib import Path
 
 from ocmm_core.blas import use_one_thread
@@ -32,7 +32,7 @@ use_one_thread()
 from benchmarks import calibration, fits, jobs, probe, scaling, scaling_tracking, zones  # noqa: E402 - the number of BLAS threads is set before numpy is loaded
 from benchmarks.recall_scenes import base_points  # noqa: E402 - as above
 from ocmm_core.camera import load_rig  # noqa: E402 - as above
-from ocmm_core.cli.study import measure_speed  # noqa: E402 - as above
+from ocmm_core.cli.study import BenchRow, measure_speed  # noqa: E402 - as above
 from ocmm_core.documents import resource, write_atomic  # noqa: E402 - as above
 from ocmm_core.features.shapes import Shape  # noqa: E402 - as above
 from ocmm_core.inspection.archive import compare_files  # noqa: E402 - as above
@@ -76,23 +76,32 @@ def zone_beside_linprog(shape: Shape) -> float:
     return zones.cost(shape).ratio
 
 
-def hot_path(row: int) -> float:
-    """Return a ratio of `ocmm bench`."""
-    return measure_speed(0.3)[row].ratio
+@cache
+def speeds() -> list[BenchRow]:
+    """Return the figures of `ocmm bench`."""
+    return measure_speed(0.3)
+
+
+@cache
+def pivot(poses: int) -> probe.Adjusting:
+    """Return what the adjustment of a pivot sweep takes."""
+    return probe.adjusting(poses, 3)
+
+
+def growth(sizes: tuple[int, int], cost: Callable[[int], float]) -> float:
+    """Return the exponent of a cost from one size to the other."""
+    first, last = map(cost, sizes)
+    return scaling.exponent(first, last, sizes[1] / sizes[0])
 
 
 def over_points() -> float:
     """Return the exponent of an evaluation over the points of ten features."""
-    sizes = (600, 2400)
-    found = [evaluation(points, 10) for points in sizes]
-    return scaling.exponent(found[0], found[1], sizes[1] / sizes[0])
+    return growth((600, 2400), lambda n: evaluation(n, 10))
 
 
 def over_features() -> float:
     """Return the exponent of an evaluation over features of 20 points each."""
-    sizes = (25, 100)
-    found = [evaluation(20 * features, features) for features in sizes]
-    return scaling.exponent(found[0], found[1], sizes[1] / sizes[0])
+    return growth((25, 100), lambda n: evaluation(20 * n, n))
 
 
 def evaluation(points: int, features: int) -> float:
@@ -106,44 +115,41 @@ def evaluation(points: int, features: int) -> float:
 
 def over_cameras() -> float:
     """Return the exponent of the tip over cameras."""
-    body = scaling_tracking.body_of(8)
-    return over((2, 4, 8), lambda n: scaling_tracking.tip_call(scaling_tracking.rig_of(n), body))
+    return growth((2, 8), lambda n: tip(n, 8))
 
 
 def over_leds() -> float:
     """Return the exponent of the tip over LEDs."""
-    rig = scaling_tracking.rig_of(2)
-    return over((4, 16, 64), lambda n: scaling_tracking.tip_call(rig, scaling_tracking.body_of(n)))
+    return growth((4, 64), lambda n: tip(2, n))
 
 
-def over(sizes: Sequence[int], make: Callable[[int], Callable[[], object]]) -> float:
-    """Return the exponent of a call from the least to the greatest size."""
-    first, last = (scaling_tracking.seconds_of(make(n)) for n in (sizes[0], sizes[-1]))
-    return scaling.exponent(first, last, sizes[-1] / sizes[0])
+def tip(cameras: int, leds: int) -> float:
+    """Return the processor time of the tip of a batch of frames, s."""
+    rig, body = scaling_tracking.rig_of(cameras), scaling_tracking.body_of(leds)
+    return scaling_tracking.seconds_of(scaling_tracking.tip_call(rig, body))
 
 
 def over_poses() -> float:
     """Return the exponent of the adjustment of a pivot sweep over its poses."""
-    sizes = (1000, 10_000)
-    found = [probe.adjusting(poses, 3).ours for poses in sizes]
-    return scaling.exponent(found[0], found[1], sizes[1] / sizes[0])
+    return growth((1000, 10_000), lambda n: pivot(n).ours)
 
 
 def over_jobs() -> float:
     """Return the exponent of comparing jobs over their number, in one process."""
     sizes = (4, 16)
-    times = []
     with tempfile.TemporaryDirectory(prefix="ocmm-ratios-") as name:
         folder = Path(name)
         base = base_points(folder, jobs.PLAN)
         paths = [folder / f"part-{k}.ocmm" for k in range(sizes[-1])]
         for k, path in enumerate(paths):
             jobs.write_job(path, base, len(base), k)
-        for size in sizes:
+
+        def compared(size: int) -> float:
             begun = time.process_time()
             compare_files(paths[:size], probes=folder, calibrations=folder, processes=1)
-            times.append(time.process_time() - begun)
-    return scaling.exponent(times[0], times[1], sizes[1] / sizes[0])
+            return time.process_time() - begun
+
+        return growth(sizes, compared)
 
 
 def camera_beside_opencv() -> float:
@@ -153,11 +159,11 @@ def camera_beside_opencv() -> float:
 
 
 FIGURES = (
-    Figure("tip beside OpenCV, 8 LEDs x 2 cameras", False, partial(hot_path, 0)),
-    Figure("tip of one frame beside 8 kHz", False, partial(hot_path, 1)),
-    Figure("tracking beside real time at 8 kHz", False, partial(hot_path, 2)),
+    Figure("tip beside OpenCV, 8 LEDs x 2 cameras", False, lambda: speeds()[0].ratio),
+    Figure("tip of one frame beside 8 kHz", False, lambda: speeds()[1].ratio),
+    Figure("tracking beside real time at 8 kHz", False, lambda: speeds()[2].ratio),
     Figure("camera calibration beside OpenCV", False, camera_beside_opencv),
-    Figure("pivot, 10,000 poses, beside numpy", False, lambda: probe.adjusting(10_000, 3).ratio),
+    Figure("pivot, 10,000 poses, beside numpy", False, lambda: pivot(10_000).ratio),
     *(
         Figure(f"{shape.value} of 1,000 points beside the fastest peer", False,
                partial(fit_beside_peers, shape))

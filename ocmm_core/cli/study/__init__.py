@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.cli.study._bench import measure_speed, run_bench
+    from ocmm_core.cli.study._bench import BenchRow, measure_speed, run_bench
     from ocmm_core.cli.study._endurance import print_run, run_for
     from ocmm_core.cli.study._fit import fit_command
     from ocmm_core.cli.study._probe import probe_app
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _bench="measure_speed run_bench",
+        _bench="BenchRow measure_speed run_bench",
         _endurance="print_run run_for",
         _fit="fit_command",
         _probe="probe_app",
@@ -35,6 +35,7 @@ else:
     )
 
 __all__ = [
+    "BenchRow",
     "fit_command",
     "measure_speed",
     "print_run",
