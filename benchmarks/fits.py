@@ -89,7 +89,7 @@ def rows(rounds: int, shapes: Sequence[Shape] = SHAPES) -> Iterator[Row]:
     """Yield every shape beside each of its peers."""
     for shape in shapes:
         # Each has points of its own, whichever others are asked for.
-        points, truth = _sample(shape, np.random.default_rng([5, SHAPES.index(shape)]))
+        points, truth = sample(shape, np.random.default_rng([5, SHAPES.index(shape)]))
         fit = fit_shape(shape, points)
         for peer in _peers(shape, points, truth):
             ours, theirs, found = _in_turns(partial(fit_shape, shape, points), peer.fit, rounds)
@@ -146,19 +146,24 @@ def _in_turns(
     return 1e-3 * min(times[0]), 1e-3 * min(times[1]), found
 
 
-def _sample(shape: Shape, rng: np.random.Generator) -> tuple[Points3, Float]:
-    """Return points (n, 3) somewhere in space, and the true motion's rotation and place, (4, 3)."""
-    turn, height = rng.uniform(0.0, ARC, N), rng.uniform(-15.0, 15.0, N)
-    flat = np.stack([RADIUS * np.cos(turn), RADIUS * np.sin(turn), np.zeros(N)], axis=1)
+def sample(
+    shape: Shape, rng: np.random.Generator, n: int = N, arc: float = ARC
+) -> tuple[Points3, Float]:
+    """Return points (n, 3), mm, somewhere in space, and the true rotation and place, (4, 3).
+
+    Round elements are touched over ``arc``, rad.
+    """
+    turn, height = rng.uniform(0.0, arc, n), rng.uniform(-15.0, 15.0, n)
+    flat = np.stack([RADIUS * np.cos(turn), RADIUS * np.sin(turn), np.zeros(n)], axis=1)
     match shape:
         case Shape.LINE:
             points = np.outer(height, [0.0, 0.0, 1.0])
         case Shape.PLANE:
-            points = np.stack([height, rng.uniform(-15.0, 15.0, N), np.zeros(N)], axis=1)
+            points = np.stack([height, rng.uniform(-15.0, 15.0, n), np.zeros(n)], axis=1)
         case Shape.ELLIPSE:
             points = flat * [1.0, SECOND / RADIUS, 0.0]
         case Shape.SPHERE:
-            up = rng.uniform(0.2, 1.0, N)
+            up = rng.uniform(0.2, 1.0, n)
             points = flat * np.sqrt(1.0 - up**2)[:, None] + np.outer(RADIUS * up, [0.0, 0.0, 1.0])
         case Shape.CYLINDER:
             points = flat + np.outer(height, [0.0, 0.0, 1.0])
@@ -166,7 +171,7 @@ def _sample(shape: Shape, rng: np.random.Generator) -> tuple[Points3, Float]:
             scale = 1.0 + np.tan(HALF_ANGLE) * height / RADIUS
             points = flat * scale[:, None] + np.outer(height, [0.0, 0.0, 1.0])
         case Shape.TORUS:
-            tube = rng.uniform(0.0, 2.0 * np.pi, N)
+            tube = rng.uniform(0.0, 2.0 * np.pi, n)
             points = flat * (1.0 + SECOND / RADIUS * np.cos(tube))[:, None]
             points[:, 2] = SECOND * np.sin(tube)
         case _:
@@ -190,7 +195,7 @@ def _error(shape: Shape, fit: Fit, point: Float, radius: float) -> float:
 
 
 def _peers(shape: Shape, points: Points3, truth: Float) -> list[Peer]:
-    peers = [Peer("scipy least_squares, from the truth", _by_scipy(shape, points, truth))]
+    peers = [Peer("scipy least_squares, from the truth", by_scipy(shape, points, truth))]
     match shape:
         case Shape.LINE:
             peers = [Peer("scikit-image LineModelND", lambda: _line(points))]
@@ -256,7 +261,8 @@ def _ransac(
     return np.asarray(found[0]), float(found[1] if len(found) == 3 else found[2])
 
 
-def _by_scipy(shape: Shape, points: Points3, truth: Float) -> Callable[[], tuple[Float, float]]:
+def by_scipy(shape: Shape, points: Points3, truth: Float) -> Callable[[], tuple[Float, float]]:
+    """Return least_squares of points and truth of `sample`, started at the truth."""
     rotation, place = truth[:3], truth[3]
     local = (points - place) @ rotation
     sizes = {Shape.TORUS: [RADIUS, SECOND], Shape.CONE: [RADIUS, HALF_ANGLE]}

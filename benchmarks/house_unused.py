@@ -36,6 +36,10 @@ _CALLED_BY_NOBODY = frozenset(
 )  # fmt: skip
 _OF_FRAMEWORKS = frozenset(
     {
+        "connection_lost",
+        "connection_made",
+        "data_received",
+        "eof_received",
         "emit",
         "event",
         "filter",
@@ -43,6 +47,7 @@ _OF_FRAMEWORKS = frozenset(
         "on_end",
         "on_start",
         "paint",
+        "render_str",
         "resolve_command",
         "run",
         "write",
@@ -214,7 +219,8 @@ def _is_foreign(house: House, source: Source, node: ast.ClassDef, seen: set[str]
         module, name = _home_of(house, source, name)
         found = _class_of(house, module, name)
         if found is None:
-            if name not in _CALLED_BY_NOBODY:
+            # That of asyncio is no interface for type checkers: the event loop calls it.
+            if name not in _CALLED_BY_NOBODY or ast.unparse(inner) == "asyncio.Protocol":
                 return True
         elif name not in seen and _is_foreign(house, house.product[module], found, seen | {name}):
             return True

@@ -25,7 +25,7 @@ from resource import RLIMIT_CPU, prlimit
 
 from benchmarks.mutant_sites import Change, places
 
-NEEDED = ("ocmm_core", "ocmm_gui", "tests", "benchmarks", "resources", "docs")
+NEEDED = ("ocmm_core", "ocmm_gui", "tests", "benchmarks", "resources", "installer", "docs")
 LEFT_OUT = "timing"
 """Tests with this mark judge the machine, which is busy here."""
 SLOWER = 10.0

@@ -104,13 +104,19 @@ def over_features() -> float:
     return growth((25, 100), lambda n: evaluation(20 * n, n))
 
 
-def evaluation(points: int, features: int) -> float:
+def over_characteristics() -> float:
+    """Return the exponent of an evaluation over the distances of 25 features of 10 points."""
+    first, *_, last = scaling.DISTANCES
+    return growth((first, last), lambda n: evaluation(250, 25, n))
+
+
+def evaluation(points: int, features: int, distances: int = 0) -> float:
     """Return the processor time of an evaluation from nothing, s."""
     bench = scaling.Bench(
         load_rig(resource("rigs", "recommended.toml")),
         load_probe(resource("probes", "standard.toml")),
     )
-    return scaling.measure(points, features, scaling.poses_of(bench), bench).seconds
+    return scaling.measure(points, features, scaling.poses_of(bench), bench, distances).seconds
 
 
 def over_cameras() -> float:
@@ -176,6 +182,7 @@ FIGURES = (
     ),
     Figure("evaluation over points, 10 features", True, over_points),
     Figure("evaluation over features of 20 points", True, over_features),
+    Figure("evaluation over characteristics", True, over_characteristics),
     Figure("tip over cameras", True, over_cameras),
     Figure("tip over LEDs", True, over_leds),
     Figure("pivot over poses", True, over_poses),

@@ -4,7 +4,8 @@
 
 Spheres on a table, touched in turn, with the rig and probe of the resources: the uncertainty of all
 points, fits, and the diameter of every sphere with U. First 10 features and ever more points, then
-20 points a feature and ever more features. Processor time from nothing, the best of two, and after
+20 points a feature and ever more features, then 25 features and ever more distances of two of them.
+Processor time from nothing, the best of two, and after
 one more point of a job that was evaluated before, the best of five; memory is the peak of what was
 allocated from nothing. Ends with 1 if time or memory from nothing grow faster with the points than
 their number to the power of 1.1, or if one more point of the largest job takes more than a fiftieth
@@ -18,6 +19,7 @@ import sys
 import time
 import tracemalloc
 from dataclasses import dataclass
+from itertools import combinations, islice
 
 import numpy as np
 
@@ -36,6 +38,8 @@ _LARGEST_EXPONENT = 1.1
 _LARGEST_SHARE = 0.02
 _POSES = 200
 _RADIUS = 5.0
+DISTANCES = (50, 100, 200)
+"""Distances of two of 25 spheres; they have 300 pairs."""
 
 
 @dataclass(frozen=True)
@@ -57,16 +61,17 @@ class Row:
     memory: float
 
 
-def measure(points: int, features: int, poses: list[TipSensitivity], bench: Bench) -> Row:
-    """Return what one evaluation costs."""
+def measure(
+    points: int, features: int, poses: list[TipSensitivity], bench: Bench, distances: int = 0
+) -> Row:
+    """Return what one evaluation costs, with so many distances of spheres beside the diameters."""
     rng = np.random.default_rng(points)
     taken, found = [], []
     for number in range(points):
         name = number % features
         normal = rng.normal(size=3)
         normal /= np.linalg.norm(normal)
-        centre = np.array([30.0 * (name % 25), 30.0 * (name // 25), 0.0])
-        taken.append(_point(number, f"S{name}", centre, normal, bench.body.tip_radius))
+        taken.append(_point(number, f"S{name}", _centre(name), normal, bench.body.tip_radius))
         found.append(poses[number % len(poses)])
     nominals = [
         NominalFeature(
@@ -84,6 +89,14 @@ def measure(points: int, features: int, poses: list[TipSensitivity], bench: Benc
             lower=-0.1, upper=0.1,
         )
         for k in range(features)
+    ]  # fmt: skip
+    pairs = combinations(range(features), 2)
+    wanted += [
+        Characteristic(
+            name=f"L{i}-{k}", kind="distance", features=[f"S{i}", f"S{k}"],
+            nominal=float(np.linalg.norm(_centre(k) - _centre(i))), lower=-0.1, upper=0.1,
+        )
+        for i, k in islice(pairs, distances)
     ]  # fmt: skip
 
     names = frozenset(item.name for item in nominals)
@@ -114,6 +127,11 @@ def measure(points: int, features: int, poses: list[TipSensitivity], bench: Benc
     peak = tracemalloc.get_traced_memory()[1]
     tracemalloc.stop()
     return Row(points, features, min(times), min(more), peak / 1e6)
+
+
+def _centre(sphere: int) -> Float:
+    """Return where a sphere stands on the table, (3,), mm."""
+    return np.array([30.0 * (sphere % 25), 30.0 * (sphere // 25), 0.0])
 
 
 def _point(
@@ -160,6 +178,7 @@ def main() -> int:
     measure(40, 2, poses, bench)
     by_points = [measure(n, 10, poses, bench) for n in (600, 1200, 2500, 5000, 10000) if n <= most]
     by_both = [measure(20 * f, f, poses, bench) for f in (25, 50, 100, 250, 500) if 20 * f <= most]
+    by_wanted = [(n, measure(250, 25, poses, bench, n)) for n in (0, *DISTANCES)]
     print(f"{'points':>7} {'features':>8} {'s':>8} {'one more, ms':>13} {'MB':>7}")
     for row in (*by_points, *by_both):
         print(
@@ -176,6 +195,11 @@ def main() -> int:
         of_memory = exponent(rows[0].memory, rows[-1].memory, ratio)
         print(f"exponent over {words}: time {of_time:.2f}, memory {of_memory:.2f}")
         good &= not held or max(of_time, of_memory) <= _LARGEST_EXPONENT
+    for distances, row in by_wanted:
+        print(f"25 features, {distances} distances: {row.seconds:.3f} s, {row.memory:.1f} MB")
+    first, last = by_wanted[1][1], by_wanted[-1][1]
+    of_time = exponent(first.seconds, last.seconds, DISTANCES[-1] / DISTANCES[0])
+    print(f"exponent over characteristics: time {of_time:.2f}")
     share = by_both[-1].more / by_both[-1].seconds
     print(f"one more point of the largest job: {100.0 * share:.1f} % of it")
     good &= share <= _LARGEST_SHARE

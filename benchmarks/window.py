@@ -5,17 +5,22 @@ thread posts an event to the window every 5 ms; the latency is the time until it
 third row measures the same while a finished job is opened and the running one is reported, as often
 as the time allows.
 
-Run ``python -m benchmarks.window [SECONDS] [JOB]``; the exit code is 1 if a limit is missed. JOB is
-a finished job file to be opened, of about 100 points; without it the third row is left out.
+Run ``python -m benchmarks.window [SECONDS] [JOB] [--points N]``; the exit code is 1 if a limit is
+missed. JOB is a finished job file to be opened, of about 100 points; without it the third row is
+left out, unless the running job is a large one: with N points more, of spheres with 20 points each,
+it goes on with them, and it is such a job that is opened in the third row. Memory is what the
+process holds at the end of each row, and how much more than after its first third.
 """
 
 from __future__ import annotations
 
+import argparse
 import os
 import sys
 import tempfile
 import threading
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
@@ -23,6 +28,7 @@ os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
 import numpy as np
 from PySide6.QtCore import QEvent, QObject, Qt, QTimer, Signal
 
+from benchmarks.large_jobs import write_large_job
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.station import MeasuringStation
@@ -37,6 +43,7 @@ POST_EVERY_S = 0.005
 MIN_FRAMES_PER_S = 30.0
 MAX_LATENCY_S = 0.050
 MAX_CLOSE_S = 2.0
+_POINTS_EACH = 20
 
 
 class Probe(QObject):
@@ -125,10 +132,21 @@ class Reporter:
         self.written += 1
 
 
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Frames a second, p99 of the latency (s), time to close (s), memory and its growth (MB)."""
+
+    rate: float
+    latency: float
+    close: float
+    memory: float
+    grown: float
+
+
 def measure(
     station: MeasuringStation, seconds: float, out: Path, *, far: bool, job: Path | None = None
-) -> tuple[float, float, float]:
-    """Return frames a second, p99 of the latency (s) and time to close (s) of one run."""
+) -> Run:
+    """Return what one run shows."""
     app = make_application()
     bridge = StationBridge(station)
     window = MainWindow(bridge, NoticeCentre(), out=out / "report")
@@ -139,6 +157,7 @@ def measure(
     window.desk.points.installEventFilter(paints)
     bridge.live_changed.connect(lambda _live: shown.__setitem__(0, shown[0] + 1))
     began = [0.0, 0.0]
+    held: list[float] = []
     reporter = None if job is None else Reporter(window, job)
 
     def begin() -> None:
@@ -150,6 +169,7 @@ def measure(
 
     def end() -> None:
         began[1] = time.perf_counter()
+        held.append(held_mb())
         probe.stop()
         if reporter is not None:
             reporter.end()
@@ -157,6 +177,8 @@ def measure(
         window.close()
 
     QTimer.singleShot(round(1000 * WARM_UP_S), begin)
+    third = WARM_UP_S + seconds / 3.0
+    QTimer.singleShot(round(1000 * third), lambda: held.append(held_mb()))
     QTimer.singleShot(round(1000 * (WARM_UP_S + seconds)), end)
     bridge.start()
     app.exec()
@@ -164,36 +186,62 @@ def measure(
     hidden = far or reporter is not None
     frames = shown[0] if hidden else min(paints.count, shown[0])
     rate = frames / (began[1] - began[0])
-    return rate, float(np.quantile(probe.latencies, 0.99)), window.close_seconds
+    latency = float(np.quantile(probe.latencies, 0.99))
+    return Run(rate, latency, window.close_seconds, held[1], held[1] - held[0])
+
+
+def held_mb() -> float:
+    """Return the memory that this process holds, MB."""
+    pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
+
+
+def begun(folder: Path, points: int) -> StationRequest:
+    """Return the demonstration, or a large job that goes on with it."""
+    demo = resource("plans", "demo.toml")
+    if not points:
+        return StationRequest(plan=demo, out=folder, speed=1.0, stay=True)
+    plan, job = write_large_job(folder, points, points // _POINTS_EACH, demo)
+    return StationRequest(plan=plan, out=folder, speed=1.0, stay=True, resume=job)
 
 
 def main() -> int:
     """Print the table and return the exit code."""
-    seconds = float(sys.argv[1]) if len(sys.argv) > 1 else SECONDS
-    job = Path(sys.argv[2]) if len(sys.argv) > 2 else None
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("seconds", type=float, nargs="?", default=SECONDS)
+    parser.add_argument("job", type=Path, nargs="?")
+    parser.add_argument("--points", type=int, default=0)
+    options = parser.parse_args()
     ok = True
-    print("view   frames/s (>= 30)  p99 latency (<= 50 ms)  close (<= 2 s)  left behind")
-    for name in ("desk", "far", *(() if job is None else ("report",))):
-        with tempfile.TemporaryDirectory() as out:
-            built = build_station(
-                StationRequest(
-                    plan=resource("plans", "demo.toml"), out=Path(out), speed=1.0, stay=True
-                )
+    print("view   frames/s (>= 30)  p99 latency (<= 50 ms)  close (<= 2 s)  memory  left behind")
+    with tempfile.TemporaryDirectory(prefix="ocmm-window-") as name:
+        job = options.job
+        if job is None and options.points:
+            opened = Path(name) / "opened"
+            opened.mkdir()
+            job = write_large_job(opened, options.points, options.points // _POINTS_EACH)[1]
+        for view in ("desk", "far", *(() if job is None else ("report",))):
+            folder = Path(name) / view
+            folder.mkdir()
+            found = measure(
+                build_station(begun(folder, options.points)).station,
+                options.seconds,
+                folder,
+                far=view == "far",
+                job=job if view == "report" else None,
             )
-            rate, latency, close = measure(
-                built.station,
-                seconds,
-                Path(out),
-                far=name == "far",
-                job=job if name == "report" else None,
+            left = [t.name for t in threading.enumerate() if t is not threading.main_thread()]
+            print(
+                f"{view:<6} {found.rate:16.1f}  {1e3 * found.latency:19.1f} ms  "
+                f"{found.close:12.2f} s  {found.memory:.0f} MB ({found.grown:+.0f})  "
+                f"{', '.join(left) or 'nothing'}"
             )
-        left = [t.name for t in threading.enumerate() if t is not threading.main_thread()]
-        print(
-            f"{name:<6} {rate:16.1f}  {1e3 * latency:19.1f} ms  {close:12.2f} s  "
-            f"{', '.join(left) or 'nothing'}"
-        )
-        in_time = rate >= MIN_FRAMES_PER_S and latency <= MAX_LATENCY_S and close <= MAX_CLOSE_S
-        ok = ok and in_time and not left
+            in_time = (
+                found.rate >= MIN_FRAMES_PER_S
+                and found.latency <= MAX_LATENCY_S
+                and found.close <= MAX_CLOSE_S
+            )
+            ok = ok and in_time and not left
     return 0 if ok else 1
 
 

@@ -1,4 +1,4 @@
-"""Write the tables of the documentation that say what a registry says.
+"""Write the tables of the documentation that say what a registry says, and a schema.
 
 ``python docs/make_tables.py`` puts each table between its marks; ``tests/core/test_docs_tables.py``
 compares them.
@@ -7,10 +7,15 @@ compares them.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Sequence
+import sys
+from collections.abc import Callable, Iterable, Sequence, Set
+from functools import partial
 from pathlib import Path
 
+import msgspec
+
 from ocmm_core.composition import SOURCES
+from ocmm_core.doctor import CHECKS, DoctorReport
 from ocmm_core.documents import write_atomic
 from ocmm_core.export import FORMATS
 from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec
@@ -75,17 +80,95 @@ def sources() -> str:
     )
 
 
+def checks() -> str:
+    """Return the table of the checks of the computer."""
+    return table(
+        ("line", "in JSON", "GREEN means"),
+        ((one.title, f"`{one.name}`", one.about) for one in CHECKS),
+    )
+
+
+def packages(adds: str, beside: str = "") -> str:
+    """Return the table of the packages of a lock file, without those of another one."""
+    from installer.licences import licences
+    from installer.locks import read_lock
+
+    pins = read_lock(ROOT / adds)
+    known = licences().packages
+    there = read_lock(ROOT / beside) if beside else {}
+    return table(
+        ("package", "version", "licence", "for"),
+        (
+            (name, pin.version, known[name].licence, known[name].purpose or _askers(pin.needed_by))
+            for name, pin in pins.items()
+            if name not in there
+        ),
+    )
+
+
+def _askers(names: Set[str]) -> str:
+    return ", ".join(sorted(names - {""})) or "tests, checks and benchmarks"
+
+
+def held() -> str:
+    """Return the table of what the binaries of packages hold besides their own code."""
+    from installer.licences import licences
+
+    return table(
+        ("in the binaries of", "there is", "licence"),
+        (
+            (", ".join(f"`{package}`" for package in part.packages), part.name, part.licence)
+            for part in licences().holds
+        ),
+    )
+
+
+def allowed() -> str:
+    """Return the table of the licences that may be in OCMM."""
+    from installer.licences import licences
+
+    known = licences()
+    return table(
+        ("licence", "may be in", "because"),
+        (
+            *((name, "everything", reason) for name, reason in known.shipped.items()),
+            *((one.licence, ", ".join(one.packages), one.reason) for one in known.fits),
+            *((name, "development", reason) for name, reason in known.development.items()),
+        ),
+    )
+
+
 def _plain(text: str) -> str:
     """Return text of a cell: a bar would begin the next one."""
     return text.replace("|", "\\|")
 
 
+_LICENCES = "THIRD_PARTY_LICENCES.md"
 TABLES: dict[str, tuple[str, Callable[[], str]]] = {
     "alarms": ("docs/wire.md", alarms),
+    "allowed licences": (_LICENCES, allowed),
+    "checks": ("docs/doctor.md", checks),
     "formats": ("docs/exports.md", formats),
+    "packages": (_LICENCES, partial(packages, "requirements.lock")),
+    "packages for development": (
+        _LICENCES,
+        partial(packages, "requirements-dev.lock", "requirements.lock"),
+    ),
+    "packages for STEP": (
+        _LICENCES,
+        partial(packages, "requirements-step.lock", "requirements.lock"),
+    ),
+    "packages for building": (
+        _LICENCES,
+        partial(packages, "requirements-package.lock", "requirements-dev.lock"),
+    ),
+    "parts of packages": (_LICENCES, held),
     "sources": ("README.md", sources),
 }
 """By the name in its marks: the page, from the root, and what stands between the marks."""
+
+
+DOCTOR_SCHEMA = "docs/doctor.schema.json"
 
 
 def marked(page: str, name: str) -> re.Match[str]:
@@ -98,12 +181,16 @@ def marked(page: str, name: str) -> re.Match[str]:
 
 
 def main() -> None:
-    """Write all tables."""
+    """Write all tables, and the schema of what ``ocmm station doctor --json`` prints."""
+    # `installer` stands beside this folder and is not installed.
+    sys.path.insert(0, str(ROOT))
     for name, (path, text) in TABLES.items():
         page = (ROOT / path).read_text(encoding="utf-8")
         place = marked(page, name)
         page = f"{page[: place.end(1)]}{text()}{page[place.start(3) :]}"
         write_atomic(ROOT / path, page.encode("utf-8"))
+    schema = msgspec.json.encode(msgspec.json.schema(DoctorReport), order="sorted")
+    write_atomic(ROOT / DOCTOR_SCHEMA, msgspec.json.format(schema, indent=1) + b"\n")
 
 
 if __name__ == "__main__":

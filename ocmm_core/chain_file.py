@@ -1,16 +1,19 @@
 """A file of JSON lines that only grows, where every line is bound to the one before by a hash.
 
-Each line is on the disk before `ChainFile.append` returns. A last line without its end was being
-written when the power went: nobody was told of it, and it is left out. Any other line that is not
-as it was written makes the whole file unusable, because nobody could say what is missing. Cutting
-off whole lines at the end does not show in the file itself: `ChainFile.links` is for who keeps a
-copy of the last hash elsewhere (`calibration.event_folder` does).
+Each line is on the disk before `ChainFile.append` returns. Any line that is not as it was written
+makes the whole file unusable, because nobody could say what is missing. A last line without its end
+was being written when the power went: nobody was told of it, and it is left out and told
+(`ChainFile.torn`). That a line was cut by somebody does not show in the file itself. So this
+station remembers how far it went (`seals`): a file that holds less than it did was cut. Who keeps
+a seal of its own beside the file (`calibration.records`) does not need that.
 """
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Generic, TypeVar
 
@@ -18,6 +21,8 @@ import msgspec
 
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import StorageError
+from ocmm_core.host import HOST
+from ocmm_core.seals import Seen, recall, remember
 
 T = TypeVar("T", bound=msgspec.Struct)
 
@@ -32,7 +37,7 @@ class _Line(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
 
 
 class ChainFile(Generic[T]):
-    """The file, open for reading and growing; one process writes at a time.
+    """The file, open for reading and growing; whoever reads an old end writes nothing.
 
     Parameters
     ----------
@@ -40,11 +45,16 @@ class ChainFile(Generic[T]):
         Made, with its folder, at the first append.
     kind
         What every line holds.
+    remembered
+        This station remembers how far it goes.
+    known
+        What was read of this file before: lines that are still those bytes are not decoded again,
+        so that reading on costs what came since.
 
     Raises
     ------
     StorageError
-        A line is not as it was written, or holds something else.
+        A line is not as it was written, or holds something else, or lines are missing at the end.
 
     Attributes
     ----------
@@ -58,19 +68,35 @@ class ChainFile(Generic[T]):
         Behind the last line stands the beginning of another one.
     """
 
-    def __init__(self, path: Path, kind: type[T]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        kind: type[T],
+        *,
+        remembered: bool = False,
+        known: ChainFile[T] | None = None,
+    ) -> None:
         self.path = path
+        self._remembered = remembered
         self.items: tuple[T, ...] = ()
         self.links: tuple[str, ...] = ()
         self.torn = False
-        self._length = 0
+        self._length = self._size = 0
+        self._disk_failed = False
+        self._digest = hashlib.sha256()
         if not path.exists():
             return
         whole = read_bytes(path)
         content = whole[: whole.rfind(b"\n") + 1]
         links: list[str] = []
         items: list[T] = []
-        for number, text in enumerate(content.splitlines(keepends=True), start=1):
+        begin = 0
+        on = None if known is None else known.begins(content)
+        if known is not None and on is not None:
+            links, items = list(known.links), list(known.items)
+            begin, self._digest = on
+        lines = content[begin:].splitlines(keepends=True)
+        for number, text in enumerate(lines, start=len(links) + 1):
             try:
                 line = msgspec.json.decode(text, type=_Line)
                 item = msgspec.json.decode(line.item, type=kind)
@@ -84,11 +110,19 @@ class ChainFile(Generic[T]):
         self.items = tuple(items)
         self.links = tuple(links)
         self.torn = len(whole) != len(content)
-        self._length = len(content)
+        self._digest.update(memoryview(content)[begin:])
+        self._length, self._size = len(content), len(whole)
+        if remembered and links:
+            _require_all(path, links)
 
     @property
     def _link(self) -> str:
         return self.links[-1] if self.links else _FIRST_LINK
+
+    def begins(self, content: bytes) -> tuple[int, hashlib._Hash] | None:
+        """Return the length and the hash of this chain where a content begins with it."""
+        begin = hashlib.sha256(memoryview(content)[: self._length])
+        return (self._length, begin) if begin.digest() == self._digest.digest() else None
 
     def link_with(self, item: T) -> str:
         """Return the hash that the next line would end with if it held ``item``."""
@@ -100,31 +134,52 @@ class ChainFile(Generic[T]):
         Raises
         ------
         StorageError
-            It could not be written; the file holds what it held before.
+            It could not be written, or another program has written meanwhile; the file holds what
+            it held before. After a sync that failed it is not written again: that might seem to
+            succeed.
         """
+        if self._disk_failed:
+            raise _given_up(self.path)
         link = self.link_with(item)
         content = _encode(len(self.items) + 1, self._link, msgspec.json.encode(item))
         try:
             self.path.parent.mkdir(parents=True, exist_ok=True)
-            descriptor = os.open(self.path, os.O_WRONLY | os.O_CREAT, 0o644)
+            descriptor = HOST.open_file(self.path, os.O_WRONLY | os.O_CREAT, 0o644)
             try:
+                # Two that read the same end would each write a line there.
+                HOST.lock(descriptor, wait=True)
+                if os.fstat(descriptor).st_size not in (self._size, self._length):
+                    raise _elsewhere(self.path)
                 # What a failed or torn append may have left behind goes first.
                 os.ftruncate(descriptor, self._length)
-                if os.pwrite(descriptor, content, self._length) != len(content):
+                if HOST.write_at(descriptor, content, self._length) != len(content):
                     raise OSError(0, "only a part was written")
-                os.fsync(descriptor)
+                try:
+                    os.fsync(descriptor)
+                except OSError as error:
+                    self._disk_failed = True
+                    with contextlib.suppress(OSError):
+                        os.ftruncate(descriptor, self._length)
+                    raise _given_up(self.path) from error
             finally:
                 os.close(descriptor)
         except OSError as error:
+            with contextlib.suppress(OSError):
+                self._size = self.path.stat().st_size
             raise StorageError(
                 "chain.unwritable",
                 f"{self.path}: a line could not be stored ({error.strerror}).",
                 "Free disk space or restore write permission, then repeat.",
             ) from error
         self._length += len(content)
+        self._digest.update(content)
+        self._size = self._length
         self.torn = False
         self.links = (*self.links, link)
         self.items = (*self.items, item)
+        if self._remembered:
+            name, place = _name(self.links), str(self.path.resolve())
+            remember(Seen(name=name, count=len(self.links), link=link, place=place))
 
 
 def _encode(number: int, previous: str, item: bytes) -> bytes:
@@ -134,6 +189,38 @@ def _encode(number: int, previous: str, item: bytes) -> bytes:
 
 def _link_of(number: int, previous: str, item: bytes) -> str:
     return hashlib.sha256(b"%d %s " % (number, previous.encode()) + item).hexdigest()
+
+
+def _elsewhere(path: Path) -> StorageError:
+    return StorageError(
+        "chain.elsewhere",
+        f"{path}: another program has written to this file meanwhile.",
+        "Close the other one, then open this again.",
+    )
+
+
+def _name(links: Sequence[str]) -> str:
+    """Return what a chain is remembered by: its first line is like no other's."""
+    return f"chain {links[0]}"
+
+
+def _require_all(path: Path, links: Sequence[str]) -> None:
+    seen = recall(_name(links))
+    if seen is None or (len(links) >= seen.count and links[seen.count - 1] == seen.link):
+        return
+    raise StorageError(
+        "chain.cut",
+        f"{path}: line {seen.count}, which this computer has seen, is missing or another one.",
+        "Restore the newest copy of the file. If there is none, start a new one.",
+    )
+
+
+def _given_up(path: Path) -> StorageError:
+    return StorageError(
+        "chain.disk",
+        f"{path}: the disk failed and the last line was not stored; everything before it is.",
+        "Check the disk, restart OCMM and repeat.",
+    )
 
 
 def _broken(path: Path, number: int) -> StorageError:

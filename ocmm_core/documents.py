@@ -6,10 +6,15 @@ the field. Documents are data: nothing in them is ever evaluated.
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import hashlib
-import math
 import os
+import re
+import reprlib
+import stat
 import tomllib
+from collections.abc import Iterator
 from functools import cache
 from importlib.resources import files
 from pathlib import Path
@@ -18,8 +23,23 @@ from typing import Any, TypeVar
 import msgspec
 
 from ocmm_core.errors import InputError
+from ocmm_core.host import HOST
+from ocmm_core.leftovers import temporary_file
 
 T = TypeVar("T", bound="Document")
+D = TypeVar("D")
+
+LARGEST_FILE = 64 << 20
+"""Bytes of the largest file that is read as a whole; a longer one is not looked at."""
+LARGEST_DOCUMENT = 1 << 20
+"""Bytes of the largest TOML document: a plan of some three thousand features."""
+_LARGEST_NUMBER = 1e15
+"""In mm it is a tenth of a light-year; powers of it stay far from overflow."""
+_DEEPEST_KEY = 16
+_LONG_KEY = re.compile(r"""(?<![\w-])(?:(?:[\w-]++|"[^"\n]*+"|'[^'\n]*+')[ \t]*+\.[ \t]*+){17}""")
+_TOO_LONG = "a number has too many digits"
+_SHORT = reprlib.Repr()
+_SHORT.maxstring = _SHORT.maxlong = _SHORT.maxother = 80
 
 
 class Document(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -61,38 +81,24 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
         missing or mistyped field, or holds a number that is not finite.
     """
     path = Path(path)
-    raw = read_bytes(path)
-    try:
-        data = tomllib.loads(raw.decode("utf-8"))
-    except UnicodeDecodeError as error:
-        raise InputError(
-            "document.encoding",
-            f"{path}: byte {error.start} is not UTF-8 text.",
-            "Save the file as UTF-8, or restore it from a good copy.",
-        ) from error
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(
-            "document.syntax",
-            f"{path}: the file is not valid TOML: {error}.",
-            "Correct that line, or restore the file from a good copy.",
-        ) from error
+    data = _parsed(path, read_text(path, LARGEST_DOCUMENT))
     found = data.get("schema")
     if found != schema:
         raise InputError(
             "document.schema",
-            f"{path}: field 'schema' is {found!r}, but {schema!r} is needed here.",
+            f"{path}: field 'schema' is {shortened(found)}, but {schema!r} is needed here.",
             "Give a document of that kind and version.",
         )
     if data.get("unit") != "mm":
         raise InputError(
             "document.unit",
-            f"{path}: field 'unit' is {data.get('unit')!r}, but lengths must be in 'mm'.",
+            f"{path}: field 'unit' is {shortened(data.get('unit'))}, but lengths must be in 'mm'.",
             'Convert the lengths to millimetres and set unit = "mm".',
         )
-    _refuse_non_finite(path, data, "")
+    _refuse_unusable(path, data, "")
     try:
         return msgspec.convert(kind.completed(data), kind)
-    except msgspec.ValidationError as error:
+    except (msgspec.ValidationError, UnicodeError) as error:
         raise InputError(
             "document.field",
             f"{path}: {error}.",
@@ -100,20 +106,75 @@ def load_document(path: Path | str, kind: type[T], schema: str) -> T:
         ) from error
 
 
-def read_bytes(path: Path) -> bytes:
-    """Return the content of ``path``; raise InputError if it cannot be read."""
+def read_bytes(path: Path, most: int = LARGEST_FILE) -> bytes:
+    """Return the content of ``path``; at most ``most`` bytes are read.
+
+    Raises
+    ------
+    InputError
+        It is missing, no file, larger, or cannot be read.
+    """
     try:
-        return path.read_bytes()
+        kind = path.stat()
+        if not (stat.S_ISREG(kind.st_mode) or stat.S_ISDIR(kind.st_mode)):
+            # A pipe that nobody writes to would be waited for, and a device may have no end.
+            raise OSError(errno.EINVAL, "it is a pipe or a device")
+        with path.open("rb") as stream:
+            content = stream.read(most + 1) if kind.st_size <= most else b""
     except FileNotFoundError as error:
         raise InputError(
             "document.missing", f"{path}: file not found.", "Check the name and the folder."
         ) from error
-    except OSError as error:
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
         raise InputError(
             "document.unreadable",
-            f"{path}: the file cannot be read ({error.strerror}).",
+            f"{path}: the file cannot be read ({reason}).",
             "Check that it is a file and that you have read permission.",
         ) from error
+    if kind.st_size > most or len(content) > most:
+        raise InputError(
+            "document.too_large",
+            f"{path}: the file has {max(kind.st_size, len(content)):,} bytes, and at most {most:,} "
+            "are read.",
+            "Check that it is the right file.",
+        )
+    return content
+
+
+def read_text(path: Path, most: int = LARGEST_FILE) -> str:
+    """Return the text of ``path``, with its line ends; InputError also where it is not UTF-8."""
+    raw = read_bytes(path, most)
+    try:
+        return raw.decode("utf-8")
+    except UnicodeDecodeError as error:
+        line = raw.count(b"\n", 0, error.start) + 1
+        raise InputError(
+            "document.encoding",
+            f"{path}: byte {error.start}, in line {line}, is not UTF-8 text.",
+            "Save the file as UTF-8, or restore it from a good copy.",
+        ) from error
+
+
+def decode_json(content: bytes | str, kind: type[D]) -> D:
+    """Return what a JSON text says.
+
+    Raises
+    ------
+    msgspec.MsgspecError
+        It is no JSON, not of this kind, no UTF-8, or nested without end.
+    """
+    try:
+        return msgspec.json.decode(content, type=kind)
+    except RecursionError as error:
+        raise msgspec.DecodeError("it is nested too deeply") from error
+    except UnicodeError as error:
+        raise msgspec.DecodeError("it is not UTF-8 text") from error
+
+
+def shortened(value: object) -> str:
+    """Return how a value of a file is written in a sentence: never more than a few words."""
+    return _SHORT.repr(value)
 
 
 def digest(path: Path | str) -> str:
@@ -127,23 +188,68 @@ def write_atomic(path: Path, content: bytes) -> None:
     Raises
     ------
     OSError
-        The folder cannot be written; ``path`` then holds what it held before.
+        The folder cannot be written; ``path`` then holds what it held before. Where the folder
+        could not be synced it holds the new content, which a power failure may still take back.
     """
-    temporary = path.with_name(f".{path.name}.{os.getpid()}.tmp")
-    try:
-        with temporary.open("wb") as stream:
-            stream.write(content)
-            stream.flush()
-            os.fsync(stream.fileno())
+    with written_beside(path, content) as temporary:
         temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
-    if hasattr(os, "O_DIRECTORY"):
-        folder = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY)
+    HOST.sync_folder(path.parent)
+
+
+def write_new(path: Path, content: bytes) -> None:
+    """Write ``content`` to a file that is there whole from the first moment, or not at all.
+
+    Raises
+    ------
+    FileExistsError
+        There is such a file already, which stays as it is.
+    OSError
+        The folder cannot be written; there is no such file then.
+    """
+    with written_beside(path, content) as temporary:
         try:
-            os.fsync(folder)
+            os.link(temporary, path)
+        except FileExistsError:
+            raise
+        except OSError:
+            # File systems without a second name for a file, e.g. of memory cards.
+            HOST.rename_new(temporary, path)
+    try:
+        HOST.sync_folder(path.parent)
+    except OSError:
+        path.unlink(missing_ok=True)
+        raise
+
+
+@contextlib.contextmanager
+def written_beside(path: Path, content: bytes) -> Iterator[Path]:
+    """Give a file beside ``path`` with this content on the disk; it is gone at the end.
+
+    Until then it is locked, so that nobody takes it for a leftover (`leftovers`). Whoever renames
+    it meanwhile keeps it. A sync that failed is never tried again on the same file: it might seem
+    to succeed.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written.
+    """
+    descriptor, temporary = temporary_file(path)
+    try:
+        try:
+            rest = memoryview(content)
+            while rest:
+                rest = rest[os.write(descriptor, rest) :]
+            os.fsync(descriptor)
         finally:
-            os.close(folder)
+            if HOST.closes_before_rename:
+                os.close(descriptor)
+        yield temporary
+    finally:
+        with contextlib.suppress(OSError):
+            temporary.unlink(missing_ok=True)
+        if not HOST.closes_before_rename:
+            os.close(descriptor)
 
 
 def resource(*parts: str) -> Path:
@@ -163,16 +269,43 @@ def _resources() -> Path:
     return shipped if shipped.is_dir() else package.parent / "resources"
 
 
-def _refuse_non_finite(path: Path, value: Any, field: str) -> None:
+def _parsed(path: Path, text: str) -> dict[str, Any]:
+    reason = ""
+    # The parser takes a time that grows with the square of the parts of a key.
+    if _LONG_KEY.search(text):
+        reason = f"a key has more than {_DEEPEST_KEY} parts"
+    else:
+        try:
+            return tomllib.loads(text)
+        except RecursionError:
+            reason = "it is nested too deeply"
+        except ValueError as error:
+            # Also of an integer with thousands of digits, which Python does not read.
+            reason = str(error) if isinstance(error, tomllib.TOMLDecodeError) else _TOO_LONG
+    raise InputError(
+        "document.syntax",
+        f"{path}: the file is not valid TOML: {reason}.",
+        "Correct that line, or restore the file from a good copy.",
+    )
+
+
+def _refuse_unusable(path: Path, value: Any, field: str) -> None:
+    """Raise InputError where a number is not finite, or larger than anything that is measured."""
     if isinstance(value, dict):
         for key, item in value.items():
-            _refuse_non_finite(path, item, f"{field}.{key}" if field else key)
+            _refuse_unusable(path, item, f"{field}.{key}" if field else key)
     elif isinstance(value, list):
         for index, item in enumerate(value):
-            _refuse_non_finite(path, item, f"{field}[{index}]")
-    elif isinstance(value, float) and not math.isfinite(value):
+            _refuse_unusable(path, item, f"{field}[{index}]")
+    elif isinstance(value, int | float) and not _is_usable(value):
         raise InputError(
             "document.not_finite",
-            f"{path}: field '{field}' is {value}, which is not a usable number.",
-            "Give a finite number.",
+            f"{path}: field {shortened(field)} is {shortened(value)}, which is not a usable "
+            "number.",
+            f"Give a finite number below {_LARGEST_NUMBER:.0e}.",
         )
+
+
+def _is_usable(value: float) -> bool:
+    # What no number can hold, the type of the field refuses.
+    return abs(value) <= _LARGEST_NUMBER or (isinstance(value, int) and abs(value) > 10**308)

@@ -6,6 +6,9 @@ what is wrong (naming the file, the line or the field) and what to do about it.
 
 from __future__ import annotations
 
+_LONGEST = 2000
+"""Characters of a sentence: those about two paths are shorter, those of a hostile name are not."""
+
 
 class OcmmError(Exception):
     """Base of every error that the product raises on purpose.
@@ -21,13 +24,20 @@ class OcmmError(Exception):
     """
 
     def __init__(self, code: str, what: str, remedy: str) -> None:
-        super().__init__(f"{what} {remedy}")
         self.code = code
-        self.what = what
-        self.remedy = remedy
+        self.what = _readable(what)
+        self.remedy = _readable(remedy)
+        super().__init__(f"{self.what} {self.remedy}")
 
     def __reduce__(self) -> tuple[type[OcmmError], tuple[str, str, str]]:
         return (type(self), (self.code, self.what, self.remedy))
+
+
+def _readable(sentence: str) -> str:
+    """Return a sentence without the middle of a name that somebody made endless."""
+    if len(sentence) <= _LONGEST:
+        return sentence
+    return f"{sentence[: _LONGEST // 2]} ... {sentence[-_LONGEST // 4 :]}"
 
 
 class InputError(OcmmError):

@@ -21,6 +21,8 @@ from typing import TypeVar
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.host import HOST
+from ocmm_core.leftovers import scratch_folder
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -39,8 +41,7 @@ def processes_for(things: int) -> int:
     """
     if things <= _FEW or multiprocessing.current_process().daemon:
         return 1
-    can_say = hasattr(os, "sched_getaffinity")
-    return len(os.sched_getaffinity(0)) if can_say else os.cpu_count() or 1
+    return HOST.processors()
 
 
 def side_by_side(
@@ -77,10 +78,10 @@ def side_by_side(
         return
     # The processes inherit the environment; theirs is read before they load numpy.
     use_one_thread()
-    with tempfile.TemporaryDirectory(prefix="ocmm-side-", ignore_cleanup_errors=True) as scratch:
+    with scratch_folder("side") as scratch:
         crew: list[_Hand] = []
         try:
-            yield from _shared_out(crew, work, things, processes, named, told, scratch)
+            yield from _shared_out(crew, work, things, processes, named, told, str(scratch))
         finally:
             for hand in crew:
                 hand.process.terminate()

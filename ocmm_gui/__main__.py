@@ -5,11 +5,14 @@ from __future__ import annotations
 import multiprocessing
 import sys
 
+from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
 
 if __name__ == "__main__":
     # A frozen program would start itself again and again without this.
     multiprocessing.freeze_support()
+    # There is one thread yet: rights are held by thread.
+    hold_nothing()
     use_one_thread()
 
     from ocmm_core.failure import EXIT_INTERNAL, contained

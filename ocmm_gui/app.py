@@ -21,7 +21,7 @@ from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_gui.climate_arguments import add_climate, climate_request
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, apply_theme, text_font
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, PlainLabel, apply_theme, text_font, tr
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest
@@ -152,6 +152,8 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
             if parsed.serial is None and parsed.source != DEFAULT_SOURCE:
                 # Who measures which part comes before the first point.
                 window.sheets.open_job()
+            if parsed.job is not None:
+                window.sheets.look_at(parsed.job)
             bridge.start()
             window.load_the_rest()
             if options.quit_after_s > 0.0:
@@ -192,7 +194,13 @@ def _request(parsed: argparse.Namespace) -> StationRequest:
         probes=parsed.probes,
         tip=parsed.tip,
         check_after_h=parsed.check_after,
-        stream=stream_options(parsed.stream, parsed.stream_host, parsed.stream_token),
+        stream=stream_options(
+            parsed.stream,
+            parsed.stream_host,
+            parsed.stream_token,
+            parsed.stream_cert,
+            parsed.stream_key,
+        ),
     )
 
 
@@ -216,7 +224,8 @@ def _save_pictures(window: MainWindow, paths: Sequence[Path]) -> bool:
 
 
 def _splash(app: QApplication, source: str, options: WindowOptions) -> QLabel:
-    label = QLabel(f"OCMM\n\nStarting: {source}", alignment=Qt.AlignmentFlag.AlignCenter)
+    label = PlainLabel(tr("OCMM\n\nStarting: {source}").format(source=source))
+    label.setAlignment(Qt.AlignmentFlag.AlignCenter)
     label.setWindowTitle("OCMM")
     label.setFont(text_font(20))
     label.resize(520, 200)
@@ -248,6 +257,13 @@ def _window_options(parsed: argparse.Namespace) -> WindowOptions:
     )
 
 
+def _picture(text: str) -> Path:
+    """Return where a picture goes; a job file behind the option is none and is not written over."""
+    if not text.lower().endswith(".png"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no picture; give a name ending in .png")
+    return Path(text)
+
+
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     return int(width), int(height)
@@ -261,6 +277,7 @@ def _parser() -> argparse.ArgumentParser:
     )
     add = parser.add_argument
     add("--plan", type=Path, default=resource("plans", "demo.toml"), help="what to measure")
+    add("job", nargs="?", type=Path, help="job file to look at, read-only")
     add("--rig", type=Path, default=resource("rigs", "recommended.toml"), help="the cameras")
     add("--probe", type=Path, default=resource("probes", "standard.toml"), help="the probe")
     add("--reference", type=Path, help="reference body: LEDs fixed on the part or its table")
@@ -307,14 +324,18 @@ def _parser() -> argparse.ArgumentParser:
         default="127.0.0.1",
         help="address of the stream; non-local ones need a token",
     )
-    add("--stream-token", type=Path, help="file with the token of the stream")
+    add(
+        "--stream-token", type=Path, help="file with the token of the stream, readable by you alone"
+    )
+    add("--stream-cert", type=Path, help="certificate (PEM): the stream speaks TLS")
+    add("--stream-key", type=Path, help="private key of that certificate (PEM, no password)")
     add("--theme", choices=tuple(THEMES), default=DEFAULT_THEME, help="colour theme; T changes it")
     add("--far", action="store_true", help="start in the far view; F11 changes it")
     add("--size", type=_size, help="of the window, e.g. 1280x720; default: maximised")
     add("--silent", action="store_true", help="no sounds")
     add("--quit-after", type=float, default=0.0, metavar="SECONDS", help="close automatically")
     add(
-        "--screenshot", type=Path, nargs="+", default=[], metavar="FILE",
+        "--screenshot", type=_picture, nargs="+", default=[], metavar="FILE",
         help="save a picture of the window when it closes automatically",
     )  # fmt: skip
     return parser

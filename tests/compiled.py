@@ -29,6 +29,7 @@ class CompileWatch(event.Listener):  # type: ignore[misc] # numba ships no annot
         self._depth = 0
         self._asked: list[tuple[Any, Any]] = []
         self._told: set[str] = set()
+        self._loaded = _Loaded()
         self._compiled = False
         self._listed = {
             (module, name, wanted) for group in kernel_groups() for module, name, wanted in group
@@ -48,7 +49,7 @@ class CompileWatch(event.Listener):  # type: ignore[misc] # numba ships no annot
 
     def unlisted(self) -> list[str]:
         """Return a line for each call since the last question that the list does not have."""
-        found = set(self._asked) if self._compiled else set(_loaded())
+        found = set(self._asked) if self._compiled else set(self._loaded.calls())
         self._asked.clear()
         lines = {
             f"{function.__module__} {function.__name__} {' '.join(map(str, called))}"
@@ -63,13 +64,27 @@ class CompileWatch(event.Listener):  # type: ignore[misc] # numba ships no annot
         return sorted(new)
 
 
-def _loaded() -> list[tuple[Any, Any]]:
-    return [
-        (value, tuple(called))
-        for name, module in list(sys.modules.items())
-        if name.startswith("ocmm_core.")
-        for value in list(vars(module).values())
-        if isinstance(value, Dispatcher)
-        for called in list(value.overloads)
-        if not any(isinstance(one, types.Literal) for one in called)
-    ]
+class _Loaded:
+    """What compiled functions of the product are there for; each module is read once."""
+
+    def __init__(self) -> None:
+        self._modules: dict[str, Any] = {}
+        self._dispatchers: list[Dispatcher] = []
+
+    def calls(self) -> list[tuple[Any, Any]]:
+        """Return each function with the types that it was loaded or compiled for."""
+        for name, module in list(sys.modules.items()):
+            if self._modules.get(name) is module or not name.startswith("ocmm_core."):
+                continue
+            # Another thread may be reading its file just now.
+            if not getattr(module.__spec__, "_initializing", False):
+                self._modules[name] = module
+                self._dispatchers += [
+                    value for value in vars(module).values() if isinstance(value, Dispatcher)
+                ]
+        return [
+            (dispatcher, tuple(called))
+            for dispatcher in self._dispatchers
+            for called in list(dispatcher.overloads)
+            if not any(isinstance(one, types.Literal) for one in called)
+        ]

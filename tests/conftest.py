@@ -18,7 +18,7 @@ import time
 import traceback
 import weakref
 from collections.abc import Generator, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,7 @@ import pytest
 from ocmm_core.blas import use_one_thread
 from tests.gate import gate_of
 from tests.host import not_run
+from tests.other_station import forget_histories
 
 # As the product does, before numpy is loaded: two threads on small matrices wait for each other,
 # ten times as long as the work takes where other tests run beside.
@@ -104,6 +105,12 @@ def _no_user_data(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
         for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME"):
             patch.setenv(name, str(home / name.lower()))
         yield
+
+
+@pytest.fixture(autouse=True)
+def _remembers_nothing() -> None:
+    """Let no test see how far a chain went in another one that was given a copy of it."""
+    forget_histories()
 
 
 @pytest.fixture(scope="session", autouse=True)
@@ -189,17 +196,31 @@ def _children() -> dict[int, str]:
     Ended children that nobody waited for are Python's own ResourceWarning, an error here.
     """
     found: dict[int, str] = {}
-    for stat in Path("/proc").glob("[0-9]*/stat"):
+    for process in _processes():
         try:
             # The name stands in brackets and may hold blanks and brackets itself.
-            state, parent = stat.read_text().rpartition(")")[2].split()[:2]
-            command = (stat.parent / "cmdline").read_bytes().replace(b"\0", b" ").decode()
+            stat = (process / "stat").read_text()
+            state, parent = stat.rpartition(")")[2].split()[:2]
+            command = (process / "cmdline").read_bytes().replace(b"\0", b" ").decode()
         except (OSError, UnicodeDecodeError):
             continue
         # multiprocessing keeps one tracker for as long as the interpreter lives.
         if int(parent) == os.getpid() and state != "Z" and "resource_tracker" not in command:
-            found[int(stat.parent.name)] = command.strip()
+            found[int(process.name)] = command.strip()
     return found
+
+
+def _processes() -> Iterator[Path]:
+    """Return the processes among which the children are."""
+    processes = Path("/proc")
+    if not Path("/proc/thread-self/children").exists():
+        # A kernel that keeps no such lists: all of the computer, which takes milliseconds a test.
+        yield from (stat.parent for stat in processes.glob("[0-9]*/stat"))
+        return
+    for thread in Path("/proc/self/task").glob("*/children"):
+        # A thread that ended meanwhile has given its children to another one.
+        with suppress(OSError):
+            yield from (processes / pid for pid in thread.read_text().split())
 
 
 def _windows() -> list[Any]:

@@ -39,6 +39,9 @@ def emulation(processor: str) -> dict[str, str]:
         "NUMBA_CPU_NAME": compiled_for,
         # Empty: those of that processor; without it those of this one stay.
         "NUMBA_CPU_FEATURES": "",
+        # Two processes that compile the same function at the same time spoil its list of results,
+        # which holds those of all processors.
+        "NUMBA_CACHE_DIR": str(Path(sys.prefix) / f"ocmm-compiled-{processor}"),
     }
 
 

@@ -19,7 +19,7 @@
 # What remains: everybody in the group can use these three rights with any Python program, which
 # means to read and change the network traffic of this computer; they cannot become root by it.
 # On the computer of a measuring cell, where the cameras are always connected, use the service
-# instead: installer/linux/ocmm-acq.service gives the rights to one user that nobody logs in as.
+# instead: installer/linux/ocmm-acq@.service gives the rights to one user that nobody logs in as.
 set -eu
 PATH=/usr/sbin:/usr/bin:/sbin:/bin
 export PATH

@@ -175,6 +175,9 @@ def load_rig(path: Path | str) -> Rig:
     )
 
 
+_MOST_POINTS = 100_000
+
+
 def known_points_covariance(path: Path, camera: CameraModel, design: CalibrationDesign) -> Float:
     """Return the covariance (14, 14) of a calibration with known points.
 
@@ -201,9 +204,11 @@ def known_points_covariance(path: Path, camera: CameraModel, design: Calibration
     )
     rows = d_parameters.reshape(-1, N_PARAMETERS)
     scale = np.linalg.norm(rows, axis=0)
-    information = (rows / scale).T @ (rows / scale) / variance
+    # Sizes that nobody has give numbers without end here; what is not determined is refused below.
+    with np.errstate(all="ignore"):
+        information = (rows / scale).T @ (rows / scale) / variance
     covariance: Float = np.full_like(information, np.inf)
-    if np.linalg.cond(information) <= 1e15:
+    if np.isfinite(information).all() and np.linalg.cond(information) <= 1e15:
         covariance = np.linalg.inv(information) / np.outer(scale, scale)
     focal = PARAMETERS.index("focal")
     if not covariance[focal, focal] <= (MAX_FOCAL_SIGMA * camera.focal) ** 2:
@@ -271,6 +276,12 @@ def _check(path: Path, document: RigDocument) -> None:
                 f"{path}: field '{field}' is {value}, but must be greater than zero.",
                 "Correct that field.",
             )
+    if document.calibration.points > _MOST_POINTS:
+        raise InputError(
+            "rig.points",
+            f"{path}: field 'calibration.points' is {document.calibration.points}.",
+            f"Give at most {_MOST_POINTS}.",
+        )
     low, high = np.array(document.volume_min), np.array(document.volume_max)
     if np.any(high <= low):
         raise InputError(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ocmm_core import __version__
+from ocmm_core.cli.audit import audit_app, key_app
 from ocmm_core.cli.bus import bus_app, rig_app
 from ocmm_core.cli.calibrate import (
     calibrate_app,
@@ -23,6 +24,7 @@ from ocmm_core.cli.calibrate import (
     tip_command,
     write_cameras,
 )
+from ocmm_core.cli.campaign import selftest_app
 from ocmm_core.cli.measure import (
     align_command,
     align_plan_command,
@@ -31,6 +33,7 @@ from ocmm_core.cli.measure import (
     recall_command,
     report_command,
 )
+from ocmm_core.cli.station import station_app
 from ocmm_core.cli.study import (
     fit_command,
     probe_app,
@@ -59,13 +62,16 @@ from ocmm_core.cli.terminal import (
     SeedOption,
     SourceOption,
     SpeedOption,
+    StreamCertOption,
     StreamHostOption,
+    StreamKeyOption,
     StreamOption,
     StreamTokenOption,
     TemperatureSigmaOption,
     TipOption,
     UncalibratedOption,
     make_console,
+    shown,
 )
 from ocmm_core.composition import (
     DEFAULT_SEED,
@@ -105,8 +111,12 @@ app.add_typer(rig_app, name="rig")
 app.add_typer(bus_app, name="bus")
 app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(study_app, name="study")
+app.add_typer(selftest_app, name="selftest")
 app.add_typer(probe_app, name="probe")
 app.add_typer(plan_app, name="plan")
+app.add_typer(audit_app, name="audit")
+app.add_typer(key_app, name="key")
+app.add_typer(station_app, name="station")
 calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
 calibrate_app.command(name="tip")(tip_command)
@@ -262,6 +272,8 @@ def measure(
     stream: StreamOption = None,
     stream_host: StreamHostOption = "127.0.0.1",
     stream_token: StreamTokenOption = None,
+    stream_cert: StreamCertOption = None,
+    stream_key: StreamKeyOption = None,
     incomplete: IncompleteOption = False,
 ) -> None:
     """Measure a part by a plan, and write the job file and the PolyWorks report.
@@ -298,7 +310,7 @@ def measure(
             compensate_probe, compensate_part,
         ),
         method="thesis" if thesis else "gauss-newton",
-        stream=stream_options(stream, stream_host, stream_token),
+        stream=stream_options(stream, stream_host, stream_token, stream_cert, stream_key),
     )  # fmt: skip
     _measure(request, with_truth=False, parts=parts, incomplete=incomplete)
 
@@ -418,7 +430,7 @@ def _measure(
         print_explanations(console, built.station.job.explanations())
         print_verdict(console, view)
         if not view.part_verdict.complete:
-            typer.echo(missing_sentences(view, built.job_path, written=incomplete), err=True)
+            typer.echo(shown(missing_sentences(view, built.job_path, written=incomplete)), err=True)
         code = max(code, exit_code(view))
         beside += [fault.error for fault in built.station.faults.beside]
     if beside:

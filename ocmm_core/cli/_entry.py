@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import contextlib
 import os
-import select
 import stat
 import sys
 from typing import NoReturn
 
+from ocmm_core.acquisition.bus_process import hold_nothing
 from ocmm_core.blas import use_one_thread
 from ocmm_core.errors import InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, ThreadNet, contained
+from ocmm_core.host import HOST
 
 COULD_NOT_MEASURE = 2
 NOBODY_READS = 141
@@ -45,6 +46,7 @@ def main() -> None:
 
 
 def _run() -> None:
+    hold_nothing()
     use_one_thread()
     # typer and the rooms behind it take a while to load; a worker process that imports this
     # package by chance should not pay for them.
@@ -83,15 +85,16 @@ def _is_unread() -> bool:
     """
     if not _is_piped():
         return True
-    looking = select.poll()
-    looking.register(sys.stdout.fileno(), 0)
-    return any(event & select.POLLERR for _, event in looking.poll(0))
+    return HOST.reader_has_left(sys.stdout.fileno())
 
 
 def _tell(error: OcmmError) -> None:
     # Where nobody reads it any more, the code still says it.
+    from ocmm_core.cli.terminal import shown
+
+    lines = (shown(" ".join(text.split("\n"))) for text in (error.what, error.remedy))
     with contextlib.suppress(OSError):
-        sys.stderr.write(f"ocmm: {error.what}\n      {error.remedy}\n")
+        sys.stderr.write("ocmm: {}\n      {}\n".format(*lines))
 
 
 if __name__ == "__main__":

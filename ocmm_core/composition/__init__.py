@@ -6,7 +6,8 @@ Out: a source made ready, the calibration that belongs to it, and a station read
 Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
 source), `_climate`, `_stream_options`, `_defaults`. `_kernels` lists what is compiled, `_compile`
-does it. `_calibrate_scenes`, `_tip_scenes` and `_truth` are what the virtual rig needs.
+does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`
+and `_truth` are what the virtual rig needs.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
         choose_probe,
     )
     from ocmm_core.composition._climate import ClimateRequest, climate_in_use
-    from ocmm_core.composition._compile import compile_all
+    from ocmm_core.composition._compile import compile_all, compile_group
     from ocmm_core.composition._compose import BuiltStation, build_station, calibration_of
     from ocmm_core.composition._defaults import (
         DEFAULT_SEED,
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
         source_help,
         source_of,
     )
+    from ocmm_core.composition._station_checks import measured_checks
     from ocmm_core.composition._stream_options import stream_options
     from ocmm_core.composition._tip_scenes import scene_of_tip
     from ocmm_core.composition._truth import true_values
@@ -64,7 +66,7 @@ else:
         ),
         _calibration_choice="checked_for_replay choose_calibration choose_probe",
         _climate="ClimateRequest climate_in_use",
-        _compile="compile_all",
+        _compile="compile_all compile_group",
         _compose="BuiltStation build_station calibration_of",
         _defaults="DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
         _feed_makers="identities script_of segment_of",
@@ -74,6 +76,7 @@ else:
             "NamedSource Origin SOURCES SourceSpec make_feed names_in_words origin_of source_help "
             "source_of"
         ),
+        _station_checks="measured_checks",
         _stream_options="stream_options",
         _tip_scenes="scene_of_tip",
         _truth="true_values",
@@ -102,9 +105,11 @@ __all__ = [
     "choose_probe",
     "climate_in_use",
     "compile_all",
+    "compile_group",
     "identities",
     "kernel_groups",
     "make_feed",
+    "measured_checks",
     "names_in_words",
     "origin_of",
     "scene_of_tip",

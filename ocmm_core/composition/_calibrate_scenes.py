@@ -56,8 +56,8 @@ class VirtualSite:
         """Return the rig with scenes, in words."""
         return CalibratingScript(
             calibrating=scenes,
-            rig=str(self.rig.resolve()),
-            probe=str(self.probe.resolve()),
+            rig=str(self.rig.absolute()),
+            probe=str(self.probe.absolute()),
             seed=self.seed,
             moved=None if self.move is None else FrameMove(seed=self.move),
         )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import multiprocessing
-import os
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from importlib import import_module
@@ -12,6 +11,7 @@ from typing import Any
 from numba.core import event
 
 from ocmm_core.composition._kernels import kernel_groups
+from ocmm_core.host import HOST
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,7 +39,7 @@ def compile_all(processes: int | None = None) -> Compilation:
         At the same time; as many as this process has cores where it is None.
     """
     wanted = kernel_groups()
-    count = min(processes or len(os.sched_getaffinity(0)), len(wanted))
+    count = min(processes or HOST.processors(), len(wanted))
     if count == 1:
         compiled = sum(map(compile_group, range(len(wanted))))
     else:

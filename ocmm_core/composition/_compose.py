@@ -22,12 +22,14 @@ from ocmm_core.composition._calibration_choice import (
 from ocmm_core.composition._climate import climate_in_use
 from ocmm_core.composition._feeds import StationRequest
 from ocmm_core.composition._sources import make_feed
+from ocmm_core.composition._written_folders import written_folders
 from ocmm_core.documents import digest
-from ocmm_core.errors import InputError, StorageError
+from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
 from ocmm_core.inspection.plan import Plan, load_plan, stored_plan
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
+from ocmm_core.leftovers import clear_leftovers
 from ocmm_core.simulation.scene import Missing, VirtualRig
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
 from ocmm_core.storage import JobFile, make_head
@@ -56,6 +58,8 @@ class BuiltStation:
         The virtual rig whose script is played, None for anything else.
     live
         Frames come by themselves; such a source does not end.
+    passed_over
+        Why jobs in the folder of a batch could not be looked at.
     """
 
     station: MeasuringStation
@@ -63,6 +67,7 @@ class BuiltStation:
     description: SourceDescription
     virtual: VirtualRig | None
     live: bool
+    passed_over: tuple[OcmmError, ...] = ()
 
 
 def build_station(request: StationRequest) -> BuiltStation:
@@ -73,6 +78,7 @@ def build_station(request: StationRequest) -> BuiltStation:
     OcmmError
         A document, the source or the folder cannot be used; nothing is left running.
     """
+    clear_leftovers(written_folders(request))
     if request.resume is None:
         return _built(request, load_plan(request.plan), None)
     job = JobFile.open(request.resume)
@@ -99,13 +105,14 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     probe = checked_probe_for_replay(replace(probe, body=climate.body), feed.recorded)
     recorder = None
     job = None
+    passed_over: list[OcmmError] = []
     try:
         near = None
         if reference is None and begun is None and request.batch:
             near = previous_part_pose(
                 request.out, request.batch, digest(request.plan), calibration.rig.identity
             )
-        job = begun or _new_job(request, plan, calibration, probe)
+        job = begun or _new_job(request, plan, calibration, probe, passed_over)
         if request.record is not None:
             recorder = FrameRecorder(request.record, feed.description, calibration.rig)
         station = MeasuringStation(
@@ -151,13 +158,19 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         # What the plan of a later job has besides, nobody can touch on this part.
         there = {entry.name for entry in feed.virtual.part.artefacts}
         feed.simulated.ask = lambda: _missing(station, there)
-    return BuiltStation(station, job.path, feed.description, feed.virtual, feed.live)
+    return BuiltStation(
+        station, job.path, feed.description, feed.virtual, feed.live, tuple(passed_over)
+    )
 
 
 def _new_job(
-    request: StationRequest, plan: Plan, calibration: CalibrationInUse, probe: ProbeInUse
+    request: StationRequest,
+    plan: Plan,
+    calibration: CalibrationInUse,
+    probe: ProbeInUse,
+    passed_over: list[OcmmError],
 ) -> JobFile:
-    """Return a new job file with its header.
+    """Return a new job file with its header; ``passed_over`` gets faults of jobs beside it.
 
     Raises
     ------
@@ -168,7 +181,7 @@ def _new_job(
     header = JobHeader(request.operator, plan.part, request.serial, request.order, request.batch)
     check_header(header)
     job_path = _job_path(request.out, plan)
-    require_new_serial(request.out, request.batch, request.serial)
+    require_new_serial(request.out, request.batch, request.serial, passed_over.append)
     head = make_head(
         plan=request.plan,
         rig=request.rig,

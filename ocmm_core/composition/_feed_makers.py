@@ -38,14 +38,14 @@ _PIXEL_RATE_HZ = 1000
 def script_of(request: StationRequest, plan: Plan) -> RigScript:
     """Return the virtual rig of the request in words."""
     return RigScript(
-        rig=str(request.rig.resolve()),
-        probe=str(request.probe.resolve()),
-        part=str(request.part.resolve()),
+        rig=str(request.rig.absolute()),
+        probe=str(request.probe.absolute()),
+        part=str(request.part.absolute()),
         touches=tuple((feature.name, feature.points) for feature in plan.features),
         seed=request.seed,
         options=request.world,
         frame_rate_hz=request.frame_rate_hz,
-        reference=str(request.reference.resolve()) if request.reference is not None else "",
+        reference=str(request.reference.absolute()) if request.reference is not None else "",
     )
 
 

@@ -16,6 +16,7 @@ from ocmm_core.composition._defaults import (
     VIRTUAL_WIRE,
 )
 from ocmm_core.errors import InputError
+from ocmm_core.host import require_linux
 
 if TYPE_CHECKING:
     from ocmm_core.camera import Rig
@@ -243,4 +244,6 @@ def source_help(specs: Sequence[SourceSpec] = SOURCES) -> str:
 def make_feed(request: StationRequest, plan: Plan, rig: Rig) -> Feed:
     """Return the source that the request names, ready to start; InputError as `source_of`."""
     source = source_of(request.source)
+    if source.spec.on_bus:
+        require_linux("The camera bus")
     return source.spec.make(request, plan, rig, source.value)

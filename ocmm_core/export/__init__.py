@@ -4,8 +4,8 @@ In: a job as it is evaluated. Out: files of a report, read back and compared bef
 
 Read `_registry` first: all formats, and the one way to write them. `report` holds the data of a
 report and its text, JSON, workbook, Q-DAS and PolyWorks files; `qif` holds QIF 3.0.
-`_completeness` asks before a report of an unfinished job is made, `_files` writes several files as
-one.
+`_report_seal` signs what is written, `_completeness` asks before a report of an unfinished job is
+made, `_files` writes several files as one. `_audit` tells an auditor what is intact.
 It must not know a station or a screen. The PDF is drawn in `ocmm_gui.reports`.
 """
 
@@ -17,6 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
+    from ocmm_core.export._audit import Audit, AuditedKind, AuditRow, audit
     from ocmm_core.export._completeness import missing_of, missing_words, require_complete
     from ocmm_core.export._files import write_together
     from ocmm_core.export._registry import (
@@ -30,23 +31,33 @@ if TYPE_CHECKING:
         preview_text,
         write_report,
     )
+    from ocmm_core.export._report_seal import ENDING, ReportSealFound, check_report_seal
 else:
     __getattr__ = door(
         __name__,
+        _audit="Audit AuditRow AuditedKind audit",
         _completeness="missing_of missing_words require_complete",
         _files="write_together",
         _registry=(
-            "ALL DEFAULT_FORMAT EXPORTERS FORMATS PDF chosen_formats preview preview_text registry "
-            "write_report"
+            "ALL DEFAULT_FORMAT EXPORTERS FORMATS PDF chosen_formats preview preview_text "
+            "registry write_report"
         ),
+        _report_seal="ENDING ReportSealFound check_report_seal",
     )
 
 __all__ = [
     "ALL",
     "DEFAULT_FORMAT",
+    "ENDING",
     "EXPORTERS",
     "FORMATS",
     "PDF",
+    "Audit",
+    "AuditRow",
+    "AuditedKind",
+    "ReportSealFound",
+    "audit",
+    "check_report_seal",
     "chosen_formats",
     "missing_of",
     "missing_words",

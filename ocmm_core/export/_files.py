@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import errno
-import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from ocmm_core.documents import write_atomic
+from ocmm_core.documents import write_atomic, written_beside
 from ocmm_core.errors import StorageError
+from ocmm_core.host import HOST
+from ocmm_core.leftovers import clear_beside
 
 
 def write_together(
@@ -19,7 +20,8 @@ def write_together(
     """Write files of one folder, which is made where it is missing.
 
     Everything is first written and synced under temporary names. Should a rename fail after
-    another one went well, the files that were replaced already get back what they held.
+    another one went well, the files that were replaced already get back what they held. What a
+    killed program left under such a name is cleared here and at the next start (`leftovers`).
 
     Parameters
     ----------
@@ -29,37 +31,52 @@ def write_together(
     Raises
     ------
     StorageError
-        Something cannot be written; the folder then holds the files that it held before.
+        Something cannot be written; the folder then holds the files that it held before, or the
+        error names those that could not be put back.
     """
-    staged = {path: path.with_name(f".{path.name}.{os.getpid()}.new") for path in contents}
+    staged: dict[Path, Path] = {}
     replaced: list[tuple[Path, bytes | None]] = []
     path = next(iter(contents))
     try:
-        for path in contents:
-            path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomic(staged[path], contents[path])
-        if check is not None:
-            check({path: staged[path].read_bytes() for path in contents})
-        for path in contents:
-            before = path.read_bytes() if path.exists() else None
-            staged[path].replace(path)
-            replaced.append((path, before))
+        with contextlib.ExitStack() as held:
+            for path in contents:
+                path.parent.mkdir(parents=True, exist_ok=True)
+                clear_beside(path)
+                staged[path] = held.enter_context(written_beside(path, contents[path]))
+            if check is not None:
+                check({path: staged[path].read_bytes() for path in contents})
+            for path in contents:
+                before = path.read_bytes() if path.exists() else None
+                staged[path].replace(path)
+                replaced.append((path, before))
+            for folder in {path.parent for path in contents}:
+                HOST.sync_folder(folder)
     except OSError as error:
-        for done, before in replaced:
-            with contextlib.suppress(OSError):
-                if before is None:
-                    done.unlink()
-                else:
-                    write_atomic(done, before)
+        mixed = [done.name for done, before in replaced if not _put_back(done, before)]
         full = error.errno in (errno.ENOSPC, errno.EDQUOT)
         raise StorageError(
             "export.not_writable",
-            f"{path}: the file cannot be written ({error.strerror}).",
+            f"{path}: the file cannot be written ({error.strerror})."
+            + (f" Already replaced: {', '.join(mixed)}." if mixed else ""),
             "Free space on that disk, or choose a folder on another one."
             if full
             else "Choose a writable folder, and close programs that use the file.",
         ) from error
-    finally:
-        for temporary in staged.values():
-            with contextlib.suppress(OSError):
-                temporary.unlink(missing_ok=True)
+
+
+def _put_back(path: Path, before: bytes | None) -> bool:
+    """Let a file hold again what it held, or be gone; say whether it does."""
+    try:
+        if before is None:
+            path.unlink()
+            return True
+        write_atomic(path, before)
+    except OSError:
+        # A disk that renames nothing any more may still write.
+        if before is None:
+            return False
+        try:
+            path.write_bytes(before)
+        except OSError:
+            return False
+    return True

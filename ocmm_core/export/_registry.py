@@ -8,6 +8,7 @@ from pathlib import Path
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export._completeness import require_complete
 from ocmm_core.export._files import write_together
+from ocmm_core.export._report_seal import seal_of
 from ocmm_core.export.qif import QIF
 from ocmm_core.export.report import (
     AQDEF,
@@ -73,7 +74,7 @@ def write_report(
     incomplete: bool = False,
     beside: Mapping[str, bytes] | None = None,
 ) -> tuple[Path, ...]:
-    """Write reports, all files of them or none, and return their paths.
+    """Write reports, all files of them or none, and return their paths without that of their seal.
 
     Every file is read back and compared with the job before any older one is replaced.
 
@@ -120,13 +121,20 @@ def write_report(
             taken.add(name.lower())
             contents[folder / name] = content
     contents |= {folder / name: content for name, content in (beside or {}).items()}
+    reported = [data] if isinstance(data, ReportData) else list(data)
+    # Files that are made alone have a seal of their own: it must not replace that of the others.
+    stem = reported[0].stem if formats else next(iter(beside or {}), reported[0].stem)
+    seal_name, seal = seal_of(stem, contents, reported)
+    sealed = {**contents, folder / seal_name: seal}
 
     def check(read: Mapping[Path, bytes]) -> None:
         files = {path.name: content for path, content in read.items()}
+        if files[seal_name] != seal:
+            raise _differs("its seal", [f"{seal_name}: it is not what was to be written."])
         for exporter, jobs in _parts(data, formats) if formats else ():
             _require_same(exporter, exporter.differences(jobs, profile, files))
 
-    write_together(contents, check)
+    write_together(sealed, check)
     return tuple(contents)
 
 
@@ -187,10 +195,14 @@ def _no_format(name: str, known: Iterable[str]) -> InputError:
 
 def _require_same(exporter: Exporter, differences: Sequence[str]) -> None:
     if differences:
-        told = " ".join(differences[:_MOST_TOLD])
-        raise StorageError(
-            "export.differs",
-            f"The report for {exporter.title} was read back and differs from the job: {told}",
-            "Nothing was written. Report the job into another folder; if it happens again, send "
-            "the job file to the maintainers of this program.",
-        )
+        raise _differs(exporter.title, differences)
+
+
+def _differs(what: str, differences: Sequence[str]) -> StorageError:
+    told = " ".join(differences[:_MOST_TOLD])
+    return StorageError(
+        "export.differs",
+        f"The report for {what} was read back and differs from the job: {told}",
+        "Nothing was written. Report the job into another folder; if it happens again, send "
+        "the job file to the maintainers of this program.",
+    )

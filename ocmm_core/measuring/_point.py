@@ -96,6 +96,7 @@ class RefusalCode(Enum):
     NO_APPROACH = "no_approach"
     AMBIGUOUS = "ambiguous"
     PAUSED = "paused"
+    STORAGE = "storage"
 
 
 @dataclass(frozen=True, slots=True)

@@ -22,6 +22,7 @@ from ocmm_core.calibration.probe_design import (
     TemperatureState,
     check_temperature,
 )
+from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.measuring._point import MeasuredPoint
@@ -151,7 +152,7 @@ def climate_of_text(text: str) -> Climate:
         It is no such text.
     """
     try:
-        record = msgspec.json.decode(text.encode("utf-8"), type=TemperatureRecord)
+        record = decode_json(text, TemperatureRecord)
     except msgspec.MsgspecError as error:
         raise InputError(
             "temperature.record",

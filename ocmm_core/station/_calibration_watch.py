@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from dataclasses import replace
 from datetime import UTC, datetime
+from typing import Generic, TypeVar
 
 from ocmm_core.calibration.records import (
     Blocker,
@@ -39,6 +41,45 @@ _NOT_ASKED = Blocker(
 )
 
 
+V = TypeVar("V")
+
+
+class KeptView(Generic[V]):
+    """What was found is given out for 0.2 s before it is looked at again; any thread may ask.
+
+    Parameters
+    ----------
+    judge
+        Looks.
+    """
+
+    def __init__(self, judge: Callable[[], V]) -> None:
+        self._judge = judge
+        self._lock = threading.Lock()
+        self._view: V | None = None
+        self._looked_at = -float("inf")
+
+    def view(self) -> V:
+        """Return what is to be said, at most 0.2 s old."""
+        with self._lock:
+            now = time.monotonic()
+            if self._view is None or now - self._looked_at >= _KEEP_S:
+                self._view, self._looked_at = self._judge(), now
+            return self._view
+
+    @contextmanager
+    def changed(self) -> Iterator[None]:
+        """Change what is judged by, which nobody sees half done, and look anew the next time."""
+        with self._lock:
+            yield
+            self._view = None
+
+    def forget(self) -> None:
+        """Look anew the next time."""
+        with self.changed():
+            pass
+
+
 class CalibrationWatch:
     """Judge the calibration in use again and again; `view` never waits for a camera.
 
@@ -69,9 +110,7 @@ class CalibrationWatch:
         self._objects = objects
         self._clock = clock
         self._failed = failed
-        self._lock = threading.Lock()
-        self._view: CalibrationView | None = None
-        self._looked_at = -float("inf")
+        self._kept = KeptView(self._judge)
         self._stored: Blocker | None = None
         self._asked: tuple[tuple[int, int], ...] | None = None
         self._again_at = -float("inf")
@@ -94,16 +133,11 @@ class CalibrationWatch:
 
     def view(self) -> CalibrationView:
         """Return what is to be said about the calibration, at most 0.2 s old."""
-        with self._lock:
-            now = time.monotonic()
-            if self._view is None or now - self._looked_at >= _KEEP_S:
-                self._view, self._looked_at = self._judge(), now
-            return self._view
+        return self._kept.view()
 
     def forget(self) -> None:
         """Look at everything anew at the next `view`."""
-        with self._lock:
-            self._view = None
+        self._kept.forget()
 
     def write_to_cameras(self) -> None:
         """Store the intrinsics of the calibration in force in the cameras; takes some seconds.
@@ -131,8 +165,8 @@ class CalibrationWatch:
                 "Start with --source ethercat:INTERFACE.",
             )
         write_to_cameras(record, objects)
-        with self._lock:
-            self._asked = self._view = None
+        with self._kept.changed():
+            self._asked = None
 
     def _judge(self) -> CalibrationView:
         view = judge(self.in_use, self._clock())
@@ -181,8 +215,8 @@ class CalibrationWatch:
             except OcmmError as error:
                 stored = Blocker(error.what, error.remedy)
             self._again_at = time.monotonic() + _AGAIN_S
-            with self._lock:
-                self._stored, self._asked, self._view = stored, powered, None
+            with self._kept.changed():
+                self._stored, self._asked = stored, powered
 
 
 def _powered(report: BusReport) -> tuple[tuple[int, int], ...]:

@@ -115,8 +115,11 @@ class Instruments:
         return probe_overview(self._gear.probe.store, datetime.now(UTC))
 
     def blocking_reason(self) -> tuple[RefusalCode, Blocker | None]:
-        """Return why no points may be taken because of calibration or tip, or None."""
+        """Return why no points may be taken because of disk, calibration or tip, or None."""
         view, now = self._calibration.view(), self._current.now
+        lost = now.file.given_up
+        if lost is not None:
+            return RefusalCode.STORAGE, Blocker(f"NOT STORED. {lost.what}", lost.remedy)
         cameras = view.blocking_reason or (None if view.uncalibrated else now.changes.doubt)
         if cameras is not None:
             return RefusalCode.CALIBRATION, cameras

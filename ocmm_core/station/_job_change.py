@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 
-from ocmm_core.documents import digest, read_bytes
+from ocmm_core.documents import digest, read_text
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.inspection.evaluation import JobHeader
@@ -162,7 +162,7 @@ def _job_by(
     """
     plan = load_plan(path)
     use = before.with_plan(plan, path)
-    head = replace(like, plan_text=read_bytes(path).decode("utf-8"))
+    head = replace(like, plan_text=read_text(path))
     return job_for(replace(header, part=plan.part), head, plan, folder), use
 
 

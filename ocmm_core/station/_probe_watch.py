@@ -8,7 +8,6 @@ measured with its document has no history: there the doubt lasts as long as the 
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable
 from dataclasses import replace
 from datetime import UTC, datetime, timedelta
@@ -27,13 +26,12 @@ from ocmm_core.calibration.records import (
 from ocmm_core.errors import CalibrationError
 from ocmm_core.inspection.archive import last_good_utc, settle_tip
 from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.station._calibration_watch import KeptView
 from ocmm_core.storage import JobFile
 
 PAUSE = timedelta(hours=8)
 """After so long without a point or a check nobody knows what happened to the tip."""
 
-_KEEP_S = 0.2
-"""What was found is given out for so long before it is looked at again."""
 _USABLE = (CalibrationStatus.VALID, CalibrationStatus.DUE)
 
 
@@ -65,10 +63,8 @@ class ProbeWatch:
         self._job = job
         self._pause = pause
         self._clock = clock
-        self._lock = threading.Lock()
+        self._kept = KeptView(self._judge)
         self._settling = threading.Lock()
-        self._view: ProbeView | None = None
-        self._looked_at = -float("inf")
         self._settled = 0
         self._used = max(map(datetime.fromisoformat, job.taken_utc().values()), default=None)
         self._shocks = ShockDetector()
@@ -90,16 +86,11 @@ class ProbeWatch:
 
     def view(self) -> ProbeView:
         """Return what is to be said about the probe, at most 0.2 s old."""
-        with self._lock:
-            now = time.monotonic()
-            if self._view is None or now - self._looked_at >= _KEEP_S:
-                self._view, self._looked_at = self._judge(), now
-            return self._view
+        return self._kept.view()
 
     def forget(self) -> None:
         """Look at everything anew at the next `view`."""
-        with self._lock:
-            self._view = None
+        self._kept.forget()
 
     def used(self) -> None:
         """Note that a point was taken with it."""

@@ -89,4 +89,5 @@ class Reports:
             taken_utc=job.file.taken_utc(),
             taken_back=back,
             explained=job.session.explanations(),
+            seal=job.file.seal(),
         )

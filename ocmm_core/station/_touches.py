@@ -80,7 +80,12 @@ class TouchTaker:
                 self._take(touch)
                 continue
             time_s = float(block.time_ns[-1]) * 1e-9
-            refuse(session, Refusal(code, blocker.what, blocker.remedy, time_s), self._events)
+            refusal = Refusal(code, blocker.what, blocker.remedy, time_s)
+            try:
+                refuse(session, refusal, self._events)
+            except OcmmError as error:
+                # A full disk takes no note of it either; measuring goes on once it is cleared.
+                self._faults.tell(error)
 
     def _take(self, touch: Touch) -> None:
         job, events = self._current.now, self._events

@@ -4,7 +4,9 @@ In: points, events, documents of a job. Out: one SQLite file per job, and the sa
 
 Read `_job_file` (the file and its promises), `_tables` and `_rows` (what stands in it, bit for
 bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked chain),
-`_connection` and `_faults` (what is the matter, in one sentence), `_migrations` (versions),
+`_job_seal` (who signed it), `_job_writer` (until the disk fails), `_event_text`, `_connection`
+and `_faults` (what is the matter, in one sentence), `_guard`, `_schema` and `_checks` (what a file
+from elsewhere may cost and hold), `_migrations` (versions),
 `_glance` (a summary without opening it to write).
 It must not know plans, features or verdicts: it keeps what it is given.
 """
@@ -16,34 +18,55 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.storage._audit import now_utc
+    from ocmm_core.storage._audit import AUDITED, AuditedStep, digest_row, now_utc
+    from ocmm_core.storage._connection import require_size
+    from ocmm_core.storage._event_text import bad_event, event_value
     from ocmm_core.storage._faults import damaged, no_job, not_writable
     from ocmm_core.storage._glance import JobSummary, read_summary
+    from ocmm_core.storage._guard import LARGEST_FILE, guarded_connection
     from ocmm_core.storage._job_file import JobFile
+    from ocmm_core.storage._job_seal import ADOPTED, JobSeal
     from ocmm_core.storage._job_steps import JobStep
     from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, make_head
+    from ocmm_core.storage._tables import CLOCK
 else:
     __getattr__ = door(
         __name__,
-        _audit="now_utc",
+        _audit="AUDITED AuditedStep digest_row now_utc",
+        _connection="require_size",
+        _event_text="bad_event event_value",
         _faults="damaged no_job not_writable",
         _glance="JobSummary read_summary",
+        _guard="LARGEST_FILE guarded_connection",
         _job_file="JobFile",
+        _job_seal="ADOPTED JobSeal",
         _job_steps="JobStep",
         _rows="JobEvent JobHead JobReference make_head",
+        _tables="CLOCK",
     )
 
 __all__ = [
+    "ADOPTED",
+    "AUDITED",
+    "CLOCK",
+    "LARGEST_FILE",
+    "AuditedStep",
     "JobEvent",
     "JobFile",
     "JobHead",
     "JobReference",
+    "JobSeal",
     "JobStep",
     "JobSummary",
+    "bad_event",
     "damaged",
+    "digest_row",
+    "event_value",
+    "guarded_connection",
     "make_head",
     "no_job",
     "not_writable",
     "now_utc",
     "read_summary",
+    "require_size",
 ]

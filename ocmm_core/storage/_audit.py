@@ -12,6 +12,7 @@ import hashlib
 import sqlite3
 import struct
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import UTC, datetime
 
 Value = int | float | str | bytes
@@ -35,6 +36,7 @@ AUDITED: dict[str, tuple[str, ...]] = {
 """The insert-only tables and the columns that their digests cover; the first one is the key."""
 
 _FIRST_LINK = "0" * 64
+_LENGTH, _FLOAT, _INT = struct.Struct("<Q"), struct.Struct("<d"), struct.Struct("<q")
 _ENCODING = {int: b"i", float: b"f", str: b"s", bytes: b"b"}
 
 
@@ -43,20 +45,45 @@ def now_utc() -> str:
     return datetime.now(UTC).isoformat(timespec="microseconds")
 
 
+def step_utc(db: sqlite3.Connection) -> str:
+    """Return the time of the next step: now, or that of the last step where the clock is behind it.
+
+    Times of a job never run backwards; that a clock was set back is an event (`note_clock`).
+    """
+    return max(now_utc(), last_step_utc(db))
+
+
+def last_step_utc(db: sqlite3.Connection) -> str:
+    """Return when the last step was stored; empty where there is none, or nobody can tell."""
+    row = db.execute("SELECT time_utc FROM audit ORDER BY sequence DESC LIMIT 1").fetchone()
+    text = "" if row is None else row[0]
+    try:
+        # Texts of this form compare as their times do.
+        same = datetime.fromisoformat(text).isoformat(timespec="microseconds") == text
+        return text if same and text.endswith("+00:00") else ""
+    except (TypeError, ValueError):
+        return ""
+
+
 def digest_row(values: Sequence[Value]) -> str:
-    """Return the SHA-256 of a row; type and length of every value are part of it."""
-    state = hashlib.sha256()
+    """Return the SHA-256 of a row; type and length of every value are part of it.
+
+    Empty where a value is NULL, which none ever is.
+    """
+    if None in values:
+        return ""
+    parts: list[bytes] = []
     for value in values:
         if isinstance(value, bytes):
             content = value
         elif isinstance(value, str):
             content = value.encode("utf-8")
         elif isinstance(value, float):
-            content = struct.pack("<d", value)
+            content = _FLOAT.pack(value)
         else:
-            content = struct.pack("<q", value)
-        state.update(_ENCODING[type(value)] + struct.pack("<Q", len(content)) + content)
-    return state.hexdigest()
+            content = _INT.pack(value)
+        parts += (_ENCODING[type(value)], _LENGTH.pack(len(content)), content)
+    return hashlib.sha256(b"".join(parts)).hexdigest()
 
 
 def insert_audited(db: sqlite3.Connection, table: str, values: Sequence[Value]) -> None:
@@ -71,8 +98,24 @@ def insert_audited(db: sqlite3.Connection, table: str, values: Sequence[Value]) 
     db.execute(statement, tuple(values))
     last = db.execute("SELECT sequence, hash FROM audit ORDER BY sequence DESC LIMIT 1").fetchone()
     sequence, previous = (last[0] + 1, last[1]) if last else (1, _FIRST_LINK)
-    link = (sequence, now_utc(), table, values[0], digest_row(values), previous)
+    link = (sequence, step_utc(db), table, values[0], digest_row(values), previous)
     db.execute("INSERT INTO audit VALUES (?, ?, ?, ?, ?, ?, ?)", (*link, digest_row(link)))
+
+
+@dataclass(frozen=True, slots=True)
+class AuditedStep:
+    """A row of the audit: its number, when (ISO 8601 text), of which table, and the key there."""
+
+    sequence: int
+    time_utc: str
+    subject: str
+    key: int
+
+
+def read_audit(db: sqlite3.Connection) -> list[AuditedStep]:
+    """Return the rows of the audit, oldest first."""
+    rows = db.execute("SELECT sequence, time_utc, subject, key FROM audit ORDER BY sequence")
+    return [AuditedStep(*row) for row in rows]
 
 
 def find_faults(db: sqlite3.Connection) -> list[str]:

@@ -5,29 +5,55 @@ from __future__ import annotations
 import contextlib
 import os
 import sqlite3
-from collections.abc import Iterator
+import stat
+from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import TypeVar
 
+from ocmm_core.documents import write_new
 from ocmm_core.errors import StorageError
-from ocmm_core.storage._faults import bad_text, damaged, no_job, not_writable, storage_error
+from ocmm_core.storage._faults import (
+    FAULTS,
+    bad_text,
+    damaged,
+    no_job,
+    not_writable,
+    primary_code,
+    storage_error,
+)
+from ocmm_core.storage._guard import LARGEST_FILE, GuardedConnection, guarded_connection
 from ocmm_core.storage._migrations import APPLICATION_ID, bring_up_to_date
+from ocmm_core.storage._schema import require_schema
+
+C = TypeVar("C", bound=sqlite3.Connection)
 
 _WAIT_S = 1.0
 """How long an open waits for another program to let go of the file."""
 
+_FORMAT_VERSIONS = slice(18, 20)
+"""Bytes of the head of an SQLite file."""
 
-@contextlib.contextmanager
-def new_connection(path: Path) -> Iterator[sqlite3.Connection]:
-    """Make an empty job file and give its connection, closed again where the body fails.
+
+def make_file(path: Path, fill: Callable[[sqlite3.Connection], None]) -> None:
+    """Make a job file that holds what ``fill`` stores; from its first moment it is a whole one.
 
     Raises
     ------
     StorageError
-        There is such a file already, or it cannot be written; nothing is left behind then, nor
-        where the body fails.
+        There is such a file already, or it cannot be written; nothing is left behind then.
     """
+    with contextlib.closing(sqlite3.connect(":memory:", isolation_level=None)) as db:
+        with _closing_on_error(path, db):
+            bring_up_to_date(db, path, read_only=False)
+            db.execute("BEGIN")
+            fill(db)
+            db.execute("COMMIT")
+        content = bytearray(db.serialize())
+    # Of a file with a write-ahead log (SQLite, "Database File Format", 1.3.3); a database in
+    # memory has none.
+    content[_FORMAT_VERSIONS] = b"\2\2"
     try:
-        path.open("xb").close()
+        write_new(path, bytes(content))
     except FileExistsError as error:
         raise StorageError(
             "job.exists",
@@ -36,19 +62,10 @@ def new_connection(path: Path) -> Iterator[sqlite3.Connection]:
         ) from error
     except OSError as error:
         raise not_writable(path, error.strerror or str(error)) from error
-    try:
-        with _closing_on_error(path, _connect(path, "rw", alone=True)) as db:
-            db.execute("PRAGMA journal_mode = WAL")
-            bring_up_to_date(db, path, read_only=False)
-            yield db
-    except BaseException:
-        for name in (path.name, f"{path.name}-wal", f"{path.name}-journal"):
-            path.with_name(name).unlink(missing_ok=True)
-        raise
 
 
 @contextlib.contextmanager
-def connection_to(path: Path, *, read_only: bool) -> Iterator[sqlite3.Connection]:
+def connection_to(path: Path, *, read_only: bool) -> Iterator[GuardedConnection]:
     """Give the connection to a job file that is there, closed again where the body fails.
 
     Raises
@@ -61,6 +78,7 @@ def connection_to(path: Path, *, read_only: bool) -> Iterator[sqlite3.Connection
         raise StorageError(
             "job.missing", f"{path}: file not found.", "Check the name and the folder."
         )
+    require_size(path)
     mode = "rw"
     if not read_only and not (os.access(path, os.W_OK) and os.access(path.parent, os.W_OK)):
         raise not_writable(path, "the file or its folder is write-protected")
@@ -71,33 +89,84 @@ def connection_to(path: Path, *, read_only: bool) -> Iterator[sqlite3.Connection
     with _closing_on_error(path, _connect(path, mode, alone=not read_only)) as db:
         if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
             raise no_job(path)
+        require_schema(db, path)
         bring_up_to_date(db, path, read_only=read_only)
         fault = db.execute("PRAGMA quick_check(1)").fetchone()[0]
         if fault != "ok":
             raise damaged(path, " ".join(fault.split()))
+        if not read_only:
+            # What a killed program or a failed sync left in the log may only be in memory: from
+            # here on it is on the disk, before anything is written behind it.
+            checkpoint(db)
         yield db
 
 
-def _connect(path: Path, mode: str, *, alone: bool) -> sqlite3.Connection:
-    address = f"{path.resolve().as_uri()}?mode={mode}"
+def checkpoint(db: sqlite3.Connection) -> None:
+    """Take the write-ahead log into the file; where there is no room for it, it stays as it is.
+
+    Raises
+    ------
+    sqlite3.Error
+        The disk failed: the connection must be given up.
+    """
     try:
-        db = sqlite3.connect(
-            address, uri=True, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
-        )
+        db.execute("PRAGMA wal_checkpoint(TRUNCATE)").fetchall()
     except sqlite3.Error as error:
+        if primary_code(error) != sqlite3.SQLITE_FULL:
+            raise
+
+
+def give_up(db: sqlite3.Connection) -> None:
+    """Close a connection whose disk failed without writing or syncing anything any more.
+
+    A close takes the log into the file and syncs both. A sync that failed may seem to succeed when
+    it is tried again, because the system has dropped the pages meanwhile; then the log, which has
+    everything, would be deleted. Without ``synchronous`` nothing is synced, and an interrupt
+    ends the taking in before its first page, so that the log stays.
+    """
+    with contextlib.suppress(sqlite3.Error):
+        db.execute("PRAGMA synchronous = OFF")
+    db.interrupt()
+    db.close()
+
+
+def require_size(path: Path) -> None:
+    """Raise StorageError where ``path`` is no file, or larger than any job."""
+    try:
+        found = path.stat()
+    except OSError as error:
+        raise not_writable(path, error.strerror or str(error)) from error
+    if not stat.S_ISREG(found.st_mode):
+        # A pipe would be waited for.
+        raise no_job(path)
+    size = found.st_size
+    if size > LARGEST_FILE:
+        raise damaged(path, f"{size >> 20} MB are more than any job has")
+
+
+def _connect(path: Path, mode: str, *, alone: bool) -> GuardedConnection:
+    try:
+        db = guarded_connection(
+            path, mode, timeout=_WAIT_S, isolation_level=None, check_same_thread=False
+        )
+    except FAULTS as error:
         raise storage_error(path, error) from error
     with _closing_on_error(path, db):
         db.execute("PRAGMA locking_mode = EXCLUSIVE" if alone else "PRAGMA query_only = ON")
         db.execute("PRAGMA synchronous = FULL")
+        # By itself SQLite would tell nobody of a sync that fails there, and try it again.
+        db.execute("PRAGMA wal_autocheckpoint = 0")
         db.execute("PRAGMA foreign_keys = ON")
     return db
 
 
 @contextlib.contextmanager
-def _closing_on_error(path: Path, db: sqlite3.Connection) -> Iterator[sqlite3.Connection]:
+def _closing_on_error(path: Path, db: C) -> Iterator[C]:
     try:
         yield db
-    except sqlite3.Error as error:
+    except FAULTS as error:
+        if primary_code(error) == sqlite3.SQLITE_IOERR:
+            give_up(db)
         db.close()
         raise storage_error(path, error) from error
     except UnicodeEncodeError as error:

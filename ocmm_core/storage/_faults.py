@@ -13,8 +13,14 @@ def primary_code(error: BaseException) -> int:
     return int(getattr(error, "sqlite_errorcode", 0)) & 0xFF
 
 
-def storage_error(path: Path, error: sqlite3.Error) -> StorageError:
+FAULTS = (sqlite3.Error, UnicodeDecodeError)
+"""What reading a job can raise: SQLite names broken things, and Python reads their names."""
+
+
+def storage_error(path: Path, error: sqlite3.Error | UnicodeDecodeError) -> StorageError:
     """Return what ``error`` means for the job at ``path``."""
+    if isinstance(error, UnicodeDecodeError):
+        return damaged(path, "a text in it is not UTF-8")
     code = primary_code(error)
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
         return StorageError(
@@ -32,8 +38,11 @@ def storage_error(path: Path, error: sqlite3.Error) -> StorageError:
         return not_writable(path, str(error))
     if code == sqlite3.SQLITE_NOTADB:
         return no_job(path)
-    if code == sqlite3.SQLITE_CORRUPT:
-        return damaged(path, str(error))
+    if code == sqlite3.SQLITE_INTERRUPT:
+        return damaged(path, "reading it takes longer than a job of its size does")
+    if code in (sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_TOOBIG, sqlite3.SQLITE_ERROR, 0):
+        # No code: a text that is not UTF-8. Without one that is wrong our statements have no error.
+        return damaged(path, " ".join(str(error).split())[:200])
     if code == sqlite3.SQLITE_IOERR:
         return disk_failed(path)
     return StorageError(
@@ -76,7 +85,7 @@ def disk_failed(path: Path) -> StorageError:
             f"{path}: the last point or note could not be written to disk; everything before "
             "it is stored."
         ),
-        "Save a backup to another disk and continue measuring with that file.",
+        "Close the job, copy it with its -wal file to another disk, and continue the copy.",
     )
 
 

@@ -11,12 +11,17 @@ from __future__ import annotations
 import contextlib
 import sqlite3
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.storage._faults import no_job, storage_error
-from ocmm_core.storage._migrations import APPLICATION_ID, require_known
+from ocmm_core.storage._checks import event_fault
+from ocmm_core.storage._connection import require_size
+from ocmm_core.storage._faults import FAULTS, damaged, no_job, storage_error
+from ocmm_core.storage._guard import guarded_connection
+from ocmm_core.storage._migrations import APPLICATION_ID
 from ocmm_core.storage._rows import JobEvent, JobHead
+from ocmm_core.storage._schema import require_schema
 from ocmm_core.storage._tables import stored_head
 
 _SETTLED_NS = 1_000_000_000
@@ -75,17 +80,36 @@ def _trace(path: Path) -> tuple[int, int, int] | None:
 
 
 def _read(path: Path) -> JobSummary:
-    address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
+    require_size(path)
     try:
-        with contextlib.closing(sqlite3.connect(address, uri=True)) as db:
+        with contextlib.closing(guarded_connection(path, "ro&immutable=1")) as db:
             if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
                 raise no_job(path)
-            require_known(db, path)
+            require_schema(db, path)
             head = stored_head(db, path)
-            events = db.execute("SELECT time_utc, kind, text FROM event ORDER BY id").fetchall()
+            events = tuple(_events(db, path))
+            # Counted by steps that can be ended; the count of a whole table cannot.
             (n_points,) = db.execute(
-                "SELECT (SELECT count(*) FROM observation) - (SELECT count(*) FROM annulment)"
+                "SELECT (SELECT count(*) FROM observation WHERE number > 0)"
+                " - (SELECT count(*) FROM annulment WHERE number > 0)"
             ).fetchone()
-    except sqlite3.Error as error:
+    except FAULTS as error:
         raise storage_error(path, error) from error
-    return JobSummary(head, tuple(JobEvent(*one) for one in events), n_points)
+    return JobSummary(head, events, n_points)
+
+
+def _events(db: sqlite3.Connection, path: Path) -> Iterator[JobEvent]:
+    """Yield what happened; StorageError where a row is none, or there is more than the file holds.
+
+    Its pages are not looked at here, and one that stands in for many would give no end of rows.
+    """
+    left = path.stat().st_size
+    for row in db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id"):
+        fault = event_fault(row)
+        if fault:
+            raise damaged(path, fault)
+        _, time_utc, kind, text = row
+        left -= len(time_utc) + len(kind) + len(text)
+        if left < 0:
+            raise damaged(path, "it has more events than it has room for")
+        yield JobEvent(time_utc, kind, text)

@@ -2,7 +2,8 @@
 
 WAL with ``synchronous=FULL``: when `JobFile.append_point` returns, the point is on the disk. An
 undo is a new row that annuls the point; the observation stays. The program that measures holds the
-file alone (``locking_mode=EXCLUSIVE``): another one is told so instead of writing between.
+file alone (``locking_mode=EXCLUSIVE``): another one is told so instead of writing between. Every
+transaction ends with a signature of the station on all that is stored (`_job_seal`).
 """
 
 from __future__ import annotations
@@ -17,16 +18,22 @@ from types import MappingProxyType, TracebackType
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.storage._audit import find_faults, insert_audited
-from ocmm_core.storage._connection import connection_to, new_connection
-from ocmm_core.storage._faults import (
-    bad_text,
-    disk_failed,
-    not_writable,
-    primary_code,
-    storage_error,
+from ocmm_core.seals import KeyFolder, SealWord, StationKey
+from ocmm_core.storage._audit import AuditedStep, find_faults, insert_audited, read_audit
+from ocmm_core.storage._connection import connection_to, make_file
+from ocmm_core.storage._faults import FAULTS, disk_failed, not_writable, storage_error
+from ocmm_core.storage._guard import GuardedConnection
+from ocmm_core.storage._job_seal import (
+    ADOPTED,
+    JobSeal,
+    check_line,
+    insert_seal,
+    read_seal,
+    remember_job,
+    require_sealed,
 )
 from ocmm_core.storage._job_steps import JobStep, read_steps
+from ocmm_core.storage._job_writer import JobWriter
 from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, row_from_head
 from ocmm_core.storage._tables import (
     insert_annulment,
@@ -34,10 +41,15 @@ from ocmm_core.storage._tables import (
     insert_point,
     insert_reference,
     next_number,
+    note_clock,
+    stored_events,
     stored_head,
     stored_points,
     stored_reference,
+    stored_times,
 )
+
+_NEVER_ADOPTED = (SealWord.UNKNOWN_KEY, SealWord.FORGED)
 
 
 class JobFile:
@@ -56,14 +68,26 @@ class JobFile:
     """
 
     def __init__(
-        self, path: Path, db: sqlite3.Connection, head: JobHead, *, read_only: bool
+        self,
+        path: Path,
+        db: GuardedConnection,
+        head: JobHead,
+        *,
+        read_only: bool,
+        scratch: bool = False,
     ) -> None:
         self.path = path
         self.head = head
-        self._read_only = read_only
-        self._db: sqlite3.Connection | None = db
+        self._read_only, self._scratch = read_only, scratch
+        self._db: GuardedConnection | None = db
         self._lock = threading.Lock()
-        self._disk_failed = False
+        self._writer = JobWriter(path)
+        self._key: StationKey | None = None
+
+    @property
+    def given_up(self) -> StorageError | None:
+        """Return why nothing is stored any more, None while it is; never None again after that."""
+        return disk_failed(self.path) if self._writer.failed else None
 
     @classmethod
     def create(cls, path: Path | str, head: JobHead) -> JobFile:
@@ -72,18 +96,32 @@ class JobFile:
         Raises
         ------
         StorageError
-            There is such a file already, or it cannot be written; nothing is left behind then.
+            There is such a file already, it cannot be written, or this station has no key to sign
+            it with; nothing is left behind then.
         """
-        path = Path(path)
-        with new_connection(path) as db:
-            db.execute("BEGIN IMMEDIATE")
+        path, key = Path(path), KeyFolder().station_key()
+
+        def fill(db: sqlite3.Connection) -> None:
             insert_audited(db, "head", row_from_head(head))
-            db.execute("COMMIT")
-            return cls(path, db, head, read_only=False)
+            insert_seal(db, key)
+
+        make_file(path, fill)
+        made = cls.open(path)
+        seal = made.seal()
+        remember_job(head.job_uuid, seal.steps, seal.head, path)
+        return made
 
     @classmethod
-    def open(cls, path: Path | str, *, read_only: bool = False) -> JobFile:
+    def open(cls, path: Path | str, *, read_only: bool = False, scratch: bool = False) -> JobFile:
         """Open a job file.
+
+        Parameters
+        ----------
+        read_only
+            Nothing can be added.
+        scratch
+            It is a copy that nobody keeps: what is added is neither signed nor remembered, so that
+            a job in doubt can be looked into as well.
 
         Raises
         ------
@@ -93,7 +131,8 @@ class JobFile:
         """
         path = Path(path)
         with connection_to(path, read_only=read_only) as db:
-            return cls(path, db, stored_head(db, path), read_only=read_only)
+            head = stored_head(db, path)
+            return cls(path, db, head, read_only=read_only, scratch=scratch)
 
     def append_point(self, point: MeasuredPoint) -> None:
         """Store a point; it is on the disk when this returns.
@@ -196,16 +235,12 @@ class JobFile:
     def taken_utc(self) -> dict[int, str]:
         """Return when each point was stored, also annulled ones: ISO 8601 text by number."""
         with self._reading() as db:
-            rows = db.execute(
-                "SELECT key, time_utc FROM audit WHERE subject = 'observation' ORDER BY key"
-            ).fetchall()
-        return {int(number): text for number, text in rows}
+            return stored_times(db, self.path)
 
     def events(self) -> list[JobEvent]:
         """Return what happened, oldest first."""
         with self._reading() as db:
-            rows = db.execute("SELECT time_utc, kind, text FROM event ORDER BY id").fetchall()
-        return [JobEvent(*row) for row in rows]
+            return stored_events(db, self.path)
 
     def next_number(self) -> int:
         """Return the number of the next point; numbers of annulled points are not used again."""
@@ -213,9 +248,57 @@ class JobFile:
             return next_number(db)
 
     def verify(self) -> list[str]:
-        """Return one sentence for every fault of the file against its audit chain."""
+        """Return one sentence for every fault of the file against its audit chain and signature."""
         with self._reading() as db:
-            return find_faults(db)
+            return [*find_faults(db), *self._sealed(db).doubts]
+
+    def seal(self) -> JobSeal:
+        """Return how far the job goes, and who signed it."""
+        with self._reading() as db:
+            return self._sealed(db)
+
+    def audited(self) -> list[AuditedStep]:
+        """Return everything that was ever stored, oldest first."""
+        with self._reading() as db:
+            return read_audit(db)
+
+    def check_line(self, line: str) -> str:
+        """Return in a sentence what the line of a report proves; errors as `check_line`."""
+        with self._reading() as db:
+            return check_line(db, self.head.job_uuid, line, KeyFolder())
+
+    def note_seen(self, place: Path) -> None:
+        """Let this station remember how far the job goes, where it lies at ``place``."""
+        with self._reading() as db:
+            seal = self._sealed(db)
+        if not seal.doubts:
+            remember_job(seal.job_uuid, seal.steps, seal.head, place)
+
+    def adopt(self, who: str, reason: str) -> None:
+        """Answer from now on for what this station did not sign; a reader sees who did and why.
+
+        Only for a job of a version that did not sign, or for an older copy where no newer one is
+        left: never for one that a stranger signed, nor for one that was changed.
+
+        Raises
+        ------
+        StorageError
+            The job is sealed as it is, or its content speaks against it.
+        """
+        with self._reading() as db:
+            seal = self._sealed(db)
+            faults = find_faults(db) or [
+                doubt for doubt in seal.doubts if seal.state.word in _NEVER_ADOPTED
+            ]
+        if faults or not seal.doubts:
+            raise StorageError(
+                "job.not_adopted",
+                f"{self.path}: {faults[0] if faults else 'the job is sealed already.'}",
+                "It cannot be taken over: restore a good copy." if faults else "Nothing is needed.",
+            )
+        self._key = KeyFolder().station_key()
+        text = f"Steps 1 to {seal.steps} were taken over by {who}: {reason}. {seal.doubts[0]}"
+        self.append_event(ADOPTED, text)
 
     def backup(self, path: Path | str) -> None:
         """Write a complete copy; works also after the disk of the job has failed.
@@ -245,7 +328,7 @@ class JobFile:
         """Close the file; may be called twice."""
         with self._lock:
             if self._db is not None:
-                self._db.close()
+                self._writer.close(self._db)
                 self._db = None
 
     def __enter__(self) -> JobFile:
@@ -268,9 +351,10 @@ class JobFile:
                 raise StorageError(
                     "job.closed", f"{self.path}: the job is closed.", "Open the job again."
                 )
+            self._db.renew()
             try:
                 yield self._db
-            except sqlite3.Error as error:
+            except FAULTS as error:
                 raise storage_error(self.path, error) from error
 
     @contextlib.contextmanager
@@ -282,18 +366,17 @@ class JobFile:
                     f"{self.path}: the job was opened read-only.",
                     "Open it for measuring to add to it.",
                 )
-            if self._disk_failed:
-                raise disk_failed(self.path)
-            try:
-                db.execute("BEGIN IMMEDIATE")
+            if self._key is None and not self._scratch:
+                require_sealed(self._sealed(db), self.path)
+                self._key = KeyFolder().station_key()
+            sealed = None
+            with self._writer.transaction(db):
+                note_clock(db)
                 yield db
-                db.execute("COMMIT")
-            except BaseException as error:
-                # After a failed sync the kernel may have dropped the pages: trying again could
-                # seem to succeed. The job goes on in another file instead.
-                self._disk_failed = primary_code(error) == sqlite3.SQLITE_IOERR
-                with contextlib.suppress(sqlite3.Error):
-                    db.execute("ROLLBACK")
-                if isinstance(error, UnicodeEncodeError):
-                    raise bad_text(self.path, error) from error
-                raise
+                if self._key is not None:
+                    sealed = insert_seal(db, self._key)
+            if sealed is not None:
+                remember_job(self.head.job_uuid, *sealed, self.path)
+
+    def _sealed(self, db: sqlite3.Connection) -> JobSeal:
+        return read_seal(db, self.path, self.head.job_uuid, KeyFolder())

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage._audit import AUDITED, digest_row
+from ocmm_core.storage._checks import point_fault
 from ocmm_core.storage._faults import damaged
 from ocmm_core.storage._rows import point_from_row
 
@@ -58,12 +59,13 @@ def read_steps(db: sqlite3.Connection, path: Path, after: int, most: int) -> lis
         (stored[0], stored[-1]),
     )
     points = {row[0]: row for row in observed}
-    steps = []
-    for sequence, subject, key, content in rows:
-        if subject == "annulment":
-            steps.append(JobStep(sequence, key, None))
-        elif key not in points or digest_row(points[key]) != content:
+    for key, content in ((key, text) for _, subject, key, text in rows if subject == "observation"):
+        if key not in points or digest_row(points[key]) != content:
             raise damaged(path, f"point {key} was changed after it was stored")
-        else:
-            steps.append(JobStep(sequence, key, point_from_row(points[key])))
-    return steps
+    fault = point_fault([points[key] for key in stored])
+    if fault:
+        raise damaged(path, fault)
+    return [
+        JobStep(sequence, key, point_from_row(points[key]) if subject == "observation" else None)
+        for sequence, subject, key, _ in rows
+    ]

@@ -64,6 +64,12 @@ _REFERENCE_TABLES = (
 )
 
 
+# The public key and the signature are Base64.
+_SEAL_TABLE = """CREATE TABLE seal (
+        sequence INTEGER PRIMARY KEY REFERENCES audit (sequence),
+        key TEXT NOT NULL, signature TEXT NOT NULL) STRICT"""
+
+
 def _version_1(db: sqlite3.Connection) -> None:
     """Make the tables of an empty file and forbid to change or remove any row of them."""
     db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -82,6 +88,12 @@ def _version_2(db: sqlite3.Connection) -> None:
         _forbid_change(db, table, AUDITED[table][0])
 
 
+def _version_3(db: sqlite3.Connection) -> None:
+    """Add the signatures of the station on rows of the audit (`_job_seal`)."""
+    db.execute(_SEAL_TABLE)
+    _forbid_change(db, "seal", "sequence")
+
+
 def _forbid_change(db: sqlite3.Connection, table: str, key: str) -> None:
     for action in ("UPDATE", "DELETE"):
         db.execute(
@@ -96,7 +108,7 @@ def _forbid_change(db: sqlite3.Connection, table: str, key: str) -> None:
     )
 
 
-MIGRATIONS: tuple[Step, ...] = (_version_1, _version_2)
+MIGRATIONS: tuple[Step, ...] = (_version_1, _version_2, _version_3)
 
 
 def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS) -> int:

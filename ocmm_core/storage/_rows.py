@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ocmm_core import __version__
-from ocmm_core.documents import read_bytes
+from ocmm_core.documents import read_text
 from ocmm_core.errors import StorageError
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import MeasuredPoint
@@ -115,9 +115,9 @@ def make_head(
         operator=operator,
         part=part,
         serial=serial,
-        plan_text=read_bytes(plan).decode("utf-8"),
-        rig_text=read_bytes(rig).decode("utf-8"),
-        probe_text=read_bytes(probe).decode("utf-8"),
+        plan_text=read_text(plan),
+        rig_text=read_text(rig),
+        probe_text=read_text(probe),
     )
 
 

@@ -7,13 +7,30 @@ from __future__ import annotations
 
 import sqlite3
 from dataclasses import replace
+from datetime import datetime, timedelta
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.storage._audit import AUDITED, digest_row, insert_audited, now_utc
+from ocmm_core.storage._audit import (
+    AUDITED,
+    digest_row,
+    insert_audited,
+    last_step_utc,
+    now_utc,
+    step_utc,
+)
+from ocmm_core.storage._checks import (
+    beside_fault,
+    event_fault,
+    head_fault,
+    point_fault,
+    reference_fault,
+    stamp_fault,
+)
 from ocmm_core.storage._faults import damaged
 from ocmm_core.storage._rows import (
+    JobEvent,
     JobHead,
     JobReference,
     head_from_row,
@@ -25,6 +42,10 @@ from ocmm_core.storage._rows import (
     spots_from,
 )
 
+CLOCK = "clock"
+"""Kind of the event that says that the clock of the computer was set back."""
+_CLOCK_TOLERANCE = timedelta(seconds=60)
+"""Corrections of a clock are smaller; a step to before the last one is not told then."""
 _POINT_COLUMNS = ",".join(AUDITED["observation"])
 
 
@@ -34,7 +55,30 @@ def stored_head(db: sqlite3.Connection, path: Path) -> JobHead:
     row = db.execute(statement).fetchone()
     if row is None:
         raise damaged(path, "it has no head")
+    fault = head_fault(row)
+    if fault:
+        raise damaged(path, fault)
     return head_from_row(row)
+
+
+def stored_events(db: sqlite3.Connection, path: Path) -> list[JobEvent]:
+    """Return what happened, oldest first; StorageError where a row is none."""
+    rows = db.execute("SELECT id, time_utc, kind, text FROM event ORDER BY id").fetchall()
+    fault = next(filter(None, map(event_fault, rows)), "")
+    if fault:
+        raise damaged(path, fault)
+    return [JobEvent(*row[1:]) for row in rows]
+
+
+def stored_times(db: sqlite3.Connection, path: Path) -> dict[int, str]:
+    """Return when each point was stored, also annulled ones: ISO 8601 text by number."""
+    rows = db.execute(
+        "SELECT key, time_utc FROM audit WHERE subject = 'observation' ORDER BY key"
+    ).fetchall()
+    fault = next(filter(None, (stamp_fault("point", *row) for row in rows)), "")
+    if fault:
+        raise damaged(path, fault)
+    return {int(number): text for number, text in rows}
 
 
 def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list[MeasuredPoint]:
@@ -45,21 +89,27 @@ def stored_points(db: sqlite3.Connection, path: Path, *, annulled: bool) -> list
     StorageError
         An observation is not the one that was stored.
     """
-    among = "IN" if annulled else "NOT IN"
+    among = f"number {'IN' if annulled else 'NOT IN'} (SELECT number FROM annulment)"  # noqa: S608 - constants
     rows = db.execute(
         f"SELECT {_POINT_COLUMNS}, content_sha256 FROM observation "  # noqa: S608 - constants
         "LEFT JOIN audit ON subject = 'observation' AND key = number "
-        f"WHERE number {among} (SELECT number FROM annulment) ORDER BY number"
+        f"WHERE {among} ORDER BY number"
     ).fetchall()
     beside = db.execute(
-        "SELECT number, spots_shape, spots, content_sha256 FROM reference_observation "
-        "LEFT JOIN audit ON subject = 'reference_observation' AND key = number"
+        "SELECT number, spots_shape, spots, content_sha256 FROM reference_observation "  # noqa: S608 - constants
+        "LEFT JOIN audit ON subject = 'reference_observation' AND key = number "
+        f"WHERE {among}"
     ).fetchall()
     for *row, content in (*rows, *beside):
         if digest_row(row) != content:
             raise damaged(path, f"point {row[0]} was changed after it was stored")
+    fault = point_fault(rows) or beside_fault(beside)
+    if fault:
+        raise damaged(path, fault)
     spots = {number: spots_from(shape, blob) for number, shape, blob, _ in beside}
     points = [point_from_row(row) for *row, _ in rows]
+    if not spots:
+        return points
     return [replace(point, reference_spots=spots.get(point.number)) for point in points]
 
 
@@ -72,10 +122,14 @@ def insert_point(db: sqlite3.Connection, path: Path, point: MeasuredPoint) -> No
             f"{path}: point number {point.number} comes after number {expected - 1}.",
             "Take the point again; every point needs a new number.",
         )
-    insert_audited(db, "observation", row_from_point(point))
-    beside = reference_row_from_point(point)
+    row, beside = row_from_point(point), reference_row_from_point(point)
+    insert_audited(db, "observation", row)
     if beside is not None:
         insert_audited(db, "reference_observation", beside)
+    # What could not be read again is not stored: the transaction of the caller ends with this.
+    fault = point_fault([row]) or (beside_fault([beside]) if beside is not None else "")
+    if fault:
+        raise StorageError("job.point", f"{path}: {fault}.", "Take the point again.")
 
 
 def insert_annulment(db: sqlite3.Connection, path: Path, number: int, reason: str) -> None:
@@ -90,13 +144,28 @@ def insert_annulment(db: sqlite3.Connection, path: Path, number: int, reason: st
         raise StorageError(
             "job.annulled", f"{path}: point {number} {fault}.", "Choose another point."
         )
-    insert_audited(db, "annulment", (int(number), now_utc(), reason))
+    insert_audited(db, "annulment", (int(number), step_utc(db), reason))
 
 
 def insert_event(db: sqlite3.Connection, kind: str, text: str) -> None:
     """Store something that happened."""
     number = db.execute("SELECT coalesce(max(id), 0) + 1 FROM event").fetchone()[0]
-    insert_audited(db, "event", (number, now_utc(), kind, text))
+    insert_audited(db, "event", (number, step_utc(db), kind, text))
+
+
+def note_clock(db: sqlite3.Connection) -> None:
+    """Say in the job that the clock was set back since its last step; once for each time."""
+    last, now = last_step_utc(db), now_utc()
+    if not last or datetime.fromisoformat(last) - datetime.fromisoformat(now) <= _CLOCK_TOLERANCE:
+        return
+    told = db.execute("SELECT 1 FROM event WHERE kind = ? AND time_utc = ?", (CLOCK, last))
+    if told.fetchone() is None:
+        insert_event(
+            db,
+            CLOCK,
+            f"The clock of this computer says {now[:19]}, which is before the last step of the job "
+            f"({last[:19]} UTC). Until it is past that again, steps have the time of that one.",
+        )
 
 
 def next_number(db: sqlite3.Connection) -> int:
@@ -126,4 +195,7 @@ def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
     *stored, content = row
     if digest_row(stored) != content:
         raise damaged(path, "the reference body was changed after it was stored")
+    fault = reference_fault(stored)
+    if fault:
+        raise damaged(path, fault)
     return reference_from_row(stored)

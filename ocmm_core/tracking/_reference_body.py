@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.camera import MAX_LEDS
-from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.documents import Document, digest, load_document, read_text
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking._ambiguity import check_distinct
@@ -113,7 +113,7 @@ def load_reference(path: Path | str) -> ReferenceBody:
     return ReferenceBody(
         leds=leds,
         geometry_covariance=document.led_sigma**2 * np.eye(positions.size),
-        text=path.read_bytes().decode("utf-8"),
+        text=read_text(path),
         identity=digest(path),
     )
 

@@ -7,9 +7,12 @@ from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from ocmm_core.errors import StorageError
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.station import MeasuringStation
 from ocmm_gui.bridge._commands import CommandQueue
+
+_CAN_BE_READ = ("job.locked", "job.not_sealed", "job.not_writable")
 
 
 class JobChangeCommands(QObject):
@@ -25,6 +28,9 @@ class JobChangeCommands(QObject):
 
     job_left = Signal(str)
     """Emits what became of a job that another one was begun before it was finished."""
+    only_to_look = Signal(Path)
+    """Emits a job that cannot be gone on with: another program measures it, or it is not sealed
+    here. It can be looked at."""
     job_begun = Signal()
     """Another job is measured now; its first `job_changed` follows when it is evaluated."""
 
@@ -46,8 +52,20 @@ class JobChangeCommands(QObject):
         self._begin(lambda: self._jobs.change_plan(path, header))
 
     def go_on(self, path: Path) -> None:
-        """Go on with a job that was left open; `job_begun` tells when it is there."""
-        self._begin(lambda: self._jobs.go_on(path))
+        """Go on with a job that was left open; `job_begun` tells when it is there.
+
+        Where nothing can be added to it, `only_to_look` is emitted beside the error.
+        """
+
+        def go_on() -> str:
+            try:
+                return self._jobs.go_on(path)
+            except StorageError as error:
+                if error.code in _CAN_BE_READ:
+                    self.only_to_look.emit(path)
+                raise
+
+        self._begin(go_on)
 
     def is_beginning(self) -> bool:
         """Return whether another job is being begun."""

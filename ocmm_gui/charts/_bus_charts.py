@@ -14,7 +14,7 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from ocmm_core.fieldbus.report import Histogram, within_us
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import SMALL_HEAD, SMALL_HEAD_PX, Plot
-from ocmm_gui.kit import digit_font
+from ocmm_gui.kit import digit_font, tr
 
 _FOOT_PX = 16.0
 _SCALE_PX = 50.0
@@ -58,7 +58,11 @@ class HistogramChart(Chart):
         self._histogram, self._limit_us = histogram, limit_us
         edge = within_us(histogram, 0.999)
         inside = f"99.9 % ≤ {edge:g}," if edge is not None else ""
-        worst = f"worst {histogram.worst_us:.0f}" if sum(histogram.counts) else "no values"
+        worst = (
+            tr("worst {worst_us:.0f}").format(worst_us=histogram.worst_us)
+            if sum(histogram.counts)
+            else tr("no values")
+        )
         self._say(f"{inside} {worst}".strip())
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -10,7 +10,7 @@ from ocmm_core.calibration.probe_design import TipMap
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Mechanics, colour_at
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import fitted, text_font
+from ocmm_gui.kit import fitted, text_font, tr
 
 _LEFT_PX, _FOOT_PX, _SCALE_PX = 44.0, 36.0, 70.0
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -31,9 +31,11 @@ class MapPlot(Plot):
         """Show a map on a scale that it shares with others."""
         self._map, self._limits = found, limits
         known = found.space_um[np.isfinite(found.space_um)]
-        hatched = "; hatched: not seen" if known.size < found.space_um.size else ""
+        span = tr("{least:.1f} to {most:.1f} µm")
+        if known.size < found.space_um.size:
+            span = tr("{least:.1f} to {most:.1f} µm; hatched: not seen")
         self._say(
-            f"{known.min():.1f} to {known.max():.1f} µm{hatched}" if known.size else "nothing seen"
+            span.format(least=known.min(), most=known.max()) if known.size else tr("nothing seen")
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -70,7 +72,7 @@ class MapPlot(Plot):
             along = f"{_at(found.rows, share):.0f}"
             painter.drawText(QRectF(box.left() - 46.0, y - 8.0, 42.0, 16.0), _RIGHT, along)
         painter.setPen(QColor(self._theme.muted))
-        names = f"across: {found.names[0]}   up: {found.names[1]}"
+        names = tr("across: {across}   up: {up}").format(across=found.names[0], up=found.names[1])
         painter.setFont(fitted(text_font(13), names, self.width(), 17.0, 13))
         painter.drawText(QRectF(0.0, box.bottom() + 17.0, self.width(), 17.0), _CENTRE, names)
 
@@ -96,13 +98,13 @@ class BendingPlot(Plot):
     """How the level probe sags, and how it gives way to 1 N on its ball."""
 
     def __init__(self) -> None:
-        super().__init__("Bending")
+        super().__init__(tr("Bending"))
         self._found: Mechanics | None = None
 
     def show_mechanics(self, found: Mechanics | None) -> None:
         """Show the lines of a design; None shows that there is none."""
         self._found = found
-        self._say("design not known" if found is None else "marks: LEDs; dashed: hand")
+        self._say(tr("design not known") if found is None else tr("marks: LEDs; dashed: hand"))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint both lines above each other."""
@@ -114,8 +116,8 @@ class BendingPlot(Plot):
         half = 0.5 * box.height()
         for index, (line, words) in enumerate(
             (
-                (found.sag_line_nm, "sag, held level / nm"),
-                (found.side_line_nm, "1 N on the ball / nm"),
+                (found.sag_line_nm, tr("sag, held level / nm")),
+                (found.side_line_nm, tr("1 N on the ball / nm")),
             )
         ):
             part = QRectF(box.left(), box.top() + index * half, box.width(), half)

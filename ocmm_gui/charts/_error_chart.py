@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.calibration.records import Check
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, text_font
+from ocmm_gui.kit import digit_font, text_font, tr
 
 _SCALE_PX = 58.0
 
@@ -24,7 +24,7 @@ class ErrorChart(Plot):
     """
 
     def __init__(self, *, whole_names: bool = False) -> None:
-        super().__init__("Errors, µm")
+        super().__init__(tr("Errors, µm"))
         self._whole_names = whole_names
         self._foot = 62.0 if whole_names else 24.0
         self._checks: tuple[Check, ...] = ()
@@ -35,8 +35,14 @@ class ErrorChart(Plot):
         self._checks, self._largest = tuple(checks), largest
         worst = checks[largest]
         self._say(
-            f"largest: {1e3 * worst.error_mm:+.1f} µm ± {1e3 * worst.expanded_mm:.1f}, "
-            f"limit {1e3 * worst.limit_mm:.1f} ({worst.name})"
+            tr(
+                "largest: {error_mm:+.1f} µm ± {expanded_mm:.1f}, limit {limit_mm:.1f} ({name})"
+            ).format(
+                error_mm=1e3 * worst.error_mm,
+                expanded_mm=1e3 * worst.expanded_mm,
+                limit_mm=1e3 * worst.limit_mm,
+                name=worst.name,
+            )
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -16,7 +16,7 @@ from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import Plot, rms_of
 from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
-from ocmm_gui.kit import digit_font, text_font
+from ocmm_gui.kit import digit_font, text_font, tr
 
 _SCALE_PX, _MOST = 58.0, 3000
 _REACH_SIGMAS = 5.0
@@ -27,7 +27,7 @@ class TipCourse(Plot):
     """Where each single frame puts the tip, axis by axis; frames that were left out are marked."""
 
     def __init__(self) -> None:
-        super().__init__("Tip of every frame, µm")
+        super().__init__(tr("Tip of every frame, µm"))
         self._off_um: Float = np.empty((0, 3))
         self._used = np.empty(0, dtype=np.bool_)
         self._borders: tuple[int, ...] = ()
@@ -41,7 +41,9 @@ class TipCourse(Plot):
         rms = [rms_of(axis[np.isfinite(axis)]) for axis in used.T]
         left_out = int(np.count_nonzero(~self._used))
         axes = ", ".join(f"{name} {value:.1f}" for name, value in zip("XYZ", rms, strict=True))
-        self._say(f"RMS {axes}; {left_out or 'none'} left out")
+        self._say(
+            tr("RMS {axes}; {left_out} left out").format(axes=axes, left_out=left_out or tr("none"))
+        )
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint one strip for each axis."""
@@ -58,7 +60,7 @@ class TipCourse(Plot):
         painter.setFont(text_font(13))
         painter.setPen(QColor(self._theme.muted))
         foot = QRectF(box.left(), box.bottom() + 2.0, box.width(), 20.0)
-        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, "frames of both sweeps")
+        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("frames of both sweeps"))
 
     def _paint_axis(self, painter: QPainter, strip: QRectF, axis: int, reach: float) -> None:
         theme, count = self._theme, len(self._used)
@@ -103,7 +105,7 @@ class SpotResiduals(QWidget):
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
-        self.setAccessibleName("Residuals of the spots")
+        self.setAccessibleName(tr("Residuals of the spots"))
         self._rig = rig
         self.sensors = AllSensors(rig)
         self.histogram = ResidualHistogram()

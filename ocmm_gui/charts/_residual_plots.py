@@ -13,7 +13,7 @@ from ocmm_core.calibration.guided import CameraResiduals
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import ARROW_SHARE, LEGEND_PX, Plot, arrow_lines, rms_of, scale_arrows
-from ocmm_gui.kit import digit_font
+from ocmm_gui.kit import digit_font, tr
 
 _MOST_ARROWS, _CELLS = 300, 18
 """More arrows hide each other: then one stands for each cell of a side of so many."""
@@ -31,7 +31,7 @@ class SensorArrows(Plot):
     """
 
     def __init__(self, camera: CameraModel) -> None:
-        super().__init__(f"Camera {camera.name}")
+        super().__init__(tr("Camera {name}").format(name=camera.name))
         self._size = (float(camera.width), float(camera.height))
         self._residuals: CameraResiduals | None = None
         self._places: Float = np.empty((0, 2))
@@ -47,8 +47,10 @@ class SensorArrows(Plot):
         kind = ""
         if len(used) > _MOST_ARROWS:
             self._places, self._arrows = _cell_means(self._places, used, self._size)
-            kind = "; arrows: means"
-        spots = f"{len(used)} spots, {left_out or 'none'} left out"
+            kind = "; " + tr("arrows: means")
+        spots = tr("%n spots, {left_out} left out", "", len(used)).format(
+            left_out=left_out or tr("none")
+        )
         self._say(f"RMS {rms:.4f} px, {spots}{kind}")
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -96,7 +98,7 @@ class AllSensors(QWidget):
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
-        self.setAccessibleName("Residuals on the sensors")
+        self.setAccessibleName(tr("Residuals on the sensors"))
         self.plots = tuple(SensorArrows(camera) for camera in rig.cameras)
         layout = QGridLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
@@ -114,7 +116,7 @@ class ResidualHistogram(Plot):
     """How often a residual was how large, beside the normal distribution of the same width."""
 
     def __init__(self) -> None:
-        super().__init__("Residuals, px")
+        super().__init__(tr("Residuals, px"))
         self._counts: Float = np.empty(0)
         self._reach = 0.0
         self._sigma = 0.0
@@ -131,8 +133,9 @@ class ResidualHistogram(Plot):
         beyond = int(np.count_nonzero(np.abs(values) > 3.0 * self._sigma))
         expected = 0.0027 * len(values)
         self._say(
-            f"RMS {self._sigma:.4f} px, {beyond} of {len(values)} beyond 3 sigma "
-            f"({expected:.0f} expected)"
+            tr(
+                "RMS {sigma:.4f} px, {beyond} of {count} beyond 3 sigma ({expected:.0f} expected)"
+            ).format(sigma=self._sigma, beyond=beyond, count=len(values), expected=expected)
         )
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import ARROW_SHARE, LEGEND_PX, Plot, arrow_lines, scale_arrows
-from ocmm_gui.kit import text_font
+from ocmm_gui.kit import text_font, tr
 from ocmm_gui.views import upright
 
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop
@@ -46,7 +46,7 @@ class SpaceArrows(Plot):
         rms = 1e3 * np.sqrt(np.mean(vectors_world**2, axis=0))
         worst = 1e3 * float(np.linalg.norm(vectors_world, axis=1).max())
         axes = ", ".join(f"{name} {value:.1f}" for name, value in zip("XYZ", rms, strict=True))
-        self._say(f"RMS {axes} µm, largest {worst:.1f} µm")
+        self._say(tr("RMS {axes} µm, largest {worst:.1f} µm").format(axes=axes, worst=worst))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint both pictures and the scale of the arrows."""
@@ -64,8 +64,8 @@ class SpaceArrows(Plot):
         rms = float(np.sqrt(np.mean(np.sum(self._vectors**2, axis=1))))
         nice, pixels = scale_arrows(1e3 * rms, 1.3 * ARROW_SHARE * min(room))
         for part, axis, sign, title in (
-            (half, self._up, self._raised, "from the front"),
-            (other, self._depth, 1.0, "from above"),
+            (half, self._up, self._raised, tr("from the front")),
+            (other, self._depth, 1.0, tr("from above")),
         ):
             self._paint_side(painter, part, axis, sign, title, middle, scale, nice, pixels)
         if nice:

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QRadialGradient
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, text_font
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, text_font, tr
 from ocmm_gui.views import upright
 
 _RING = np.radians(15.0)
@@ -80,7 +80,9 @@ class SphereMap(Painted):
         """Show directions."""
         self._mapped = mapped
         total = len(mapped.done) + len(mapped.open)
-        self.setAccessibleDescription(f"{len(mapped.done)} of {total} directions")
+        self.setAccessibleDescription(
+            tr("{count} of {total} directions").format(count=len(mapped.done), total=total)
+        )
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -95,10 +97,10 @@ class SphereMap(Painted):
         painter.setFont(text_font(14))
         painter.setPen(QColor(theme.muted))
         foot = QRectF(frame.left(), frame.bottom() - _FOOT_PX, frame.width(), _FOOT_PX - 2.0)
-        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, "▼ cameras")
+        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("▼ cameras"))
         if not np.isfinite(shown.middle).all():
             painter.setFont(text_font(20))
-            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, "nothing yet")
+            painter.drawText(box, Qt.AlignmentFlag.AlignCenter, tr("nothing yet"))
             return
         scale = radius / reach
         dot = max(0.42 * shown.spacing * scale, 4.0)

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit import Painted, digit_font, millimetres
+from ocmm_gui.kit import Painted, digit_font, millimetres, tr
 
 _MARGIN_SHARE = 0.4
 """Room on either side of the limits, in widths of the tolerance."""
@@ -78,7 +78,7 @@ class ToleranceBar(Painted):
     """
 
     def __init__(self, *, digits_share: float = 0.3) -> None:
-        super().__init__("Tolerance bar", (240, 56), (160, 44))
+        super().__init__(tr("Tolerance bar"), (240, 56), (160, 44))
         self._digits_share = digits_share
         self._result: CharacteristicResult | None = None
 
@@ -86,12 +86,18 @@ class ToleranceBar(Painted):
         """Show a characteristic; None empties the bar."""
         self._result = result
         if result is None:
-            self.setAccessibleDescription("no tolerance")
+            self.setAccessibleDescription(tr("no tolerance"))
         else:
             self.setAccessibleDescription(
-                f"{result.name}: deviation {millimetres(result.deviation, signed=True)} mm, limits "
-                f"{millimetres(result.lower, signed=True)} to "
-                f"{millimetres(result.upper, signed=True)} mm, {result.verdict.value}"
+                tr(
+                    "{name}: deviation {deviation} mm, limits {lower} to {upper} mm, {verdict}"
+                ).format(
+                    name=result.name,
+                    deviation=millimetres(result.deviation, signed=True),
+                    lower=millimetres(result.lower, signed=True),
+                    upper=millimetres(result.upper, signed=True),
+                    verdict=result.verdict.value,
+                )
             )
         self.update()
 

@@ -12,7 +12,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QPaintEvent
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import text_font
+from ocmm_gui.kit import text_font, tr
 from ocmm_gui.views import Dots, Item, Lines, Tag, paint_scene, seen_from, upright
 
 _MOST_POSES = 1200
@@ -56,7 +56,7 @@ class TrailPlot(Plot):
     """
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__("Paths of the LEDs about the ball")
+        super().__init__(tr("Paths of the LEDs about the ball"))
         self._orbit = seen_from(rig, upright(rig))
         self._trails: tuple[Trail, ...] = ()
         self._pulled: QPointF | None = None
@@ -67,7 +67,7 @@ class TrailPlot(Plot):
         self._trails = tuple(_thinned(trail) for trail in trails)
         poses = sum(int(np.isfinite(one.paths_world[:, 0, 0]).sum()) for one in trails)
         leds = trails[0].paths_world.shape[1] if trails else 0
-        self._say(f"{poses} poses, {leds} LEDs; drag to rotate")
+        self._say(tr("{poses} poses, {leds} LEDs; drag to rotate").format(poses=poses, leds=leds))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint paths, LEDs and balls."""

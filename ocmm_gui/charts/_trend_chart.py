@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.inspection.archive import Trend
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, digit_font, text_font
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, digit_font, text_font, tr
 
 _HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
 _ROOM = 1.12
@@ -18,7 +18,7 @@ class TrendChart(Painted):
     """Values as dots with their uncertainty; the field is the tolerance, dashed the limits."""
 
     def __init__(self) -> None:
-        super().__init__("Trend over the parts", SCENE_SIZE, SCENE_LEAST)
+        super().__init__(tr("Trend over the parts"), SCENE_SIZE, SCENE_LEAST)
         self._trend: Trend | None = None
 
     def show_trend(self, trend: Trend | None) -> None:
@@ -56,15 +56,15 @@ class TrendChart(Painted):
         painter.drawRect(QRectF(box.left(), top, box.width(), bottom - top))
         painter.setFont(digit_font(12, bold=False))
         levels: list[tuple[str, float, Qt.PenStyle]] = [
-            ("limit", value, Qt.PenStyle.SolidLine)
+            (tr("limit"), value, Qt.PenStyle.SolidLine)
             for value in (trend.low, trend.high)
             if math.isfinite(value)
         ]
         if trend.chart is not None:
             levels += [
-                ("mean", trend.chart.centre, Qt.PenStyle.DotLine),
-                ("UCL", trend.chart.high, Qt.PenStyle.DashLine),
-                ("LCL", trend.chart.low, Qt.PenStyle.DashLine),
+                (tr("mean"), trend.chart.centre, Qt.PenStyle.DotLine),
+                (tr("UCL"), trend.chart.high, Qt.PenStyle.DashLine),
+                (tr("LCL"), trend.chart.low, Qt.PenStyle.DashLine),
             ]
         taken: list[float] = []
         for name, value, style in levels:
@@ -131,9 +131,8 @@ def _reach(trend: Trend) -> tuple[float, float]:
 def _description(trend: Trend) -> str:
     values = trend.values
     if not len(values):
-        return f"{trend.name}: no parts included"
+        return tr("{name}: no parts included").format(name=trend.name)
     signals = 0 if trend.chart is None else len(trend.chart.signals)
-    return (
-        f"{trend.name}: {len(values)} parts, {values.min():.4f} to {values.max():.4f}, "
-        f"{signals} signals"
+    return tr("{name}: {count} parts, {least:.4f} to {most:.4f}, {signals} signals").format(
+        name=trend.name, count=len(values), least=values.min(), most=values.max(), signals=signals
     )

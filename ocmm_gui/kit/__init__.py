@@ -3,11 +3,11 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Read `_theme` (three themes from one table), `_messages` (numbers and sentences), `_marks` (a shape
-for each outcome), `_actions` (every key as one table), `_sheet` (pages that Esc closes), `_parts`
-and `_painted`. Long work: `_side_process`, `_worker`, `_work_line`,
-`_work_sheet`. Questions without dialogs:
-`_answer_panel`, `_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
+Read `_texts` (how sentences are translated), `_theme` (three themes from one table), `_messages`
+(numbers and sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table),
+`_sheet` (pages that Esc closes), `_parts` and `_painted`. Long work: `_side_process`, `_worker`,
+`_work_line`, `_work_sheet`. Questions without dialogs: `_answer_panel`, `_path_panel`,
+`_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
 It is the first room of the window and must not know any screen or the station.
 """
 
@@ -20,7 +20,11 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_gui.kit._actions import (
         ACTIONS,
+        FINISH_KEYS,
+        TAKE_KEYS,
+        UNDO_KEYS,
         ActionInfo,
+        Debounced,
         Mode,
         bind_actions,
         make_actions,
@@ -45,6 +49,7 @@ if TYPE_CHECKING:
         basis_words,
         characteristics_of,
         counted_line,
+        distance_words,
         feature_title,
         form_words,
         has_failed,
@@ -85,6 +90,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sheet import ChoiceBox, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
+    from ocmm_gui.kit._texts import PlainLabel, later, literal, tr, tr_all
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT,
         DEFAULT_THEME,
@@ -102,7 +108,6 @@ if TYPE_CHECKING:
         verdict_colour,
         wrapped_pixels,
     )
-    from ocmm_gui.kit._triggers import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, Debounced
     from ocmm_gui.kit._verification_messages import session_of
     from ocmm_gui.kit._work_line import WorkLine
     from ocmm_gui.kit._work_sheet import WorkSheet
@@ -110,14 +115,17 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _actions="ACTIONS ActionInfo Mode bind_actions make_actions make_button show_mode",
+        _actions=(
+            "ACTIONS ActionInfo Debounced FINISH_KEYS Mode TAKE_KEYS UNDO_KEYS bind_actions "
+            "make_actions make_button show_mode"
+        ),
         _answer_panel="AnswerPanel",
         _fit_text="FitText",
         _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
         _messages=(
             "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
-            "counted_line feature_title form_words has_failed header_words is_held led_name "
-            "limit_words millimetres mode_words next_step outlier_count outlier_words "
+            "counted_line distance_words feature_title form_words has_failed header_words is_held "
+            "led_name limit_words millimetres mode_words next_step outlier_count outlier_words "
             "progress_word quantity reference_led_name reference_words seen_cameras seen_targets "
             "shape_word slot_names step_text trouble verdict_line"
         ),
@@ -129,11 +137,11 @@ else:
         _sheet="ChoiceBox Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
         _sound="Approach Sound SoundPlayer verdict_sound",
+        _texts="PlainLabel later literal tr tr_all",
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
             "far_type fitted status_colour text_font verdict_colour wrapped_pixels"
         ),
-        _triggers="Debounced FINISH_KEYS TAKE_KEYS UNDO_KEYS",
         _verification_messages="session_of",
         _work_line="WorkLine",
         _work_sheet="WorkSheet",
@@ -173,6 +181,7 @@ __all__ = [
     "OwnKeysField",
     "Painted",
     "PathPanel",
+    "PlainLabel",
     "ReasonPanel",
     "Sheet",
     "SideProcess",
@@ -195,6 +204,7 @@ __all__ = [
     "characteristics_of",
     "counted_line",
     "digit_font",
+    "distance_words",
     "dress",
     "far_type",
     "feature_mark",
@@ -205,8 +215,10 @@ __all__ = [
     "has_failed",
     "header_words",
     "is_held",
+    "later",
     "led_name",
     "limit_words",
+    "literal",
     "make_actions",
     "make_button",
     "mark_colour",
@@ -233,6 +245,8 @@ __all__ = [
     "status_mark",
     "step_text",
     "text_font",
+    "tr",
+    "tr_all",
     "trouble",
     "value_label",
     "verdict_colour",

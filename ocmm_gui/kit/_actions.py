@@ -1,7 +1,12 @@
-"""Everything that a key or a button does, as one table."""
+"""Everything that a key, a foot switch or a button does, as one table.
+
+A foot switch is programmed to F13, F14 and F15, which no field takes as text. The probe's own
+button comes over the bus and is handled by the core. A held or bouncing switch gives one command.
+"""
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -10,14 +15,39 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
-from ocmm_gui.kit._triggers import FINISH_KEYS, TAKE_KEYS, UNDO_KEYS, Debounced
+from ocmm_gui.kit._texts import later, literal, tr
+
+DEBOUNCE_S = 0.15
+"""Two presses closer than this are one: contacts bounce for some 20 ms, feet need 250 ms."""
+
+TAKE_KEYS = ("Space", "F13")
+UNDO_KEYS = ("Backspace", "F14")
+FINISH_KEYS = ("Return", "Enter", "F15")
+
+
+class Debounced:
+    """Call ``command`` unless it was called less than `DEBOUNCE_S` ago."""
+
+    def __init__(
+        self, command: Callable[[], None], clock: Callable[[], float] = time.monotonic
+    ) -> None:
+        self._command = command
+        self._clock = clock
+        self._last = float("-inf")
+
+    def __call__(self) -> None:
+        """Give the command if it is due."""
+        now = self._clock()
+        if now - self._last >= DEBOUNCE_S:
+            self._last = now
+            self._command()
 
 
 class Mode(Enum):
     """What the window is for at the moment."""
 
-    INSPECT = "Inspect"
-    MAINTAIN = "Maintain"
+    INSPECT = later("Inspect")
+    MAINTAIN = later("Maintain")
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,86 +83,126 @@ class ActionInfo:
 
 
 ACTIONS = (
-    ActionInfo("take", "Take", "Take a point now", TAKE_KEYS, True),
-    ActionInfo("undo", "Undo", "Undo the last point", UNDO_KEYS, True),
-    ActionInfo("finish", "Finish", "Finish this feature and go to the next", FINISH_KEYS, True),
-    ActionInfo("flip", "Flip", "Flip the last point to the other side", ("X",)),
-    ActionInfo("previous", "Previous", "Show the previous feature of the plan", ("PgUp",)),
-    ActionInfo("next", "Next", "Show the next feature of the plan", ("PgDown",)),
-    ActionInfo("skip", "Skip", "Skip this feature; it can be measured later", ("S",)),
-    ActionInfo("repeat", "Repeat", "Repeat this feature; its old points stay in the file", ("A",)),
-    ActionInfo("reopen", "Reopen", "Reopen a finished or skipped feature to add points", ("F6",)),
-    ActionInfo("order", "Order", "Switch between plan order and any order", ("O",)),
-    ActionInfo("side", "Side", "Change how the probe side is found", ("I",)),
-    ActionInfo("pause", "Pause", "Pause or resume", ("Z", "Pause")),
-    ActionInfo("redo", "Redo", "Redo the last undone step", ("Ctrl+Y", "Shift+Backspace")),
-    ActionInfo("point_after", "Next point", "Select the next point of the feature", (".",)),
-    ActionInfo("point_before", "Previous point", "Select the previous point", (",",)),
-    ActionInfo("delete", "Delete point", "Delete the selected point and give a reason", ("Del",)),
-    ActionInfo("restore", "Restore", "Restore the deleted point", ("Ins",)),
-    ActionInfo("tone", "Tone", "Turn the approach tone on or off", ("U",)),
-    ActionInfo("refit", "Refit", "Recalculate all results from the raw data", ("Ctrl+R",)),
-    ActionInfo("job", "Job", "Operator, serial number, next part, unfinished jobs", ("J", "F2")),
+    ActionInfo("take", later("Take"), later("Take a point now"), TAKE_KEYS, True),
+    ActionInfo("undo", later("Undo"), later("Undo the last point"), UNDO_KEYS, True),
     ActionInfo(
-        "results", "Results", "All characteristics, their uncertainty and the reports", ("F3",)
+        "finish", later("Finish"),
+        later("Finish this feature and go to the next"), FINISH_KEYS, True,
     ),
-    ActionInfo("plan", "Plan", "Create or edit a plan", ("F4",)),
-    ActionInfo("alignment", "Alignment", "Alignment: residuals and free axes", ("F5",)),
-    ActionInfo("view", "Far view", "Switch between far view and desk view", ("F11", "V")),
-    ActionInfo("cameras", "Cameras", "Show or hide the live camera images", ("C",)),
-    ActionInfo("fit", "Fit view", "Zoom the 3-D view to the whole part", ("F",)),
-    ActionInfo("closeup", "Close-up", "Zoom the 3-D view to the active feature", ("G",)),
-    ActionInfo("export", "Export", "Write the report files", ("E",)),
+    ActionInfo("flip", later("Flip"), later("Flip the last point to the other side"), ("X",)),
     ActionInfo(
-        "bus_text", "Bus report", "Write the bus report as text, for support", ("B",),
+        "previous", later("Previous"), later("Show the previous feature of the plan"), ("PgUp",),
+    ),
+    ActionInfo("next", later("Next"), later("Show the next feature of the plan"), ("PgDown",)),
+    ActionInfo("skip", later("Skip"), later("Skip this feature; it can be measured later"), ("S",)),
+    ActionInfo(
+        "repeat", later("Repeat"),
+        later("Repeat this feature; its old points stay in the file"), ("A",),
+    ),
+    ActionInfo(
+        "reopen", later("Reopen"),
+        later("Reopen a finished or skipped feature to add points"), ("F6",),
+    ),
+    ActionInfo("order", later("Order"), later("Switch between plan order and any order"), ("O",)),
+    ActionInfo("side", later("Side"), later("Change how the probe side is found"), ("I",)),
+    ActionInfo("pause", later("Pause"), later("Pause or resume"), ("Z", "Pause")),
+    ActionInfo(
+        "redo", later("Redo"), later("Redo the last undone step"), ("Ctrl+Y", "Shift+Backspace"),
+    ),
+    ActionInfo(
+        "point_after", later("Next point"), later("Select the next point of the feature"), (".",),
+    ),
+    ActionInfo("point_before", later("Previous point"), later("Select the previous point"), (",",)),
+    ActionInfo(
+        "delete", later("Delete point"),
+        later("Delete the selected point and give a reason"), ("Del",),
+    ),
+    ActionInfo("restore", later("Restore"), later("Restore the deleted point"), ("Ins",)),
+    ActionInfo("tone", later("Tone"), later("Turn the approach tone on or off"), ("U",)),
+    ActionInfo(
+        "refit", later("Refit"), later("Recalculate all results from the raw data"), ("Ctrl+R",),
+    ),
+    ActionInfo(
+        "job", later("Job"),
+        later("Operator, serial number, next part, unfinished jobs"), ("J", "F2"),
+    ),
+    ActionInfo(
+        "results", later("Results"),
+        later("All characteristics, their uncertainty and the reports"), ("F3",)
+    ),
+    ActionInfo("plan", later("Plan"), later("Create or edit a plan"), ("F4",)),
+    ActionInfo(
+        "alignment", later("Alignment"), later("Alignment: residuals and free axes"), ("F5",),
+    ),
+    ActionInfo(
+        "view", later("Far view"), later("Switch between far view and desk view"), ("F11", "V"),
+    ),
+    ActionInfo("cameras", later("Cameras"), later("Show or hide the live camera images"), ("C",)),
+    ActionInfo("fit", later("Fit view"), later("Zoom the 3-D view to the whole part"), ("F",)),
+    ActionInfo(
+        "closeup", later("Close-up"), later("Zoom the 3-D view to the active feature"), ("G",),
+    ),
+    ActionInfo("export", later("Export"), later("Write the report files"), ("E",)),
+    ActionInfo(
+        "bus_text", later("Bus report"), later("Write the bus report as text, for support"), ("B",),
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "calibrate", "Calibrate cameras", "Calibrate the cameras from known points", ("K",),
+        "calibrate", later("Calibrate cameras"),
+        later("Calibrate the cameras from known points"), ("K",),
         mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
-        "relocate", "Relocate", "Recalibrate the cameras in place, with the probe and a length "
-                                "bar", ("R",), mode=Mode.MAINTAIN, opens_wizard=True,
+        "relocate", later("Relocate"),
+        later("Recalibrate the cameras in place, with the probe and a length bar"), ("R",),
+        mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
-        "verify", "Verify", "Verify the calibration with independent artefacts",
+        "verify", later("Verify"), later("Verify the calibration with independent artefacts"),
         ("Y",), mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
-        "write_cameras", "Write to cameras", "Store the intrinsics of the calibration in the "
-        "cameras", ("W",), mode=Mode.MAINTAIN,
-    ),
-    ActionInfo(
-        "recall", "Recall jobs", "Recalculate older jobs whose calibration later failed", ("F12",),
+        "write_cameras", later("Write to cameras"),
+        later("Store the intrinsics of the calibration in the cameras"), ("W",),
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "pivot", "Calibrate probe", "Find tip and LED positions: pivot the probe with its ball "
-                                    "in a cone", ("P",), mode=Mode.MAINTAIN, opens_wizard=True,
+        "recall", later("Recall jobs"),
+        later("Recalculate older jobs whose calibration later failed"), ("F12",),
+        mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "qualify", "Qualify tip", "Find the ball diameter on a certified sphere", ("Q",),
+        "pivot", later("Calibrate probe"),
+        later("Find tip and LED positions: pivot the probe with its ball in a cone"), ("P",),
         mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
-        "check_tip", "Check tip", "One-minute check that the tip is still as qualified",
+        "qualify", later("Qualify tip"), later("Find the ball diameter on a certified sphere"),
+        ("Q",),
+        mode=Mode.MAINTAIN, opens_wizard=True,
+    ),
+    ActionInfo(
+        "check_tip", later("Check tip"),
+        later("One-minute check that the tip is still as qualified"),
         ("H",), mode=Mode.MAINTAIN, opens_wizard=True,
     ),
     ActionInfo(
-        "mount", "Mount tip", "Confirm tip change", ("N",), mode=Mode.MAINTAIN,
+        "mount", later("Mount tip"), later("Confirm tip change"), ("N",), mode=Mode.MAINTAIN,
     ),
     ActionInfo(
-        "define", "Define", "Define a new probe document", ("D",), mode=Mode.MAINTAIN,
+        "define", later("Define"), later("Define a new probe document"), ("D",), mode=Mode.MAINTAIN,
     ),
-    ActionInfo("keys", "Keys", "All keyboard shortcuts of the window", ("F1",)),
+    ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
-        "theme", "Theme", "Switch between dark, light and high contrast", ("T",), mode=None
+        "theme", later("Theme"), later("Switch between dark, light and high contrast"),
+        ("T",), mode=None
     ),
     ActionInfo(
-        "log", "Save log", "Save the message log, for support", ("L",), mode=None
+        "log", later("Save log"), later("Save the message log, for support"), ("L",), mode=None
     ),
-    ActionInfo("mode", "Maintain", "Switch between Inspect and Maintain", ("M",), mode=None),
+    ActionInfo(
+        "mode", later("Maintain"), later("Switch between Inspect and Maintain"), ("M",), mode=None,
+    ),
 )  # fmt: skip
 
 
@@ -146,9 +216,9 @@ def make_actions(window: QWidget) -> dict[str, QAction]:
     """Return the actions by key, with their shortcuts active in ``window``; they do nothing yet."""
     actions: dict[str, QAction] = {}
     for info in ACTIONS:
-        action = QAction(info.text, window)
+        action = QAction(tr(info.text), window)
         action.setObjectName(info.key)
-        action.setToolTip(f"{info.tip} ({', '.join(info.shortcuts)})")
+        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(info.shortcuts)})"))
         action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
         action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         # A held pedal must not flood the job with points.
@@ -176,7 +246,7 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     button = QPushButton(f"{action.text()}  [{key}]")
     button.setAccessibleName(action.text())
     button.setAccessibleDescription(action.toolTip())
-    button.setToolTip(action.toolTip())
+    button.setToolTip(literal(action.toolTip()))
     button.setProperty("role", "primary" if primary else "plain")
     button.setEnabled(action.isEnabled())
     action.changed.connect(lambda: button.setEnabled(action.isEnabled()))

@@ -8,12 +8,12 @@ from PySide6.QtWidgets import (
     QApplication,
     QFrame,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QSizePolicy,
     QWidget,
 )
 
+from ocmm_gui.kit._texts import PlainLabel, tr
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
 
 _YES = (Qt.Key.Key_Return, Qt.Key.Key_Enter)
@@ -47,14 +47,17 @@ class AnswerPanel(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._before: QWidget | None = None
         self._far = False
-        self._label = QLabel()
-        self._label.setAccessibleName("Question")
+        self._label = PlainLabel()
+        self._label.setAccessibleName(tr("Question"))
         self._label.setTextFormat(Qt.TextFormat.PlainText)
         self._label.setWordWrap(True)
         self._label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._yes, self._no = QPushButton(f"{verb}  [Return]"), QPushButton("Back  [Esc]")
-        self._yes.setAccessibleName(f"{verb} anyway")
-        self._no.setAccessibleName("Cancel and go back")
+        self._yes, self._no = (
+            QPushButton(tr("{verb}  [Return]").format(verb=verb)),
+            QPushButton(tr("Back  [Esc]")),
+        )
+        self._yes.setAccessibleName(tr("{verb} anyway").format(verb=verb))
+        self._no.setAccessibleName(tr("Cancel and go back"))
         layout = QHBoxLayout(self)
         layout.setContentsMargins(14, 6, 8, 6)
         layout.setSpacing(8)

@@ -17,6 +17,7 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
+from ocmm_gui.kit._texts import later, tr
 
 DASHES = "———"
 """Stands for every number that is not known or not trusted."""
@@ -86,10 +87,14 @@ def reference_words(live: LiveView) -> str:
         return ""
     if reference.moved_mm < _MOVED_MM and reference.turned_rad < _MOVED_RAD:
         return ""
-    return (
-        f"Part and cameras have moved {reference.moved_mm:.1f} mm and "
-        f"{np.degrees(reference.turned_rad):.2f}° relative to each other since the job started. "
-        f"Points follow the reference body '{reference.name}'."
+    return tr(
+        "Part and cameras have moved {moved_mm:.1f} mm and {turned_rad:.2f}° "
+        "relative to each other since the job started. Points follow the reference "
+        "body '{name}'."
+    ).format(
+        moved_mm=reference.moved_mm,
+        turned_rad=np.degrees(reference.turned_rad),
+        name=reference.name,
     )
 
 
@@ -159,9 +164,7 @@ def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> st
 def outlier_count(feature: FeatureView) -> str:
     """Return that points lie far off, for who stands far off; empty where none does."""
     count = len(feature.outliers)
-    if not count:
-        return ""
-    return "1 outlier." if count == 1 else f"{count} outliers."
+    return tr("%n outliers.", "1 outlier.", count) if count else ""
 
 
 def outlier_words(feature: FeatureView, chosen: int) -> str:
@@ -173,22 +176,26 @@ def outlier_words(feature: FeatureView, chosen: int) -> str:
     )  # fmt: skip
     if feature.outliers:
         named = ", ".join(_off(number, residuals) for number in feature.outliers)
-        lines.append(f"Outliers: {named}. Still used in the fit. Delete to exclude.")
+        lines.append(
+            tr("Outliers: {named}. Still used in the fit. Delete to exclude.").format(named=named)
+        )
     if chosen in {point.number for point in feature.points}:
-        lines.append(f"Selected: {_off(chosen, residuals)}. Del deletes it.")
+        lines.append(tr("Selected: {point}. Del deletes it.").format(point=_off(chosen, residuals)))
     if feature.deleted:
         out = ", ".join(str(item.point.number) for item in feature.deleted)
-        lines.append(f"Point {out} deleted. Ins restores it.")
+        lines.append(tr("Point {numbers} deleted. Ins restores it.").format(numbers=out))
     return "\n".join(lines)
 
 
 def _off(number: int, residuals: Mapping[int, float]) -> str:
     if number not in residuals:
-        return f"point {number}"
-    return f"point {number} ({millimetres(residuals[number], signed=True)} mm)"
+        return tr("point {number}").format(number=number)
+    return tr("point {number} ({residual} mm)").format(
+        number=number, residual=millimetres(residuals[number], signed=True)
+    )
 
 
-PAUSED = "PAUSED"
+PAUSED = later("PAUSED")
 """Stands for the state of a machine that is ready while touches are not taken."""
 
 
@@ -206,27 +213,29 @@ def has_failed(live: LiveView | None) -> bool:
 def next_step(job: JobView, live: LiveView | None = None) -> str:
     """Return the sentence that says what to do now."""
     if has_failed(live):
-        return "Restart OCMM. Then resume the job."
+        return tr("Restart OCMM. Then resume the job.")
     if job.paused:
-        return "Paused. Press Z to resume."
+        return tr("Paused. Press Z to resume.")
     looked_at = job.shown if job.looked_at else None
     if looked_at is not None:
-        state = "skipped" if looked_at.skipped else "done"
-        return f"{looked_at.name} is {state}. Press F6 to reopen it, PgDown to go on."
+        said = tr("{name} is done. Press F6 to reopen it, PgDown to go on.")
+        if looked_at.skipped:
+            said = tr("{name} is skipped. Press F6 to reopen it, PgDown to go on.")
+        return said.format(name=looked_at.name)
     feature = active_feature(job)
     if feature is None:
         if not job.part_verdict.complete:
-            return "Select and measure what is missing, or press E to write the report."
-        return "All features measured. Press E to write the report."
+            return tr("Select and measure what is missing, or press E to write the report.")
+        return tr("All features measured. Press E to write the report.")
     if job.probing == "any" and not feature.points:
-        return "Touch any feature; it is identified by position."
+        return tr("Touch any feature; it is identified by position.")
     missing = feature.needed - len(feature.points)
     if missing <= 0:
-        return f"{feature.name} has all its points. Press Return to finish it."
-    points = "one point" if missing == 1 else f"{missing} points"
+        return tr("{name} has all its points. Press Return to finish it.").format(name=feature.name)
+    said = tr("Next: touch %n points on {name}.", "Next: touch one point on {name}.", missing)
     if feature.points:
-        return f"Touch {points.replace('point', 'more point')} on {feature.name}."
-    return f"Next: touch {points} on {feature.name}."
+        said = tr("Touch %n more points on {name}.", "Touch one more point on {name}.", missing)
+    return said.format(name=feature.name)
 
 
 def header_words(job: JobView) -> str:
@@ -234,11 +243,11 @@ def header_words(job: JobView) -> str:
     header = job.header
     parts = [header.operator or job.operator]
     if header.serial:
-        parts.append(f"serial {header.serial}")
+        parts.append(tr("serial {serial}").format(serial=header.serial))
     if header.order:
-        parts.append(f"order {header.order}")
+        parts.append(tr("order {order}").format(order=header.order))
     if header.batch:
-        parts.append(f"batch {header.batch}")
+        parts.append(tr("batch {batch}").format(batch=header.batch))
     return ", ".join(part for part in parts if part)
 
 
@@ -255,27 +264,34 @@ def step_text(job: JobView) -> str:
 
 def mode_words(job: JobView) -> str:
     """Return the order of probing, and how the side of the material is found."""
-    order = "Plan order" if job.probing == "plan" else "Any order"
+    order = tr("Plan order") if job.probing == "plan" else tr("Any order")
     feature = active_feature(job)
     if feature is None:
         return f"{order}."
-    side = COMPENSATION_WORDS.get(feature.compensation, feature.compensation)
-    return f"{order}. Side: {side}."
+    side = tr(COMPENSATION_WORDS.get(feature.compensation, feature.compensation))
+    return tr("{order}. Side: {side}.").format(order=order, side=side)
 
 
 def approach_words(job: JobView | None, live: LiveView | None) -> str:
     """Return how far the ball is from the next place; empty where that is not known."""
     if job is None or job.target is None or live is None or live.tip_world is None:
         return ""
-    roughly = "about " if job.target.approximate else ""
-    return f"{roughly}{job.target.distance(live.tip_world):.0f} mm to the next point"
+    return distance_words(job.target.distance(live.tip_world), approximate=job.target.approximate)
+
+
+def distance_words(distance: float, *, approximate: bool) -> str:
+    """Return how far it is to the next place, mm, which is known roughly or well."""
+    said = tr("{distance:.0f} mm to the next point")
+    if approximate:
+        said = tr("about {distance:.0f} mm to the next point")
+    return said.format(distance=distance)
 
 
 COMPENSATION_WORDS = {
-    "approach": "approach direction",
-    "pulled": "pull away after the touch",
-    "shank": "along the shank",
-    "nominal": "as the plan says",
+    "approach": later("approach direction"),
+    "pulled": later("pull away after the touch"),
+    "shank": later("along the shank"),
+    "nominal": later("as the plan says"),
 }
 """How the side of the material is found, as the inspector reads it."""
 
@@ -287,32 +303,36 @@ def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
         lines.append(f"{live.status.value}: {live.reason}")
     told = live.reason if lines and live is not None else ""
     if job is not None and job.refusal is not None and job.refusal.what not in told:
-        lines.append(f"No point: {job.refusal.what} {job.refusal.remedy}".strip())
+        lines.append(
+            tr("No point: {what} {remedy}")
+            .format(what=job.refusal.what, remedy=job.refusal.remedy)
+            .strip()
+        )
     return tuple(lines)
 
 
 def progress_word(feature: FeatureView, verdict: Verdict | None) -> str:
     """Return the word behind a feature of the plan; ``verdict`` is that of the feature."""
     if feature.state is FeatureState.ACTIVE:
-        return "ACTIVE"
+        return tr("ACTIVE")
     if feature.state is FeatureState.PENDING:
-        return "OPEN"
+        return tr("OPEN")
     if feature.state is FeatureState.SKIPPED:
-        return "SKIPPED"
-    return "DONE" if verdict is None else str(verdict.value)
+        return tr("SKIPPED")
+    return tr("DONE") if verdict is None else str(verdict.value)
 
 
 def verdict_line(summary: VerdictSummary) -> str:
     """Return the verdict of a feature, counted where several characteristics make it."""
     if summary.verdict is None:
-        return "NO TOLERANCE"
+        return tr("NO TOLERANCE")
     return summary.words or str(summary.verdict.value)
 
 
 def counted_line(job: JobView) -> str:
     """Return the verdict on the part with all counts, behind what the job must not be taken for."""
     part = job.part_verdict
-    counted = part.summary.counted or "No characteristics in the plan"
+    counted = part.summary.counted or tr("No characteristics in the plan")
     states = ", ".join(job_states(job))
     words = f"{part.word.value}: {counted}"
     return f"{states}. {words}" if states else words

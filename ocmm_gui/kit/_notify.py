@@ -16,11 +16,12 @@ from types import TracebackType
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
+from ocmm_gui.kit._texts import PlainLabel, tr
 from ocmm_gui.kit._theme import Theme, text_font
 
 INFO_SECONDS = 12
@@ -111,7 +112,7 @@ class NoticeCentre(QObject):
         )
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            write_atomic(path, (text or "No messages.\n").encode())
+            write_atomic(path, (text or tr("No messages.\n")).encode())
         except OSError as error:
             raise StorageError(
                 "log.write",
@@ -186,18 +187,18 @@ class Banner(QFrame):
     def __init__(self, parent: QWidget | None = None) -> None:
         super().__init__(parent)
         self.setObjectName("banner")
-        self.setAccessibleName("Notice")
+        self.setAccessibleName(tr("Notice"))
         self._theme: Theme | None = None
         self._level = Level.INFO
-        self._text = QLabel()
+        self._text = PlainLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
-        self._text.setAccessibleName("Notice text")
+        self._text.setAccessibleName(tr("Notice text"))
         self._far = False
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._dismiss = QPushButton("Dismiss  [Esc]")
-        self._dismiss.setAccessibleName("Dismiss this message")
+        self._dismiss = QPushButton(tr("Dismiss  [Esc]"))
+        self._dismiss.setAccessibleName(tr("Dismiss this message"))
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._dismiss.clicked.connect(self.hide)
         layout = QHBoxLayout(self)

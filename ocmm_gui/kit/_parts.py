@@ -22,6 +22,7 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
+from ocmm_gui.kit._texts import PlainLabel, literal
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, digit_font, text_font
 
 
@@ -68,7 +69,7 @@ class DataTable(QTableWidget):
         self._colours = THEMES[DEFAULT_THEME]
         for column, (title, tip) in enumerate(columns):
             item = QTableWidgetItem(title)
-            item.setToolTip(tip)
+            item.setToolTip(literal(tip))
             item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
             self.setHorizontalHeaderItem(column, item)
         self.setFont(text_font(13))
@@ -117,7 +118,7 @@ class DataTable(QTableWidget):
         item = self._cell(row, column)
         if item.text() != text:
             item.setText(text)
-            item.setToolTip(text)
+            item.setToolTip(literal(text))
         item.setForeground(QColor(colour or self._colours.text))
 
 
@@ -186,7 +187,7 @@ def stacked(*widgets: QWidget) -> QVBoxLayout:
 
 def sentence_label(name: str, pixels: int) -> QLabel:
     """Return a label for running text that wraps and never asks for more width."""
-    label = QLabel()
+    label = PlainLabel()
     label.setAccessibleName(name)
     label.setTextFormat(Qt.TextFormat.PlainText)
     label.setWordWrap(True)
@@ -198,10 +199,10 @@ def sentence_label(name: str, pixels: int) -> QLabel:
 
 def value_label(name: str, tip: str) -> QLabel:
     """Return a label for a number at the right of its caption."""
-    label = QLabel("–")
+    label = PlainLabel("–")
     label.setAccessibleName(name)
     label.setAccessibleDescription(tip)
-    label.setToolTip(tip)
+    label.setToolTip(literal(tip))
     label.setFont(digit_font(13))
     label.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
     return label

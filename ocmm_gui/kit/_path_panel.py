@@ -6,7 +6,9 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, Qt, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QLineEdit, QPushButton
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QPushButton
+
+from ocmm_gui.kit._texts import PlainLabel, tr
 
 
 class PathPanel(QFrame):
@@ -15,31 +17,30 @@ class PathPanel(QFrame):
     Parameters
     ----------
     what
-        What is written, e.g. ``"report"``.
-    into
-        Where it goes: ``"folder"`` or ``"file"``.
+        What is done, before the field, e.g. ``"Write the report into the folder"``.
+    asked
+        What stands in the field, e.g. ``"Folder of the report"``.
     verb
-        What is done with it.
+        On the button.
     """
 
     given = Signal(object)
     """Emits the `Path` that was given."""
 
-    def __init__(self, what: str, into: str, verb: str = "Write") -> None:
+    def __init__(self, what: str, asked: str, verb: str) -> None:
         super().__init__()
         self.setProperty("role", "panel")
-        self.setAccessibleName(f"{verb} the {what}")
+        self.setAccessibleName(what)
         self._field = OwnKeysField()
         self._field.setObjectName("path")
-        self._field.setAccessibleName(f"{into.capitalize()} of the {what}")
+        self._field.setAccessibleName(asked)
         self._field.setMinimumWidth(300)
         write = QPushButton(verb)
-        write.setAccessibleName(f"{verb} the {what} now")
+        write.setAccessibleName(what)
         write.setProperty("role", "primary")
-        cancel = QPushButton("Cancel")
-        cancel.setAccessibleName("Close without changes")
-        where = "into" if verb == "Write" else "from"
-        label = QLabel(f"{verb} the {what} {where} the {into}")
+        cancel = QPushButton(tr("Cancel"))
+        cancel.setAccessibleName(tr("Close without changes"))
+        label = PlainLabel(what)
         label.setBuddy(self._field)
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 6, 8, 6)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
 
 from ocmm_gui.kit._path_panel import OwnKeysField
+from ocmm_gui.kit._texts import PlainLabel, later, tr
 
-PROPOSAL = "missed the surface"
+PROPOSAL = later("missed the surface")
 
 
 class ReasonPanel(QFrame):
@@ -19,18 +20,18 @@ class ReasonPanel(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setProperty("role", "panel")
-        self.setAccessibleName("Delete a point")
+        self.setAccessibleName(tr("Delete a point"))
         self._number = 0
-        self._label = QLabel()
+        self._label = PlainLabel()
         self.field = OwnKeysField()
-        self.field.setAccessibleName("Reason for deletion")
+        self.field.setAccessibleName(tr("Reason for deletion"))
         self.field.setMinimumWidth(260)
         self._label.setBuddy(self.field)
-        delete = QPushButton("Delete")
-        delete.setAccessibleName("Delete the point now")
+        delete = QPushButton(tr("Delete"))
+        delete.setAccessibleName(tr("Delete the point now"))
         delete.setProperty("role", "primary")
-        cancel = QPushButton("Cancel")
-        cancel.setAccessibleName("Close without deleting")
+        cancel = QPushButton(tr("Cancel"))
+        cancel.setAccessibleName(tr("Close without deleting"))
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 6, 8, 6)
         layout.addWidget(self._label)
@@ -46,8 +47,8 @@ class ReasonPanel(QFrame):
     def ask(self, number: int) -> None:
         """Open the panel for a point, with the keyboard in the field."""
         self._number = number
-        self._label.setText(f"Reason for deleting point {number}")
-        self.field.setText(PROPOSAL)
+        self._label.setText(tr("Reason for deleting point {number}").format(number=number))
+        self.field.setText(tr(PROPOSAL))
         self.show()
         self.field.setFocus()
         self.field.selectAll()

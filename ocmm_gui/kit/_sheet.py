@@ -29,9 +29,10 @@ from ocmm_core.errors import OcmmError
 from ocmm_gui.kit._actions import ActionInfo, make_button
 from ocmm_gui.kit._parts import sentence_label
 from ocmm_gui.kit._path_panel import OwnKeysField
+from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
 
-LEAVE = ActionInfo("leave", "Back", "Back to measuring; nothing is lost", ("Esc",))
+LEAVE = ActionInfo("leave", later("Back"), later("Back to measuring; nothing is lost"), ("Esc",))
 _BUTTON_PX = 42
 _MOST_IN_ROW = 10
 
@@ -63,10 +64,10 @@ class Sheet(QWidget):
         self.setAccessibleName(title)
         self._infos = (LEAVE, *infos)
         self.keys: dict[str, QAction] = {}
-        self._title = QLabel(title)
+        self._title = PlainLabel(title)
         self._title.setFont(text_font(22, bold=True))
         self._title.setTextFormat(Qt.TextFormat.PlainText)
-        self._about = sentence_label("About this page", 14)
+        self._about = sentence_label(tr("About this page"), 14)
         self._about.setProperty("role", "muted")
         self._about.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
         self._head = QHBoxLayout()
@@ -108,9 +109,9 @@ class Sheet(QWidget):
         rows = -(-len(self._infos) // _MOST_IN_ROW)
         in_row = -(-len(self._infos) // rows)
         for index, info in enumerate(self._infos):
-            action = QAction(info.text, self)
+            action = QAction(tr(info.text), self)
             action.setObjectName(info.key)
-            action.setToolTip(f"{info.tip} ({', '.join(info.shortcuts)})")
+            action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(info.shortcuts)})"))
             action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
             action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
             action.setAutoRepeat(False)
@@ -156,7 +157,7 @@ class ChoiceBox(QComboBox):
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
         self.setAccessibleName(name)
-        self.setToolTip(tip)
+        self.setToolTip(literal(tip))
         self.addItems(list(choices))
         self.setFont(text_font(15))
 
@@ -182,7 +183,7 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
     """Return a field in a type that can be read standing."""
     field = FormField(text)
     field.setAccessibleName(name)
-    field.setToolTip(tip)
+    field.setToolTip(literal(tip))
     field.setPlaceholderText(tip)
     field.setFont(text_font(15))
     return field
@@ -190,7 +191,7 @@ def form_field(name: str, tip: str, text: str = "") -> FormField:
 
 def caption(text: str, buddy: QWidget | None = None) -> QLabel:
     """Return the words beside a field."""
-    label = QLabel(text)
+    label = PlainLabel(text)
     label.setFont(text_font(14))
     label.setProperty("role", "muted")
     if buddy is not None:

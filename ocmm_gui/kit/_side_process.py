@@ -8,12 +8,10 @@ from __future__ import annotations
 import atexit
 import contextlib
 import multiprocessing
-import os
 import shutil
 import tempfile
 import threading
 import time
-import uuid
 from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -26,7 +24,10 @@ from PySide6.QtCore import QObject, QTimer, Signal
 
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
+from ocmm_core.host import HOST
+from ocmm_core.leftovers import keep_folder, scratch_path
 from ocmm_core.processes import end_with_parent
+from ocmm_gui.kit._texts import tr
 
 _LOOK_MS = 50
 _END_S = 1.0
@@ -128,7 +129,7 @@ class SideProcess(QObject):
         receiver, sender = context.Pipe(duplex=False)
         given, giver = context.Pipe(duplex=False)
         self._whole, self._mail = context.Lock(), deque()
-        self._scratch = Path(tempfile.gettempdir()) / f"ocmm-side-{uuid.uuid4().hex}"
+        self._scratch = scratch_path("side")
         self._process = context.Process(
             target=_run,
             args=(given, sender, self._whole, self._scratch),
@@ -188,7 +189,8 @@ class SideProcess(QObject):
         while self._process is not None and self._mail:
             said = self._mail.popleft()
             if isinstance(said, _Step):
-                self.advanced.emit(said.what, said.share)
+                # The other process knows no language.
+                self.advanced.emit(tr(said.what), said.share)
             elif isinstance(said, _Part):
                 self.came.emit(said.part)
             else:
@@ -244,14 +246,13 @@ def _run(given: Connection, sender: Connection, whole: Lock, scratch: Path) -> N
     said: _Done | OcmmError
     # What is done as a whole goes on also where the window was killed.
     end_with_parent(lambda: whole.acquire(block=False))
-    if hasattr(os, "nice"):
-        # Tracking and window come first where there are few processors.
-        os.nice(_NICE)
+    # Tracking and window come first where there are few processors.
+    HOST.stand_back(_NICE)
     try:
         with contextlib.suppress(OSError):
             # Whoever cannot make his own files says so himself.
-            scratch.mkdir()
-            tempfile.tempdir = str(scratch)
+            if keep_folder(scratch):
+                tempfile.tempdir = str(scratch)
         work: Work = given.recv()
         said = _Done(work(Teller(sender, whole)))
     except Exception as error:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.calibration.records import VerificationRecord
+from ocmm_gui.kit._texts import tr
 
 
 def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
@@ -12,21 +13,28 @@ def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
     facts: list[tuple[str, str]] = []
     if record.corners:
         missing = [one for one in record.corners if not one.reached]
-        said = f"{len(record.corners) - len(missing)} of {len(record.corners)} reached"
+        said = tr("{reached} of {count} reached").format(
+            reached=len(record.corners) - len(missing), count=len(record.corners)
+        )
         for one in missing:
-            said += f"; {one.name}: {one.reason or 'no reason'}"
-        facts.append(("Corners", said))
+            said += f"; {one.name}: " + (one.reason or tr("no reason"))
+        facts.append((tr("Corners"), said))
     if record.repeats:
         shifts = (
             f"{one.place} {1e3 * float(np.linalg.norm(one.shift_mm)):.0f} µm"
             f"{'' if one.square <= one.limit else ' ▲'}"
             for one in record.repeats
         )
-        facts.append(("Repeats", ", ".join(shifts)))
+        facts.append((tr("Repeats"), ", ".join(shifts)))
     forms = [one for one in record.checks if one.name.endswith(", form")]
     if forms:
         worst = max(forms, key=lambda one: one.error_mm)
         facts.append(
-            ("Form", f"{1e3 * worst.error_mm:.1f} µm, limit {1e3 * worst.limit_mm:.1f} µm")
+            (
+                tr("Form"),
+                tr("{error_mm:.1f} µm, limit {limit_mm:.1f} µm").format(
+                    error_mm=1e3 * worst.error_mm, limit_mm=1e3 * worst.limit_mm
+                ),
+            )
         )
     return tuple(facts)

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QProgressBar
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QProgressBar
 
+from ocmm_gui.kit._texts import PlainLabel, tr
 from ocmm_gui.kit._theme import text_font
 
 _BAR_PX = 220
@@ -24,15 +25,15 @@ class WorkLine(QFrame):
         super().__init__()
         self.setAccessibleName(name)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._label = QLabel()
+        self._label = PlainLabel()
         self._label.setTextFormat(Qt.TextFormat.PlainText)
-        self._label.setAccessibleName(f"{name}: progress")
+        self._label.setAccessibleName(tr("{name}: progress").format(name=name))
         self._label.setFont(text_font(14))
-        self._key = QLabel()
+        self._key = PlainLabel()
         self._key.setFont(text_font(14))
         self._key.setProperty("role", "muted")
         self._bar = QProgressBar()
-        self._bar.setAccessibleName(f"{name}: progress")
+        self._bar.setAccessibleName(tr("{name}: progress").format(name=name))
         self._bar.setTextVisible(False)
         self._bar.setFixedSize(_BAR_PX, 12)
         layout = QHBoxLayout(self)

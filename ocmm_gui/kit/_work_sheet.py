@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from ocmm_gui.kit._actions import ActionInfo
 from ocmm_gui.kit._sheet import Sheet
 from ocmm_gui.kit._side_process import SideProcess, Work
+from ocmm_gui.kit._texts import tr
 from ocmm_gui.kit._work_line import WorkLine
 
 
@@ -35,7 +36,7 @@ class WorkSheet(Sheet):
         """Give up what is computed; what was shown stays."""
         if self._work.is_running() and self._work.give_up():
             self.working.end()
-            self.say("Stopped; nothing was changed.")
+            self.say(tr("Stopped; nothing was changed."))
 
     def close_work(self) -> None:
         """Give up what is computed; call it before the window goes."""
@@ -47,11 +48,11 @@ class WorkSheet(Sheet):
 
     def _begin(self, what: str, work: Work) -> None:
         self._work.start(work)
-        self.working.begin(what, "F9 stops.")
+        self.working.begin(what, tr("F9 stops."))
 
     def _fail(self, error: object) -> None:
         self.working.end()
-        self.say("Failed; the previous result is still shown.")
+        self.say(tr("Failed; the previous result is still shown."))
         self.failed.emit(error)
 
     def _finish(self, answer: object) -> None:

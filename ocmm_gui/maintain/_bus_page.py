@@ -9,7 +9,6 @@ from PySide6.QtGui import QHideEvent, QShowEvent
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QStackedWidget,
     QVBoxLayout,
     QWidget,
@@ -38,11 +37,14 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    PlainLabel,
     Theme,
+    later,
     panel,
     sentence_label,
     stacked,
     text_font,
+    tr,
     value_label,
 )
 from ocmm_gui.maintain._bus_tables import BusEventTable, CameraTable
@@ -54,14 +56,14 @@ _OLD_S = 1.0
 """A bus process that lives reports every 50 ms."""
 
 _FACTS = (
-    ("Frames", "frames taken from all cameras"),
-    ("Frames lost", "frames lost: sent by a camera, not received"),
-    ("Recoveries", "number of recoveries to operation"),
-    ("Stray answers", "late, duplicate or out-of-order answers, discarded"),
-    ("Objects done", "transfers of camera objects"),
-    ("Objects failed", "transfers of camera objects that failed"),
-    ("Cycle", "time from one exchange to the next"),
-    ("Exposure", "time from one exposure to the next"),
+    (later("Frames"), later("frames taken from all cameras")),
+    (later("Frames lost"), later("frames lost: sent by a camera, not received")),
+    (later("Recoveries"), later("number of recoveries to operation")),
+    (later("Stray answers"), later("late, duplicate or out-of-order answers, discarded")),
+    (later("Objects done"), later("transfers of camera objects")),
+    (later("Objects failed"), later("transfers of camera objects that failed")),
+    (later("Cycle"), later("time from one exchange to the next")),
+    (later("Exposure"), later("time from one exposure to the next")),
 )
 
 
@@ -76,27 +78,27 @@ class BusPage(QStackedWidget):
 
     def __init__(self, pull: Callable[[], BusView | None]) -> None:
         super().__init__()
-        self.setAccessibleName("Bus")
+        self.setAccessibleName(tr("Bus"))
         self._pull = pull
         self._theme = THEMES[DEFAULT_THEME]
         self._view: BusView | None = None
-        self._phase = FitText("Phase of the bus", limit=34)
+        self._phase = FitText(tr("Phase of the bus"), limit=34)
         self._phase.setFixedHeight(44)
-        self._trouble = sentence_label("Bus fault", 15)
+        self._trouble = sentence_label(tr("Bus fault"), 15)
         self.wire = WireView()
         self.cameras = CameraTable()
         self.accounts = CycleAccounts()
-        self.lateness = HistogramChart("Cycle starts late, µs")
-        self.round_trip = HistogramChart("Round trip, µs")
+        self.lateness = HistogramChart(tr("Cycle starts late, µs"))
+        self.round_trip = HistogramChart(tr("Round trip, µs"))
         self.clocks = (
-            RecentChart("Cycle to bus clock, µs", 5.0, TREND_S, "+.1f"),
-            RecentChart("Drift, ppm", 0.5, TREND_S, "+.2f"),
-            RecentChart("Clocks, ns", 50.0, TREND_S, "+.0f"),
+            RecentChart(tr("Cycle to bus clock, µs"), 5.0, TREND_S, "+.1f"),
+            RecentChart(tr("Drift, ppm"), 0.5, TREND_S, "+.2f"),
+            RecentChart(tr("Clocks, ns"), 50.0, TREND_S, "+.0f"),
         )
-        self.facts = {name: value_label(name, tip) for name, tip in _FACTS}
+        self.facts = {name: value_label(tr(name), tr(tip)) for name, tip in _FACTS}
         self.events = BusEventTable()
-        self._notes = sentence_label("Notes on the privileges of the bus process", 13)
-        self._absent = sentence_label("Why no data are shown", 20)
+        self._notes = sentence_label(tr("Notes on the privileges of the bus process"), 13)
+        self._absent = sentence_label(tr("Why no data are shown"), 20)
         self._absent.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._absent.setMargin(40)
         self.addWidget(self._absent)
@@ -124,7 +126,7 @@ class BusPage(QStackedWidget):
         if view is None or view.report is None:
             pair = (NO_BUS, NO_BUS_REMEDY) if view is None else (NO_REPORT, NO_REPORT_REMEDY)
             if view is not None and view.ended:
-                pair = (view.ended, "Restart the program once the cause is removed.")
+                pair = (view.ended, tr("Restart the program once the cause is removed."))
             self._absent.setText("\n\n".join(pair))
             self.setCurrentIndex(0)
             return
@@ -171,12 +173,12 @@ class BusPage(QStackedWidget):
         self.events.show_report(report)
         notes = []
         if report.pace is not None:
-            waits = "The time of this virtual bus waits for this computer: no cycle is late."
+            waits = tr("The time of this virtual bus waits for this computer: no cycle is late.")
             notes.append(pace_words(report.pace) or waits)
         if report.notes:
-            notes.append(f"On this computer: {'; '.join(report.notes)}.")
+            notes.append(tr("On this computer: {names}.").format(names="; ".join(report.notes)))
         if report.events_dropped:
-            notes.append(f"{report.events_dropped} older events were dropped.")
+            notes.append(tr("%n older events were dropped.", "", report.events_dropped))
         self._notes.setText("  ".join(notes))
         self._notes.setVisible(bool(notes))
 
@@ -185,12 +187,12 @@ class BusPage(QStackedWidget):
         what, remedy = trouble_words(report)
         word = report.phase.value.upper()
         if view.ended:
-            self._phase.show_text("ENDED", theme.bad, Mark.BAD)
-            what, remedy = view.ended, "These are the last values."
+            self._phase.show_text(tr("ENDED"), theme.bad, Mark.BAD)
+            what, remedy = view.ended, tr("These are the last values.")
         elif view.age_s > _OLD_S:
-            self._phase.show_text("NO REPORT", theme.bad, Mark.BAD)
-            what = f"No report from the bus process for {view.age_s:.0f} s."
-            remedy = "These are its last values. Restart the program if this persists."
+            self._phase.show_text(tr("NO REPORT"), theme.bad, Mark.BAD)
+            what = tr("No report from the bus process for {age_s:.0f} s.").format(age_s=view.age_s)
+            remedy = tr("These are its last values. Restart the program if this persists.")
         elif report.phase is BusPhase.OPERATION:
             self._phase.show_text(word, theme.good, Mark.GOOD)
         elif report.phase is BusPhase.FAILED:
@@ -245,7 +247,7 @@ class BusPage(QStackedWidget):
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(0)
         for row, (name, value) in enumerate(self.facts.items()):
-            caption = QLabel(name)
+            caption = PlainLabel(tr(name))
             caption.setProperty("role", "muted")
             caption.setFont(text_font(13))
             grid.addWidget(caption, row, 0)
@@ -257,7 +259,11 @@ def _in_order(report: BusReport) -> str:
     counts = (report.good, report.late, report.lost, report.bad)
     minutes = report.elapsed * report.cycle_period_ns / 60e9
     lost = sum(camera.frames_lost for camera in report.cameras)
-    return (
-        f"{minutes:.1f} minutes, {shares(counts)[0]:.3f} % of the cycles good, "
-        f"{lost or 'no'} frames lost."
+    good = shares(counts)[0]
+    if not lost:
+        return tr("{minutes:.1f} minutes, {good:.3f} % of the cycles good, no frames lost.").format(
+            minutes=minutes, good=good
+        )
+    return tr("{minutes:.1f} minutes, {good:.3f} % of the cycles good, {lost} frames lost.").format(
+        minutes=minutes, good=good, lost=lost
     )

@@ -7,34 +7,34 @@ from datetime import datetime
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.fieldbus.report import BusEvent, BusReport, CameraReport, is_present
-from ocmm_gui.kit import DataTable, Theme
+from ocmm_gui.kit import DataTable, Theme, later, tr, tr_all
 
 _UNKNOWN = "–"
 _CAMERA_COLUMNS = (
-    ("Camera", "Name in the rig document"),
-    ("Serial", "Serial number"),
-    ("Place", "Position on the bus, from 1"),
-    ("State", "State of its bus controller; OP = operational"),
-    ("AL status", "Why it left operation"),
-    ("Frames", "Frames received"),
-    ("Lost", "Frames lost"),
-    ("Overruns", "Buffer overruns"),
-    ("Bad", "Cycles refused because of it"),
-    ("Clock", "Clock offset from the bus clock, ns"),
-    ("°C", "Sensor temperature"),
-    ("Link", "Link errors counted by the camera"),
-    ("Emerg.", "Emergency messages"),
-    ("Starts", "Power-on count"),
-    ("Firmware", "Version it reports"),
+    (later("Camera"), later("Name in the rig document")),
+    (later("Serial"), later("Serial number")),
+    (later("Place"), later("Position on the bus, from 1")),
+    (later("State"), later("State of its bus controller; OP = operational")),
+    (later("AL status"), later("Why it left operation")),
+    (later("Frames"), later("Frames received")),
+    (later("Lost"), later("Frames lost")),
+    (later("Overruns"), later("Buffer overruns")),
+    (later("Bad"), later("Cycles refused because of it")),
+    (later("Clock"), later("Clock offset from the bus clock, ns")),
+    ("°C", later("Sensor temperature")),
+    (later("Link"), later("Link errors counted by the camera")),
+    (later("Emerg."), later("Emergency messages")),
+    (later("Starts"), later("Power-on count")),
+    (later("Firmware"), later("Version it reports")),
 )
 _STATE_COLUMN, _AL_COLUMN, _LOSS_COLUMN = 3, 4, 6
 _EVENT_COLUMNS = (
-    ("Time", "Local start time"),
-    ("Camera", "Camera concerned"),
-    ("What happened", "Description"),
-    ("What to do", "Description"),
-    ("Cycles", "Number of cycles affected"),
-    ("Code", "For support"),
+    (later("Time"), later("Local start time")),
+    (later("Camera"), later("Camera concerned")),
+    (later("What happened"), later("Description")),
+    (later("What to do"), later("Description")),
+    (later("Cycles"), later("Number of cycles affected")),
+    (later("Code"), later("For support")),
 )
 _WORD_COLUMNS = (2, 3)
 
@@ -43,7 +43,7 @@ class CameraTable(DataTable):
     """One row for each camera of the rig."""
 
     def __init__(self) -> None:
-        super().__init__("Cameras on the bus", _CAMERA_COLUMNS)
+        super().__init__(tr("Cameras on the bus"), tr_all(_CAMERA_COLUMNS))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(_AL_COLUMN, QHeaderView.ResizeMode.Stretch)
@@ -86,7 +86,7 @@ class BusEventTable(DataTable):
     """What happened, newest first."""
 
     def __init__(self) -> None:
-        super().__init__("Events, newest first", _EVENT_COLUMNS)
+        super().__init__(tr("Events, newest first"), tr_all(_EVENT_COLUMNS))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         for column in _WORD_COLUMNS:
@@ -122,13 +122,13 @@ class BusEventTable(DataTable):
 
 
 def _camera_words(camera: CameraReport) -> tuple[str, ...]:
-    code = f"0x{camera.al_code:04X} {camera.al_text}" if camera.al_code else "no error"
+    code = f"0x{camera.al_code:04X} {camera.al_text}" if camera.al_code else tr("no error")
     offset, warm = camera.clock_offset_ns, camera.temperature_c
     return (
         camera.name,
         str(camera.serial),
-        str(camera.position) if camera.position else "not found",
-        camera.state if is_present(camera) else "NO ANSWER",
+        str(camera.position) if camera.position else tr("not found"),
+        camera.state if is_present(camera) else tr("NO ANSWER"),
         code if is_present(camera) or camera.al_code else _UNKNOWN,
         str(camera.frames),
         str(camera.frames_lost),
@@ -149,7 +149,7 @@ def _event_words(event: BusEvent) -> tuple[str, ...]:
     stamp = f"{when:%H:%M:%S.%f}"[:-3]
     return (
         stamp if today else f"{when:%Y-%m-%d} {stamp}",
-        event.camera or "all",
+        event.camera or tr("all"),
         event.what,
         event.remedy,
         str(event.cycles),

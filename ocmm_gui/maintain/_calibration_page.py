@@ -14,30 +14,30 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import Rig
 from ocmm_gui.charts import HistoryChart
-from ocmm_gui.kit import session_of, stacked
+from ocmm_gui.kit import later, session_of, stacked, tr
 from ocmm_gui.maintain._calibration_table import HistoryTable, local_time
 from ocmm_gui.maintain._status_page import StatusPage, in_a_row
 
-DESIGN = "Virtual cameras: the geometry of the rig document is used."
-_IN_ORDER = "Calibrated, verified and in date. Points can be taken."
-_NO_HISTORY = "No calibration of this rig is stored on this computer."
+DESIGN = later("Virtual cameras: the geometry of the rig document is used.")
+_IN_ORDER = later("Calibrated, verified and in date. Points can be taken.")
+_NO_HISTORY = later("No calibration of this rig is stored on this computer.")
 _FACTS = (
-    ("Rig", "name in the rig document"),
-    ("Cameras", "with their serial numbers"),
-    ("Method", "calibration method"),
-    ("Calibrated", "when, and by whom"),
-    ("Valid until", "no points are taken after this date"),
-    ("Positions", "reference positions or poses used; outliers left out"),
-    ("Residuals", "RMS of the residuals, and chi-square per degree of freedom"),
-    ("Volume", "calibrated volume, mm"),
-    ("Warmth", "ambient and sensor temperatures during calibration"),
-    ("Artefacts", "traceability: artefacts with serial numbers"),
-    ("Verified", "date, and the error closest to its limit"),
-    ("Hash", "of the record or rig document; printed in jobs and reports"),
+    (later("Rig"), later("name in the rig document")),
+    (later("Cameras"), later("with their serial numbers")),
+    (later("Method"), later("calibration method")),
+    (later("Calibrated"), later("when, and by whom")),
+    (later("Valid until"), later("no points are taken after this date")),
+    (later("Positions"), later("reference positions or poses used; outliers left out")),
+    (later("Residuals"), later("RMS of the residuals, and chi-square per degree of freedom")),
+    (later("Volume"), later("calibrated volume, mm")),
+    (later("Warmth"), later("ambient and sensor temperatures during calibration")),
+    (later("Artefacts"), later("traceability: artefacts with serial numbers")),
+    (later("Verified"), later("date, and the error closest to its limit")),
+    (later("Hash"), later("of the record or rig document; printed in jobs and reports")),
 )
 
 
-_IN_DOUBT = " Recall jobs (F12) shows which of their verdicts hold."
+_IN_DOUBT = later("Recall jobs (F12) shows which of their verdicts hold.")
 
 
 class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
@@ -61,18 +61,18 @@ class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
         pull_overview: Callable[[], CalibrationOverview],
     ) -> None:
         super().__init__(
-            "Calibration", "calibration", _FACTS, pull, pull_overview,
-            in_order=_IN_ORDER, design=DESIGN, in_doubt=_IN_DOUBT,
+            tr("Calibration"), tr("Status of the calibration"), _FACTS, pull, pull_overview,
+            in_order=tr(_IN_ORDER), design=tr(DESIGN), in_doubt=tr(_IN_DOUBT),
         )  # fmt: skip
         self._rig = rig
-        self.focal = HistoryChart("Focal length, Δ µm", factor=1e3, reach=2.0)
+        self.focal = HistoryChart(tr("Focal length, Δ µm"), factor=1e3, reach=2.0)
         self.principal = (
-            HistoryChart("Principal point, Δu px", reach=0.2, form="+.2f"),
-            HistoryChart("Principal point, Δv px", reach=0.2, form="+.2f"),
+            HistoryChart(tr("Principal point, Δu px"), reach=0.2, form="+.2f"),
+            HistoryChart(tr("Principal point, Δv px"), reach=0.2, form="+.2f"),
         )
-        self.baseline = HistoryChart("Camera distance, Δ µm", factor=1e3, reach=5.0)
+        self.baseline = HistoryChart(tr("Camera distance, Δ µm"), factor=1e3, reach=5.0)
         self.error = HistoryChart(
-            "Verified error, % of limit",
+            tr("Verified error, % of limit"),
             factor=100.0,
             reach=100.0,
             changes=False,
@@ -102,7 +102,7 @@ class CalibrationPage(StatusPage[CalibrationView, CalibrationOverview]):
         self.baseline.show_courses(found.trends.baseline)
         self.error.show_courses((found.trends.error,))
         self.history.show_events(found.events)
-        self._show_fault(found.fault or ("" if found.events else _NO_HISTORY))
+        self._show_fault(found.fault or ("" if found.events else tr(_NO_HISTORY)))
         self._charts.setVisible(bool(found.trends.focal))
         self.history.setVisible(bool(found.events))
 
@@ -115,17 +115,18 @@ def _facts(
     words |= {
         "Rig": rig.name,
         "Cameras": ", ".join(f"{camera.name} {camera.serial}" for camera in rig.cameras),
-        "Volume": f"{low} to {high}",
+        "Volume": tr("{low} to {high}").format(low=low, high=high),
         "Hash": view.identity[:12],
-        "Method": "none, the rig document",
+        "Method": tr("none, the rig document"),
     }
     if view.record is not None:
         words |= _record_facts(view.record)
     if verification is not None:
         worst = max(verification.checks, key=lambda check: abs(check.error_mm) / check.limit_mm)
-        words["Verified"] = (
-            f"{local_time(verification.made_utc)}, {1e3 * worst.error_mm:+.1f} of "
-            f"±{1e3 * worst.limit_mm:.1f} µm"
+        words["Verified"] = tr("{made_utc}, {error_mm:+.1f} of ±{limit_mm:.1f} µm").format(
+            made_utc=local_time(verification.made_utc),
+            error_mm=1e3 * worst.error_mm,
+            limit_mm=1e3 * worst.limit_mm,
         )
         for name, said in session_of(verification):
             words["Verified"] += f"; {name.lower()} {said}"
@@ -133,15 +134,16 @@ def _facts(
 
 
 def _record_facts(record: CameraRecord) -> dict[str, str]:
-    left_out = f", {len(record.outliers)} left out" if record.outliers else ""
+    left_out = tr("%n left out", "", len(record.outliers))
     around = "?" if record.temperature_c is None else f"{record.temperature_c:.1f}"
     sensors = "/".join(f"{value:.1f}" for value in record.sensor_temperatures_c) or "?"
     return {
         "Method": record.method,
         "Calibrated": f"{local_time(record.made_utc)}, {record.made_by}",
         "Valid until": local_time(record.valid_until_utc),
-        "Positions": f"{record.points}{left_out}",
+        "Positions": f"{record.points}, {left_out}" if record.outliers else f"{record.points}",
         "Residuals": f"{record.rms_px:.4f} px, chi² {record.chi2_per_dof:.2f}",
-        "Warmth": f"{around} °C, sensors {sensors} °C",
-        "Artefacts": ", ".join(f"{used.name} {used.serial}" for used in record.artefacts) or "none",
+        "Warmth": tr("{around} °C, sensors {sensors} °C").format(around=around, sensors=sensors),
+        "Artefacts": ", ".join(f"{used.name} {used.serial}" for used in record.artefacts)
+        or tr("none"),
     }

@@ -10,23 +10,23 @@ from enum import Enum
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import Event, EventKind
-from ocmm_gui.kit import DataTable, Theme
+from ocmm_gui.kit import DataTable, Theme, later, tr, tr_all
 
 _COLUMNS = (
-    ("Time", "Local time"),
-    ("What happened", "Calibration concerned, see the last column"),
-    ("Who", "As entered"),
-    ("Why", "As entered, or the rule applied"),
-    ("Good until", "If suspect: last time known good"),
-    ("Calibration", "First digits of its hash"),
+    (later("Time"), later("Local time")),
+    (later("What happened"), later("Calibration concerned, see the last column")),
+    (later("Who"), later("As entered")),
+    (later("Why"), later("As entered, or the rule applied")),
+    (later("Good until"), later("If suspect: last time known good")),
+    (later("Calibration"), later("First digits of its hash")),
 )
 _WORDS = {
-    EventKind.ACCEPTED: "Activated",
-    EventKind.PASSED: "Verification passed",
-    EventKind.FAILED: "Verification FAILED",
-    EventKind.SUSPECTED: "Marked suspect",
-    EventKind.FALLEN: "Artefact found WRONG",
-    EventKind.RECALLED: "Jobs recalled",
+    EventKind.ACCEPTED: later("Activated"),
+    EventKind.PASSED: later("Verification passed"),
+    EventKind.FAILED: later("Verification FAILED"),
+    EventKind.SUSPECTED: later("Marked suspect"),
+    EventKind.FALLEN: later("Artefact found WRONG"),
+    EventKind.RECALLED: later("Jobs recalled"),
 }
 
 
@@ -75,7 +75,7 @@ class EventTable(DataTable):
     """
 
     def __init__(self, columns: Sequence[tuple[str, str]], what: int, why: int) -> None:
-        super().__init__("History, newest first", columns)
+        super().__init__(tr("History, newest first"), columns)
         self._what, self._why = what, why
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -119,7 +119,7 @@ class HistoryTable(EventTable):
     """What happened to the calibrations, newest first."""
 
     def __init__(self) -> None:
-        super().__init__(_COLUMNS, what=1, why=3)
+        super().__init__(tr_all(_COLUMNS), what=1, why=3)
 
     def show_events(self, events: Sequence[Event]) -> None:
         """Show events, given oldest first."""
@@ -129,7 +129,7 @@ class HistoryTable(EventTable):
 def _line(event: Event) -> Line:
     cells = (
         local_time(event.utc),
-        _WORDS[event.kind],
+        tr(_WORDS[event.kind]),
         event.who,
         event.reason,
         local_time(event.since_utc) if event.since_utc else "",

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre
+from ocmm_gui.kit import NoticeCentre, tr
 from ocmm_gui.maintain._probe_page import ProbePage
 
 TWICE_S = 8.0
@@ -43,7 +43,7 @@ class ConfirmedActions:
 
     def write_cameras(self) -> None:
         """Store the intrinsics of the calibration in the cameras."""
-        asked = (
+        asked = tr(
             "This overwrites the intrinsics stored in the cameras with those of the active "
             "calibration. Press W again to confirm."
         )
@@ -54,13 +54,13 @@ class ConfirmedActions:
         """Say that the chosen tip was screwed on."""
         tip = self._probe.tips.chosen()
         if tip is None:
-            self._notices.inform("No tip calibrated yet: calibrate the probe with this tip.")
+            self._notices.inform(tr("No tip calibrated yet: calibrate the probe with this tip."))
             return
-        asked = (
-            f"Confirm that tip '{tip}' is now mounted? It must be checked before points are "
-            "taken. Press N again to confirm."
-        )
-        if self._is_meant(f"tip {tip}", asked):
+        asked = tr(
+            "Confirm that tip '{tip}' is now mounted? It must be checked before points "
+            "are taken. Press N again to confirm."
+        ).format(tip=tip)
+        if self._is_meant(tr("tip {tip}").format(tip=tip), asked):
             self._bridge.maintenance.mount_tip(tip)
             self._probe.forget()
 

@@ -6,11 +6,11 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 
 from ocmm_core.fieldbus.report import BusReport, shares, unaccounted
-from ocmm_gui.kit import Painted, digit_font, text_font
+from ocmm_gui.kit import Painted, digit_font, later, text_font, tr
 
 _ROW_PX = 19.0
 _BAR_PX = 12.0
-_NAMES = ("good", "late", "lost", "bad")
+_NAMES = (later("good"), later("late"), later("lost"), later("bad"))
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
 
@@ -20,7 +20,7 @@ class CycleAccounts(Painted):
 
     def __init__(self) -> None:
         high, least = (round(_BAR_PX + rows * _ROW_PX) for rows in (7.5, 6.6))
-        super().__init__("Bus cycles", (240, high), (220, least))
+        super().__init__(tr("Bus cycles"), (240, high), (220, least))
         self._counts = (0, 0, 0, 0)
         self._elapsed = 0
         self._gap = 0
@@ -35,12 +35,12 @@ class CycleAccounts(Painted):
     def rows(self) -> tuple[tuple[str, str, str], ...]:
         """Return name, count and share of every line."""
         lines = [
-            (name, str(count), f"{share:.3f} %")
+            (tr(name), str(count), f"{share:.3f} %")
             for name, count, share in zip(_NAMES, self._counts, shares(self._counts), strict=True)
         ]
         if self._gap:
-            lines.append(("NO VERDICT", str(self._gap), "wrong"))
-        return (*lines, ("elapsed", str(self._elapsed), "100.000 %" if self._elapsed else "–"))
+            lines.append((tr("NO VERDICT"), str(self._gap), tr("wrong")))
+        return (*lines, (tr("elapsed"), str(self._elapsed), "100.000 %" if self._elapsed else "–"))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the bar and the lines."""
@@ -48,7 +48,7 @@ class CycleAccounts(Painted):
         theme = self._theme
         painter.setFont(text_font(13))
         painter.setPen(QColor(theme.muted))
-        painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), _LEFT, "Bus cycles")
+        painter.drawText(QRectF(0.0, 0.0, self.width(), _ROW_PX), _LEFT, tr("Bus cycles"))
         colours = (theme.good, theme.warn, theme.accent, theme.bad)
         self._paint_bar(painter, colours)
         top = _ROW_PX + _BAR_PX + 5.0
@@ -60,7 +60,8 @@ class CycleAccounts(Painted):
             if known:
                 square = QRectF(0.0, line.center().y() - 5.0, 10.0, 10.0)
                 painter.fillRect(square, QColor(colours[index]))
-            wrong = name == "NO VERDICT"
+            # What no verdict accounts for stands between the verdicts and the sum.
+            wrong = not known and index < len(rows) - 1
             painter.setPen(QColor(theme.bad if wrong else theme.text))
             painter.setFont(text_font(13, bold=not known))
             painter.drawText(line.adjusted(16.0, 0.0, 0.0, 0.0), _LEFT, name)

@@ -36,30 +36,35 @@ from ocmm_gui.kit import (
     Tell,
     Theme,
     digit_font,
+    later,
     panel,
     sentence_label,
     text_font,
+    tr,
 )
 
-_ASK = (
+_ASK = later(
     "Select a folder of certified reference pairs (NAME.ds with NAME.fit) and the convention "
     "they follow. Every pair is fitted without a start value and compared."
-)
-_COLUMNS = (
-    ("Folder", "one folder of pairs"),
-    ("Pairs", "pairs fitted and compared"),
-    ("Position", f"mm, worst; limit {POSITION_LIMIT:g}"),
-    ("Size", f"mm, worst; limit {SIZE_LIMIT:g}"),
-    ("Direction", f"rad, worst; limit {DIRECTION_LIMIT:g}"),
-    ("Apex", f"degrees, worst; limit {APEX_LIMIT:g}"),
-    ("Verdict", "whether every pair is within the limits"),
 )
 _VERDICT = 6
 
 
+def _columns() -> tuple[tuple[str, str], ...]:
+    return (
+        (tr("Folder"), tr("one folder of pairs")),
+        (tr("Pairs"), tr("pairs fitted and compared")),
+        (tr("Position"), tr("mm, worst; limit {limit:g}").format(limit=POSITION_LIMIT)),
+        (tr("Size"), tr("mm, worst; limit {limit:g}").format(limit=SIZE_LIMIT)),
+        (tr("Direction"), tr("rad, worst; limit {limit:g}").format(limit=DIRECTION_LIMIT)),
+        (tr("Apex"), tr("degrees, worst; limit {limit:g}").format(limit=APEX_LIMIT)),
+        (tr("Verdict"), tr("whether every pair is within the limits")),
+    )
+
+
 def verified(folder: Path, convention: Convention, tell: Tell) -> tuple[SetReport, ...]:
     """Return how the fits compare; runs in a process of its own. InputError as `verify_folder`."""
-    tell("Fitting", 0.2)
+    tell(later("Fitting"), 0.2)
     return verify_folder(folder, convention)
 
 
@@ -71,35 +76,35 @@ class FitsPage(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Fits against certified pairs")
+        self.setAccessibleName(tr("Fits against certified pairs"))
         self._theme = THEMES[DEFAULT_THEME]
         self._reports: tuple[SetReport, ...] = ()
         self.folder = OwnKeysField()
-        self.folder.setAccessibleName("Folder of reference pairs")
-        self.folder.setPlaceholderText("Folder of reference pairs")
+        self.folder.setAccessibleName(tr("Folder of reference pairs"))
+        self.folder.setPlaceholderText(tr("Folder of reference pairs"))
         self.folder.setFont(text_font(15))
         self.folder.returnPressed.connect(self.toggle)
         self.convention = ChoiceBox(
-            "Convention",
-            "Convention of the certified values",
+            tr("Convention"),
+            tr("Convention of the certified values"),
             [item.name for item in Convention],
         )
-        self.button = QPushButton("Verify")
+        self.button = QPushButton(tr("Verify"))
         self.button.setProperty("role", "primary")
-        self.button.setAccessibleName("Verify")
+        self.button.setAccessibleName(tr("Verify"))
         self.button.setMinimumHeight(40)
         self.button.setFont(text_font(15, bold=True))
         self.button.clicked.connect(self.toggle)
-        self._word = FitText("Outcome", limit=30)
+        self._word = FitText(tr("Outcome"), limit=30)
         self._word.setFixedHeight(42)
-        self._sentence = sentence_label("What is compared", 14)
-        self._sentence.setText(_ASK)
-        self.table = NumberTable("Worst errors", _COLUMNS, whole=False)
+        self._sentence = sentence_label(tr("What is compared"), 14)
+        self._sentence.setText(tr(_ASK))
+        self.table = NumberTable(tr("Worst errors"), _columns(), whole=False)
         self.table.right_heads(range(1, _VERDICT))
         self.table.setFont(text_font(15))
         self.table.verticalHeader().setDefaultSectionSize(34)
         self.progress = QProgressBar()
-        self.progress.setAccessibleName("Progress of the comparison")
+        self.progress.setAccessibleName(tr("Progress of the comparison"))
         self.progress.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_reports)
@@ -132,8 +137,8 @@ class FitsPage(QWidget):
         convention = Convention[self.convention.currentText()]
         self.progress.setRange(0, 0)
         self.progress.show()
-        self.button.setText("Cancel")
-        self._word.show_text("Fitting", self._theme.muted, Mark.ACTIVE)
+        self.button.setText(tr("Cancel"))
+        self._word.show_text(tr("Fitting"), self._theme.muted, Mark.ACTIVE)
         self._process.start(partial(verified, folder, convention))
 
     def cancel(self) -> None:
@@ -149,7 +154,7 @@ class FitsPage(QWidget):
 
     def _end(self) -> None:
         self.progress.hide()
-        self.button.setText("Verify")
+        self.button.setText(tr("Verify"))
 
     def _on_reports(self, reports: object) -> None:
         self._end()
@@ -170,10 +175,16 @@ class FitsPage(QWidget):
         if not reports:
             self._word.show_text("", theme.muted)
         elif all(report.passed for report in reports):
-            self._word.show_text(f"All {pairs} pairs within the limits", theme.good, Mark.GOOD)
+            self._word.show_text(
+                tr("All {pairs} pairs within the limits").format(pairs=pairs), theme.good, Mark.GOOD
+            )
         else:
             off = sum(not result.passed for report in reports for result in report.results)
-            self._word.show_text(f"{off} of {pairs} pairs beyond the limits", theme.bad, Mark.BAD)
+            self._word.show_text(
+                tr("{beyond} of {pairs} pairs beyond the limits").format(beyond=off, pairs=pairs),
+                theme.bad,
+                Mark.BAD,
+            )
         self.table.setRowCount(len(reports))
         for row, report in enumerate(reports):
             self._write(row, report)
@@ -184,7 +195,7 @@ class FitsPage(QWidget):
             report.name,
             str(len(report.results)),
             *("–" if value is None else f"{value:.1e}" for value in worst),
-            "✔  AGREES" if report.passed else "✖  OFF",
+            tr("✔  AGREES") if report.passed else tr("✖  OFF"),
         )
         self.table.show_words(row, words)
         for column in range(1, _VERDICT):

@@ -9,7 +9,6 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QHBoxLayout,
-    QLabel,
     QListWidget,
     QListWidgetItem,
     QStackedWidget,
@@ -22,11 +21,14 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
+    PlainLabel,
     Theme,
+    literal,
     make_button,
     status_colour,
     status_mark,
     text_font,
+    tr,
 )
 
 _SIDE_PX = 170
@@ -72,22 +74,22 @@ class MaintainView(QWidget):
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
         self._live: LiveView | None = None
-        self._word = FitText("Status", limit=26, reserve="INACCURATE")
+        self._word = FitText(tr("Status"), limit=26, reserve=tr("INACCURATE"))
         self._word.setFixedHeight(40)
         self.list = QListWidget()
-        self.list.setAccessibleName("Pages")
-        self.list.setAccessibleDescription("Up and down select a page")
+        self.list.setAccessibleName(tr("Pages"))
+        self.list.setAccessibleDescription(tr("Up and down select a page"))
         self.list.setFont(text_font(18, bold=True))
         self._stack = QStackedWidget()
         for page in pages:
             item = QListWidgetItem(page.title, self.list)
-            item.setToolTip(page.tip)
+            item.setToolTip(literal(page.tip))
             item.setSizeHint(QSize(_SIDE_PX - 20, _ROW_PX))
             self._stack.addWidget(self._with_buttons(page, actions))
         self.list.currentRowChanged.connect(self._stack.setCurrentIndex)
         self.list.setCurrentRow(0)
         self.list.setFixedHeight(_ROW_PX * len(pages) + 4)
-        heading = QLabel("Maintain")
+        heading = PlainLabel(tr("Maintain"))
         heading.setFont(text_font(20, bold=True))
         side = QVBoxLayout()
         side.setSpacing(6)
@@ -96,9 +98,9 @@ class MaintainView(QWidget):
         side.addWidget(self.list)
         side.addStretch(1)
         back = make_button(actions["mode"])
-        back.setText("Inspect  [M]")
+        back.setText(tr("Inspect  [M]"))
         back.setObjectName("back")
-        back.setAccessibleName("Inspect")
+        back.setAccessibleName(tr("Inspect"))
         back.setMinimumHeight(52)
         back.setFont(text_font(16, bold=True))
         side.addWidget(back)
@@ -115,7 +117,7 @@ class MaintainView(QWidget):
         self._live = live
         colour = status_colour(self._theme, live.status)
         self._word.show_text(live.status.value, colour, status_mark(live.status))
-        self._word.setToolTip(live.reason)
+        self._word.setToolTip(literal(live.reason))
 
     def status(self) -> str:
         """Return the word that is shown."""
@@ -138,7 +140,7 @@ class MaintainView(QWidget):
             layout.addLayout(_large_buttons([actions[key] for key in page.actions]))
         row = QHBoxLayout()
         row.setSpacing(6)
-        hint = QLabel(page.tip)
+        hint = PlainLabel(page.tip)
         hint.setProperty("role", "muted")
         hint.setFont(text_font(12))
         hint.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)

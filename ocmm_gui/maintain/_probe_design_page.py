@@ -11,7 +11,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QProgressBar,
     QPushButton,
     QVBoxLayout,
@@ -41,29 +40,39 @@ from ocmm_gui.kit import (
     FitText,
     Mark,
     OwnKeysField,
+    PlainLabel,
     SideProcess,
     Tell,
     Theme,
+    later,
+    literal,
     panel,
     sentence_label,
     text_font,
+    tr,
+    tr_all,
 )
 
-_ASK = "Press Examine. It takes a few seconds; measuring continues meanwhile."
-_BUSY = "Examining. Numbers and maps below are from the previous run."
+_ASK = later("Press Examine. It takes a few seconds; measuring continues meanwhile.")
+_BUSY = later("Examining. Numbers and maps below are from the previous run.")
 _FIELDS = (
-    ("probe", "Probe", "Probe document; empty: the probe in use", ""),
+    ("probe", later("Probe"), later("Probe document; empty: the probe in use"), ""),
     (
-        "design", "Design",
-        "Design document (materials, sections); empty: the one in the resources folder", "",
+        "design", later("Design"),
+        later("Design document (materials, sections); empty: the one in the resources folder"), "",
     ),
-    ("tilt", "Tilts, °", "Largest tilts of the probe about X, Y and Z", "45 45 10"),
-    ("sigma", "Spots, px", "Noise of an averaged spot", "0.0105"),
+    ("tilt", later("Tilts, °"), later("Largest tilts of the probe about X, Y and Z"), "45 45 10"),
+    ("sigma", later("Spots, px"), later("Noise of an averaged spot"), "0.0105"),
 )  # fmt: skip
+_EMPTY = {
+    "probe": later("the probe in use"),
+    "design": later("the one in the resources folder"),
+}
+"""What an empty field stands for."""
 _COLUMNS = (
-    ("Source", "of the uncertainty of one point"),
-    ("µm", "standard uncertainty in space, RMS over the poses"),
-    ("Rests on", "source values"),
+    (later("Source"), later("of the uncertainty of one point")),
+    ("µm", later("standard uncertainty in space, RMS over the poses")),
+    (later("Rests on"), later("source values")),
 )
 
 
@@ -110,7 +119,7 @@ class ProbeDesignPage(QWidget):
 
     def __init__(self, rig: Rig, body: ProbeBody) -> None:
         super().__init__()
-        self.setAccessibleName("Design of the probe")
+        self.setAccessibleName(tr("Design of the probe"))
         self._rig, self._body = rig, body
         self._theme = THEMES[DEFAULT_THEME]
         self._report: ProbeReport | None = None
@@ -119,28 +128,28 @@ class ProbeDesignPage(QWidget):
         self._process.finished.connect(self._show_report)
         self._process.failed.connect(self._on_failed)
         self.fields = {key: OwnKeysField(proposal) for key, _, _, proposal in _FIELDS}
-        self.button = QPushButton("Examine")
+        self.button = QPushButton(tr("Examine"))
         self.button.setProperty("role", "primary")
         self.button.setMinimumHeight(38)
-        self.button.setAccessibleName("Examine")
+        self.button.setAccessibleName(tr("Examine"))
         self.button.clicked.connect(self.toggle)
         self._progress = QProgressBar()
-        self._progress.setAccessibleName("Progress")
+        self._progress.setAccessibleName(tr("Progress"))
         self._progress.setTextVisible(True)
-        self._number = FitText("Uncertainty of the tip", limit=40, digits=True)
+        self._number = FitText(tr("Uncertainty of the tip"), limit=40, digits=True)
         self._number.setFixedHeight(48)
-        self._sentence = sentence_label("Meaning of the number", 13)
-        self._labels = FitText("Labels", limit=17)
+        self._sentence = sentence_label(tr("Meaning of the number"), 13)
+        self._labels = FitText(tr("Labels"), limit=17)
         self._labels.setFixedHeight(24)
-        self._nearest = sentence_label("Nearest wrong orders", 13)
-        self._mechanics = sentence_label("Growth and bending", 13)
+        self._nearest = sentence_label(tr("Nearest wrong orders"), 13)
+        self._mechanics = sentence_label(tr("Growth and bending"), 13)
         self.budget = PointBudgetTable()
-        self.tilt = MapPlot("Over the tilt")
-        self.top = MapPlot("From above")
-        self.front = MapPlot("From the front")
+        self.tilt = MapPlot(tr("Over the tilt"))
+        self.top = MapPlot(tr("From above"))
+        self.front = MapPlot(tr("From the front"))
         self.bending = BendingPlot()
         self._lay_out()
-        self._sentence.setText(_ASK)
+        self._sentence.setText(tr(_ASK))
         self._wait(False)
 
     def number(self) -> str:
@@ -163,14 +172,14 @@ class ProbeDesignPage(QWidget):
             self._on_failed(error)
             return
         self._wait(True)
-        self._sentence.setText(_BUSY)
+        self._sentence.setText(tr(_BUSY))
         self._process.start(partial(examine_request, request))
 
     def cancel(self) -> None:
         """Give up what is being examined; call it before the window goes."""
         if self._process.is_running():
             self._process.cancel()
-            self._sentence.setText(_ASK)
+            self._sentence.setText(tr(_ASK))
         self._wait(False)
 
     def set_theme(self, theme: Theme) -> None:
@@ -181,8 +190,8 @@ class ProbeDesignPage(QWidget):
 
     def _request(self) -> DesignRequest:
         words = {key: field.text().strip() for key, field in self.fields.items()}
-        tilt = tuple(_numbers("Tilts", words["tilt"], 3))
-        (sigma,) = _numbers("Spots", words["sigma"], 1)
+        tilt = tuple(_numbers(tr("Tilts"), words["tilt"], 3))
+        (sigma,) = _numbers(tr("Spots"), words["sigma"], 1)
         if min(tilt) < 0.0 or max(tilt) > 180.0 or not 0.0 < sigma < 10.0:
             raise InputError(
                 "design.values",
@@ -199,11 +208,11 @@ class ProbeDesignPage(QWidget):
         )
 
     def _wait(self, waiting: bool) -> None:
-        self.button.setText("Cancel" if waiting else "Examine")
+        self.button.setText(tr("Cancel") if waiting else tr("Examine"))
         self.button.setAccessibleName(self.button.text())
         self._progress.setVisible(waiting)
         self._progress.setValue(0)
-        self._progress.setFormat("Starting")
+        self._progress.setFormat(tr("Starting"))
         for field in self.fields.values():
             field.setEnabled(not waiting)
 
@@ -224,7 +233,7 @@ class ProbeDesignPage(QWidget):
         )
         safe = report.coded or all(item.is_safe for item in report.labels)
         self._labels.show_text(
-            "LEDs cannot be confused" if safe else "LEDs can be confused",
+            tr("LEDs cannot be confused") if safe else tr("LEDs can be confused"),
             theme.good if safe else theme.bad,
             Mark.GOOD if safe else Mark.BAD,
         )
@@ -237,13 +246,22 @@ class ProbeDesignPage(QWidget):
         if np.isfinite(number.space_um):
             x, y, z = number.axes_um
             self._sentence.setText(
-                "Standard uncertainty of the tip in space from spot noise alone, probe "
-                f"'{report.probe}' with rig '{report.rig}': X {x:.1f}, Y {y:.1f}, Z {z:.1f} µm; "
-                f"below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.0f} % "
-                "of the poses give a tip."
+                tr(
+                    "Standard uncertainty of the tip in space from spot noise alone, probe "
+                    "'{probe}' with rig '{rig}': X {x:.1f}, Y {y:.1f}, Z {z:.1f} µm; below "
+                    "{p95_um:.1f} µm in 95 of 100 poses. {share:.0f} % of the poses give a tip."
+                ).format(
+                    probe=report.probe,
+                    rig=report.rig,
+                    x=x,
+                    y=y,
+                    z=z,
+                    p95_um=number.p95_um,
+                    share=100.0 * number.share,
+                )
             )
         else:
-            self._sentence.setText("No pose gives a tip: the cameras do not see enough LEDs.")
+            self._sentence.setText(tr("No pose gives a tip: the cameras do not see enough LEDs."))
         # The case that comes nearest stands for all; the terminal prints each of them.
         nearest = min(
             report.labels,
@@ -252,7 +270,7 @@ class ProbeDesignPage(QWidget):
         verdict = label_verdict(report.labels, coded=report.coded)
         self._nearest.setText(f"{label_words(nearest)} {verdict}")
         self._mechanics.setText(
-            "Thermal growth and bending need a design document."
+            tr("Thermal growth and bending need a design document.")
             if report.mechanics is None
             else "\n".join(mechanics_words(report.mechanics))
         )
@@ -268,13 +286,13 @@ class ProbeDesignPage(QWidget):
         grid.setHorizontalSpacing(8)
         grid.setVerticalSpacing(4)
         for row, (key, label, tip, _) in enumerate(_FIELDS):
-            caption, field = QLabel(label), self.fields[key]
+            caption, field = PlainLabel(tr(label)), self.fields[key]
             caption.setProperty("role", "muted")
             caption.setFont(text_font(13))
             field.setFont(text_font(13))
-            field.setAccessibleName(label)
-            field.setToolTip(tip)
-            field.setPlaceholderText(tip.partition("empty: ")[2])
+            field.setAccessibleName(tr(label))
+            field.setToolTip(literal(tr(tip)))
+            field.setPlaceholderText(tr(_EMPTY.get(key, "")))
             field.returnPressed.connect(self.toggle)
             grid.addWidget(caption, row, 0)
             grid.addWidget(field, row, 1)
@@ -311,7 +329,7 @@ class PointBudgetTable(DataTable):
     """The sources of the uncertainty of one point."""
 
     def __init__(self) -> None:
-        super().__init__("Budget of one point", _COLUMNS)
+        super().__init__(tr("Budget of one point"), tr_all(_COLUMNS))
         self.horizontalHeader().setStretchLastSection(True)
         self.verticalHeader().setDefaultSectionSize(20)
         self.setWordWrap(False)

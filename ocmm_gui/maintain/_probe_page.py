@@ -8,25 +8,25 @@ from PySide6.QtWidgets import QVBoxLayout
 
 from ocmm_core.calibration.records import CalibrationStatus, ProbeOverview, ProbeView
 from ocmm_gui.charts import HistoryChart
-from ocmm_gui.kit import stacked
+from ocmm_gui.kit import later, stacked, tr
 from ocmm_gui.maintain._calibration_table import local_time
 from ocmm_gui.maintain._probe_tables import TipHistoryTable, TipTable
 from ocmm_gui.maintain._status_page import StatusPage, in_a_row
 
-DESIGN = "Virtual probe: the geometry of its document is used."
-_IN_ORDER = "Calibrated, qualified and in date. Points can be taken."
-_NO_RECORDS = "No records of this probe are stored on this computer."
-_NO_TIP = "No tip calibrated yet: press P to calibrate the probe with the mounted tip."
+DESIGN = later("Virtual probe: the geometry of its document is used.")
+_IN_ORDER = later("Calibrated, qualified and in date. Points can be taken.")
+_NO_RECORDS = later("No records of this probe are stored on this computer.")
+_NO_TIP = later("No tip calibrated yet: press P to calibrate the probe with the mounted tip.")
 _FACTS = (
-    ("Probe", "name in its document"),
-    ("Tip", "currently mounted"),
-    ("Ball", "diameter used for compensation"),
-    ("Calibrated", "when, and by whom"),
-    ("Qualified", "when, and by whom"),
-    ("Valid until", "no points are taken after this date"),
-    ("Warmth", "ambient, at probe calibration and tip qualification"),
-    ("Turned", "rotation about the probe axes during calibration"),
-    ("Hash", "of the source of the geometry; printed in jobs and reports"),
+    (later("Probe"), later("name in its document")),
+    (later("Tip"), later("currently mounted")),
+    (later("Ball"), later("diameter used for compensation")),
+    (later("Calibrated"), later("when, and by whom")),
+    (later("Qualified"), later("when, and by whom")),
+    (later("Valid until"), later("no points are taken after this date")),
+    (later("Warmth"), later("ambient, at probe calibration and tip qualification")),
+    (later("Turned"), later("rotation about the probe axes during calibration")),
+    (later("Hash"), later("of the source of the geometry; printed in jobs and reports")),
 )
 
 
@@ -46,16 +46,22 @@ class ProbePage(StatusPage[ProbeView, ProbeOverview]):
         self, pull: Callable[[], ProbeView], pull_overview: Callable[[], ProbeOverview]
     ) -> None:
         super().__init__(
-            "Probe", "probe", _FACTS, pull, pull_overview, in_order=_IN_ORDER, design=DESIGN
+            tr("Probe"),
+            tr("Status of the probe"),
+            _FACTS,
+            pull,
+            pull_overview,
+            in_order=tr(_IN_ORDER),
+            design=tr(DESIGN),
         )
         self.tips = TipTable()
-        self.diameter = HistoryChart("Ball diameter, Δ µm", factor=1e3, reach=2.0)
-        self.form = HistoryChart("Form, µm", factor=1e3, reach=2.0, changes=False, form=".1f")
+        self.diameter = HistoryChart(tr("Ball diameter, Δ µm"), factor=1e3, reach=2.0)
+        self.form = HistoryChart(tr("Form, µm"), factor=1e3, reach=2.0, changes=False, form=".1f")
         self.place = HistoryChart(
-            "Tip from first position, µm", factor=1e3, reach=5.0, changes=False, form=".1f"
+            tr("Tip from first position, µm"), factor=1e3, reach=5.0, changes=False, form=".1f"
         )
         self.check = HistoryChart(
-            "Quick check, % of limit", factor=100.0, reach=100.0, changes=False, limit=100.0,
+            tr("Quick check, % of limit"), factor=100.0, reach=100.0, changes=False, limit=100.0,
             form="+.0f",
         )  # fmt: skip
         self.history = TipHistoryTable()
@@ -85,7 +91,7 @@ class ProbePage(StatusPage[ProbeView, ProbeOverview]):
         self.history.show_events(found.events)
         why = found.fault
         if not why and not found.tips:
-            why = _NO_RECORDS if view.word is CalibrationStatus.DESIGN else _NO_TIP
+            why = tr(_NO_RECORDS if view.word is CalibrationStatus.DESIGN else _NO_TIP)
         self._show_fault(why)
         self._charts.setVisible(bool(found.tips))
         self.tips.setVisible(bool(found.tips))

@@ -7,27 +7,27 @@ from collections.abc import Sequence
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import State, TipEvent, TipEventKind, TipState
-from ocmm_gui.kit import DataTable, Theme, text_font
+from ocmm_gui.kit import DataTable, Theme, later, text_font, tr, tr_all
 from ocmm_gui.maintain._calibration_table import EventTable, Line, Tone, local_time
 
 _TIPS = (
-    ("Tip", "Name; an arrow marks the mounted tip"),
-    ("Standing", "Status of the tip"),
-    ("Ball, mm", "Effective diameter and its standard uncertainty (k = 1)"),
-    ("Form, µm", "Largest minus smallest radius"),
-    ("Cone, µm", "Two standard deviations of the tip over all attitudes"),
-    ("Qualified", "Date and temperature"),
-    ("Checked", "Last quick check since then"),
-    ("Valid until", "No points are taken with it after this date"),
+    (later("Tip"), later("Name; an arrow marks the mounted tip")),
+    (later("Standing"), later("Status of the tip")),
+    (later("Ball, mm"), later("Effective diameter and its standard uncertainty (k = 1)")),
+    (later("Form, µm"), later("Largest minus smallest radius")),
+    (later("Cone, µm"), later("Two standard deviations of the tip over all attitudes")),
+    (later("Qualified"), later("Date and temperature")),
+    (later("Checked"), later("Last quick check since then")),
+    (later("Valid until"), later("No points are taken with it after this date")),
 )
 _HISTORY = (
-    ("Time", "Local time"),
-    ("What happened", "Record concerned, see the last column"),
-    ("Tip", "Its name"),
-    ("Who", "As entered"),
-    ("Why", "As entered, or the rule applied"),
-    ("Good until", "If suspect: last time known good"),
-    ("Record", "First digits of its hash"),
+    (later("Time"), later("Local time")),
+    (later("What happened"), later("Record concerned, see the last column")),
+    (later("Tip"), later("Its name")),
+    (later("Who"), later("As entered")),
+    (later("Why"), later("As entered, or the rule applied")),
+    (later("Good until"), later("If suspect: last time known good")),
+    (later("Record"), later("First digits of its hash")),
 )
 _TONES = {
     TipEventKind.QUALIFIED: Tone.GOOD,
@@ -44,8 +44,8 @@ class TipTable(DataTable):
     """All tips, the mounted one first; the chosen one can be mounted."""
 
     def __init__(self) -> None:
-        super().__init__("Tips", _TIPS)
-        self.setAccessibleDescription("Up and down select a tip")
+        super().__init__(tr("Tips"), tr_all(_TIPS))
+        self.setAccessibleDescription(tr("Up and down select a tip"))
         self.setFont(text_font(14))
         header = self.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -90,7 +90,7 @@ class TipHistoryTable(EventTable):
     """What happened to the tips, newest first."""
 
     def __init__(self) -> None:
-        super().__init__(_HISTORY, what=1, why=4)
+        super().__init__(tr_all(_HISTORY), what=1, why=4)
 
     def show_events(self, events: Sequence[TipEvent]) -> None:
         """Show events, given oldest first."""
@@ -102,11 +102,11 @@ def _tip_words(one: TipState) -> tuple[str, ...]:
     name = f"▶ {one.tip}" if one.mounted else f"   {one.tip}"
     until = local_time(one.due_utc)[:10]
     if found is None:
-        return (name, one.status.state.value, "–", "–", "–", "never", "–", until)
+        return (name, one.status.state.value, "–", "–", "–", tr("never"), "–", until)
     temperature_state = "" if found.temperature_c is None else f", {found.temperature_c:.1f} °C"
     checked = "–"
     if check is not None:
-        verdict = "passed" if check.passed else "FAILED"
+        verdict = tr("passed") if check.passed else tr("FAILED")
         checked = f"{local_time(check.made_utc)[:10]} {verdict}"
     return (
         name,

@@ -38,27 +38,34 @@ from ocmm_gui.kit import (
     Teller,
     Theme,
     WorkSheet,
+    later,
     mark_colour,
     sentence_label,
+    tr,
+    tr_all,
 )
 from ocmm_gui.reports import drawing, pdf_bytes
 
 _KEYS = (
-    ActionInfo("folder", "Recall a folder", "Recalculate the suspect jobs in a folder", ("F7",)),
-    ActionInfo("stop", "Stop", "Stop recalculating; nothing is changed", ("F9",)),
-    ActionInfo("pages", "Write PDF", "Write the recall report (PDF)", ("F6",)),
     ActionInfo(
-        "decide", "Release points", "Release points whose verdicts hold, under your name",
+        "folder", later("Recall a folder"),
+        later("Recalculate the suspect jobs in a folder"), ("F7",),
+    ),
+    ActionInfo("stop", later("Stop"), later("Stop recalculating; nothing is changed"), ("F9",)),
+    ActionInfo("pages", later("Write PDF"), later("Write the recall report (PDF)"), ("F6",)),
+    ActionInfo(
+        "decide", later("Release points"),
+        later("Release points whose verdicts hold, under your name"),
         ("F8",),
     ),
 )  # fmt: skip
 _TIPS = (
-    "file of the job",
-    "as in the plan",
-    "value ± U and verdict with the calibration of the job",
-    "the same with the calibration its spots support",
-    "whether the verdict still holds",
-    "and why",
+    later("file of the job"),
+    later("as in the plan"),
+    later("value ± U and verdict with the calibration of the job"),
+    later("the same with the calibration its spots support"),
+    later("whether the verdict still holds"),
+    later("and why"),
 )
 _MARKS = {
     Outcome.HOLDS: Mark.GOOD,
@@ -86,7 +93,7 @@ class _Deciding:
     who: str
 
     def __call__(self, tell: Teller) -> RecallRecord:
-        tell("Storing the recall", 0.5)
+        tell(later("Storing the recall"), 0.5)
         tell.commit()
         return decide(self.record, self.places, self.who, datetime.now(UTC))
 
@@ -97,7 +104,7 @@ class _Writing:
     path: Path
 
     def __call__(self, tell: Teller) -> Path:
-        tell("Creating the pages", 0.3)
+        tell(later("Creating the pages"), 0.3)
         with drawing():
             content = pdf_bytes(self.record)
         tell.commit()
@@ -109,7 +116,9 @@ class RecallTable(DataTable):
     """One row a characteristic, the jobs that need somebody first."""
 
     def __init__(self) -> None:
-        super().__init__("Verdicts of the recall", tuple(zip(COLUMNS, _TIPS, strict=True)))
+        super().__init__(
+            tr("Verdicts of the recall"), tuple(zip(COLUMNS, tr_all(_TIPS), strict=True))
+        )
         self._record: RecallRecord | None = None
         self._lines: list[str] = []
         self._rows = ColouredRow(self)
@@ -161,20 +170,24 @@ class RecallSheet(WorkSheet):
         probes: Callable[[], Path | None],
         who: Callable[[], str],
     ) -> None:
-        super().__init__("Recall", _KEYS, "Recalculating the jobs")
+        super().__init__(tr("Recall"), _KEYS, tr("Recalculating the jobs"))
         self._proposed, self._calibrations, self._probes = folder, calibrations, probes
         self._who = who
         self._theme = THEMES[DEFAULT_THEME]
         self._asked: KeptPlaces | None = None
         self._places: KeptPlaces | None = None  # those of the record that is shown
         self._record: RecallRecord | None = None
-        self.file = PathPanel("jobs", "folder", "Recall")
-        self.pages = PathPanel("recall", "file", "Write")
-        self._headline = FitText("Result of the recall", limit=26)
+        self.file = PathPanel(
+            tr("Recall the jobs from the folder"), tr("Folder of the jobs"), tr("Recall")
+        )
+        self.pages = PathPanel(
+            tr("Write the recall into the file"), tr("File of the recall"), tr("Write")
+        )
+        self._headline = FitText(tr("Result of the recall"), limit=26)
         self._headline.setFixedHeight(40)
-        self.totals = sentence_label("Findings of the recall", 15)
+        self.totals = sentence_label(tr("Findings of the recall"), 15)
         self.table = RecallTable()
-        self.about_job = sentence_label("Evidence for the selected verdict", 14)
+        self.about_job = sentence_label(tr("Evidence for the selected verdict"), 14)
         self.about_job.setProperty("role", "muted")
         for widget in (self.file, self.pages, self.working, self._headline, self.totals):
             self.body.addWidget(widget)
@@ -192,7 +205,7 @@ class RecallSheet(WorkSheet):
             },
             primary="folder",
         )
-        self.say("Select the folder with the jobs (F7). Job files are not changed.")
+        self.say(tr("Select the folder with the jobs (F7). Job files are not changed."))
 
     def open(self) -> None:
         """Recall the jobs of the folder where they are kept, unless some are shown already."""
@@ -203,8 +216,10 @@ class RecallSheet(WorkSheet):
     def read(self, folder: Path) -> None:
         """Recall the jobs of a folder; the window stays free."""
         self._asked = KeptPlaces((folder,), self._calibrations(), self._probes())
-        self._begin("Starting", _Recalling(self._asked))
-        self.say(f"Checks the jobs in {folder}. Job files are not changed.")
+        self._begin(tr("Starting"), _Recalling(self._asked))
+        self.say(
+            tr("Checks the jobs in {folder}. Job files are not changed.").format(folder=folder)
+        )
         self.table.setFocus()
 
     def release(self) -> None:
@@ -213,7 +228,7 @@ class RecallSheet(WorkSheet):
         if record is None or places is None:
             return
         self._asked = places
-        self._begin("Storing the recall", _Deciding(record, places, self._who()))
+        self._begin(tr("Storing the recall"), _Deciding(record, places, self._who()))
 
     def ask_for_pages(self) -> None:
         """Ask where the pages go."""
@@ -225,7 +240,7 @@ class RecallSheet(WorkSheet):
         """Write the recall as pages."""
         record, _ = self._shown()
         if record is not None:
-            self._begin("Creating the pages", _Writing(record, path))
+            self._begin(tr("Creating the pages"), _Writing(record, path))
 
     def headline(self) -> str:
         """Return the totals in large words; for tests."""
@@ -264,7 +279,7 @@ class RecallSheet(WorkSheet):
     def _show(self, answer: object) -> None:
         if isinstance(answer, Path):
             self.pages.hide()
-            self.told.emit(f"Recall written to {answer}.")
+            self.told.emit(tr("Recall written to {path}.").format(path=answer))
         elif isinstance(answer, RecallRecord):
             self._record, self._places = answer, self._asked
             self.file.hide()

@@ -7,7 +7,7 @@ from typing import Generic, TypeVar
 
 from PySide6.QtCore import Qt, QTimer
 from PySide6.QtGui import QHideEvent, QShowEvent
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.records import Blocker, CalibrationStatus, CalibrationView, ProbeView
 from ocmm_gui.kit import (
@@ -15,11 +15,14 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    PlainLabel,
     Theme,
+    literal,
     mark_colour,
     panel,
     sentence_label,
     text_font,
+    tr,
     value_label,
 )
 from ocmm_gui.maintain._calibration_table import local_time
@@ -82,12 +85,12 @@ class StatusPage(QWidget, Generic[V, H]):
         self.setAccessibleName(name)
         self._theme = THEMES[DEFAULT_THEME]
         self._mark = Mark.OPEN
-        self._word = FitText(f"Status of the {of}", limit=34)
+        self._word = FitText(of, limit=34)
         self._word.setFixedHeight(44)
-        self._sentence = sentence_label("Meaning of the status", 15)
-        self._notes = sentence_label("Watch list", 14)
-        self.facts = {name: value_label(name, tip) for name, tip in facts}
-        self._empty = sentence_label("Why no history is shown", 20)
+        self._sentence = sentence_label(tr("Meaning of the status"), 15)
+        self._notes = sentence_label(tr("Watch list"), 14)
+        self.facts = {name: value_label(tr(name), tr(tip)) for name, tip in facts}
+        self._empty = sentence_label(tr("Why no history is shown"), 20)
         self._empty.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._empty.setMargin(30)
         self._timer = QTimer(self)
@@ -148,14 +151,16 @@ class StatusPage(QWidget, Generic[V, H]):
             view.word is CalibrationStatus.DESIGN and view.blocker is not None
         )
         self._mark = Mark.BAD if bad else _MARKS.get(view.word, Mark.BAD)
-        self._paint_word("UNCALIBRATED" if view.uncalibrated else view.word.value)
+        self._paint_word(tr("UNCALIBRATED") if view.uncalibrated else view.word.value)
         in_order = self._design if view.word is CalibrationStatus.DESIGN else self._in_order
         self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
         notes = list(view.warnings)
         if view.since_utc:
             notes.append(
-                f"Points since {local_time(view.since_utc)} are suspect, also in older "
-                f"jobs.{self._in_doubt}"
+                tr("Points since {since_utc} are suspect, also in older jobs.").format(
+                    since_utc=local_time(view.since_utc)
+                )
+                + (self._in_doubt and f" {self._in_doubt}")
             )
         self._notes.setText("  ".join(notes))
         self._notes.setVisible(bool(notes))
@@ -163,7 +168,7 @@ class StatusPage(QWidget, Generic[V, H]):
     def _show_facts(self, words: dict[str, str]) -> None:
         for name, label in self.facts.items():
             label.setText(words[name])
-            label.setToolTip(words[name])
+            label.setToolTip(literal(words[name]))
 
     def _show_fault(self, why: str) -> None:
         self._empty.setText(why)
@@ -187,7 +192,7 @@ class StatusPage(QWidget, Generic[V, H]):
         grid.setVerticalSpacing(1)
         half = (len(self.facts) + 1) // 2
         for index, (name, label) in enumerate(self.facts.items()):
-            caption = QLabel(name)
+            caption = PlainLabel(tr(name))
             caption.setProperty("role", "muted")
             caption.setFont(text_font(13))
             row, column = index % half, 2 * (index // half)
@@ -216,5 +221,11 @@ def _sentence(blocker: Blocker | None, in_order: str, *, uncalibrated: bool) -> 
     """Return what a standing means for who measures."""
     if uncalibrated:
         why = f" {blocker}" if blocker is not None else ""
-        return f"Points are taken but prove nothing: every verdict is NOT PROVEN.{why}"
-    return in_order if blocker is None else f"No points are taken. {blocker}"
+        return tr("Points are taken but prove nothing: every verdict is NOT PROVEN.{why}").format(
+            why=why
+        )
+    return (
+        in_order
+        if blocker is None
+        else tr("No points are taken. {blocker}").format(blocker=blocker)
+    )

@@ -13,7 +13,7 @@ from ocmm_core.fieldbus.report import (
     is_present,
     wire_picture,
 )
-from ocmm_gui.kit import Painted, fitted, text_font
+from ocmm_gui.kit import Painted, fitted, literal, text_font, tr
 
 _WORDS_PX = 20.0
 _BOX_SHARE = 0.78
@@ -28,7 +28,7 @@ class WireView(Painted):
     """Boxes for host and cameras, lines for cables, and the same in a sentence below."""
 
     def __init__(self) -> None:
-        super().__init__("Wire", (420, 116), (320, 100))
+        super().__init__(tr("Wire"), (420, 116), (320, 100))
         self._wire: WirePicture | None = None
 
     def show_report(self, report: BusReport) -> None:
@@ -37,11 +37,13 @@ class WireView(Painted):
         if wire != self._wire:
             self._wire = wire
             chain = ", ".join(
-                f"{link.value} cable to {camera.name}, {camera.state}"
+                tr("{link} cable to {name}, {state}").format(
+                    link=link.value, name=camera.name, state=camera.state
+                )
                 for camera, link in zip(wire.cameras, wire.links, strict=True)
             )
             self.setAccessibleDescription(f"{wire.interface}, {chain}. {wire.words}")
-            self.setToolTip(wire.words)
+            self.setToolTip(literal(wire.words))
             self.update()
 
     def words(self) -> str:
@@ -69,7 +71,7 @@ class WireView(Painted):
             )
         if wire.redundancy is not None:
             self._return_cable(painter, wire.redundancy, boxes[0], boxes[-1])
-        self._box(painter, boxes[0], wire.interface, ("this computer",), self._theme.text)
+        self._box(painter, boxes[0], wire.interface, (tr("this computer"),), self._theme.text)
         for camera, box in zip(wire.cameras, boxes[1:], strict=True):
             self._camera(painter, box, camera)
         broken = Link.BROKEN in (*wire.links, wire.redundancy)
@@ -82,9 +84,9 @@ class WireView(Painted):
 
     def _camera(self, painter: QPainter, box: QRectF, camera: CameraReport) -> None:
         theme = self._theme
-        serial = f"serial {camera.serial}"
+        serial = tr("serial {serial}").format(serial=camera.serial)
         if not is_present(camera):
-            self._box(painter, box, camera.name, (serial, "not found"), theme.bad, dashed=True)
+            self._box(painter, box, camera.name, (serial, tr("not found")), theme.bad, dashed=True)
             return
         colour = theme.good if camera.state == "OP" and camera.al_code == 0 else theme.warn
         state = f"{camera.position} · {camera.state}"

@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.evaluation import FeatureView
-from ocmm_gui.kit import Painted, fitted, text_font
+from ocmm_gui.kit import Painted, fitted, literal, text_font, tr
 
 _MARGIN = 0.16
 _FOOT_SHARE = 0.2
@@ -26,18 +26,18 @@ class CoverageView(Painted):
     """Emits the number of the point that was clicked."""
 
     def __init__(self) -> None:
-        super().__init__("Coverage of the feature", (110, 110), (60, 60))
+        super().__init__(tr("Coverage of the feature"), (110, 110), (60, 60))
         self._feature: FeatureView | None = None
         self._chosen = 0
 
     def show_feature(self, feature: FeatureView, chosen: int) -> None:
         """Show how the points of a feature are spread."""
         self._feature, self._chosen = feature, chosen
-        said = "no points"
+        said = tr("no points")
         if feature.coverage is not None:
             said = f"{feature.coverage.words}. {feature.coverage.warning}".strip()
         self.setAccessibleDescription(f"{feature.name}: {said}")
-        self.setToolTip(said)
+        self.setToolTip(literal(said))
         self.update()
 
     def place_of(self, number: int) -> QPointF:

@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QFrame,
     QGridLayout,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QSizePolicy,
     QSplitter,
@@ -24,7 +23,15 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import FeatureState, JobView, LiveView
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import header_words, make_button, sentence_label, text_font
+from ocmm_gui.kit import (
+    PlainLabel,
+    header_words,
+    literal,
+    make_button,
+    sentence_label,
+    text_font,
+    tr,
+)
 from ocmm_gui.operator._feature_panel import FeaturePanel
 from ocmm_gui.operator._guidance import Guidance
 from ocmm_gui.operator._part_view import PartVerdictView
@@ -66,14 +73,16 @@ class DeskView(QWidget):
         self._nominals: Mapping[str, NominalFeature] = {}
         self._folder: Path | None = None
         self.cameras = CameraViews(rig)
-        self._heading = QLabel()
-        self._heading.setAccessibleName("Job")
+        self._heading = PlainLabel()
+        self._heading.setAccessibleName(tr("Job"))
         self._heading.setTextFormat(Qt.TextFormat.PlainText)
         self._heading.setFont(text_font(14, bold=True))
-        self._header = sentence_label("Operator and part", 12)
+        self._header = sentence_label(tr("Operator and part"), 12)
         self._header.setProperty("role", "muted")
-        self._climate = sentence_label("Temperatures", 12)
+        self._climate = sentence_label(tr("Temperatures"), 12)
         self._climate.setProperty("role", "muted")
+        # Of a job with hundreds of features it is too long for one line.
+        self._heading.setWordWrap(True)
         self._heading.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
         self.part = PartVerdictView(limit=92, least=15)
         self.part.setFixedHeight(_PART_PX)
@@ -123,8 +132,12 @@ class DeskView(QWidget):
     def show_job(self, job: JobView) -> None:
         """Show the job as it stands."""
         done = sum(feature.state is FeatureState.DONE for feature in job.features)
-        self._heading.setText(f"{job.part}   {done} / {len(job.features)} features")
-        self._heading.setToolTip(header_words(job))
+        self._heading.setText(
+            tr("{part}   {done} / {count} features").format(
+                part=job.part, done=done, count=len(job.features)
+            )
+        )
+        self._heading.setToolTip(literal(header_words(job)))
         self._header.setText(header_words(job))
         self.picture.show_step(self._nominals.get(job.active), self._folder)
         self._climate.setText(job.temperature)

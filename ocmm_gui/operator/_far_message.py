@@ -5,7 +5,7 @@ from __future__ import annotations
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent
 
-from ocmm_gui.kit import Painted, far_type, fitted, text_font, wrapped_pixels
+from ocmm_gui.kit import Painted, far_type, fitted, text_font, tr, wrapped_pixels
 
 _LINE = 1.17
 _LEAST_PX = 16
@@ -17,7 +17,7 @@ class FarMessage(Painted):
     """The next step with the words of the plan below it; trouble takes the place of both."""
 
     def __init__(self) -> None:
-        super().__init__("Next step", (600, 120), (300, 60))
+        super().__init__(tr("Next step"), (600, 120), (300, 60))
         self._step, self._words, self._trouble = "", "", ""
 
     def tell(self, step: str, words: str, trouble: str) -> None:

@@ -33,6 +33,7 @@ from ocmm_gui.kit import (
     form_words,
     has_failed,
     is_held,
+    later,
     make_button,
     next_step,
     outlier_count,
@@ -40,6 +41,7 @@ from ocmm_gui.kit import (
     status_colour,
     status_mark,
     step_text,
+    tr,
     trouble,
     verdict_colour,
     verdict_line,
@@ -52,10 +54,10 @@ from ocmm_gui.operator._readout import Readout
 from ocmm_gui.operator._target_ring import TargetRing
 
 _VALUES = (
-    ("measured", "Measured", "0000.000"),
-    ("deviation", "Deviation", "+0.000"),
+    ("measured", later("Measured"), "0000.000"),
+    ("deviation", later("Deviation"), "+0.000"),
     ("uncertainty", "U", "0.000"),
-    ("form", "Form", "0.000"),
+    ("form", later("Form"), "0.000"),
 )
 _TYPE_PX = 100
 """Greatest type of words; its capitals are 73 px high."""
@@ -76,21 +78,29 @@ class FarView(QWidget):
         self._job: JobView | None = None
         self._live: LiveView | None = None
         right = Qt.AlignmentFlag.AlignRight
-        self._status = FitText("Status", limit=_TYPE_PX, reserve="INACCURATE")
-        self._count = FitText("Points", limit=_TYPE_PX, align=right, digits=True, reserve="00/00")
-        self._feature = FitText("Feature name", limit=_TYPE_PX)
-        self._verdict = FitText("Verdict", limit=_TYPE_PX, align=right, reserve="NOT MEASURED")
+        self._status = FitText(tr("Status"), limit=_TYPE_PX, reserve=tr("INACCURATE"))
+        self._count = FitText(
+            tr("Points"), limit=_TYPE_PX, align=right, digits=True, reserve="00/00"
+        )
+        self._feature = FitText(tr("Feature name"), limit=_TYPE_PX)
+        self._verdict = FitText(
+            tr("Verdict"), limit=_TYPE_PX, align=right, reserve=tr("NOT MEASURED")
+        )
         self._readout = Readout()
         self._coverage = CoverageView()
         self._ring = TargetRing()
         self._values = {
-            key: FitText(name, limit=130, align=right, digits=True, reserve=reserve)
+            key: FitText(tr(name), limit=130, align=right, digits=True, reserve=reserve)
             for key, name, reserve in _VALUES
         }
         self._bar = ToleranceBar(digits_share=0.36)
         self._message = FarMessage()
         self._captions = {
-            key: FitText(f"{name}, description", limit=_TYPE_PX, reserve="Deviation")
+            key: FitText(
+                tr("{name}, description").format(name=tr(name)),
+                limit=_TYPE_PX,
+                reserve=tr("Deviation"),
+            )
             for key, name, _ in _VALUES
         }
         side = QGridLayout()
@@ -102,7 +112,7 @@ class FarView(QWidget):
             side.addWidget(self._captions[key], line, 0)
             side.addWidget(self._values[key], line, 1)
             side.setRowStretch(line, 1)
-            self._captions[key].show_text(name)
+            self._captions[key].show_text(tr(name))
         pictures = QVBoxLayout()
         pictures.addWidget(self._coverage, 1)
         pictures.addWidget(self._ring, 1)
@@ -181,7 +191,7 @@ class FarView(QWidget):
             return
         summary, result = job.verdict_of(feature.name), job.deciding(feature.name)
         self._feature.show_text(feature_title(feature))
-        what = "Measured" if result is None else result.kind.capitalize()
+        what = tr("Measured") if result is None else result.kind.capitalize()
         warm = ", 20 °C" if job.at_20_c else ""
         self._captions["measured"].show_text(f"{what}{warm}", self._theme.muted)
         self._count.show_text(f"{len(feature.points)}/{feature.needed}")
@@ -247,7 +257,7 @@ class FarView(QWidget):
         if self._live is None:
             return
         if is_held(self._job, self._live):
-            self._status.show_text(PAUSED, self._theme.warn, Mark.DOUBT)
+            self._status.show_text(tr(PAUSED), self._theme.warn, Mark.DOUBT)
             return
         status = self._live.status
         self._status.show_text(

@@ -14,6 +14,7 @@ from ocmm_gui.kit import (
     digit_font,
     millimetres,
     text_font,
+    tr,
     verdict_colour,
 )
 
@@ -27,13 +28,15 @@ class PointDots(QWidget):
         super().__init__()
         self._taken, self._needed = 0, 0
         self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Points")
+        self.setAccessibleName(tr("Points"))
         self.setFixedHeight(30)
 
     def show_points(self, taken: int, needed: int) -> None:
         """Show how many points there are of how many."""
         self._taken, self._needed = taken, needed
-        self.setAccessibleDescription(f"{taken} of {needed} points")
+        self.setAccessibleDescription(
+            tr("{taken} of {needed} points").format(taken=taken, needed=needed)
+        )
         self.update()
 
     def set_theme(self, theme: Theme) -> None:
@@ -77,7 +80,7 @@ class CharacteristicList(QWidget):
         super().__init__()
         self._results: tuple[CharacteristicResult, ...] = ()
         self._theme = THEMES[DEFAULT_THEME]
-        self.setAccessibleName("Other characteristics of this feature")
+        self.setAccessibleName(tr("Other characteristics of this feature"))
         self.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Maximum)
 
     def show_results(self, results: tuple[CharacteristicResult, ...]) -> None:
@@ -112,7 +115,7 @@ class CharacteristicList(QWidget):
         if not self._results or self.height() < 2 * line:
             return
         painter = QPainter(self)
-        rows = [("Also", "deviation", self._theme.muted)]
+        rows = [(tr("Also"), tr("deviation"), self._theme.muted)]
         rows += [
             (r.name, f"{millimetres(r.deviation, signed=True)}  {r.verdict.value}",
              verdict_colour(self._theme, r.verdict))

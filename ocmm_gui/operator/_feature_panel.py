@@ -22,16 +22,20 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
+    PlainLabel,
     Theme,
     basis_words,
     characteristics_of,
     digit_font,
     feature_title,
     form_words,
+    later,
+    literal,
     millimetres,
     outlier_words,
     quantity,
     text_font,
+    tr,
     verdict_colour,
     verdict_line,
     verdict_mark,
@@ -40,7 +44,14 @@ from ocmm_gui.operator._coverage_view import CoverageView
 from ocmm_gui.operator._feature_details import CharacteristicList, PointDots
 from ocmm_gui.operator._residual_chart import ResidualChart
 
-_ROWS = ("Measured", "Nominal", "Deviation", U_LABEL, "Form", "Position")
+_ROWS = (
+    later("Measured"),
+    later("Nominal"),
+    later("Deviation"),
+    U_LABEL,
+    later("Form"),
+    later("Position"),
+)
 _LARGE = ("Measured", "Deviation")
 _ROOMY_PX = 480
 """A lower panel has no room for explanations."""
@@ -66,24 +77,24 @@ class FeaturePanel(QFrame):
         self._fitting = False
         self._chosen = 0
         self.setProperty("role", "panel")
-        self.setAccessibleName("Feature")
+        self.setAccessibleName(tr("Feature"))
         self._theme = THEMES[DEFAULT_THEME]
         self._job: JobView | None = None
-        self._title = FitText("Feature name", limit=26)
+        self._title = FitText(tr("Feature name"), limit=26)
         self._title.setFixedHeight(36)
         self._dots = PointDots()
         self.coverage = CoverageView()
         self.coverage.setFixedSize(_PICTURE_PX, _PICTURE_PX)
-        self._subject = _label("Characteristic", text_font(13), muted=True)
-        self._basis = _label("Association and frame", text_font(12), muted=True)
-        self._outliers = _label("Outliers", text_font(13))
+        self._subject = _label(tr("Characteristic"), text_font(13), muted=True)
+        self._basis = _label(tr("Association and frame"), text_font(12), muted=True)
+        self._outliers = _label(tr("Outliers"), text_font(13))
         self._outliers.setWordWrap(True)
         self._outliers.hide()
         self._bar = ToleranceBar()
         self._bar.setFixedHeight(60)
-        self._verdict = FitText("Verdict", limit=30, reserve="1 of 3 NOT MEASURED")
+        self._verdict = FitText(tr("Verdict"), limit=30, reserve=tr("1 of 3 NOT MEASURED"))
         self._verdict.setFixedHeight(42)
-        self._note = _label("Note", text_font(13), muted=True)
+        self._note = _label(tr("Note"), text_font(13), muted=True)
         self._note.setWordWrap(True)
         self._note.hide()
         self._values: dict[str, QLabel] = {}
@@ -92,9 +103,9 @@ class FeaturePanel(QFrame):
         grid.setVerticalSpacing(2)
         grid.setColumnStretch(1, 1)
         for row, name in enumerate(_ROWS):
-            value = _label(name, digit_font(16))
+            value = _label(tr(name), digit_font(16))
             value.setAlignment(Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter)
-            caption = _label("", text_font(14), text=name, muted=True)
+            caption = _label("", text_font(14), text=tr(name), muted=True)
             caption.setSizePolicy(QSizePolicy.Policy.Preferred, QSizePolicy.Policy.Preferred)
             grid.addWidget(caption, row, 0)
             grid.addWidget(value, row, 1)
@@ -228,10 +239,10 @@ class FeaturePanel(QFrame):
         size = ""
         if result is not None:
             self._subject.setText(f"{result.name}: {result.kind}")
-            self._subject.setToolTip(f"{result.name}: {subject(result)}")
+            self._subject.setToolTip(literal(f"{result.name}: {subject(result)}"))
             size = quantity(result, result.measured)
         else:
-            self._subject.setText("No tolerance on this feature.")
+            self._subject.setText(tr("No tolerance on this feature."))
             if fit is not None and fit.radius > 0.0:
                 size = millimetres(2.0 * fit.radius)
         self._basis.setText(basis_words(feature, result))
@@ -260,7 +271,7 @@ def subject(result: CharacteristicResult) -> str:
 
 
 def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:
-    label = QLabel(text)
+    label = PlainLabel(text)
     label.setFont(font)
     label.setTextFormat(Qt.TextFormat.PlainText)
     label.setAccessibleName(name or text)

@@ -8,7 +8,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureState, JobView, Target
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.tolerances.decisions import Verdict
-from ocmm_gui.kit import Approach, NoticeCentre, Sound, SoundPlayer, verdict_sound
+from ocmm_gui.kit import Approach, NoticeCentre, Sound, SoundPlayer, tr, verdict_sound
 from ocmm_gui.operator._readout import Readout
 
 
@@ -74,7 +74,9 @@ class Feedback:
     def toggle_tone(self) -> None:
         """Turn the approach tone on or off."""
         self._approach.enabled = not self._approach.enabled
-        self._notices.inform(f"Approach tone {'on' if self._approach.enabled else 'off'}.")
+        self._notices.inform(
+            tr("Approach tone on.") if self._approach.enabled else tr("Approach tone off.")
+        )
 
     def close(self) -> None:
         """Stop what still plays."""

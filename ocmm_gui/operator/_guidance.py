@@ -9,12 +9,14 @@ from ocmm_core.inspection.evaluation import JobView, LiveView
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
+    PlainLabel,
     Theme,
     approach_words,
     has_failed,
     mode_words,
     next_step,
     step_text,
+    tr,
     trouble,
 )
 
@@ -34,11 +36,11 @@ class Guidance(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._job: JobView | None = None
         self._live: LiveView | None = None
-        self._step = _sentence("Next step")
-        self._words = _sentence("Instruction of the plan")
-        self._mode = _sentence("Probing order and probe side")
-        self._approach = _sentence("Approach to the next point")
-        self._trouble = _sentence("Blocking reason")
+        self._step = _sentence(tr("Next step"))
+        self._words = _sentence(tr("Instruction of the plan"))
+        self._mode = _sentence(tr("Probing order and probe side"))
+        self._approach = _sentence(tr("Approach to the next point"))
+        self._trouble = _sentence(tr("Blocking reason"))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(3)
@@ -110,7 +112,7 @@ class Guidance(QFrame):
 
 
 def _sentence(name: str) -> QLabel:
-    label = QLabel()
+    label = PlainLabel()
     label.setTextFormat(Qt.TextFormat.PlainText)
     label.setWordWrap(True)
     label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop)

@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QLabel, QListWidget, QListWidgetItem
+from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QListWidget, QListWidgetItem
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
@@ -19,28 +19,34 @@ from ocmm_gui.kit import (
     ActionInfo,
     ChoiceBox,
     PathPanel,
+    PlainLabel,
     Sheet,
     Worker,
     WorkLine,
     caption,
     form_field,
+    later,
+    literal,
     panel,
     sentence_label,
     text_font,
+    tr,
 )
 
 _KEYS = (
-    ActionInfo("next_part", "Next part", "Next serial number, all other fields unchanged",
+    ActionInfo(
+        "next_part", later("Next part"), later("Next serial number, all other fields unchanged",
+    ),
                ("F6",)),
-    ActionInfo("plan", "Other plan", "Choose another plan file", ("F5",)),
-    ActionInfo("go_on", "Continue", "Resume the selected job", ("F7",)),
-    ActionInfo("begin", "Start", "Start a job for this part", ("F8",)),
+    ActionInfo("plan", later("Other plan"), later("Choose another plan file"), ("F5",)),
+    ActionInfo("go_on", later("Continue"), later("Resume the selected job"), ("F7",)),
+    ActionInfo("begin", later("Start"), later("Start a job for this part"), ("F8",)),
 )  # fmt: skip
 _FIELDS = (
-    ("operator", "Operator", "Name of the operator"),
-    ("serial", "Serial number", "Of the part; - if it has none"),
-    ("order", "Order", "Order number; optional"),
-    ("batch", "Batch", "Groups parts for comparison; optional"),
+    ("operator", later("Operator"), later("Name of the operator")),
+    ("serial", later("Serial number"), later("Of the part; - if it has none")),
+    ("order", later("Order"), later("Order number; optional")),
+    ("batch", later("Batch"), later("Groups parts for comparison; optional")),
 )
 _PATH = Qt.ItemDataRole.UserRole
 _ROW_PX = 44
@@ -58,9 +64,9 @@ class JobSheet(Sheet):
     """
 
     def __init__(self, bridge: StationBridge) -> None:
-        super().__init__("Job", _KEYS)
+        super().__init__(tr("Job"), _KEYS)
         self._bridge = bridge
-        self.fields = {key: form_field(label, tip) for key, label, tip in _FIELDS}
+        self.fields = {key: form_field(tr(label), tr(tip)) for key, label, tip in _FIELDS}
         grid = QGridLayout()
         grid.setHorizontalSpacing(14)
         grid.setVerticalSpacing(12)
@@ -68,24 +74,26 @@ class JobSheet(Sheet):
         self._lists = Worker("ocmm-lists", self)
         self._offered: dict[Path, PlanSummary] = {}
         self._beside: dict[Path, PlanSummary] = {}
-        self.work = WorkLine("Job")
+        self.work = WorkLine(tr("Job"))
         bridge.jobs.job_begun.connect(self.work.end)
         bridge.failed.connect(self._on_failed)
         self._cards: list[PlanSummary | None] = [None]
-        self.plans = ChoiceBox("Plan", "Plan of the next job", ())
+        self.plans = ChoiceBox(tr("Plan"), tr("Plan of the next job"), ())
         self.plans.setFont(text_font(18))
         self.plans.setMinimumHeight(44)
         self.plans.currentIndexChanged.connect(lambda _row: self._show_part())
-        self.plan_file = PathPanel("plan", "file", "Choose")
+        self.plan_file = PathPanel(
+            tr("Choose the plan from the file"), tr("File of the plan"), tr("Choose")
+        )
         self.plan_file.given.connect(self.choose_plan)
         self.body.addWidget(self.plan_file)
         self.body.addWidget(self.work)
-        self._part = QLabel()
-        self._part.setAccessibleName("Part")
+        self._part = PlainLabel()
+        self._part.setAccessibleName(tr("Part"))
         self._part.setFont(text_font(20, bold=True))
         grid.addWidget(self._part, 0, 0, 1, 2)
         keys = [key for key, _, _ in _FIELDS]
-        words = caption("Plan", self.plans)
+        words = caption(tr("Plan"), self.plans)
         words.setFont(text_font(18))
         grid.addWidget(words, 1, 0)
         grid.addWidget(self.plans, 1, 1)
@@ -93,7 +101,7 @@ class JobSheet(Sheet):
             field = self.fields[key]
             field.setFont(text_font(20))
             field.setMinimumHeight(44)
-            words = caption(label, field)
+            words = caption(tr(label), field)
             words.setFont(text_font(18))
             grid.addWidget(words, row, 0)
             grid.addWidget(field, row, 1)
@@ -103,21 +111,23 @@ class JobSheet(Sheet):
                 field.returnPressed.connect(self.fields[after[0]].setFocus)
             else:
                 field.returnPressed.connect(self.begin)
-        hint = sentence_label("What to do next", 14)
+        hint = sentence_label(tr("What to do next"), 14)
         hint.setText(
-            "Return moves to the next field and, after the last one, starts the job. Unfinished "
-            "jobs are saved with all their points and paused when the next job has another "
-            "plan; choose Continue to resume."
+            tr(
+                "Return moves to the next field and, after the last one, starts the job. "
+                "Unfinished jobs are saved with all their points and paused when the next job has "
+                "another plan; choose Continue to resume."
+            )
         )
         hint.setProperty("role", "muted")
         grid.addWidget(hint, len(_FIELDS) + 2, 0, 1, 2)
         grid.setRowStretch(len(_FIELDS) + 3, 1)
         self.jobs = QListWidget()
-        self.jobs.setAccessibleName("Jobs of this batch")
-        self.jobs.setAccessibleDescription("Up and down select a job; F7 resumes it")
+        self.jobs.setAccessibleName(tr("Jobs of this batch"))
+        self.jobs.setAccessibleDescription(tr("Up and down select a job; F7 resumes it"))
         self.jobs.setFont(text_font(15))
         beside = QGridLayout()
-        self._heading = sentence_label("Which jobs", 15)
+        self._heading = sentence_label(tr("Which jobs"), 15)
         beside.addWidget(self._heading, 0, 0)
         beside.addWidget(self.jobs, 1, 0)
         beside.setRowStretch(1, 1)
@@ -142,7 +152,7 @@ class JobSheet(Sheet):
         """Fill in what is known, with the keyboard in the first field."""
         header = self._proposal(job)
         self._list_plans()
-        self.say(f"Current job: {job.job}.")
+        self.say(tr("Current job: {job}.").format(job=job.job))
         for key, field in self.fields.items():
             field.setText(str(getattr(header, key)))
         self._list_jobs()
@@ -198,14 +208,14 @@ class JobSheet(Sheet):
     def _go_on(self) -> None:
         item = self.jobs.currentItem()
         if item is None:
-            self.told.emit("Select a job in the list first.")
+            self.told.emit(tr("Select a job in the list first."))
         else:
             self._bridge.jobs.go_on(item.data(_PATH))
             self._show_beginning()
 
     def _show_beginning(self) -> None:
         if self._bridge.jobs.is_beginning():
-            self.work.begin("Starting the job")
+            self.work.begin(tr("Starting the job"))
 
     def _on_failed(self, _error: object) -> None:
         if not self._bridge.jobs.is_beginning():
@@ -255,12 +265,12 @@ class JobSheet(Sheet):
         self._cards = [None, *others]
         self.plans.blockSignals(True)
         self.plans.clear()
-        self.plans.addItem(f"{station.job.plan.name} (current job)")
+        self.plans.addItem(tr("{name} (current job)").format(name=station.job.plan.name))
         for card in others:
-            changed = ", changed since" if card.path == station.job.plan_file else ""
+            changed = ", " + tr("changed since") if card.path == station.job.plan_file else ""
             self.plans.addItem(f"{card.name}, {card.path.name}{changed}")
             self.plans.setItemData(
-                self.plans.count() - 1, str(card.path), Qt.ItemDataRole.ToolTipRole
+                self.plans.count() - 1, literal(str(card.path)), Qt.ItemDataRole.ToolTipRole
             )
         self.plans.blockSignals(False)
         if before is not None:
@@ -275,12 +285,12 @@ class JobSheet(Sheet):
     def _show_part(self) -> None:
         card = self._cards[max(self.plans.currentIndex(), 0)]
         part = self._bridge.station.job.plan.part if card is None else card.part
-        self._part.setText(f"Part {part}")
+        self._part.setText(tr("Part {part}").format(part=part))
 
     def _list_jobs(self) -> None:
         batch = self.fields["batch"].text().strip()
         folder = self._bridge.station.job.path.parent
-        self._heading.setText(f"Reading jobs in {folder}")
+        self._heading.setText(tr("Reading jobs in {folder}").format(folder=folder))
         self._lists.do(
             lambda: parts_of_batch(folder, batch),
             lambda parts: self._show_jobs(folder, batch, parts),
@@ -298,18 +308,25 @@ class JobSheet(Sheet):
                 continue
             when = part.created_utc[:16].replace("T", " ")
             item = QListWidgetItem(
-                f"Serial {part.serial}: {part.points} points, {part.operator}, {when} UTC, "
-                f"{part.path.name}",
+                tr("Serial {serial}: {points} points, {operator}, {when} UTC, {name}").format(
+                    serial=part.serial,
+                    points=part.points,
+                    operator=part.operator,
+                    when=when,
+                    name=part.path.name,
+                ),
                 self.jobs,
             )
             item.setData(_PATH, part.path)
-            item.setToolTip(item.text())
+            item.setToolTip(literal(item.text()))
             item.setSizeHint(QSize(200, _ROW_PX))
         if self.jobs.count():
             self.jobs.setCurrentRow(0)
-        of = f"of batch {batch}" if batch else "without a batch"
-        count = self.jobs.count() or "none"
-        self._heading.setText(f"Other jobs {of}, in {folder}: {count}")
+        of = tr("of batch {batch}").format(batch=batch) if batch else tr("without a batch")
+        count = self.jobs.count() or tr("none")
+        self._heading.setText(
+            tr("Other jobs {of}, in {folder}: {count}").format(of=of, folder=folder, count=count)
+        )
 
 
 def _after(header: JobHeader) -> JobHeader:

@@ -6,7 +6,16 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPaintEvent
 
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, JobView
-from ocmm_gui.kit import Mark, Painted, fitted, paint_mark, text_font, verdict_colour, verdict_mark
+from ocmm_gui.kit import (
+    Mark,
+    Painted,
+    fitted,
+    paint_mark,
+    text_font,
+    tr,
+    verdict_colour,
+    verdict_mark,
+)
 
 _WORD_SHARE = 0.46
 """Part of the height that the word gets where reasons stand below it."""
@@ -25,7 +34,7 @@ class PartVerdictView(Painted):
     """
 
     def __init__(self, limit: int, least: int) -> None:
-        super().__init__("Verdict on the part", (600, 300), (200, 60))
+        super().__init__(tr("Verdict on the part"), (600, 300), (200, 60))
         self._limit, self._least = limit, least
         self._job: JobView | None = None
 
@@ -103,7 +112,8 @@ def with_room(text: str, metrics: QFontMetricsF, room: float) -> str:
     names = tail.split(", ")
     for left_out in range(len(names)):
         kept = names[: len(names) - left_out]
-        more = f", {left_out} more" if left_out else ""
+        more = tr("%n more", "", left_out)
+        more = f", {more}" if left_out else ""
         shown = f"{head}: {', '.join(kept)}{more}" if tail else text
         if metrics.horizontalAdvance(shown) <= room:
             return shown

@@ -21,10 +21,12 @@ from ocmm_gui.kit import (
     Theme,
     feature_mark,
     fitted,
+    literal,
     paint_mark,
     progress_word,
     shape_word,
     text_font,
+    tr,
     verdict_colour,
 )
 
@@ -41,9 +43,9 @@ class PlanList(QListWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Plan")
+        self.setAccessibleName(tr("Plan"))
         self.setAccessibleDescription(
-            "Features in probing order; Page Up and Page Down change the active one"
+            tr("Features in probing order; Page Up and Page Down change the active one")
         )
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.setVerticalScrollMode(QListWidget.ScrollMode.ScrollPerPixel)
@@ -65,10 +67,15 @@ class PlanList(QListWidget):
             item.setData(_ROLE, feature)
             item.setData(_VERDICT, verdict)
             item.setText(
-                f"{feature.name}, {shape_word(feature.shape)}, {len(feature.points)} of "
-                f"{feature.needed} points, {progress_word(feature, verdict)}"
+                tr("{name}, {shape_word}, {count} of {needed} points, {progress_word}").format(
+                    name=feature.name,
+                    shape_word=shape_word(feature.shape),
+                    count=len(feature.points),
+                    needed=feature.needed,
+                    progress_word=progress_word(feature, verdict),
+                )
             )
-            item.setToolTip(item.text())
+            item.setToolTip(literal(item.text()))
             if feature is marked:
                 self.setCurrentItem(item)
                 self.scrollToItem(item)

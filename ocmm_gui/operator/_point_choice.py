@@ -6,7 +6,7 @@ from PySide6.QtCore import QObject
 
 from ocmm_core.inspection.evaluation import FeatureView, JobView
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, ReasonPanel
+from ocmm_gui.kit import NoticeCentre, ReasonPanel, tr
 from ocmm_gui.operator._desk_view import DeskView
 
 
@@ -48,7 +48,7 @@ class PointChoice(QObject):
         """Choose the next point of the shown feature, or the one before; outliers come first."""
         feature = self._feature()
         if feature is None or not feature.points:
-            self._notices.inform("No points to select yet.")
+            self._notices.inform(tr("No points to select yet."))
             return
         numbers = [point.number for point in feature.points]
         if self._chosen in numbers:
@@ -61,13 +61,13 @@ class PointChoice(QObject):
         if self._chosen:
             self.panel.ask(self._chosen)
         else:
-            self._notices.inform("Select a point first: press . or , or click its bar.")
+            self._notices.inform(tr("Select a point first: press . or , or click its bar."))
 
     def restore(self) -> None:
         """Put the point back that was deleted last from the shown feature."""
         feature = self._feature()
         if feature is None or not feature.deleted:
-            self._notices.inform("No deleted points on this feature.")
+            self._notices.inform(tr("No deleted points on this feature."))
             return
         self._bridge.choice.restore_point(feature.deleted[-1].point.number)
 

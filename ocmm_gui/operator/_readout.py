@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     fitted,
     millimetres,
     text_font,
+    tr,
     wrapped_pixels,
 )
 
@@ -46,7 +47,7 @@ class Readout(QWidget):
         self._end_of_flash.setSingleShot(True)
         self._end_of_flash.setInterval(FLASH_MS)
         self._end_of_flash.timeout.connect(self._stop_flash)
-        self.setAccessibleName("Readout")
+        self.setAccessibleName(tr("Readout"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
 
     def show_live(self, live: LiveView) -> None:
@@ -56,13 +57,22 @@ class Readout(QWidget):
         """
         now = time.monotonic()
         if live.tip_world is None:
-            self._show((DASHES, DASHES, DASHES), live.reason or "no valid position")
+            self._show((DASHES, DASHES, DASHES), live.reason or tr("no valid position"))
         elif now - self._shown_at >= 0.9 / DIGITS_HZ or DASHES in self._values:
             self._shown_at = now
             x, y, z = (millimetres(float(value), signed=True) for value in live.tip_world)
             uncertainty = millimetres(live.tip_uncertainty)
-            frame = "world frame" if live.reference is None else f"by '{live.reference.name}'"
-            self._show((x, y, z), f"ball centre, mm, {frame}   ±{uncertainty} (k=2)")
+            frame = (
+                tr("world frame")
+                if live.reference is None
+                else tr("by '{name}'").format(name=live.reference.name)
+            )
+            self._show(
+                (x, y, z),
+                tr("ball centre, mm, {frame}   ±{uncertainty} (k=2)").format(
+                    frame=frame, uncertainty=uncertainty
+                ),
+            )
 
     def withdraw(self, reason: str) -> None:
         """Show no number any more, and why."""

@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView
-from ocmm_gui.kit import Painted, digit_font, millimetres, text_font
+from ocmm_gui.kit import Painted, digit_font, millimetres, text_font, tr
 
 _LINE_PX = 22.0
 _TALLEST_PX = 90.0
@@ -24,7 +24,9 @@ class ResidualChart(Painted):
     """Emits the number of the point whose bar was clicked."""
 
     def __init__(self) -> None:
-        super().__init__("Residuals of the points from the fitted feature", (160, 120), (160, 0))
+        super().__init__(
+            tr("Residuals of the points from the fitted feature"), (160, 120), (160, 0)
+        )
         self._residuals: Float = np.empty(0)
         self._numbers: tuple[int, ...] = ()
         self._flagged: frozenset[int] = frozenset()
@@ -66,7 +68,7 @@ class ResidualChart(Painted):
         painter.setFont(text_font(13))
         painter.setPen(QColor(self._theme.muted))
         line = QRectF(0, 0, self.width(), top)
-        painter.drawText(line, _LEFT, "Points from the fit")
+        painter.drawText(line, _LEFT, tr("Points from the fit"))
         painter.drawText(line, _RIGHT, f"±{reach:.3f} mm")
         high = min(0.5 * (self.height() - 2.0 * top), _TALLEST_PX)
         zero = top + high

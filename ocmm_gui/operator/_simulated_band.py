@@ -6,7 +6,7 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
 
 from ocmm_core.inspection.evaluation import SIMULATED
-from ocmm_gui.kit import CAP_HEIGHT, Painted, far_type, text_font
+from ocmm_gui.kit import CAP_HEIGHT, Painted, far_type, text_font, tr
 
 _DESK_SHARE = 0.022
 """Size of the type over the height of the window where it is read from a chair."""
@@ -19,7 +19,7 @@ class SimulatedBand(Painted):
     """
 
     def __init__(self) -> None:
-        super().__init__("Simulated: not a real part", (30, 400), (12, 60))
+        super().__init__(tr("Simulated: not a real part"), (30, 400), (12, 60))
         self._far = False
         self.hide()
 

@@ -12,28 +12,32 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    PlainLabel,
     Theme,
     digit_font,
     is_held,
+    later,
+    literal,
     millimetres,
     seen_cameras,
     seen_targets,
     status_colour,
     status_mark,
     text_font,
+    tr,
 )
 
 _COUNTERS = (
-    ("Cameras", "cameras that see the probe / in the rig"),
-    ("Targets", "LEDs that two cameras see / on the probe"),
-    ("Reference", "LEDs of the reference body that two cameras see / on it"),
-    ("U point", "expanded uncertainty of a point here, mm, k = 2"),
-    ("Frames/s", "frames tracked per second"),
-    ("Good", "bus cycles on time"),
-    ("Late", "late bus cycles"),
-    ("Lost", "lost bus cycles"),
-    ("Bad", "rejected bus cycles"),
-    ("Overruns", "frames dropped because reconstruction was too slow"),
+    (later("Cameras"), later("cameras that see the probe / in the rig")),
+    (later("Targets"), later("LEDs that two cameras see / on the probe")),
+    (later("Reference"), later("LEDs of the reference body that two cameras see / on it")),
+    (later("U point"), later("expanded uncertainty of a point here, mm, k = 2")),
+    (later("Frames/s"), later("frames tracked per second")),
+    (later("Good"), later("bus cycles on time")),
+    (later("Late"), later("late bus cycles")),
+    (later("Lost"), later("lost bus cycles")),
+    (later("Bad"), later("rejected bus cycles")),
+    (later("Overruns"), later("frames dropped because reconstruction was too slow")),
 )
 
 _NEEDED = 3
@@ -57,10 +61,10 @@ class StatusStrip(QFrame):
         self._live: LiveView | None = None
         self._job: JobView | None = None
         self._theme = THEMES[DEFAULT_THEME]
-        self._word = FitText("Status", limit=34, reserve="INACCURATE")
+        self._word = FitText(tr("Status"), limit=34, reserve=tr("INACCURATE"))
         self._word.setFixedSize(250, 46)
-        self._reason = QLabel()
-        self._reason.setAccessibleName("Reason for the status")
+        self._reason = PlainLabel()
+        self._reason.setAccessibleName(tr("Reason for the status"))
         self._reason.setTextFormat(Qt.TextFormat.PlainText)
         self._reason.setWordWrap(True)
         self._reason.setFont(text_font(14))
@@ -76,13 +80,13 @@ class StatusStrip(QFrame):
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(0)
         for column, (name, tip) in enumerate(_COUNTERS):
-            caption, value = QLabel(name), QLabel("–")
+            caption, value = PlainLabel(tr(name)), PlainLabel("–")
             caption.setProperty("role", "muted")
             caption.setFont(text_font(12))
             value.setFont(digit_font(16))
-            value.setAccessibleName(name)
-            value.setAccessibleDescription(tip)
-            value.setToolTip(tip)
+            value.setAccessibleName(tr(name))
+            value.setAccessibleDescription(tr(tip))
+            value.setToolTip(literal(tr(tip)))
             for row, label in enumerate((caption, value)):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(label, row, column)
@@ -96,7 +100,7 @@ class StatusStrip(QFrame):
         """Show the state of the machine."""
         self._live = live
         if is_held(self._job, live):
-            self._word.show_text(PAUSED, self._theme.warn, Mark.DOUBT)
+            self._word.show_text(tr(PAUSED), self._theme.warn, Mark.DOUBT)
         else:
             colour = status_colour(self._theme, live.status)
             self._word.show_text(live.status.value, colour, status_mark(live.status))
@@ -104,7 +108,7 @@ class StatusStrip(QFrame):
         reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
             self._reason.setText(reason)
-            self._reason.setToolTip(reason)
+            self._reason.setToolTip(literal(reason))
         self._show_reference(live.reference)
         counts = live.acquisition
         for name, value in (

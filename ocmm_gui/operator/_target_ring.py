@@ -7,14 +7,14 @@ from PySide6.QtGui import QColor, QPaintEvent, QPen
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import Target, cue
-from ocmm_gui.kit import Painted, digit_font, fitted, text_font
+from ocmm_gui.kit import Painted, digit_font, distance_words, fitted, text_font, tr
 
 
 class TargetRing(Painted):
     """A ring about a dot; its radius falls with the distance of the ball from the next place."""
 
     def __init__(self) -> None:
-        super().__init__("Distance to the next point", (120, 120), (60, 60))
+        super().__init__(tr("Distance to the next point"), (120, 120), (60, 60))
         self._distance: float | None = None
         self._approximate = False
 
@@ -31,8 +31,7 @@ class TargetRing(Painted):
         """Return the distance in words; empty where it is not known."""
         if self._distance is None:
             return ""
-        roughly = "about " if self._approximate else ""
-        return f"{roughly}{self._distance:.0f} mm to the next point"
+        return distance_words(self._distance, approximate=self._approximate)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint ring, dot and distance."""
@@ -54,7 +53,7 @@ class TargetRing(Painted):
         painter.setBrush(colour)
         painter.drawEllipse(middle, dot, dot)
         mark = "≈" if self._approximate else ""
-        text = "there" if led.arrived else f"{mark}{self._distance:.0f} mm"
+        text = tr("there") if led.arrived else f"{mark}{self._distance:.0f} mm"
         base = text_font(10, bold=True) if led.arrived else digit_font(10)
         painter.setFont(fitted(base, text, self.width(), high, 64))
         painter.setPen(QColor(self._theme.text))

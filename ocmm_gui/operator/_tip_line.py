@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy
 
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Mark, Theme, far_type, mark_colour
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    Mark,
+    PlainLabel,
+    Theme,
+    far_type,
+    literal,
+    mark_colour,
+    tr,
+)
 from ocmm_gui.operator._trust_bar import MarkView, TrustPlace
 
 _NEAR_PX = 14
@@ -23,14 +33,14 @@ class TipLine(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("tipline")
-        self.setAccessibleName("Probe and tip")
+        self.setAccessibleName(tr("Probe and tip"))
         self._theme = THEMES[DEFAULT_THEME]
         self._view: ProbeView | None = None
         self._place = TrustPlace.DESK
         self._pixels = _NEAR_PX
         self._mark = MarkView()
-        self._text = QLabel()
-        self._text.setAccessibleName("Status of the tip")
+        self._text = PlainLabel()
+        self._text.setAccessibleName(tr("Status of the tip"))
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -50,7 +60,7 @@ class TipLine(QFrame):
         before, self._view, self._place, self._pixels = self._view, view, place, pixels
         text = tip_words(view, place)
         self._text.setText(text)
-        self._text.setToolTip(text)
+        self._text.setToolTip(literal(text))
         self._paint()
         if before is not None and (before.blocking_reason is None) != (
             view.blocking_reason is None
@@ -99,19 +109,28 @@ def _is_calm(view: ProbeView) -> bool:
 
 def tip_words(view: ProbeView, place: TrustPlace) -> str:
     """Return what is said about the probe; from three metres the name of the tip and one word."""
-    word = "UNCALIBRATED" if view.uncalibrated else view.word.value
+    word = tr("UNCALIBRATED") if view.uncalibrated else view.word.value
     if place is TrustPlace.FAR:
-        return f"Tip {view.tip}: {word}" if view.tip else f"Probe {view.probe}: {word}"
-    ball = f"ball {view.diameter_mm:.4f} mm"
+        return (
+            tr("Tip {tip}: {word}").format(tip=view.tip, word=word)
+            if view.tip
+            else tr("Probe {probe}: {word}").format(probe=view.probe, word=word)
+        )
+    ball = tr("ball {diameter_mm:.4f} mm").format(diameter_mm=view.diameter_mm)
     if view.word is CalibrationStatus.DESIGN and view.blocker is None:
-        return f"Probe {view.title}: {word}, nominal geometry, {ball}."
+        return tr("Probe {title}: {word}, nominal geometry, {ball}.").format(
+            title=view.title, word=word, ball=ball
+        )
     # Why no points are taken stands in the status strip of the desk view already.
     why = ""
     if view.blocker is not None and view.uncalibrated:
         why = f" {view.blocker.what}"
     elif view.blocker is not None and place is TrustPlace.MAINTAIN:
-        why = f" No points: {view.blocker}"
+        why = " " + tr("No points: {blocker}").format(blocker=view.blocker)
     warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
     usable = view.word in (CalibrationStatus.VALID, CalibrationStatus.DUE) and bool(view.due_utc)
-    until = f" until {view.due_utc[:10]}" if usable else ""
-    return f"Probe {view.title}: {word}{until}, {ball}.{why}{warnings}"
+    said = tr("Probe {title}: {word}, {ball}.")
+    if usable:
+        said = tr("Probe {title}: {word} until {until}, {ball}.")
+    said = said.format(title=view.title, word=word, until=view.due_utc[:10], ball=ball)
+    return f"{said}{why}{warnings}"

@@ -6,10 +6,20 @@ from enum import Enum
 
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
 
 from ocmm_core.calibration.records import CalibrationView
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Mark, Theme, far_type, paint_mark
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    Mark,
+    PlainLabel,
+    Theme,
+    far_type,
+    literal,
+    paint_mark,
+    tr,
+)
 
 _NEAR_PX = 15
 
@@ -30,14 +40,14 @@ class TrustBar(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setObjectName("trust")
-        self.setAccessibleName("Calibration")
+        self.setAccessibleName(tr("Calibration"))
         self._theme = THEMES[DEFAULT_THEME]
         self._view: CalibrationView | None = None
         self._place = TrustPlace.DESK
         self._beside = ""
         self._pixels = _NEAR_PX
         self._mark = MarkView()
-        self._text = QLabel()
+        self._text = PlainLabel()
         self._text.setTextFormat(Qt.TextFormat.PlainText)
         self._text.setWordWrap(True)
         self._text.setSizePolicy(QSizePolicy.Policy.Ignored, QSizePolicy.Policy.Preferred)
@@ -61,7 +71,7 @@ class TrustBar(QFrame):
         if place is not TrustPlace.FAR:
             text = f"{text} {beside}".strip()
         self._text.setText(text)
-        self._text.setToolTip(text)
+        self._text.setToolTip(literal(text))
         self._paint()
         self.setVisible(bool(text))
 
@@ -110,10 +120,18 @@ def trust_words(view: CalibrationView, place: TrustPlace) -> str:
     warnings = " ".join(view.warnings)
     if view.uncalibrated:
         if place is TrustPlace.FAR:
-            return "UNCALIBRATED: no proof"
+            return tr("UNCALIBRATED: no proof")
         why = view.blocker.what if view.blocker is not None else ""
-        return f"UNCALIBRATED: results are not proven. {why} {warnings}".strip()
+        return (
+            tr("UNCALIBRATED: results are not proven. {why} {warnings}")
+            .format(why=why, warnings=warnings)
+            .strip()
+        )
     if view.blocker is not None:
-        return f"NO POINTS: {view.blocker}" if place is TrustPlace.MAINTAIN else ""
+        return (
+            tr("NO POINTS: {blocker}").format(blocker=view.blocker)
+            if place is TrustPlace.MAINTAIN
+            else ""
+        )
     # A warning is for who can do something about it, and that is not done three metres off.
     return "" if place is TrustPlace.FAR else warnings

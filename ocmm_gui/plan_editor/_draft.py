@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ocmm_core.inspection.plan import Plan, carry_pictures, save_plan
+from ocmm_gui.kit import tr
 
 
 class PlanDraft:
@@ -42,8 +43,9 @@ class PlanDraft:
     @property
     def words(self) -> str:
         """Return which plan it is and whether it is saved."""
-        where = "no file yet" if self.path is None else self.path.name
-        return f"{self.plan.name}, {where}, {'saved' if self.is_saved else 'not saved yet'}."
+        where = tr("no file yet") if self.path is None else self.path.name
+        saved = tr("saved") if self.is_saved else tr("not saved yet")
+        return f"{self.plan.name}, {where}, {saved}."
 
     def did(self, plan: Plan) -> bool:
         """Take a changed plan over and say whether it is another one."""

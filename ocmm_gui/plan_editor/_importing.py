@@ -17,7 +17,7 @@ from ocmm_core.inspection.plan import (
     features_from_step,
     with_alignment,
 )
-from ocmm_gui.kit import Worker, WorkLine
+from ocmm_gui.kit import Worker, WorkLine, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
 
 _MODELS = (".step", ".stp")
@@ -65,7 +65,7 @@ def with_file(
         plan,
         more,
         ItemKey("features", found[0].name),
-        f"{len(found)} features added from {path.name}.",
+        tr("%n features added from {name}.", "", len(found)).format(name=path.name),
     )
 
 
@@ -74,9 +74,14 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
     before = plan.alignment
     limit = before.limit if isinstance(before, Relocation) else _LIMIT_MM
     rule = relocation(document, limit) if relocate else saved_frame(document)
-    how = "will be relocated at its control points" if relocate else "is used as saved"
+    said = tr("The frame {name} is used as saved.")
+    if relocate:
+        said = tr("The frame {name} will be relocated at its control points.")
     return Imported(
-        plan, with_alignment(plan, rule), ALIGNMENT, f"The frame {document.name} {how}."
+        plan,
+        with_alignment(plan, rule),
+        ALIGNMENT,
+        said.format(name=document.name),
     )
 
 
@@ -89,7 +94,7 @@ class Importing(WorkLine):
     """Emits the exception: why nothing was."""
 
     def __init__(self) -> None:
-        super().__init__("Importing")
+        super().__init__(tr("Importing"))
         self._worker = Worker("ocmm-import", self)
         self._given_up = threading.Event()
         self._reads = False
@@ -99,7 +104,7 @@ class Importing(WorkLine):
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
-        self.begin(f"Importing {path.name}.", "F12 cancels.")
+        self.begin(tr("Importing {name}.").format(name=path.name), tr("F12 cancels."))
         self._worker.do(
             lambda: with_file(plan, path, relocate=relocate, given_up=given_up.is_set),
             lambda found: self._done(given_up, found),

@@ -20,7 +20,16 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.errors import InputError
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, ChoiceBox, Theme, caption, form_field, text_font
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    ChoiceBox,
+    Theme,
+    caption,
+    form_field,
+    literal,
+    text_font,
+)
 from ocmm_gui.plan_editor._field_text import FLAGS, text_of, value_of
 from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine, closed, form_lines, opened
 
@@ -38,7 +47,7 @@ class RowsField(QPlainTextEdit):
     def __init__(self, name: str, tip: str) -> None:
         super().__init__()
         self.setAccessibleName(name)
-        self.setToolTip(tip)
+        self.setToolTip(literal(tip))
         self.setPlaceholderText(tip)
         self.setTabChangesFocus(True)
         self.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
@@ -208,7 +217,7 @@ class ItemForm(QScrollArea):
         for row, line in enumerate(self._lines):
             field = self._field(line)
             words = caption(line.label, field)
-            words.setToolTip(line.tip)
+            words.setToolTip(literal(line.tip))
             several = isinstance(field, RowsField)
             top = Qt.AlignmentFlag.AlignTop if several else Qt.AlignmentFlag.AlignVCenter
             grid.addWidget(words, row, 0, top)

@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import Plan, nominal_doubts, without_file
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, sentence_label
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, sentence_label, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
 
@@ -26,7 +26,7 @@ class PlanChecks(QWidget):
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
         self._tone: Tone = "good"
-        self._label = sentence_label("Checks", 15)
+        self._label = sentence_label(tr("Checks"), 15)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.addWidget(self._label)
@@ -37,20 +37,23 @@ class PlanChecks(QWidget):
 
     def show_fault(self, fault: OcmmError) -> None:
         """Say why something is not taken over."""
-        self._say(f"✖  Not applied: {fault.what} {fault.remedy}", "bad")
+        self._say(
+            tr("✖  Not applied: {what} {remedy}").format(what=fault.what, remedy=fault.remedy),
+            "bad",
+        )
 
     def show_good(self, draft: PlanDraft) -> None:
         """Say that the plan is in order, and what the inspector might miss."""
-        words = "✔  The plan is valid and can be measured."
+        words = tr("✔  The plan is valid and can be measured.")
         doubts = nominal_doubts(draft.plan)
         if doubts:
-            words = f"▲  The plan can be measured. {' '.join(doubts)}"
+            words = tr("▲  The plan can be measured. {doubts}").format(doubts=" ".join(doubts))
         missing = without_file(draft.plan, draft.folder)
         if missing:
-            words += (
-                f" Picture of {', '.join(missing)} not found beside the plan: the feature is "
-                "drawn instead."
+            drawn = tr(
+                "Picture of {names} not found beside the plan: the feature is drawn instead."
             )
+            words += f" {drawn.format(names=', '.join(missing))}"
         self._say(words, "warn" if doubts else "good")
 
     def set_theme(self, theme: Theme) -> None:

@@ -9,7 +9,7 @@ from PySide6.QtCore import QSize, Signal
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.inspection.plan import Plan
-from ocmm_gui.kit import text_font
+from ocmm_gui.kit import literal, text_font, tr
 
 LISTS = ("features", "constructions", "characteristics")
 """Lists of a plan, in the order in which they are shown."""
@@ -38,8 +38,8 @@ class PlanItems(QListWidget):
     def __init__(self) -> None:
         super().__init__()
         self._keys: list[ItemKey] = []
-        self.setAccessibleName("Items of the plan")
-        self.setAccessibleDescription("Up and down select an item")
+        self.setAccessibleName(tr("Items of the plan"))
+        self.setAccessibleDescription(tr("Up and down select an item"))
         self.setFont(text_font(15))
         self.currentRowChanged.connect(self._on_row)
 
@@ -48,13 +48,16 @@ class PlanItems(QListWidget):
         self.blockSignals(True)
         self.clear()
         self._keys = []
-        self._add(f"Plan {plan.name}", HEAD)
+        self._add(tr("Plan {name}").format(name=plan.name), HEAD)
         rule = plan.alignment
-        self._add(f"Alignment   {'none' if rule is None else _tag(rule)}", ALIGNMENT)
+        self._add(
+            tr("Alignment   {rule}").format(rule=tr("none") if rule is None else _tag(rule)),
+            ALIGNMENT,
+        )
         for feature in plan.features:
-            count = "point" if feature.points == 1 else "points"
+            points = tr("%n points", "1 point", feature.points)
             self._add(
-                f"{feature.name}   {feature.shape.value}, {feature.points} {count}",
+                f"{feature.name}   {feature.shape.value}, {points}",
                 ItemKey("features", feature.name),
             )
         shapes = plan.shapes
@@ -80,7 +83,7 @@ class PlanItems(QListWidget):
     def _add(self, text: str, key: ItemKey) -> None:
         item = QListWidgetItem(text, self)
         item.setSizeHint(QSize(180, _ROW_PX))
-        item.setToolTip(text)
+        item.setToolTip(literal(text))
         self._keys.append(key)
 
     def _on_row(self, row: int) -> None:

@@ -29,7 +29,7 @@ from ocmm_core.inspection.plan import (
     with_picture,
 )
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, panel
+from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, later, panel, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
 from ocmm_gui.plan_editor._importing import Imported, Importing
@@ -56,24 +56,31 @@ from ocmm_gui.views import StepPicture, read_picture
 _END_S = 1.0
 """So long at most the window waits for a file that is still being read."""
 _KEYS = (
-    ActionInfo("add", "Feature", "Add a feature after the selected one", ("F6",)),
-    ActionInfo("construct", "Construct", "Add a construction from the selected feature", ("F5",)),
-    ActionInfo("tolerance", "Tolerance", "Add a characteristic of the selected feature", ("F7",)),
-    ActionInfo("align", "Alignment", "Define the part alignment", ("F4",)),
-    ActionInfo("remove", "Remove", "Remove the selected item", ("F9",)),
-    ActionInfo("earlier", "Earlier", "Move the selected item up", ("F2",)),
-    ActionInfo("later", "Later", "Move the selected item down", ("F3",)),
-    ActionInfo("undo", "Undo", "Undo the last change", ("F10",)),
-    ActionInfo("redo", "Redo", "Redo the last undone change", ("Shift+F10",)),
-    ActionInfo("picture", "Picture", "Attach a picture to the selected feature",
+    ActionInfo("add", later("Feature"), later("Add a feature after the selected one"), ("F6",)),
+    ActionInfo(
+        "construct", later("Construct"),
+        later("Add a construction from the selected feature"), ("F5",),
+    ),
+    ActionInfo(
+        "tolerance", later("Tolerance"),
+        later("Add a characteristic of the selected feature"), ("F7",),
+    ),
+    ActionInfo("align", later("Alignment"), later("Define the part alignment"), ("F4",)),
+    ActionInfo("remove", later("Remove"), later("Remove the selected item"), ("F9",)),
+    ActionInfo("earlier", later("Earlier"), later("Move the selected item up"), ("F2",)),
+    ActionInfo("later", later("Later"), later("Move the selected item down"), ("F3",)),
+    ActionInfo("undo", later("Undo"), later("Undo the last change"), ("F10",)),
+    ActionInfo("redo", later("Redo"), later("Redo the last undone change"), ("Shift+F10",)),
+    ActionInfo("picture", later("Picture"), later("Attach a picture to the selected feature"),
                ("Shift+F7",)),
-    ActionInfo("teach", "Teach", "Take the nominals from the current part", ("F11",)),
-    ActionInfo("import", "Import", "Import features from CSV or STEP, or a frame document for "
-                                   "the alignment", ("F12",)),
-    ActionInfo("new", "New", "Start a new plan", ("Shift+F6",)),
-    ActionInfo("open", "Open", "Open another plan file", ("Shift+F12",)),
-    ActionInfo("save", "Save", "Write the plan to a file", ("F8",)),
-    ActionInfo("measure", "Measure", "Start a job with this plan", ("Shift+F8",)),
+    ActionInfo("teach", later("Teach"), later("Take the nominals from the current part"), ("F11",)),
+    ActionInfo("import", later("Import"),
+    later("Import features from CSV or STEP, or a frame document for "
+                                   "the alignment"), ("F12",)),
+    ActionInfo("new", later("New"), later("Start a new plan"), ("Shift+F6",)),
+    ActionInfo("open", later("Open"), later("Open another plan file"), ("Shift+F12",)),
+    ActionInfo("save", later("Save"), later("Write the plan to a file"), ("F8",)),
+    ActionInfo("measure", later("Measure"), later("Start a job with this plan"), ("Shift+F8",)),
 )  # fmt: skip
 
 
@@ -94,17 +101,17 @@ class PlanSheet(Sheet):
     """Emits the `Path` of a plan that a job is to be begun by."""
 
     def __init__(self, plan: Plan, path: Path | None, job_path: Callable[[], Path]) -> None:
-        super().__init__("Plan", _KEYS)
+        super().__init__(tr("Plan"), _KEYS)
         self._job_path = job_path
         self.draft = PlanDraft(plan, path)
         self.items = PlanItems()
         left_out = tuple(name for name in Plan.__struct_fields__ if name not in HEAD_FIELDS)
         self.forms = {
-            HEAD.group: ItemForm("Plan settings", Plan, left_out),
-            ALIGNMENT.group: ItemForm("Alignment", Alignment | None),
-            "features": ItemForm("Feature", NominalFeature),
-            "constructions": ItemForm("Construction", Construction),
-            "characteristics": ItemForm("Characteristic", Characteristic),
+            HEAD.group: ItemForm(tr("Plan settings"), Plan, left_out),
+            ALIGNMENT.group: ItemForm(tr("Alignment"), Alignment | None),
+            "features": ItemForm(tr("Feature"), NominalFeature),
+            "constructions": ItemForm(tr("Construction"), Construction),
+            "characteristics": ItemForm(tr("Characteristic"), Characteristic),
         }
         self._stack = QStackedWidget()
         for form in self.forms.values():
@@ -116,10 +123,20 @@ class PlanSheet(Sheet):
         self._teaching = Teaching()
         self._teaching.taught.connect(self._on_taught)
         self._teaching.failed.connect(self.failed)
-        self.file = PathPanel("plan", "file")
-        self.source = PathPanel("features or frame", "file", "Import")
-        self.image = PathPanel("picture", "file", "Attach")
-        self.other = PathPanel("plan", "file", "Open")
+        self.file = PathPanel(
+            tr("Write the plan into the file"), tr("File of the plan"), tr("Write")
+        )
+        self.source = PathPanel(
+            tr("Import the features or frame from the file"),
+            tr("File of the features or frame"),
+            tr("Import"),
+        )
+        self.image = PathPanel(
+            tr("Attach the picture from the file"), tr("File of the picture"), tr("Attach")
+        )
+        self.other = PathPanel(
+            tr("Open the plan from the file"), tr("File of the plan"), tr("Open")
+        )
         self.file.given.connect(self.save_as)
         self.source.given.connect(self.import_file)
         self.importing = Importing()
@@ -175,7 +192,7 @@ class PlanSheet(Sheet):
         item = new_construction(plan, self.items.chosen())
         place = self._place_after("constructions")
         if item is None:
-            self.told.emit("Add the features to construct from first.")
+            self.told.emit(tr("Add the features to construct from first."))
         else:
             key = ItemKey("constructions", item.name)
             self._add(lambda: add_construction(plan, item, place), key)
@@ -185,7 +202,7 @@ class PlanSheet(Sheet):
         plan = self.draft.plan
         item = new_characteristic(plan, self.items.chosen())
         if item is None:
-            self.told.emit("Select the feature to tolerance first.")
+            self.told.emit(tr("Select the feature to tolerance first."))
         else:
             key = ItemKey("characteristics", item.name)
             self._add(lambda: add_characteristic(plan, item), key)
@@ -206,13 +223,13 @@ class PlanSheet(Sheet):
     def undo(self) -> None:
         """Take the last change back."""
         if not self.draft.undo():
-            self.told.emit("Nothing to undo.")
+            self.told.emit(tr("Nothing to undo."))
         self._refresh(self.items.chosen())
 
     def redo(self) -> None:
         """Do again what was taken back."""
         if not self.draft.redo():
-            self.told.emit("Nothing to redo.")
+            self.told.emit(tr("Nothing to redo."))
         self._refresh(self.items.chosen())
 
     def teach(self) -> None:
@@ -278,7 +295,7 @@ class PlanSheet(Sheet):
     def measure(self) -> None:
         """Ask for a job by this plan."""
         if self.draft.path is None or not self.draft.is_saved:
-            self.told.emit("Save the plan first (F8): a job starts from its file.")
+            self.told.emit(tr("Save the plan first (F8): a job starts from its file."))
         else:
             self.measure_wanted.emit(self.draft.path)
 
@@ -296,7 +313,7 @@ class PlanSheet(Sheet):
 
     def _change_to(self, give: Callable[[], Plan], path: Path | None) -> None:
         if not self.draft.is_saved:
-            self.told.emit("This plan has unsaved changes: save it (F8) or undo them.")
+            self.told.emit(tr("This plan has unsaved changes: save it (F8) or undo them."))
             return
         plan = self.attempt(give)
         if plan is not None:
@@ -385,8 +402,8 @@ class PlanSheet(Sheet):
         if isinstance(found, Plan):
             changed = self.draft.did(found)
             self._refresh(self.items.chosen())
-            what = "The nominals now match the part." if changed else "Nothing has changed."
-            self.told.emit(f"{what} F10 undoes this.")
+            what = tr("The nominals now match the part.") if changed else tr("Nothing has changed.")
+            self.told.emit(tr("{what} F10 undoes this.").format(what=what))
 
     def _lay_out(self) -> None:
         for line in (self.file, self.source, self.image, self.other):

@@ -8,12 +8,13 @@ from ocmm_core.features.measured import Construction, PartOf
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import Plan, add_feature, new_plan, usual_points
 from ocmm_core.tolerances.zones import Characteristic
+from ocmm_gui.kit import tr
 from ocmm_gui.plan_editor._plan_items import ItemKey, item_of
 
 
 def fresh_plan() -> Plan:
     """Return a plan with one feature, to begin with."""
-    empty = new_plan("PLAN", "PART")
+    empty = new_plan(tr("PLAN"), tr("PART"))
     return add_feature(empty, new_feature(empty, ItemKey("plan")))
 
 
@@ -25,7 +26,7 @@ def new_feature(plan: Plan, chosen: ItemKey) -> NominalFeature:
             feature, name=_free_name(plan, feature.name), text="", picture=""
         )
     return NominalFeature(
-        name=_free_name(plan, "FEATURE"),
+        name=_free_name(plan, tr("FEATURE")),
         shape=Shape.PLANE,
         points=usual_points(Shape.PLANE),
         point=(0.0, 0.0, 0.0),
@@ -44,7 +45,7 @@ def new_construction(plan: Plan, chosen: ItemKey) -> Construction | None:
     if not names:
         return None
     feature = chosen.name if chosen.group == "features" else names[0]
-    return PartOf(name=_free_name(plan, "CONSTRUCTION"), features=(feature,))
+    return PartOf(name=_free_name(plan, tr("CONSTRUCTION")), features=(feature,))
 
 
 def new_characteristic(plan: Plan, chosen: ItemKey) -> Characteristic | None:

@@ -12,7 +12,7 @@ from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import checked_features
 from ocmm_core.inspection.plan import Plan, taught_plan
 from ocmm_core.measuring import reported_points
-from ocmm_gui.kit import SideProcess, Tell
+from ocmm_gui.kit import SideProcess, Tell, later, tr
 
 
 class Teaching(QProgressBar):
@@ -25,7 +25,7 @@ class Teaching(QProgressBar):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Progress of teaching")
+        self.setAccessibleName(tr("Progress of teaching"))
         self.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_finished)
@@ -67,9 +67,9 @@ def taught_of_file(path: Path, plan: Plan, tell: Tell) -> Plan:
     OcmmError
         The job cannot be read, or its part frame is not measured.
     """
-    tell("Reading the job", 0.2)
+    tell(later("Reading the job"), 0.2)
     job = reopen_job(path)
-    tell("Rounding the nominals", 0.8)
+    tell(later("Rounding the nominals"), 0.8)
     points = reported_points(job.points, job.climate.part)
     actual = checked_features(job.plan, points, job.options)
     return taught_plan(plan, actual, job.T_part_from_world)

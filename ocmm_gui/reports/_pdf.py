@@ -8,7 +8,7 @@ from pathlib import Path
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
-from ocmm_core.export import EXPORTERS, PDF, require_complete, write_together
+from ocmm_core.export import EXPORTERS, PDF, require_complete, write_report
 from ocmm_core.export.report import ReportData, polyworks_profile
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, WIDTH, Canvas, Style, paint_text
@@ -72,7 +72,7 @@ def pdf_file(data: ReportData) -> tuple[str, bytes]:
 
 
 def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Path:
-    """Write ``<job>_report.pdf`` with the JSON report inside, and return its path.
+    """Write ``<job>_report.pdf`` with the JSON report inside, and its seal; return its path.
 
     Raises
     ------
@@ -82,10 +82,10 @@ def write_pdf(data: ReportData, folder: Path, *, incomplete: bool = False) -> Pa
         As `pdf_bytes`, or the folder cannot be written.
     """
     if not incomplete:
+        # Before the pages are made, which takes a second.
         require_complete((data,))
     name, content = pdf_file(data)
-    path = Path(folder) / name
-    write_together({path: content})
+    path, *_ = write_report(data, (), folder, incomplete=incomplete, beside={name: content})
     return path
 
 

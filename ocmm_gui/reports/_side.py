@@ -10,7 +10,7 @@ from PySide6.QtGui import QImage
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report
 from ocmm_core.export.report import ReportData
-from ocmm_gui.kit import Teller
+from ocmm_gui.kit import Teller, later
 from ocmm_gui.reports._drawing import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
 
@@ -43,12 +43,12 @@ class Writing:
         """Return the paths of the files; errors as `write_report` and `pdf_file`."""
         beside: dict[str, bytes] = {}
         if PDF.name in self.formats:
-            tell("Drawing the PDF", 0.3)
+            tell(later("Drawing the PDF"), 0.3)
             with drawing():
                 name, content = pdf_file(self.data)
             beside[name] = content
         tables = tuple(name for name in self.formats if name != PDF.name)
-        tell("Writing and verifying the files", 0.7)
+        tell(later("Writing and verifying the files"), 0.7)
         tell.commit()
         return write_report(
             self.data, tables, self.folder, incomplete=self.incomplete, beside=beside

@@ -22,25 +22,33 @@ from ocmm_gui.kit import (
     SideProcess,
     Theme,
     digit_font,
+    later,
     millimetres,
     panel,
     sentence_label,
     text_font,
+    tr,
+    tr_all,
 )
 from ocmm_gui.results._drill import alignment_of_file
 
 _KEYS = (
-    ActionInfo("again", "Recalculate", "With the points taken so far", ("F6",)),
-    ActionInfo("accept", "Accept", "Record in the job that this alignment was accepted", ("F8",)),
+    ActionInfo("again", later("Recalculate"), later("With the points taken so far"), ("F6",)),
+    ActionInfo(
+        "accept",
+        later("Accept"),
+        later("Record in the job that this alignment was accepted"),
+        ("F8",),
+    ),
 )
 _COLUMNS = (
-    ("Feature", "in brackets: not used for the frame, only checks it"),
-    ("dx", "mm, deviation from nominal, in the frame"),
+    (later("Feature"), later("in brackets: not used for the frame, only checks it")),
+    ("dx", later("mm, deviation from nominal, in the frame")),
     ("dy", "mm"),
     ("dz", "mm"),
-    ("off", "mm, length of the deviation vector"),
-    ("U (k=2)", "mm, U of the distance, in its least certain direction"),
-    ("turned, °", "angular deviation"),
+    (later("off"), later("mm, length of the deviation vector")),
+    ("U (k=2)", later("mm, U of the distance, in its least certain direction")),
+    (later("turned, °"), later("angular deviation")),
 )
 
 
@@ -54,19 +62,19 @@ class AlignmentSheet(Sheet):
     """
 
     def __init__(self, bridge: StationBridge) -> None:
-        super().__init__("Alignment", _KEYS)
+        super().__init__(tr("Alignment"), _KEYS)
         self._theme = THEMES[DEFAULT_THEME]
         self._bridge = bridge
         self._report: AlignmentReport | None = None
-        self.table = NumberTable("Residuals", _COLUMNS, whole=False)
+        self.table = NumberTable(tr("Residuals"), tr_all(_COLUMNS), whole=False)
         self.table.right_heads(range(1, len(_COLUMNS)))
-        self._state = FitText("Degrees of freedom", limit=28)
+        self._state = FitText(tr("Degrees of freedom"), limit=28)
         self._state.setFixedHeight(40)
-        self.words = sentence_label("Notes", 15)
-        self._spread = sentence_label("Uncertainty of the frame", 14)
+        self.words = sentence_label(tr("Notes"), 15)
+        self._spread = sentence_label(tr("Uncertainty of the frame"), 14)
         self._spread.setProperty("role", "muted")
         self.progress = QProgressBar()
-        self.progress.setAccessibleName("Progress of the calculation")
+        self.progress.setAccessibleName(tr("Progress of the calculation"))
         self.progress.hide()
         self._process = SideProcess(self)
         self._process.finished.connect(self._on_report)
@@ -102,9 +110,11 @@ class AlignmentSheet(Sheet):
         """Write into the job file what was seen and that it was accepted."""
         report = self._report
         if report is None or not report.can_be_accepted:
-            self.told.emit("No alignment to accept yet.")
+            self.told.emit(tr("No alignment to accept yet."))
         else:
-            words = f"The alignment was accepted: results are in the {report.frame}."
+            words = tr("The alignment was accepted: results are in the {frame}.").format(
+                frame=report.frame
+            )
             self._bridge.results.accept_alignment(
                 "; ".join(report_lines(report)), lambda: self.told.emit(words)
             )
@@ -147,14 +157,16 @@ class AlignmentSheet(Sheet):
             self._spread.setText("")
             self.table.show_rows([])
             return
-        self.say(f"Results are in the {report.frame}.")
+        self.say(tr("Results are in the {frame}.").format(frame=report.frame))
         if not report.can_be_accepted:
-            self._state.show_text("No frame yet", theme.warn, Mark.DOUBT)
+            self._state.show_text(tr("No frame yet"), theme.warn, Mark.DOUBT)
         elif report.free:
             free = ", ".join(report.free)
-            self._state.show_text(f"Still free: {free}", theme.warn, Mark.DOUBT)
+            self._state.show_text(
+                tr("Still free: {free}").format(free=free), theme.warn, Mark.DOUBT
+            )
         else:
-            self._state.show_text("Fully constrained", theme.good, Mark.GOOD)
+            self._state.show_text(tr("Fully constrained"), theme.good, Mark.GOOD)
         self.words.setText("\n".join(report.advice))
         self._spread.setText(_spread_words(report))
         self.table.show_rows([_row(item) for item in report.residuals])
@@ -191,4 +203,6 @@ def _spread_words(report: AlignmentReport) -> str:
         return ""
     shifts = "  ".join(millimetres(float(value)) for value in report.origin_uncertainty)
     turns = "  ".join(f"{value:.4f}" for value in np.degrees(report.turn_uncertainty))
-    return f"U (k=2) of the origin, x y z: {shifts} mm. Of rotations about x y z: {turns}°."
+    return tr(
+        "U (k=2) of the origin, x y z: {shifts} mm. Of rotations about x y z: {turns}°."
+    ).format(shifts=shifts, turns=turns)

@@ -6,13 +6,16 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen
 
 from ocmm_core.tolerances.uncertainty import Budget, BudgetRow
-from ocmm_gui.kit import NumberTable, Painted, digit_font, text_font
+from ocmm_gui.kit import NumberTable, Painted, digit_font, later, literal, text_font, tr, tr_all
 
 _COLUMNS = (
-    ("Source", "of the uncertainty"),
-    ("Kind", "A: from the observations of this job; B: from other sources; distribution"),
-    ("u, µm", "standard uncertainty contributed to the result; m° for angles"),
-    ("Share", "of the variance"),
+    (later("Source"), later("of the uncertainty")),
+    (
+        later("Kind"),
+        later("A: from the observations of this job; B: from other sources; distribution"),
+    ),
+    ("u, µm", later("standard uncertainty contributed to the result; m° for angles")),
+    (later("Share"), later("of the variance")),
 )
 _ROW_PX, _LINE_PX = 26.0, 23
 _LEAST_SHARE, _MOST_ROWS = 1e-4, 9
@@ -24,7 +27,7 @@ class BudgetTable(NumberTable):
     """The sources, greatest first."""
 
     def __init__(self) -> None:
-        super().__init__("Uncertainty budget", _COLUMNS, whole=False)
+        super().__init__(tr("Uncertainty budget"), tr_all(_COLUMNS), whole=False)
         self.setFont(text_font(13))
         self.verticalHeader().setDefaultSectionSize(_LINE_PX)
         self.setMinimumHeight(round(4.5 * _LINE_PX))
@@ -44,7 +47,7 @@ class BudgetTable(NumberTable):
             ]
         )  # fmt: skip
         for line, row in enumerate(rows):
-            self._cell(line, 0).setToolTip(row.origin)
+            self._cell(line, 0).setToolTip(literal(row.origin))
             for column in (2, 3):
                 cell = self._cell(line, column)
                 cell.setFont(digit_font(13, bold=False))
@@ -62,7 +65,7 @@ class BudgetBars(Painted):
     """One bar a source, as long as its standard uncertainty; below them the whole."""
 
     def __init__(self) -> None:
-        super().__init__("Uncertainty budget as bars", (240, 150), (160, 60))
+        super().__init__(tr("Uncertainty budget as bars"), (240, 150), (160, 60))
         self._budget: Budget | None = None
 
     def show_budget(self, budget: Budget | None) -> None:
@@ -81,7 +84,7 @@ class BudgetBars(Painted):
         painter = self._painter()
         count = max(int(self.height() / _ROW_PX) - 1, 1)
         rows = [(row.name, row.standard, self._theme.accent) for row in shown_rows(budget)[:count]]
-        rows.append(("Together, u", budget.standard, self._theme.text))
+        rows.append((tr("Together, u"), budget.standard, self._theme.text))
         pitch = min(_ROW_PX * 1.3, self.height() / len(rows))
         painter.setFont(text_font(13))
         metrics = painter.fontMetrics()

@@ -19,20 +19,23 @@ from ocmm_gui.kit import (
     Theme,
     WorkSheet,
     digit_font,
+    later,
     sentence_label,
+    tr,
+    tr_all,
 )
 
 _KEYS = (
-    ActionInfo("folder", "Choose a folder", "Compare the jobs in a folder", ("F7",)),
-    ActionInfo("stop", "Stop reading", "Stop reading the jobs", ("F9",)),
+    ActionInfo("folder", later("Choose a folder"), later("Compare the jobs in a folder"), ("F7",)),
+    ActionInfo("stop", later("Stop reading"), later("Stop reading the jobs"), ("F9",)),
 )
 _COLUMNS = (
-    ("Characteristic", "as in the plan"),
-    ("Parts", "included"),
-    ("Mean", "mm, or degrees for angles"),
-    ("Cp", "tolerance relative to the scatter of the parts"),
-    ("Cpk", "relative to the nearer limit"),
-    ("Signals", "of the control chart"),
+    (later("Characteristic"), later("as in the plan")),
+    (later("Parts"), later("included")),
+    (later("Mean"), later("mm, or degrees for angles")),
+    (later("Cp"), later("tolerance relative to the scatter of the parts")),
+    (later("Cpk"), later("relative to the nearer limit")),
+    (later("Signals"), later("of the control chart")),
 )
 _NUMBERS = range(1, 6)
 _MOST_REASONS = 8
@@ -55,7 +58,7 @@ class TrendTable(DataTable):
     """One row a characteristic."""
 
     def __init__(self) -> None:
-        super().__init__("Characteristics of the batch", _COLUMNS)
+        super().__init__(tr("Characteristics of the batch"), tr_all(_COLUMNS))
         self._trends: tuple[Trend, ...] = ()
 
     def show_trends(self, trends: tuple[Trend, ...]) -> None:
@@ -96,13 +99,15 @@ class CompareSheet(WorkSheet):
     def __init__(
         self, records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None)
     ) -> None:
-        super().__init__("Batch", _KEYS, "Reading the jobs")
+        super().__init__(tr("Batch"), _KEYS, tr("Reading the jobs"))
         self._records = records
-        self.file = PathPanel("jobs", "folder", "Compare")
+        self.file = PathPanel(
+            tr("Compare the jobs from the folder"), tr("Folder of the jobs"), tr("Compare")
+        )
         self.table = TrendTable()
         self.chart = TrendChart()
-        self.words = sentence_label("Findings of the chart", 15)
-        self.left_out = sentence_label("Excluded", 14)
+        self.words = sentence_label(tr("Findings of the chart"), 15)
+        self.left_out = sentence_label(tr("Excluded"), 14)
         self.left_out.setProperty("role", "muted")
         right = QVBoxLayout()
         right.addWidget(self.chart, 1)
@@ -122,7 +127,7 @@ class CompareSheet(WorkSheet):
         self.use_keys(
             {"folder": lambda: self.file.ask(self._folder), "stop": self.stop}, primary="folder"
         )
-        self.say("Select the folder with the jobs of the batch.")
+        self.say(tr("Select the folder with the jobs of the batch."))
 
     def open(self, folder: Path) -> None:
         """Propose a folder, and read it."""
@@ -132,7 +137,7 @@ class CompareSheet(WorkSheet):
     def read(self, folder: Path) -> None:
         """Read the jobs of a folder; the window stays free."""
         self._folder = folder
-        self._begin("Starting", _Reading(folder, *self._records()))
+        self._begin(tr("Starting"), _Reading(folder, *self._records()))
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
@@ -144,7 +149,11 @@ class CompareSheet(WorkSheet):
             return
         jobs = answer.jobs
         origin = f"{SIMULATED}: {NO_REAL_PART} " if answer.simulated else ""
-        self.say(f"{origin}{len(jobs)} jobs of plan {answer.plan}, {jobs[0]} to {jobs[-1]}.")
+        self.say(
+            tr("{origin}{count} jobs of plan {plan}, {first} to {last}.").format(
+                origin=origin, count=len(jobs), plan=answer.plan, first=jobs[0], last=jobs[-1]
+            )
+        )
         self.table.show_trends(answer.trends)
         self._left_out = answer.left_out
         if answer.trends:
@@ -161,16 +170,16 @@ class CompareSheet(WorkSheet):
         self.words.setText(able.words if able is not None else trend.why_not)
         # What could not be read at all stands first.
         why = (*self._left_out, *trend.left_out)
-        more = f"And {len(why) - _MOST_REASONS} more." if len(why) > _MOST_REASONS else ""
+        more = tr("And %n more.", "", len(why) - _MOST_REASONS) if len(why) > _MOST_REASONS else ""
         self.left_out.setText(" ".join((*why[:_MOST_REASONS], more)).strip())
 
 
 def _cells(trend: Trend) -> tuple[str, ...]:
     values, able = trend.values, trend.capability
-    signals = "–" if trend.chart is None else str(len(trend.chart.signals) or "none")
+    signals = "–" if trend.chart is None else str(len(trend.chart.signals) or tr("none"))
     return (
         trend.name,
-        f"{len(values)} of {len(trend.parts)}",
+        tr("{included} of {count}").format(included=len(values), count=len(trend.parts)),
         f"{values.mean():.4f}" if len(values) else "–",
         f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
         f"{able.cpk:.2f}" if able is not None else "–",

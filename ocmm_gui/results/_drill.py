@@ -20,7 +20,7 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, MonteCarloValue, simulate
 from ocmm_core.tolerances.uncertainty import Budget
-from ocmm_gui.kit import Tell
+from ocmm_gui.kit import Tell, later
 from ocmm_gui.views import upright
 
 
@@ -48,7 +48,7 @@ def budgets_of_file(path: Path, tell: Tell) -> Budgets:
     """Return budgets and explanations of a job file; OcmmError where it cannot be read."""
     job, evaluated = _evaluated(path, tell)
     known = uncertainty_of(evaluated)
-    tell("Looking for causes", 0.7)
+    tell(later("Looking for causes"), 0.7)
     explained = {item.characteristic: item for item in explanations_of(evaluated, job.view)}
     return Budgets(dict(known.budgets), dict(known.missing), explained, upright(job.rig))
 
@@ -81,18 +81,18 @@ def alignment_of_file(path: Path, tell: Tell) -> AlignmentReport:
     OcmmError
         The file cannot be read, or its plan has no alignment.
     """
-    tell("Reading the job", 0.2)
+    tell(later("Reading the job"), 0.2)
     job = reopen_job(path)
-    tell("Calculating the alignment", 0.6)
+    tell(later("Calculating the alignment"), 0.6)
     return alignment_of_points(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
     )
 
 
 def _evaluated(path: Path, tell: Tell) -> tuple[ReopenedJob, EvaluatedJob]:
-    tell("Reading the job", 0.1)
+    tell(later("Reading the job"), 0.1)
     job = reopen_job(path)
-    tell("Calculating the uncertainties", 0.5)
+    tell(later("Calculating the uncertainties"), 0.5)
     probe = probe_state(job.options, job.body)
     return job, evaluated_job(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options, probe

@@ -9,7 +9,7 @@ from PySide6.QtGui import QKeyEvent, QMouseEvent, QPaintEvent, QWheelEvent
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import Explanation, points_words
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_gui.kit import Painted, Theme, text_font
+from ocmm_gui.kit import Painted, Theme, text_font, tr
 from ocmm_gui.views import Diamonds, Item, Orbit, Tag, job_items, paint_scene
 
 _START = np.radians(38.0)
@@ -23,7 +23,7 @@ class DrivingPoints(Painted):
     """A small 3-D view: arrow keys or the mouse turn it, plus and minus or the wheel zoom."""
 
     def __init__(self) -> None:
-        super().__init__("Points that determine the value", (420, 220), (220, 130))
+        super().__init__(tr("Points that determine the value"), (420, 220), (220, 130))
         self._job: JobView | None = None
         self._explained: Explanation | None = None
         self._items: tuple[Item, ...] = ()
@@ -49,7 +49,9 @@ class DrivingPoints(Painted):
         numbers = () if explained is None else self.marked()
         self.setVisible(bool(numbers))
         self.setAccessibleDescription(
-            f"Marked: {points_words(numbers)}. Arrow keys rotate the view, plus and minus zoom."
+            tr("Marked: {points_words}. Arrow keys rotate the view, plus and minus zoom.").format(
+                points_words=points_words(numbers)
+            )
             if numbers
             else ""
         )
@@ -140,7 +142,10 @@ class DrivingPoints(Painted):
             for item in self._job.features for point in item.points if point.number in numbers
         }  # fmt: skip
         items, _ = job_items(self._job, self._theme)
-        tags = [Tag(place, f"point {number}", self._theme.text) for number, place in places.items()]
+        tags = [
+            Tag(place, tr("point {number}").format(number=number), self._theme.text)
+            for number, place in places.items()
+        ]
         marks = (
             [Diamonds(np.stack(list(places.values())), self._theme.text, 17.0)] if places else []
         )

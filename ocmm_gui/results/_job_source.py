@@ -9,7 +9,7 @@ from pathlib import Path
 from ocmm_core.export.report import ReportData
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import Failed, header_words
+from ocmm_gui.kit import Failed, header_words, tr
 from ocmm_gui.results._opening import OpenedJob
 
 Ask = Callable[[Callable[[ReportData], None], Failed], None]
@@ -65,7 +65,9 @@ class JobSource:
             lambda: report.view,
             lambda done, _failed: done(report),
             read_only=True,
-            calibration=f"Cameras: {report.calibration.label}. Probe: {report.probe.label}.",
+            calibration=tr("Cameras: {cameras}. Probe: {probe}.").format(
+                cameras=report.calibration.label, probe=report.probe.label
+            ),
             doubts=opened.doubts,
             remarks=opened.remarks,
         )
@@ -80,7 +82,11 @@ class JobSource:
         """Return which job is shown, and what speaks against it."""
         who = header_words(job)
         if not self.read_only:
-            return f"Current job {job.job}, part {job.part}. {who}."
-        agree = () if self.doubts else ("Recomputed from raw data: matches the file.",)
+            return tr("Current job {job}, part {part}. {who}.").format(
+                job=job.job, part=job.part, who=who
+            )
+        agree = () if self.doubts else (tr("Recomputed from raw data: matches the file."),)
         doubts = " ".join((*self.doubts, *agree, *self.remarks))
-        return f"{self.path.name}, read-only, part {job.part}. {who}. {doubts}"
+        return tr("{name}, read-only, part {part}. {who}. {doubts}").format(
+            name=self.path.name, part=job.part, who=who, doubts=doubts
+        )

@@ -26,19 +26,23 @@ from ocmm_gui.kit import (
     caption,
     digit_font,
     form_field,
+    later,
     text_font,
+    tr,
 )
 from ocmm_gui.reports import FormatText, PagePicture, PagePreview, Previewing
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.results._report_writer import ReportWriter
 
 _KEYS = (
-    ActionInfo("mark", "Mark", "Select or clear this format", ("F6", "Space")),
-    ActionInfo("write", "Write", "Write the selected formats to the folder", ("F8", "E")),
+    ActionInfo("mark", later("Mark"), later("Select or clear this format"), ("F6", "Space")),
+    ActionInfo(
+        "write", later("Write"), later("Write the selected formats to the folder"), ("F8", "E")
+    ),
 )
 _NAME = Qt.ItemDataRole.UserRole
 _LIST_PX, _ROW_PX = 320, 36
-_GIVE_UP = "F8 cancels."
+_GIVE_UP = later("F8 cancels.")
 _SETTLE_MS = 300
 """Whoever widens a window is not yet done for so long."""
 
@@ -56,12 +60,14 @@ class ReportSheet(Sheet):
     """Emits what was `_report_writer.Written`."""
 
     def __init__(self, folder: Callable[[], Path]) -> None:
-        super().__init__("Report", _KEYS)
+        super().__init__(tr("Report"), _KEYS)
         self._source: JobSource | None = None
         self._folder = folder
         self.formats = QListWidget()
-        self.formats.setAccessibleName("Formats")
-        self.formats.setAccessibleDescription("Up and down show a preview, Space selects a format")
+        self.formats.setAccessibleName(tr("Formats"))
+        self.formats.setAccessibleDescription(
+            tr("Up and down show a preview, Space selects a format")
+        )
         self.formats.setFont(text_font(16))
         for name in FORMATS:
             item = QListWidgetItem(self.formats)
@@ -71,12 +77,12 @@ class ReportSheet(Sheet):
         self._write_marks()
         self.formats.setCurrentRow(0)
         self.formats.setFixedWidth(_LIST_PX)
-        self.question = AnswerPanel("The job is not complete", "Write")
-        self.work = WorkLine("Report")
+        self.question = AnswerPanel(tr("The job is not complete"), tr("Write"))
+        self.work = WorkLine(tr("Report"))
         self._writer = ReportWriter(self)
         self._writer.asked.connect(self.question.ask)
         self.question.agreed.connect(self._writer.agree)
-        self._writer.begun.connect(lambda: self.work.begin("Writing the report", _GIVE_UP))
+        self._writer.begun.connect(lambda: self.work.begin(tr("Writing the report"), tr(_GIVE_UP)))
         self._writer.advanced.connect(self.work.advance)
         self._writer.ended.connect(self._on_ended)
         self._writer.written.connect(self.written)
@@ -93,9 +99,9 @@ class ReportSheet(Sheet):
         self._settling.setSingleShot(True)
         self._settling.setInterval(_SETTLE_MS)
         self._settling.timeout.connect(self.preview)
-        self.folder = form_field("Report folder", "Report folder")
+        self.folder = form_field(tr("Report folder"), tr("Report folder"))
         self.text = QPlainTextEdit()
-        self.text.setAccessibleName("Preview")
+        self.text.setAccessibleName(tr("Preview"))
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setFont(digit_font(14, bold=False))
@@ -109,7 +115,7 @@ class ReportSheet(Sheet):
         right = QVBoxLayout()
         right.addWidget(self.shown, 1)
         where = QHBoxLayout()
-        where.addWidget(caption("Folder", self.folder))
+        where.addWidget(caption(tr("Folder"), self.folder))
         where.addWidget(self.folder, 1)
         right.addLayout(where)
         row = QHBoxLayout()
@@ -144,7 +150,7 @@ class ReportSheet(Sheet):
         self._fresh = True
         self._show_chosen()
         if not self._writer.is_busy():
-            self.work.begin("Preparing the preview")
+            self.work.begin(tr("Preparing the preview"))
         asked = self._asked
 
         def done(data: ReportData) -> None:
@@ -193,7 +199,7 @@ class ReportSheet(Sheet):
         """
         if self._writer.is_busy():
             if self._writer.give_up():
-                self.told.emit("The report was not written.")
+                self.told.emit(tr("The report was not written."))
         elif self._source is not None:
             self.question.hide()
             folder = Path(self.folder.text().strip())
@@ -242,7 +248,7 @@ class ReportSheet(Sheet):
 
     def _on_ended(self) -> None:
         if self._previewing.is_running() and not self._writer.is_busy():
-            self.work.begin("Preparing the preview")
+            self.work.begin(tr("Preparing the preview"))
         elif not self._writer.is_busy():
             self.work.end()
 

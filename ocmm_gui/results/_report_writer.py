@@ -9,7 +9,7 @@ from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.export import missing_of, missing_words
 from ocmm_core.export.report import ReportData
-from ocmm_gui.kit import NoticeCentre, SideProcess
+from ocmm_gui.kit import NoticeCentre, SideProcess, tr
 from ocmm_gui.reports import Writing
 from ocmm_gui.results._job_source import JobSource
 
@@ -26,14 +26,18 @@ class Written:
         """Tell where the files are, and that they say little where the job is not complete."""
         folder = self.paths[0].parent if self.paths else ""
         if self.missing:
-            files = "1 file" if len(self.paths) == 1 else f"{len(self.paths)} files"
+            files = tr("%n files", "1 file", len(self.paths))
             notices.warn(
-                f"INCOMPLETE report of {self.job} written to {folder} ({files}).",
-                f"Not measured: {missing_words(self.missing)}.",
+                tr("INCOMPLETE report of {job} written to {folder} ({files}).").format(
+                    job=self.job, folder=folder, files=files
+                ),
+                tr("Not measured: {missing_words}.").format(
+                    missing_words=missing_words(self.missing)
+                ),
             )
         else:
             names = ", ".join(path.name for path in self.paths)
-            notices.inform(f"Written to {folder}: {names}")
+            notices.inform(tr("Written to {folder}: {names}").format(folder=folder, names=names))
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,7 +108,9 @@ class ReportWriter(QObject):
         if not missing or (self._request is not None and self._request.incomplete):
             return False
         self.asked.emit(
-            f"INCOMPLETE: {missing_words(missing)} not measured. Write the report of {job} anyway?"
+            tr(
+                "INCOMPLETE: {missing_words} not measured. Write the report of {job} anyway?"
+            ).format(missing_words=missing_words(missing), job=job)
         )
         return True
 

@@ -20,9 +20,12 @@ from ocmm_gui.kit import (
     FitText,
     SideProcess,
     Theme,
+    later,
+    literal,
     quantity,
     sentence_label,
     text_font,
+    tr,
     verdict_colour,
     verdict_mark,
 )
@@ -32,8 +35,8 @@ from ocmm_gui.results._job_source import JobSource
 
 _NONE = Budgets({}, {})
 _ROOMY_PX = 760
-_SEARCHING = "Analysing the cause ..."
-_BUSY = "Calculating the budget from the job file."
+_SEARCHING = later("Analysing the cause ...")
+_BUSY = later("Calculating the budget from the job file.")
 
 
 class ResultDetail(QFrame):
@@ -51,7 +54,7 @@ class ResultDetail(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setProperty("role", "panel")
-        self.setAccessibleName("Selected result")
+        self.setAccessibleName(tr("Selected result"))
         self._theme = THEMES[DEFAULT_THEME]
         self._source: JobSource | None = None
         self._result: CharacteristicResult | None = None
@@ -59,24 +62,24 @@ class ResultDetail(QFrame):
         self._path: Path | None = None
         self._budgets = _NONE
         self._trials: dict[str, MonteCarloValue] = {}
-        self._title = FitText("Characteristic", limit=20)
+        self._title = FitText(tr("Characteristic"), limit=20)
         self._title.setFixedHeight(28)
-        self._verdict = FitText("Verdict", limit=28, reserve="NOT MEASURED")
+        self._verdict = FitText(tr("Verdict"), limit=28, reserve=tr("NOT MEASURED"))
         self._verdict.setFixedHeight(38)
         self.bar = ToleranceBar()
         self.bar.setFixedHeight(54)
-        self._why = sentence_label("Why", 15)
-        self._now = sentence_label("What to do", 16)
+        self._why = sentence_label(tr("Why"), 15)
+        self._now = sentence_label(tr("What to do"), 16)
         self._now.setFont(text_font(16, bold=True))
-        self._rule = sentence_label("Decision rule", 13)
-        self._standing = sentence_label("Calibration", 13)
+        self._rule = sentence_label(tr("Decision rule"), 13)
+        self._standing = sentence_label(tr("Calibration"), 13)
         self._standing.setProperty("role", "muted")
-        self._note = sentence_label("Note", 13)
+        self._note = sentence_label(tr("Note"), 13)
         self.budget = BudgetTable()
         self.bars = BudgetBars()
-        self._check = sentence_label("Monte Carlo", 13)
+        self._check = sentence_label(tr("Monte Carlo"), 13)
         self.progress = QProgressBar()
-        self.progress.setAccessibleName("Progress of the calculation")
+        self.progress.setAccessibleName(tr("Progress of the calculation"))
         self.progress.setTextVisible(True)
         self.progress.hide()
         self._drill, self._simulation = SideProcess(self), SideProcess(self)
@@ -120,10 +123,10 @@ class ResultDetail(QFrame):
         if self._simulation.is_running():
             self._simulation.cancel()
             self.progress.hide()
-            self._check.setText("Simulation cancelled.")
+            self._check.setText(tr("Simulation cancelled."))
         elif self._source is not None and self._result is not None:
-            self._wait("Monte Carlo")
-            self._check.setText("Trials run in a separate process. F6 stops them.")
+            self._wait(tr("Monte Carlo"))
+            self._check.setText(tr("Trials run in a separate process. F6 stops them."))
             self._simulation.start(partial(trials_of_file, self._source.path, self._result.name))
 
     def cancel(self) -> None:
@@ -167,7 +170,9 @@ class ResultDetail(QFrame):
             self._check.setText(self._budgets.missing[name])
         elif not self._simulation.is_running():
             waits = self._drill.is_running()
-            self._check.setText(_BUSY if waits else "F6 checks U by Monte Carlo (JCGM 101).")
+            self._check.setText(
+                tr(_BUSY) if waits else tr("F6 checks U by Monte Carlo (JCGM 101).")
+            )
 
     def explanation(self) -> Explanation | None:
         """Return why the shown result is not good; None where it is, or nobody knows yet."""
@@ -184,9 +189,9 @@ class ResultDetail(QFrame):
         found, result = self.explanation(), self._result
         asked = result is not None and result.verdict in EXPLAINED
         waits = asked and found is None and self._drill.is_running()
-        self._why.setText(_SEARCHING if waits else "" if found is None else found.why)
+        self._why.setText(tr(_SEARCHING) if waits else "" if found is None else found.why)
         self._now.setText("" if found is None else found.suggestion)
-        self._now.setToolTip("" if found is None else found.finding.evidence)
+        self._now.setToolTip(literal("" if found is None else found.finding.evidence))
         self._why.setVisible(bool(self._why.text()))
         self._now.setVisible(bool(self._now.text()))
         # The note of a result in doubt is the suggestion itself.
@@ -216,7 +221,7 @@ class ResultDetail(QFrame):
             self._budgets = _NONE
         self._of, self._path, self._trials = state, source.path, {}
         self._simulation.cancel()
-        self._wait("Reading the job")
+        self._wait(tr("Reading the job"))
         self._drill.start(partial(budgets_of_file, source.path))
 
     def _on_budgets(self, found: object) -> None:
@@ -255,22 +260,23 @@ def decision_words(result: CharacteristicResult) -> str:
     """Return rule, interval, association and frame of a result, in sentences."""
     parts = []
     if result.rule:
-        parts.append(f"Rule: {rule_words(result.rule)}.")
+        parts.append(tr("Rule: {rule}.").format(rule=rule_words(result.rule)))
     if result.leaning:
-        parts.append(f"The value lies {'inside' if result.leaning == 'in' else 'outside'}.")
+        inside = result.leaning == "in"
+        parts.append(tr("The value lies inside.") if inside else tr("The value lies outside."))
     if result.interval is not None:
         low, high = (quantity(result, value) for value in result.interval)
-        parts.append(f"95 % interval {low} to {high}.")
+        parts.append(tr("95 % interval {low} to {high}.").format(low=low, high=high))
     if result.tur is not None:
-        parts.append(f"Tolerance over 2 U: {result.tur:.1f}.")
+        parts.append(tr("Tolerance over 2 U: {tur:.1f}.").format(tur=result.tur))
     if result.association:
-        parts.append(f"Association: {result.association}.")
+        parts.append(tr("Association: {association}.").format(association=result.association))
     if result.frame:
-        parts.append(f"Frame: {result.frame}.")
+        parts.append(tr("Frame: {frame}.").format(frame=result.frame))
     if result.floor is not None:
-        parts.append(f"Noise floor: {quantity(result, result.floor)}.")
+        parts.append(tr("Noise floor: {floor}.").format(floor=quantity(result, result.floor)))
     if result.bonus:
-        parts.append(f"Bonus {quantity(result, result.bonus)}.")
+        parts.append(tr("Bonus {bonus}.").format(bonus=quantity(result, result.bonus)))
     return " ".join(parts)
 
 
@@ -279,10 +285,15 @@ def trial_words(result: CharacteristicResult, trials: MonteCarloValue) -> str:
     low, high = (quantity(result, value) for value in trials.symmetric)
     small = "m°" if result.unit == "deg" else "µm"
     off = 1e3 * max(trials.off_low, trials.off_high)
-    agrees = "confirms" if trials.validated else "does not confirm"
-    settled = "" if trials.settled else " More trials are needed to be certain."
-    return (
-        f"Monte Carlo (JCGM 101), {trials.trials:,} trials: 2 u = {2e3 * trials.sigma:.2f} "
-        f"{small}, interval {low} to {high}. It {agrees} linear propagation: the ends differ by "
-        f"{off:.2f} {small}, tolerance {1e3 * trials.tolerance:.2g} {small}.{settled}"
+    found = tr(
+        "Monte Carlo (JCGM 101), {trials:,} trials: 2 u = {width:.2f} {unit}, "
+        "interval {low} to {high}."
+    ).format(trials=trials.trials, width=2e3 * trials.sigma, unit=small, low=low, high=high)
+    differ = tr("the ends differ by {off:.2f} {unit}, tolerance {tolerance:.2g} {unit}").format(
+        off=off, unit=small, tolerance=1e3 * trials.tolerance
     )
+    agrees = tr("It does not confirm linear propagation: {differ}.")
+    if trials.validated:
+        agrees = tr("It confirms linear propagation: {differ}.")
+    unsettled = "" if trials.settled else tr("More trials are needed to be certain.")
+    return f"{found} {agrees.format(differ=differ)} {unsettled}".rstrip()

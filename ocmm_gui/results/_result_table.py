@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QResizeEvent
 
@@ -12,9 +14,12 @@ from ocmm_gui.kit import (
     DataTable,
     Theme,
     digit_font,
+    later,
     limit_words,
     quantity,
     text_font,
+    tr,
+    tr_all,
     verdict_colour,
 )
 
@@ -28,14 +33,14 @@ VERDICT_SIGNS = {
 """A sign for each verdict, so that nothing hangs on colour."""
 
 _COLUMNS = (
-    ("Characteristic", "as in the plan"),
-    ("Of", "kind and features"),
-    ("Nominal", "mm, or degrees for angles"),
-    ("Measured", "mm, or degrees for angles"),
-    ("Deviation", "measured minus nominal"),
-    ("Limits", "of the deviation"),
-    (U_LABEL, "expanded uncertainty"),
-    ("Verdict", "the decision"),
+    (later("Characteristic"), later("as in the plan")),
+    (later("Of"), later("kind and features")),
+    (later("Nominal"), later("mm, or degrees for angles")),
+    (later("Measured"), later("mm, or degrees for angles")),
+    (later("Deviation"), later("measured minus nominal")),
+    (later("Limits"), later("of the deviation")),
+    (U_LABEL, later("expanded uncertainty")),
+    (later("Verdict"), later("the decision")),
 )
 _NUMBERS = range(2, 7)
 _DEVIATION, _VERDICT = 4, 7
@@ -50,8 +55,9 @@ class ResultTable(DataTable):
     """Emits the name of the characteristic whose row is chosen."""
 
     def __init__(self) -> None:
-        super().__init__("Characteristics", _COLUMNS)
+        super().__init__(tr("Characteristics"), tr_all(_COLUMNS))
         self._results: tuple[CharacteristicResult, ...] = ()
+        self._pixels = 0
         self.setFont(text_font(15))
         self.horizontalHeader().setFont(text_font(13))
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
@@ -65,10 +71,17 @@ class ResultTable(DataTable):
         """Show all characteristics of a job; the chosen row stays chosen, else the deciding one."""
         chosen = self.chosen()
         deciding = job.part_verdict.summary.deciding
-        self._results = job.characteristics
+        before, self._results = self._results, job.characteristics
+        # A job of hundreds of characteristics changes a few of them with a point.
+        new = [
+            row
+            for row, result in enumerate(self._results)
+            if row >= len(before) or before[row] is not result
+        ]
         self.blockSignals(True)
         self.setRowCount(len(self._results))
-        for row, result in enumerate(self._results):
+        for row in new:
+            result = self._results[row]
             colour = verdict_colour(self._colours, result.verdict)
             verdict = f"{VERDICT_SIGNS[result.verdict]}  {result.verdict.value}"
             words = (
@@ -91,7 +104,8 @@ class ResultTable(DataTable):
         if names:
             self.setCurrentCell(names.index(chosen if chosen in names else deciding), 0)
         self.blockSignals(False)
-        self._share_width()
+        if new or len(before) != len(self._results):
+            self._share_width(new)
         if names and self.chosen() != chosen:
             self._on_row(self.currentRow())
 
@@ -119,10 +133,13 @@ class ResultTable(DataTable):
         super().resizeEvent(event)
         self._share_width()
 
-    def _share_width(self) -> None:
+    def _share_width(self, new: Sequence[int] = ()) -> None:
+        """Give every column its width, and ``new`` rows, or all, letters of a size that fits."""
         narrow = self.width() < _NARROW_PX
         pixels = 13 if narrow else 15
-        for row in range(self.rowCount()):
+        rows = new if pixels == self._pixels else range(self.rowCount())
+        self._pixels = pixels
+        for row in rows:
             for column in range(self.columnCount()):
                 bold = column in (_DEVIATION, _VERDICT)
                 font = digit_font if column in _NUMBERS else text_font

@@ -24,6 +24,8 @@ from ocmm_gui.kit import (
     Theme,
     WorkLine,
     counted_line,
+    later,
+    tr,
     verdict_colour,
     verdict_mark,
 )
@@ -34,11 +36,13 @@ from ocmm_gui.results._result_detail import ResultDetail
 from ocmm_gui.results._result_table import ResultTable
 
 _KEYS = (
-    ActionInfo("simulate", "Monte Carlo", "Check this uncertainty by Monte Carlo", ("F6",)),
-    ActionInfo("open", "Open a job", "Open a job file read-only", ("F7",)),
-    ActionInfo("running", "Current job", "Show the current job", ("F9",)),
-    ActionInfo("batch", "Batch", "Compare the jobs in this folder", ("F10",)),
-    ActionInfo("report", "Report", "Preview and write the reports", ("F8", "E")),
+    ActionInfo(
+        "simulate", later("Monte Carlo"), later("Check this uncertainty by Monte Carlo"), ("F6",)
+    ),
+    ActionInfo("open", later("Open a job"), later("Open a job file read-only"), ("F7",)),
+    ActionInfo("running", later("Current job"), later("Show the current job"), ("F9",)),
+    ActionInfo("batch", later("Batch"), later("Compare the jobs in this folder"), ("F10",)),
+    ActionInfo("report", later("Report"), later("Preview and write the reports"), ("F8", "E")),
 )
 
 
@@ -66,7 +70,7 @@ class ResultsSheet(Sheet):
         calibration: Callable[[], str],
         records: Callable[[], tuple[Path | None, Path | None]] = lambda: (None, None),
     ) -> None:
-        super().__init__("Results", _KEYS)
+        super().__init__(tr("Results"), _KEYS)
         self._theme = THEMES[DEFAULT_THEME]
         self._running = self._source = running
         self._calibration = calibration
@@ -76,13 +80,13 @@ class ResultsSheet(Sheet):
         self.detail = ResultDetail()
         self.points = DrivingPoints()
         self.points.hide()
-        self.file = PathPanel("job", "file", "Open")
-        self.opening = WorkLine("Opening a job")
+        self.file = PathPanel(tr("Open the job from the file"), tr("File of the job"), tr("Open"))
+        self.opening = WorkLine(tr("Opening a job"))
         self._opening = SideProcess(self)
         self._opening.advanced.connect(self.opening.advance)
         self._opening.finished.connect(self._on_opened)
         self._opening.failed.connect(self._on_not_opened)
-        self._summary = FitText("Summary", limit=26)
+        self._summary = FitText(tr("Summary"), limit=26)
         self._summary.setFixedHeight(36)
         self.body.addWidget(self.file)
         self.body.addWidget(self.opening)
@@ -132,7 +136,7 @@ class ResultsSheet(Sheet):
         if self._opening.is_running():
             self._opening.cancel()
             self.opening.end()
-            self.told.emit("The job was not opened.")
+            self.told.emit(tr("The job was not opened."))
         else:
             self.file.ask(Path.home())
 
@@ -143,7 +147,7 @@ class ResultsSheet(Sheet):
         """
         probes, calibrations = self._records()
         self._opening.start(partial(opened_job, path, probes=probes, calibrations=calibrations))
-        self.opening.begin(f"Opening {path.name}", "F7 cancels.")
+        self.opening.begin(tr("Opening {name}").format(name=path.name), tr("F7 cancels."))
         self.table.setFocus()
 
     def is_opening(self) -> bool:

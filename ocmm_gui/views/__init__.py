@@ -4,8 +4,8 @@ In: spots with their labels, poses, points, features. Out: painted widgets; no g
 needed.
 
 Read `_scene` (a small 3-D scene: numpy projects, QPainter draws), `_shapes` (wire shapes in mm,
-world frame), `_contents` (what is shown), `_point_view` (the 3-D view), `_camera_view` (spots of
-each camera), `_step_picture` (the picture of a step).
+world frame), `_contents` (what is shown), `_scene_layer` (what of it stands still), `_point_view`
+(the 3-D view), `_camera_view` (spots of each camera), `_step_picture` (the picture of a step).
 It must not know the station or the bridge: it is given what it draws.
 """
 

@@ -18,7 +18,7 @@ from PySide6.QtWidgets import QGridLayout, QSizePolicy, QVBoxLayout, QWidget
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import LiveView
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, FitText, Theme, slot_names, text_font
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, FitText, Theme, slot_names, text_font, tr
 
 TRAIL = 60
 """Snapshots in the trail: two seconds."""
@@ -73,11 +73,11 @@ class CameraPlot(QWidget):
         self._shown_at = 0.0
         self._middle = np.array([0.5 * camera.width, 0.5 * camera.height])
         self._side = _SIDES_PX[-1]
-        self._title = FitText(f"Camera {camera.name}", limit=14)
+        self._title = FitText(tr("Camera {name}").format(name=camera.name), limit=14)
         self._title.setFixedHeight(20)
         # View box and axes alone: a PlotItem brings menus and buttons that nobody may use here.
         self._plot: Any = pg.GraphicsLayoutWidget()
-        self._plot.setAccessibleName(f"Image of camera {camera.name}")
+        self._plot.setAccessibleName(tr("Image of camera {name}").format(name=camera.name))
         self._plot.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._plot.ci.layout.setContentsMargins(0, 0, 0, 0)
         self._plot.ci.layout.setSpacing(0)
@@ -112,12 +112,12 @@ class CameraPlot(QWidget):
         """Show the spots (S, 2), px, of the slots and what is followed in each of them."""
         seen = np.asarray(np.isfinite(spots).all(axis=1))
         count = int(seen.sum())
-        told = f"{self._camera.name}:  {count} spots"
+        told = tr("{name}:  %n spots", "", count).format(name=self._camera.name)
         if count > _MOST_WORDS:
             named = sum(
                 bool(there) and name != "?" for there, name in zip(seen, names, strict=True)
             )
-            told = f"{told}, {named} named"
+            told = tr("{told}, {named} named").format(told=told, named=named)
         self._title.show_text(told)
         now = time.monotonic()
         if now - self._shown_at > _GAP_S or (
@@ -245,7 +245,7 @@ class CameraViews(QWidget):
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
-        self.setAccessibleName("Camera images")
+        self.setAccessibleName(tr("Camera images"))
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
         self._turn = 0
         count = len(rig.cameras)

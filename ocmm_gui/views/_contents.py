@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from operator import is_
+
 import numpy as np
 
 from ocmm_core.geometry import Float
@@ -14,7 +17,7 @@ from ocmm_core.inspection.evaluation import (
     cue,
 )
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import Theme, led_name, reference_led_name, verdict_colour
+from ocmm_gui.kit import Theme, led_name, reference_led_name, tr, verdict_colour
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, Tag
 
@@ -69,41 +72,86 @@ def reference_items(live: LiveView | None, theme: Theme, *, named: bool) -> tupl
     )
 
 
-def job_items(job: JobView, theme: Theme, chosen: int = 0) -> tuple[tuple[Item, ...], Float]:
-    """Return points and features of a job, and all places (n, 3) that a view should contain.
+def job_items(job: JobView, theme: Theme) -> tuple[tuple[Item, ...], Float]:
+    """Return points and features of a job, and all places (n, 3) that a view should contain."""
+    return JobDrawing().items(job, theme)
 
-    ``chosen`` is the number of the point that is to be seen at once.
-    """
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """What a feature looks like beside what it is: colours, and which of its points stand out."""
+
+    theme: Theme
+    colour: str
+    chosen: int
+    has_last: bool
+
+
+class JobDrawing:
+    """Points and features of a job that grows: what has not changed is not made again."""
+
+    def __init__(self) -> None:
+        self._kept: dict[str, tuple[FeatureView, _Look, tuple[Item, ...], Float]] = {}
+        self._items: tuple[Item, ...] = ()
+
+    def items(self, job: JobView, theme: Theme, chosen: int = 0) -> tuple[tuple[Item, ...], Float]:
+        """Return the same as `job_items`; the very tuple of before where nothing has changed.
+
+        ``chosen`` is the number of the point that is to be seen at once.
+        """
+        items: list[Item] = []
+        reach: list[Float] = [np.empty((0, 3))]
+        touched = [feature for feature in job.features if feature.points]
+        last = max((feature.points[-1].number for feature in touched), default=0)
+        # The active feature comes first: its name has the right of way.
+        for feature in sorted(touched, key=lambda f: f.state is not FeatureState.ACTIVE):
+            active = feature.state is FeatureState.ACTIVE
+            verdict = job.verdict_of(feature.name).verdict
+            look = _Look(
+                theme,
+                theme.accent if active else verdict_colour(theme, verdict),
+                chosen if chosen in (p.number for p in feature.points if chosen) else 0,
+                feature.points[-1].number == last,
+            )
+            own, places = self._known(feature, look)
+            items += own
+            reach.append(places)
+        if len(items) != len(self._items) or not all(map(is_, items, self._items)):
+            self._items = tuple(items)
+        reach += [target.surface_world[None] for target in _wanted(job)]
+        return self._items, np.concatenate(reach)
+
+    def _known(self, feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:
+        kept = self._kept.get(feature.name)
+        if kept is None or kept[0] is not feature or kept[1] != look:
+            kept = self._kept[feature.name] = (feature, look, *_feature_items(feature, look))
+        return kept[2:]
+
+
+def _feature_items(feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:
+    """Return a feature that has points, and the places (n, 3) that it reaches."""
     items: list[Item] = []
-    reach: list[Float] = [np.empty((0, 3))]
-    last = max((p.number for f in job.features for p in f.points), default=0)
-    # The active feature comes first: its name has the right of way.
-    for feature in sorted(job.features, key=lambda f: f.state is not FeatureState.ACTIVE):
-        if not feature.points:
-            continue
-        active = feature.state is FeatureState.ACTIVE
-        verdict = job.verdict_of(feature.name).verdict
-        colour = theme.accent if active else verdict_colour(theme, verdict)
-        surface = np.stack([point.surface_world for point in feature.points])
-        reach.append(surface)
-        if feature.fit is not None:
-            lines, corners = shapes.fitted_shape(feature.fit, surface)
-            if len(corners):
-                items.append(Face(corners, colour, 36))
-            items.append(Lines(lines, colour, 2.2 if active else 1.4))
-            items.append(Tag(feature.fit.point, feature.name, colour))
-            reach.append(lines.reshape(-1, 3))
-        items += _sides(feature, surface, theme, last, active=active)
-        items.append(
-            Dots(surface, theme.text if active else colour, 8.0 if active else 5.0, theme.panel)
-        )
-        items += _marked_points(feature, theme, chosen)
-    reach += [target.surface_world[None] for target in _wanted(job)]
-    return tuple(items), np.concatenate(reach)
+    active, theme, colour = feature.state is FeatureState.ACTIVE, look.theme, look.colour
+    surface = np.stack([point.surface_world for point in feature.points])
+    reach = surface
+    if feature.fit is not None:
+        lines, corners = shapes.fitted_shape(feature.fit, surface)
+        if len(corners):
+            items.append(Face(corners, colour, 36))
+        items.append(Lines(lines, colour, 2.2 if active else 1.4))
+        items.append(Tag(feature.fit.point, feature.name, colour))
+        # Both ends of a segment belong to its neighbours, too, and a ring has 48 of them.
+        reach = np.concatenate([surface, lines.reshape(-1, 3)[:: 4 if len(lines) > 40 else 1]])
+    items += _sides(feature, surface, theme, active=active, has_last=look.has_last)
+    items.append(
+        Dots(surface, theme.text if active else colour, 8.0 if active else 5.0, theme.panel)
+    )
+    items += _marked_points(feature, theme, look.chosen)
+    return tuple(items), reach
 
 
 def _sides(
-    feature: FeatureView, surface: Float, theme: Theme, last: int, *, active: bool
+    feature: FeatureView, surface: Float, theme: Theme, *, active: bool, has_last: bool
 ) -> list[Item]:
     """Return from which side points were touched: of the active feature, and of the last point."""
     outward = np.stack([point.direction for point in feature.points])
@@ -111,7 +159,7 @@ def _sides(
     items: list[Item] = []
     if active:
         items.append(Lines(_arrows(tails, surface), theme.text, 1.4))
-    if feature.points[-1].number == last:
+    if has_last:
         # This one is turned round by a flip.
         items.append(Lines(_arrows(tails[-1:], surface[-1:]), theme.warn, 2.6))
     return items
@@ -124,10 +172,10 @@ def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item
         place = point.surface_world
         if point.number in feature.outliers:
             items.append(Dots(place[None], theme.bad, 11.0, theme.panel))
-            items.append(Tag(place, f"{point.number} outlier", theme.bad))
+            items.append(Tag(place, tr("{number} outlier").format(number=point.number), theme.bad))
         if point.number == chosen:
             items.append(Dots(place[None], theme.warn, 14.0, theme.text))
-            items.append(Tag(place, f"point {chosen}", theme.text))
+            items.append(Tag(place, tr("point {chosen}").format(chosen=chosen), theme.text))
     return items
 
 
@@ -136,10 +184,13 @@ def _wanted(job: JobView) -> tuple[Target, ...]:
     return next((item.targets for item in job.features if item.name == job.active), ())
 
 
-def target_items(job: JobView | None, live: LiveView | None, theme: Theme) -> tuple[Item, ...]:
+def target_items(
+    job: JobView | None, tip_world: Float | None, theme: Theme, up: Float
+) -> tuple[Item, ...]:
     """Return where points are wanted, and a ring that shrinks round the next place.
 
-    The ring closes when the ball is there.
+    The ring closes when the ball, ``tip_world`` (3,), is there; None shows none. It lies level,
+    square to ``up`` (3,), where the plan does not say which side the place is touched from.
     """
     if job is None:
         return ()
@@ -152,14 +203,15 @@ def target_items(job: JobView | None, live: LiveView | None, theme: Theme) -> tu
         return tuple(items)
     place, normal = target.surface_world, target.normal_world
     items.append(Dots(place[None], theme.accent, 13.0, theme.text))
-    stem = np.stack([place + _STEM_MM * normal, place])[None]
-    items.append(Lines(stem, theme.accent, 2.0))
-    tip = None if live is None else live.tip_world
-    if tip is not None:
-        radius = _RING_MM * cue(target.distance(tip)).ring_px_fraction
-        corners = shapes.ring(place, normal, radius)
+    if np.any(normal):
+        stem = np.stack([place + _STEM_MM * normal, place])[None]
+        items.append(Lines(stem, theme.accent, 2.0))
+    if tip_world is not None:
+        radius = _RING_MM * cue(target.distance(tip_world)).ring_px_fraction
+        corners = shapes.ring(place, normal if np.any(normal) else up, radius)
         items.append(Lines(shapes.polyline(corners, closed=True), theme.accent, 3.0))
-    items.append(Tag(place, "next, roughly" if target.approximate else "next", theme.accent))
+    where = tr("next, roughly") if target.approximate else tr("next")
+    items.append(Tag(place, where, theme.accent))
     return tuple(items)
 
 
@@ -168,10 +220,10 @@ def grid_step(orbit: Orbit) -> float:
     return float(10.0 ** np.floor(np.log10(orbit.radius)))
 
 
-def grid_items(orbit: Orbit, reach: Float, theme: Theme) -> tuple[Item, ...]:
-    """Return a level grid under ``reach`` (n, 3), or through the target where that is empty."""
+def grid_items(orbit: Orbit, low: float | None, theme: Theme) -> tuple[Item, ...]:
+    """Return a level grid as high as the lowest of the work, mm, or through the target."""
     up, step = orbit.up, grid_step(orbit)
-    level = float((reach @ up).min()) if len(reach) else float(orbit.target @ up)
+    level = float(orbit.target @ up) if low is None else low
     first, second = (np.eye(3)[i] for i in range(3) if i != int(np.argmax(np.abs(up))))
     count = int(np.ceil(1.6 * orbit.radius / step))
     middle = np.round(np.array([orbit.target @ axis for axis in (first, second)]) / step)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from operator import is_
+
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import (
@@ -19,18 +21,19 @@ from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView, LiveView
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, text_font
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import (
+    JobDrawing,
     grid_items,
     grid_step,
-    job_items,
     probe_items,
     probe_places,
     reference_items,
     target_items,
 )
-from ocmm_gui.views._scene import Dots, Item, Lines, Orbit, Tag, paint_scene
+from ocmm_gui.views._scene import Dots, Item, Lines, Orbit, ScenePainter, Tag, paint_scene
+from ocmm_gui.views._scene_layer import SceneLayer, StillScene
 
 _NAMED_MM = 250.0
 """In a wider view the names of the LEDs would cover each other."""
@@ -60,8 +63,14 @@ class PointView(QWidget):
         self._probe = np.empty((0, 3))
         self._job: JobView | None = None
         self._chosen = 0
+        self._drawing = JobDrawing()
         self._job_items: tuple[Item, ...] = ()
+        self._layer = SceneLayer(self)
+        self._layer.changed.connect(self.update)
+        self._still: StillScene | None = None
+        self._still_of: tuple[object, ...] = ()
         self._job_reach = np.empty((0, 3))
+        self._job_low: float | None = None
         self._probe_reach = np.empty((0, 3))
         self._follows = True
         self._mouse: QPointF | None = None
@@ -72,9 +81,9 @@ class PointView(QWidget):
         self._rig_lines = np.concatenate(pyramids)
         reach = np.concatenate([self._rig_lines.reshape(-1, 3), rig.volume_world])
         self._overview = start.fitted(reach, _OVERVIEW_ASPECT, 1.0)
-        self.setAccessibleName("3-D view")
+        self.setAccessibleName(tr("3-D view"))
         self.setAccessibleDescription(
-            "Arrow keys rotate the view, plus and minus zoom, F fits it to the part"
+            tr("Arrow keys rotate the view, plus and minus zoom, F fits it to the part")
         )
         self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
@@ -93,7 +102,7 @@ class PointView(QWidget):
     def show_job(self, job: JobView) -> None:
         """Show points and features as they stand."""
         self._job = job
-        self._job_items, self._job_reach = job_items(job, self._theme, self._chosen)
+        self._draw_job(job)
         if self._follows:
             self._fit()
         self.update()
@@ -127,8 +136,13 @@ class PointView(QWidget):
         """Paint with ``theme`` from now on."""
         self._theme = theme
         if self._job is not None:
-            self._job_items, self._job_reach = job_items(self._job, theme, self._chosen)
+            self._draw_job(self._job)
         self.update()
+
+    def _draw_job(self, job: JobView) -> None:
+        self._job_items, self._job_reach = self._drawing.items(job, self._theme, self._chosen)
+        reach = self._job_reach @ self._orbit.up
+        self._job_low = float(reach.min()) if len(reach) else None
 
     def sizeHint(self) -> QSize:
         """Return a size for the desk view."""
@@ -147,17 +161,18 @@ class PointView(QWidget):
         painter.setBrush(QColor(theme.panel))
         painter.drawRoundedRect(frame, 6, 6)
         inside = frame.adjusted(2, 2, -2, -2)
-        rig = Lines(self._rig_lines, theme.muted, 1.0)
+        font = text_font(12)
+        picture, words = self._layer.picture(self._still_scene(inside), font)
+        painter.drawImage(inside.topLeft(), picture)
         named = self._orbit.radius < _NAMED_MM
-        items = (
-            *grid_items(self._orbit, self._job_reach, theme),
-            rig,
-            *self._job_items,
-            *target_items(self._job, self._live, theme),
+        tip = None if self._live is None else self._live.tip_world
+        moving = (
+            *target_items(self._job, tip, theme, self._orbit.up),
             *reference_items(self._live, theme, named=named),
             *probe_items(self._probe, self._body, theme, named=named),
         )
-        paint_scene(painter, items, self._orbit, inside, text_font(12), theme.panel)
+        ScenePainter(moving, self._orbit, inside, font, theme.panel, words).paint(painter)
+        rig = Lines(self._rig_lines, theme.muted, 1.0)
         self._paint_triad(painter, inside)
         side = min(190.0, 0.24 * inside.width(), 0.34 * inside.height())
         wide = _OVERVIEW_ASPECT * side
@@ -174,6 +189,21 @@ class PointView(QWidget):
             painter, (volume, rig, work, *tags), self._overview, corner, text_font(10),
             theme.background,
         )  # fmt: skip
+
+    def _still_scene(self, inside: QRectF) -> StillScene:
+        """Return what does not move with the probe; the same object while it is the same."""
+        theme, orbit, size = self._theme, self._orbit, inside.size().toSize()
+        ratio = self.devicePixelRatioF()
+        made_of = (self._job_items, orbit, theme.name, self._job_low, size, ratio)
+        # Orbits and items hold arrays: they are the same, or they are others.
+        same = all(map(is_, made_of[:2], self._still_of[:2])) and made_of[2:] == self._still_of[2:]
+        if self._still is None or not same:
+            rig = Lines(self._rig_lines, theme.muted, 1.0)
+            grid = grid_items(orbit, self._job_low, theme)
+            items = (*grid, rig, *self._job_items)
+            self._still = StillScene(items, orbit, size, ratio, theme.panel)
+            self._still_of = made_of
+        return self._still
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to turn or to move."""
@@ -258,7 +288,7 @@ class PointView(QWidget):
         painter.drawText(
             QRectF(box.left() + 100, box.bottom() - 26, 200, 20),
             Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-            f"grid {grid_step(self._orbit):.0f} mm",
+            tr("grid {grid_step:.0f} mm").format(grid_step=grid_step(self._orbit)),
         )
         painter.setFont(text_font(13, bold=True))
         for name, direction in zip("XYZ", np.eye(3), strict=True):

@@ -5,8 +5,11 @@ The projection is orthographic, so that lengths can be compared by eye wherever 
 
 from __future__ import annotations
 
+import math
+from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from time import perf_counter
 
 import numpy as np
 from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
@@ -172,43 +175,103 @@ class Orbit:
 def paint_scene(
     painter: QPainter, items: Iterable[Item], orbit: Orbit, box: QRectF, font: QFont, halo: str
 ) -> None:
-    """Paint faces, then lines, then dots, then words; faces and dots from far to near.
+    """Paint items at once; see `ScenePainter`."""
+    ScenePainter(items, orbit, box, font, halo).paint(painter)
 
-    ``halo`` is the colour behind the words. A word that would cover another one is left out:
+
+class ScenePainter:
+    """Paint faces, then lines, then dots, then words, at once or a few at a time.
+
+    Faces and dots are painted from far to near. A word that would cover another one is left out:
     the first one stays.
+
+    Parameters
+    ----------
+    items
+        What is painted.
+    orbit
+        From where.
+    box
+        Where, px.
+    font, halo
+        Of the words, and the colour behind them.
+    taken
+        Where words stand already, px from the upper left corner of ``box``.
+
+    Attributes
+    ----------
+    taken
+        The same, with those that were painted.
     """
-    items = tuple(items)
-    painter.save()
-    painter.setClipRect(box)
-    painter.translate(box.topLeft())
-    picture = orbit.projection(box.width(), box.height())
-    faces = [(item, picture.apply(item.corners)) for item in items if isinstance(item, Face)]
-    # Their edges are drawn as lines: smoothing large translucent areas would only cost time.
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-    for face, corners in sorted(faces, key=lambda pair: float(pair[1][:, 2].mean())):
+
+    def __init__(
+        self,
+        items: Iterable[Item],
+        orbit: Orbit,
+        box: QRectF,
+        font: QFont,
+        halo: str,
+        taken: Iterable[QRectF] = (),
+    ) -> None:
+        self._box, self._font, self._halo = box, font, halo
+        self._picture = orbit.projection(box.width(), box.height())
+        self.taken = list(taken)
+        items = tuple(items)
+        faces = [item for item in items if isinstance(item, Face)]
+        depth = [float(self._picture.apply(item.corners)[:, 2].mean()) for item in faces]
+        marks = [item for item in items if isinstance(item, Dots | Diamonds)]
+        self._left: deque[Item] = deque(
+            (
+                *(faces[k] for k in np.argsort(depth, kind="stable")),
+                *(item for item in items if isinstance(item, Lines) and len(item.segments)),
+                *(item for item in marks if len(item.points)),
+                *(item for item in items if isinstance(item, Tag)),
+            )
+        )
+
+    def paint(self, painter: QPainter, until_s: float = math.inf) -> bool:
+        """Paint what is left, until a time of `time.perf_counter`; return whether all is painted.
+
+        One item at least is painted.
+        """
+        painter.save()
+        painter.setClipRect(self._box)
+        painter.translate(self._box.topLeft())
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        painter.setFont(self._font)
+        while self._left:
+            self._paint(painter, self._left.popleft())
+            if perf_counter() > until_s:
+                break
+        painter.restore()
+        return not self._left
+
+    def _paint(self, painter: QPainter, item: Item) -> None:
+        match item:
+            case Face():
+                self._paint_face(painter, item)
+            case Lines():
+                ends = self._picture.apply(item.segments)[..., :2].reshape(-1, 4)
+                painter.setPen(QPen(QColor(item.colour), item.width, c=Qt.PenCapStyle.RoundCap))
+                painter.drawLines([QLineF(*end) for end in ends.tolist()])
+            case Dots():
+                _paint_dots(painter, item, self._picture.apply(item.points))
+            case Diamonds():
+                _paint_diamonds(painter, item, self._picture.apply(item.points), self._halo)
+            case Tag():
+                x, y, _ = self._picture.apply(item.point).tolist()
+                _paint_tag(painter, item, QPointF(x, y), self._halo, self.taken)
+
+    def _paint_face(self, painter: QPainter, face: Face) -> None:
         colour = QColor(face.colour)
         colour.setAlpha(face.alpha)
+        # Their edges are drawn as lines: smoothing large translucent areas would only cost time.
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
         painter.setPen(Qt.PenStyle.NoPen)
         painter.setBrush(colour)
+        corners = self._picture.apply(face.corners)
         painter.drawPolygon(QPolygonF([QPointF(x, y) for x, y, _ in corners.tolist()]))
-    painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-    for item in items:
-        if isinstance(item, Lines) and len(item.segments):
-            ends = picture.apply(item.segments)[..., :2].reshape(-1, 4)
-            painter.setPen(QPen(QColor(item.colour), item.width, c=Qt.PenCapStyle.RoundCap))
-            painter.drawLines([QLineF(*end) for end in ends.tolist()])
-    for item in items:
-        if isinstance(item, Dots) and len(item.points):
-            _paint_dots(painter, item, picture.apply(item.points))
-        elif isinstance(item, Diamonds) and len(item.points):
-            _paint_diamonds(painter, item, picture.apply(item.points), halo)
-    painter.setFont(font)
-    taken: list[QRectF] = []
-    for item in items:
-        if isinstance(item, Tag):
-            x, y, _ = picture.apply(item.point).tolist()
-            _paint_tag(painter, item, QPointF(x, y), halo, taken)
-    painter.restore()
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
 
 
 def _paint_dots(painter: QPainter, item: Dots, places: Float) -> None:

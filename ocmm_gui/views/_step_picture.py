@@ -15,7 +15,7 @@ from ocmm_core.features.shapes import (
     nominal_geometry,
 )
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import Painted, shape_word, text_font
+from ocmm_gui.kit import Painted, literal, shape_word, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, paint_scene
 
@@ -30,7 +30,7 @@ class StepPicture(Painted):
     """Shows where to touch; the feature stands in the frame of the part, z upwards."""
 
     def __init__(self) -> None:
-        super().__init__("Picture of the step", (240, 150), (120, 70))
+        super().__init__(tr("Picture of the step"), (240, 150), (120, 70))
         self._image: QImage | None = None
         self._nominal: NominalFeature | None = None
         self._shown: tuple[str, Path | None] = ("", None)
@@ -49,7 +49,7 @@ class StepPicture(Painted):
         if nominal is not None:
             what = f"{shape_word(nominal.shape)} {nominal.name}. {nominal.text}".strip()
         self.setAccessibleDescription(what)
-        self.setToolTip(what)
+        self.setToolTip(literal(what))
         self.update()
 
     def has_picture(self) -> bool:

@@ -4,24 +4,24 @@ from __future__ import annotations
 
 from PySide6.QtWidgets import QHeaderView
 
-from ocmm_gui.kit import ACTIONS, ActionInfo, NumberTable, Sheet, text_font
+from ocmm_gui.kit import ACTIONS, ActionInfo, NumberTable, Sheet, later, text_font, tr, tr_all
 
 _COLUMNS = (
-    ("Where", "mode in which the key works"),
-    ("Key", "any of them"),
-    ("Name", "on the button"),
-    ("What it does", "in a sentence"),
+    (later("Where"), later("mode in which the key works")),
+    (later("Key"), later("any of them")),
+    (later("Name"), later("on the button")),
+    (later("What it does"), later("in a sentence")),
 )
 _ROW_PX = 28
-_SIGNS = {".": ". (full stop)", ",": ", (comma)"}
+_SIGNS = {".": later(". (full stop)"), ",": later(", (comma)")}
 
 
 class KeysSheet(Sheet):
     """A table of `ACTIONS`: what belongs to measuring first."""
 
     def __init__(self) -> None:
-        super().__init__("Keys", ())
-        self.table = NumberTable("Keys of the window", _COLUMNS, whole=False)
+        super().__init__(tr("Keys"), ())
+        self.table = NumberTable(tr("Keys of the window"), tr_all(_COLUMNS), whole=False)
         self.table.setFont(text_font(15))
         self.table.verticalHeader().setDefaultSectionSize(_ROW_PX)
         self.table.setRowCount(len(ACTIONS))
@@ -31,7 +31,7 @@ class KeysSheet(Sheet):
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setStretchLastSection(True)
         self.body.addWidget(self.table, 1)
-        self.say("Other pages show their keys on their buttons.")
+        self.say(tr("Other pages show their keys on their buttons."))
         self.use_keys({})
 
     def open(self) -> None:
@@ -40,6 +40,6 @@ class KeysSheet(Sheet):
 
 
 def _row(info: ActionInfo) -> tuple[str, ...]:
-    where = "everywhere" if info.mode is None else info.mode.value
-    keys = " or ".join(_SIGNS.get(key, key) for key in info.shortcuts)
-    return (where, keys, info.text, f"{info.tip}.")
+    where = tr("everywhere") if info.mode is None else tr(info.mode.value)
+    keys = tr(" or ").join(tr(_SIGNS.get(key, key)) for key in info.shortcuts)
+    return (where, keys, tr(info.text), f"{tr(info.tip)}.")

@@ -39,6 +39,7 @@ from ocmm_gui.kit import (
     make_actions,
     reference_words,
     show_mode,
+    tr,
 )
 from ocmm_gui.operator import (
     DeskView,
@@ -120,7 +121,7 @@ class MainWindow(QMainWindow):
             self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
             self.choice.panel,
         )  # fmt: skip
-        self._work = WorkLine("Results")
+        self._work = WorkLine(tr("Results"))
         self._preload = Preload()
         self._lay_out()
         self._connect(bridge)
@@ -174,7 +175,7 @@ class MainWindow(QMainWindow):
         maintain = mode is Mode.MAINTAIN
         show_mode(self.actions_by_key, mode)
         self.output.hide()
-        self.actions_by_key["mode"].setText((Mode.INSPECT if maintain else Mode.MAINTAIN).value)
+        self.actions_by_key["mode"].setText(tr((Mode.INSPECT if maintain else Mode.MAINTAIN).value))
         if not maintain:
             self.show_far(self._inspect is self.far)
             return
@@ -202,7 +203,7 @@ class MainWindow(QMainWindow):
         self._inspect = self.far if far else self.desk
         self._stack.setCurrentWidget(self._inspect)
         self.banner.use_far(far=far)
-        text = "Desk view" if far else "Far view"
+        text = tr("Desk view") if far else tr("Far view")
         self.actions_by_key["view"].setText(text)
         if self._job is not None:
             self._show_job(self._job)
@@ -325,7 +326,7 @@ class MainWindow(QMainWindow):
 
     def _on_evaluating(self, busy: bool) -> None:
         if busy:
-            self._work.begin("Calculating the results")
+            self._work.begin(tr("Calculating the results"))
         else:
             self._work.end()
 
@@ -353,7 +354,11 @@ class MainWindow(QMainWindow):
 
     def _on_tip_turned(self, view: ProbeView) -> None:
         if view.blocking_reason is None:
-            self._notices.inform(f"Points are taken again: {view.title} is {view.word.value}.")
+            self._notices.inform(
+                tr("Points are taken again: {title} is {word}.").format(
+                    title=view.title, word=view.word.value
+                )
+            )
             return
         self._feedback.play(Sound.REFUSED)
         # It stands on every screen as long as it lasts.

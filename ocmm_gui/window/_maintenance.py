@@ -10,14 +10,15 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QAction
 
 from ocmm_core.calibration.probe_design import definition_of
 from ocmm_core.errors import OcmmError
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import ACTIONS, NoticeCentre, Sound
+from ocmm_gui.kit import ACTIONS, NoticeCentre, Sound, tr
 from ocmm_gui.operator import Feedback
+from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import ProcedureKind
@@ -34,7 +35,7 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.pages import DefinitionPage
 
 
-class Maintenance(QObject):
+class Maintenance(MadeLate):
     """Make the pages and the wizards when they are wanted, and join them to the station.
 
     Parameters
@@ -67,7 +68,7 @@ class Maintenance(QObject):
         self._bridge, self._notices, self._feedback = bridge, notices, feedback
         self._actions = actions
         bridge.maintenance.cameras_written.connect(
-            lambda: notices.inform("The cameras now store the intrinsics of the calibration.")
+            lambda: notices.inform(tr("The cameras now store the intrinsics of the calibration."))
         )
 
     @cached_property
@@ -120,17 +121,19 @@ class Maintenance(QObject):
             return tuple(wizard.action for wizard in WIZARDS if wizard.subject is subject)
 
         pages = (
-            Page("Bus", "The cameras on their wire", self.bus, ("bus_text",)),
+            Page(tr("Bus"), tr("The cameras on their wire"), self.bus, ("bus_text",)),
             Page(
-                "Calibration", "Calibration status of the cameras", self.calibration,
+                tr("Calibration"), tr("Calibration status of the cameras"), self.calibration,
                 (*wizards(Subject.CAMERAS), "recall", "write_cameras"),
             ),
             Page(
-                "Probe", "Status of probe and tip", self.probe,
+                tr("Probe"), tr("Status of probe and tip"), self.probe,
                 ("define", "mount", *wizards(Subject.PROBE)),
             ),
-            Page("Probe design", "Uncertainty of the tip and its causes", self.probe_design),
-            Page("Fits", "Check of the fits against certified pairs", self.fits),
+            Page(
+                tr("Probe design"), tr("Uncertainty of the tip and its causes"), self.probe_design,
+            ),
+            Page(tr("Fits"), tr("Check of the fits against certified pairs"), self.fits),
         )  # fmt: skip
         view = MaintainView(pages, self._actions)
         self.made.emit(view)
@@ -146,6 +149,7 @@ class Maintenance(QObject):
         wizard.taken.connect(lambda: self._feedback.play(Sound.TAKEN))
         wizard.sounded.connect(self._feedback.play)
         wizard.failed.connect(self._on_wizard_failed)
+        wizard.told.connect(self._notices.inform)
         self.made.emit(wizard)
         return wizard
 
@@ -165,11 +169,6 @@ class Maintenance(QObject):
         from ocmm_gui.maintain import ConfirmedActions
 
         return ConfirmedActions(self._bridge, self._notices, self.probe)
-
-    def is_made(self, name: str) -> bool:
-        """Return whether a page of this name was wanted before."""
-        # `cached_property` keeps what it made under its name.
-        return name in self.__dict__
 
     def calls(self) -> dict[str, Callable[[], None]]:
         """Return what the keys of Maintain do, by key of the action."""
@@ -224,5 +223,7 @@ class Maintenance(QObject):
 
     def _on_defined(self, path: Path) -> None:
         self._notices.inform(
-            f"Probe saved in {path}. Start OCMM with --probe {path} and calibrate it."
+            tr("Probe saved in {path}. Start OCMM with --probe {path} and calibrate it.").format(
+                path=path
+            )
         )

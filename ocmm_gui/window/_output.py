@@ -11,7 +11,7 @@ from PySide6.QtCore import QObject, Signal
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import DEFAULT_FORMAT
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import AnswerPanel, NoticeCentre, PathPanel, WorkLine
+from ocmm_gui.kit import AnswerPanel, NoticeCentre, PathPanel, WorkLine, tr
 from ocmm_gui.results import JobSource, ReportWriter, Written
 
 
@@ -42,14 +42,20 @@ class Output(QObject):
     ) -> None:
         super().__init__()
         self._bridge, self._notices, self._out = bridge, notices, out
-        self.export_panel = PathPanel("report", "folder")
-        self.bus_panel = PathPanel("bus report", "file")
-        self.question = AnswerPanel("The job is not complete", "Write")
-        self.work = WorkLine("Report")
+        self.export_panel = PathPanel(
+            tr("Write the report into the folder"), tr("Folder of the report"), tr("Write")
+        )
+        self.bus_panel = PathPanel(
+            tr("Write the bus report into the file"), tr("File of the bus report"), tr("Write")
+        )
+        self.question = AnswerPanel(tr("The job is not complete"), tr("Write"))
+        self.work = WorkLine(tr("Report"))
         self._source = JobSource.of_bridge(bridge)
         self._writer = ReportWriter(self)
         self._writer.asked.connect(lambda question: self.question.ask(question, far=far()))
-        self._writer.begun.connect(lambda: self.work.begin("Writing the report", "E cancels."))
+        self._writer.begun.connect(
+            lambda: self.work.begin(tr("Writing the report"), tr("E cancels."))
+        )
         self._writer.advanced.connect(self.work.advance)
         self._writer.ended.connect(self.work.end)
         self._writer.written.connect(self.tell_written)
@@ -58,7 +64,7 @@ class Output(QObject):
         self.export_panel.given.connect(self._export_to)
         self.bus_panel.given.connect(bridge.maintenance.save_bus_text)
         bridge.maintenance.bus_text_saved.connect(
-            lambda path: notices.inform(f"The bus report is in {path}.")
+            lambda path: notices.inform(tr("The bus report is in {path}.").format(path=path))
         )
 
     def calls(self) -> dict[str, Callable[[], None]]:
@@ -92,7 +98,7 @@ class Output(QObject):
     def _export(self) -> None:
         if self._writer.is_busy():
             if self._writer.give_up():
-                self._notices.inform("The report was not written.")
+                self._notices.inform(tr("The report was not written."))
         elif self._out is not None:
             self._export_to(self.folder())
         else:
@@ -115,7 +121,7 @@ class Output(QObject):
         except OcmmError as error:
             self._notices.error(error)
         else:
-            self._notices.inform(f"Log written to {path}.")
+            self._notices.inform(tr("Log written to {path}.").format(path=path))
 
     def _new_text(self, what: str) -> Path:
         folder = self._out if self._out is not None else Path.home()

@@ -11,15 +11,16 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from PySide6.QtCore import QObject, Signal, SignalInstance
+from PySide6.QtCore import Signal, SignalInstance
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.records import RecordStore, default_folder
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, Sheet
+from ocmm_gui.kit import NoticeCentre, Sheet, tr
 from ocmm_gui.operator import JobSheet
 from ocmm_gui.window._keys_sheet import KeysSheet
+from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
     from ocmm_gui.maintain import RecallSheet
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
 S = TypeVar("S", bound=Sheet)
 
 
-class Sheets(QObject):
+class Sheets(MadeLate):
     """Make each sheet when it is first wanted, and join it to the station.
 
     Parameters
@@ -74,6 +75,7 @@ class Sheets(QObject):
         bridge.plan_changed.connect(self._use_plan)
         bridge.jobs.job_left.connect(notices.inform)
         bridge.jobs.job_begun.connect(self._on_begun)
+        bridge.jobs.only_to_look.connect(self.look_at)
 
     @cached_property
     def results(self) -> ResultsSheet:
@@ -153,10 +155,6 @@ class Sheets(QObject):
         self.made.emit(sheet)
         return sheet
 
-    def _is_made(self, name: str) -> bool:
-        # `cached_property` keeps what it made under its name.
-        return name in self.__dict__
-
     def holds(self, widget: QWidget | None) -> bool:
         """Return whether a widget is one of the sheets."""
         return any(sheet is widget for sheet in self._made)
@@ -193,9 +191,9 @@ class Sheets(QObject):
 
     def job_changed(self, job: JobView) -> None:
         """Let the sheets show what was measured since; one that is made later asks by itself."""
-        if self._is_made("results"):
+        if self.is_made("results"):
             self.results.job_changed()
-        if self._is_made("report"):
+        if self.is_made("report"):
             self.report.job_changed()
 
     def close_work(self) -> None:
@@ -204,22 +202,29 @@ class Sheets(QObject):
             sheet.close_work()
 
     def _use_plan(self) -> None:
-        if self._is_made("plan"):
+        if self.is_made("plan"):
             station = self._bridge.station
             self.plan.use_plan(station.job.plan, station.job.plan_file)
 
     def _on_plan_saved(self, path: Path) -> None:
         self.job.offer(path)
-        self._notices.inform(f"Plan saved in {path}. Shift+F8 starts a job with it.")
+        self._notices.inform(
+            tr("Plan saved in {path}. Shift+F8 starts a job with it.").format(path=path)
+        )
 
     def _measure_by(self, path: Path) -> None:
         self.open_job()
         self.job.choose_plan(path)
 
     def _on_begun(self) -> None:
-        if self._is_made("results"):
+        if self.is_made("results"):
             self.results.forget_file()
         self.left.emit()
+
+    def look_at(self, path: Path) -> None:
+        """Show a job that cannot be gone on with, read-only."""
+        self.open_results()
+        self.results.open_file(path)
 
     def _open_report(self, source: JobSource) -> None:
         self.wanted.emit(self.report)
@@ -247,4 +252,6 @@ def _folder_of(store: RecordStore[Any] | None) -> Path | None:
 def calibration_words(bridge: StationBridge) -> str:
     """Return how cameras and probe stand now, in one line."""
     instruments = bridge.station.instruments
-    return f"Cameras: {instruments.calibration().label}. Probe: {instruments.probe().label}."
+    return tr("Cameras: {cameras}. Probe: {probe}.").format(
+        cameras=instruments.calibration().label, probe=instruments.probe().label
+    )

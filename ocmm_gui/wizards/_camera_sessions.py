@@ -12,6 +12,7 @@ from ocmm_core.calibration.records import CalibrationStore, load_bar, load_spher
 from ocmm_core.calibration.relocation import GeometryMode, LensMode, RelocationProcedure, World
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.documents import resource
+from ocmm_gui.kit import later
 from ocmm_gui.wizards._site import SessionPlace, WizardSite, chosen, given, named, temperature
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
@@ -23,7 +24,11 @@ def known_points_fields(_site: WizardSite) -> tuple[Field, ...]:
     return (
         WHO,
         TEMPERATURE,
-        Field("points", "Reference points", "List of positions: unit, uncertainty, points"),
+        Field(
+            "points",
+            later("Reference points"),
+            later("List of positions: unit, uncertainty, points"),
+        ),
     )
 
 
@@ -50,32 +55,35 @@ def relocation_fields(_site: WizardSite) -> tuple[Field, ...]:
         WHO,
         TEMPERATURE,
         Field(
-            "bar", "Length bar", "Its document, with the certificate",
+            "bar", later("Length bar"), later("Its document, with the certificate"),
             str(resource("artefacts", "bar.toml")),
         ),
         Field(
-            "world", "World frame", "Reference of the coordinates afterwards",
+            "world", later("World frame"), later("Reference of the coordinates afterwards"),
             choices=(
-                ("cameras", "fixed to the cameras"),
-                ("points", "fixed by known control points"),
-                ("set", "redefined by three points"),
-            ),
-        ),
-        Field("control", "Control points", "Their list, if known points keep the world frame"),
-        Field(
-            "lens", "Lenses", "Lens parameters",
-            choices=(
-                ("prior", "refined from known values"),
-                ("fixed", "unchanged"),
-                ("free", "found anew"),
+                ("cameras", later("fixed to the cameras")),
+                ("points", later("fixed by known control points")),
+                ("set", later("redefined by three points")),
             ),
         ),
         Field(
-            "geometry", "Probe", "Source of the LED positions",
+            "control", later("Control points"),
+            later("Their list, if known points keep the world frame"),
+        ),
+        Field(
+            "lens", later("Lenses"), later("Lens parameters"),
             choices=(
-                ("uncertain", "known within their uncertainty"),
-                ("known", "known exactly"),
-                ("unknown", "unknown: scale from the bar alone"),
+                ("prior", later("refined from known values")),
+                ("fixed", later("unchanged")),
+                ("free", later("found anew")),
+            ),
+        ),
+        Field(
+            "geometry", later("Probe"), later("Source of the LED positions"),
+            choices=(
+                ("uncertain", later("known within their uncertainty")),
+                ("known", later("known exactly")),
+                ("unknown", later("unknown: scale from the bar alone")),
             ),
         ),
     )  # fmt: skip
@@ -111,16 +119,16 @@ def verification_fields(_site: WizardSite) -> tuple[Field, ...]:
         WHO,
         TEMPERATURE,
         Field(
-            "bar", "Length bar", "Not the one used to calibrate the cameras",
+            "bar", later("Length bar"), later("Not the one used to calibrate the cameras"),
             str(resource("artefacts", "verification_bar.toml")),
         ),
         Field(
-            "sphere", "Sphere", "Its document; empty for none",
+            "sphere", later("Sphere"), later("Its document; empty for none"),
             str(resource("artefacts", "sphere.toml")),
         ),
         Field(
-            "places", "Sphere in", "Number of places in the volume",
-            choices=(("one", "one place"), ("two", "near and far third")),
+            "places", later("Sphere in"), later("Number of places in the volume"),
+            choices=(("one", later("one place")), ("two", later("near and far third"))),
         ),
     )  # fmt: skip
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QPushButton
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
 
-from ocmm_gui.kit import OwnKeysField, text_font
+from ocmm_gui.kit import OwnKeysField, PlainLabel, later, text_font, tr
 
-_WELCOME, _NEEDED = "Reason, for the history", "A reason is required"
+_WELCOME, _NEEDED = later("Reason, for the history"), later("A reason is required")
 
 
 class DecisionBar(QFrame):
@@ -19,21 +19,21 @@ class DecisionBar(QFrame):
     def __init__(self) -> None:
         super().__init__()
         self.setProperty("role", "panel")
-        self.setAccessibleName("Decision")
+        self.setAccessibleName(tr("Decision"))
         self._accepts = False
         self._needs_reason = False
-        self._question = QLabel()
-        self._question.setAccessibleName("Decision")
+        self._question = PlainLabel()
+        self._question.setAccessibleName(tr("Decision"))
         self._question.setFont(text_font(17, bold=True))
         self._reason = OwnKeysField()
         self._reason.setObjectName("reason")
-        self._reason.setAccessibleName("Reason")
+        self._reason.setAccessibleName(tr("Reason"))
         self._reason.setFont(text_font(16))
-        self._yes = QPushButton("Yes  [Return]")
-        self._yes.setAccessibleName("Yes")
+        self._yes = QPushButton(tr("Yes  [Return]"))
+        self._yes.setAccessibleName(tr("Yes"))
         self._yes.setProperty("role", "primary")
-        self._no = QPushButton("No  [Esc]")
-        self._no.setAccessibleName("No")
+        self._no = QPushButton(tr("No  [Esc]"))
+        self._no.setAccessibleName(tr("No"))
         layout = QHBoxLayout(self)
         layout.setContentsMargins(14, 8, 10, 8)
         layout.setSpacing(10)
@@ -52,7 +52,7 @@ class DecisionBar(QFrame):
     def ask(self, question: str, reason: str, *, accepts: bool, needs_reason: bool = False) -> None:
         """Ask, with a proposed reason; where one is needed, Yes waits for it."""
         self._accepts, self._needs_reason = accepts, needs_reason
-        self._reason.setPlaceholderText(_NEEDED if needs_reason else _WELCOME)
+        self._reason.setPlaceholderText(tr(_NEEDED if needs_reason else _WELCOME))
         self._question.setText(question)
         self._reason.setText(reason)
         self.show()

@@ -11,12 +11,13 @@ from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
+from ocmm_gui.kit import later
 from ocmm_gui.wizards._site import SessionPlace, WizardSite, given, named, temperature
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
-_CONE = Field("cone", "Cone", "Its marking; empty if none")
+_CONE = Field("cone", later("Cone"), later("Its marking; empty if none"))
 _SPHERE = Field(
-    "sphere", "Sphere", "Its document, with the certificate",
+    "sphere", later("Sphere"), later("Its document, with the certificate"),
     str(resource("artefacts", "sphere.toml")),
 )  # fmt: skip
 _SPHERE_FILE = "the document of the sphere"
@@ -27,12 +28,12 @@ def pivot_fields(site: WizardSite) -> tuple[Field, ...]:
     return (
         WHO,
         TEMPERATURE,
-        Field("tip", "Tip", "Marking on the mounted stylus", _proposed_tip(site)),
+        Field("tip", later("Tip"), later("Marking on the mounted stylus"), _proposed_tip(site)),
         Field(
-            "place", "Where the tip is", "What is already known of it",
+            "place", later("Where the tip is"), later("What is already known of it"),
             choices=(
-                ("document", "close to the probe document or the last calibration"),
-                ("unknown", "unknown: another stylus"),
+                ("document", later("close to the probe document or the last calibration")),
+                ("unknown", later("unknown: another stylus")),
             ),
         ),
         _CONE,
@@ -56,7 +57,7 @@ def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
     """Return what is filled in before a tip is qualified."""
     nominal = "" if site.probe is None else f"{2.0 * site.probe.design.tip_radius:g}"
-    ball = Field("nominal", "Ball, mm", "Nominal diameter", nominal)
+    ball = Field("nominal", later("Ball, mm"), later("Nominal diameter"), nominal)
     return (WHO, TEMPERATURE, _mounted(site), ball, _SPHERE, _CONE)
 
 
@@ -114,7 +115,7 @@ def _mounted(site: WizardSite) -> Field:
         store = ProbeStore(site.probe.store)
         tips = tuple(sorted(store.tips, key=lambda tip: tip != store.mounted))
     choices = tuple((tip, tip) for tip in tips)
-    return Field("tip", "Tip", "Currently mounted", _proposed_tip(site), choices)
+    return Field("tip", later("Tip"), later("Currently mounted"), _proposed_tip(site), choices)
 
 
 def _proposed_tip(site: WizardSite) -> str:

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from ocmm_core.calibration.guided import Step
-from ocmm_gui.kit import Mark, Painted, fitted, paint_mark, text_font
+from ocmm_gui.kit import Mark, Painted, fitted, paint_mark, text_font, tr
 
 _ROW_PX, _MARK_PX = 66.0, 30.0
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -19,7 +19,7 @@ class Rail(Painted):
     """One row for each step: a mark, its title and its count."""
 
     def __init__(self) -> None:
-        super().__init__("Steps", (180, round(5 * _ROW_PX)), (140, 160))
+        super().__init__(tr("Steps"), (180, round(5 * _ROW_PX)), (140, 160))
         self._steps: tuple[Step, ...] = ()
         self._current = 0
         self._ended = False
@@ -31,7 +31,11 @@ class Rail(Painted):
         if shown != (self._steps, self._current, self._ended):
             self._steps, self._current, self._ended = shown
             step = steps[current]
-            self.setAccessibleDescription(f"Step {current + 1} of {len(steps)}: {step.title}")
+            self.setAccessibleDescription(
+                tr("Step {current} of {count}: {title}").format(
+                    current=current + 1, count=len(steps), title=step.title
+                )
+            )
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -62,6 +66,10 @@ class Rail(Painted):
                 painter.setFont(text_font(14))
                 painter.setPen(QColor(theme.muted))
                 count = QRectF(text.left() + 18.0, text.center().y() + 1.0, text.width(), 20.0)
-                painter.drawText(count, _LEFT, f"{step.done} of {step.wanted}")
+                painter.drawText(
+                    count,
+                    _LEFT,
+                    tr("{done} of {wanted}").format(done=step.done, wanted=step.wanted),
+                )
             else:
                 painter.drawText(text, _LEFT, title)

@@ -13,6 +13,7 @@ from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TouchView
 from ocmm_core.errors import InputError
+from ocmm_gui.kit import later, tr
 from ocmm_gui.wizards import _camera_sessions as cameras
 from ocmm_gui.wizards import _probe_sessions as probe
 from ocmm_gui.wizards._site import SessionPlace, Subject, WizardSite
@@ -109,7 +110,7 @@ def wizard_of(kind: ProcedureKind) -> WizardSpec[Any]:
     )
 
 
-_VERIFY = (
+_VERIFY = later(
     "The new calibration is active. Verify it: until then it is SUSPECT and no points are taken."
 )
 
@@ -118,10 +119,12 @@ _KNOWN_POINTS = WizardSpec(
     subject=Subject.CAMERAS,
     action="calibrate",
     texts=WizardTexts(
-        title="Calibrate cameras",
-        purpose="A positioning machine moves one bright target to every point of a list, "
-        "through the full depth of the volume. Lens parameters and camera poses are "
-        "computed from the images.",
+        title=later("Calibrate cameras"),
+        purpose=later(
+            "A positioning machine moves one bright target to every point of a list, "
+            "through the full depth of the volume. Lens parameters and camera poses are "
+            "computed from the images."
+        ),
         ends=CALIBRATION_ENDS,
         accepted=_VERIFY,
     ),
@@ -131,7 +134,7 @@ _KNOWN_POINTS = WizardSpec(
     pages=lambda place, procedure: {
         "prepare": PreparePage(place.rig, planned_points),
         "collect": KnownPointsPage(place.rig, procedure),
-        "result": ResultPage(place.rig, "Errors at points held back"),
+        "result": ResultPage(place.rig, tr("Errors at points held back")),
     },
     is_slow=True,
     commands={"skip": lambda procedure: procedure.skip},
@@ -142,10 +145,12 @@ _RELOCATION = WizardSpec(
     subject=Subject.CAMERAS,
     action="relocate",
     texts=WizardTexts(
-        title="Relocate",
-        purpose="Use after the frame or a camera was moved: visit two seats, wave the probe "
-        "through the volume, show the length bar, touch the control points, and visit "
-        "the seats again. No measuring machine needed.",
+        title=later("Relocate"),
+        purpose=later(
+            "Use after the frame or a camera was moved: visit two seats, wave the probe "
+            "through the volume, show the length bar, touch the control points, and visit "
+            "the seats again. No measuring machine needed."
+        ),
         ends=CALIBRATION_ENDS,
         accepted=_VERIFY,
     ),
@@ -159,7 +164,7 @@ _RELOCATION = WizardSpec(
         "bar": BarPage(place.rig),
         "world": WorldPage(place.rig),
         "again": SeatsPage(place.rig, RelocationView, again=True),
-        "result": ResultPage(place.rig, "Misfits of bar and control points"),
+        "result": ResultPage(place.rig, tr("Misfits of bar and control points")),
     },
     is_slow=True,
     predict=RelocationProcedure.predict,
@@ -170,12 +175,14 @@ _VERIFICATION = WizardSpec(
     subject=Subject.CAMERAS,
     action="verify",
     texts=WizardTexts(
-        title="Verify",
-        purpose="An independent check: visit two seats, put the ball into the nests of a "
-        "certified length bar along seven lines, touch a certified sphere, and visit "
-        "the seats again. Only a calibration that passes can be used.",
+        title=later("Verify"),
+        purpose=later(
+            "An independent check: visit two seats, put the ball into the nests of a "
+            "certified length bar along seven lines, touch a certified sphere, and visit "
+            "the seats again. Only a calibration that passes can be used."
+        ),
         ends=VERDICT_ENDS,
-        accepted="Verdict stored.",
+        accepted=later("Verdict stored."),
     ),
     fields=cameras.verification_fields,
     begin=cameras.begin_verification,
@@ -196,7 +203,7 @@ _VERIFICATION = WizardSpec(
 def _pivot_pages(place: SessionPlace, procedure: PivotProcedure) -> dict[str, StepPage]:
     view = procedure.view
     return {
-        "prepare": ProbePreparePage(place.body, (("Probe", view.probe), ("Tip", view.tip))),
+        "prepare": ProbePreparePage(place.body, ((tr("Probe"), view.probe), (tr("Tip"), view.tip))),
         "first": SweepPage(place.rig, second=False),
         "second": SweepPage(place.rig, second=True),
         "again": FirstConePage(place.rig),
@@ -209,13 +216,17 @@ _PIVOT = WizardSpec(
     subject=Subject.PROBE,
     action="pivot",
     texts=WizardTexts(
-        title="Calibrate probe",
-        purpose="Rest the ball in a cone and pivot the probe about it, repeat in another cone "
-        "or leaning another way, then return to the first cone. Tip and LED positions "
-        "are computed from the sweeps.",
+        title=later("Calibrate probe"),
+        purpose=later(
+            "Rest the ball in a cone and pivot the probe about it, repeat in another cone "
+            "or leaning another way, then return to the first cone. Tip and LED positions "
+            "are computed from the sweeps."
+        ),
         ends=CALIBRATION_ENDS,
-        accepted="The new probe calibration is active. Qualify the tip: until then it is "
-        "SUSPECT and no points are taken.",
+        accepted=later(
+            "The new probe calibration is active. Qualify the tip: until then it is "
+            "SUSPECT and no points are taken."
+        ),
     ),
     fields=probe.pivot_fields,
     begin=probe.begin_pivot,
@@ -230,7 +241,7 @@ def _touch_pages(place: SessionPlace, view: TouchView, result: StepPage) -> dict
     """Return the pages of qualification and check, which differ in their result."""
     sphere = f"{view.sphere_diameter_mm:.4f} mm, U {1e3 * view.sphere_expanded_mm:.1f} µm"
     facts = (
-        ("Probe", view.probe), ("Tip", view.tip), ("Ball", f"{view.nominal_mm:g} mm"),
+        (tr("Probe"), view.probe), (tr("Tip"), view.tip), (tr("Ball"), f"{view.nominal_mm:g} mm"),
         (view.sphere_name, sphere),
     )  # fmt: skip
     return {
@@ -246,12 +257,14 @@ _QUALIFICATION = WizardSpec(
     subject=Subject.PROBE,
     action="qualify",
     texts=WizardTexts(
-        title="Qualify tip",
-        purpose="Touch a certified sphere all around, then rest the ball in a cone in five "
-        "attitudes. This gives the diameter and form of the ball, and shows whether the "
-        "tip stays in place.",
+        title=later("Qualify tip"),
+        purpose=later(
+            "Touch a certified sphere all around, then rest the ball in a cone in five "
+            "attitudes. This gives the diameter and form of the ball, and shows whether the "
+            "tip stays in place."
+        ),
         ends=VERDICT_ENDS,
-        accepted="Tip verdict stored.",
+        accepted=later("Tip verdict stored."),
     ),
     fields=probe.qualification_fields,
     begin=probe.begin_qualification,
@@ -265,10 +278,10 @@ _TIP_CHECK = WizardSpec(
     subject=Subject.PROBE,
     action="check_tip",
     texts=WizardTexts(
-        title="Check tip",
-        purpose="One minute on the sphere and in the cone: is the tip still as qualified?",
+        title=later("Check tip"),
+        purpose=later("One minute on the sphere and in the cone: is the tip still as qualified?"),
         ends=VERDICT_ENDS,
-        accepted="Tip verdict stored.",
+        accepted=later("Tip verdict stored."),
     ),
     fields=probe.tip_check_fields,
     begin=probe.begin_tip_check,

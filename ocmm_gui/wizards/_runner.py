@@ -24,9 +24,11 @@ from ocmm_gui.kit import (
     FitText,
     Sound,
     Theme,
+    literal,
     mark_colour,
     sentence_label,
     text_font,
+    tr,
 )
 from ocmm_gui.wizards._decision_bar import DecisionBar
 from ocmm_gui.wizards._driver import WizardDriver
@@ -91,22 +93,22 @@ class Runner(QWidget):
             for info in WIZARD_ACTIONS
             if not info.key.startswith("plot")
         }
-        self._heading = FitText("Wizard", limit=20)
+        self._heading = FitText(tr("Wizard"), limit=20)
         self._heading.setFixedHeight(34)
-        self._heading.show_text(texts.title)
+        self._heading.show_text(tr(texts.title))
         self.rail = Rail()
-        self._title = FitText("Step", limit=28)
+        self._title = FitText(tr("Step"), limit=28)
         self._title.setFixedHeight(38)
-        self.instruction = sentence_label("What to do", 18)
+        self.instruction = sentence_label(tr("What to do"), 18)
         self.instruction.setMinimumHeight(_INSTRUCTION_PX)
         self._stack = QStackedWidget()
         for page in self.pages.values():
             page.commanded.connect(driver.do)
             page.sounded.connect(self.sounded)
             self._stack.addWidget(page)
-        self._gate_mark = FitText("Next", limit=22)
+        self._gate_mark = FitText(tr("Next"), limit=22)
         self._gate_mark.setFixedSize(26, 30)
-        self.gate = sentence_label("Why Next is locked", 17)
+        self.gate = sentence_label(tr("Why Next is locked"), 17)
         self.decision = DecisionBar()
         self.decision.decided.connect(self._decide)
         self._lay_out()
@@ -199,7 +201,7 @@ class Runner(QWidget):
         if self._seen is not None:
             ends = self._texts.ends
             why = self.page().must_say_why() if accepts else ""
-            question = why or (ends.accepts if accepts else ends.keeps)
+            question = why or tr(ends.accepts if accepts else ends.keeps)
             self.decision.ask(question, "", accepts=accepts, needs_reason=bool(why))
 
     def _decide(self, accepts: bool, reason: str) -> None:
@@ -239,13 +241,15 @@ class Runner(QWidget):
             action.setEnabled(mine and allowed.get(key, True))
         self.buttons["cancel"].setVisible(calculating)
         self.buttons["calculate"].setVisible("calculate" in page.keys and not calculating)
-        self.buttons["automatic"].setText(f"Automatic: {'ON' if seen.automatic else 'off'}\n[Y]")
+        self.buttons["automatic"].setText(
+            tr("Automatic: ON\n[Y]") if seen.automatic else tr("Automatic: off\n[Y]")
+        )
         ends = self._texts.ends
-        for key, word in (("accept", ends.accept), ("keep", ends.keep)):
+        for key, word in (("accept", tr(ends.accept)), ("keep", tr(ends.keep))):
             self.buttons[key].setText(f"{word}\n[{key[0].upper()}]")
 
     def _show_gate(self, seen: Seen) -> None:
-        text, mark = gate_words(seen, self._texts.accepted, going_on=self._go_on.isActive())
+        text, mark = gate_words(seen, tr(self._texts.accepted), going_on=self._go_on.isActive())
         if text != self.gate.text():
             self.gate.setText(text)
         self._gate_mark.show_text("", mark_colour(self._theme, mark), mark)
@@ -261,7 +265,7 @@ class Runner(QWidget):
         button.setObjectName(action.objectName())
         button.setAccessibleName(action.text())
         button.setAccessibleDescription(action.toolTip())
-        button.setToolTip(action.toolTip())
+        button.setToolTip(literal(action.toolTip()))
         button.setFont(text_font(16, bold=True))
         button.setMinimumHeight(_BUTTON_PX)
         button.setProperty("role", "primary" if action.objectName() in _PRIMARY else "tool")

@@ -10,6 +10,7 @@ from typing import Any
 
 from ocmm_core.calibration.guided import ProcedureDecision, sessions
 from ocmm_core.errors import OcmmError
+from ocmm_gui.kit import tr
 from ocmm_gui.wizards._registry import WizardSpec
 from ocmm_gui.wizards._site import (
     SESSIONS,
@@ -73,10 +74,11 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
         if not (base.stored or base.decision is ProcedureDecision.KEPT):
             begun = datetime.fromisoformat(base.begun_utc).astimezone()
             step = base.step
-            count = f", {step.done} of {step.wanted}" if step.wanted else ""
-            found.append(
-                Offer(path, f"{begun:%Y-%m-%d %H:%M}, {base.who}: {step.title.lower()}{count}")
-            )
+            where = step.title.lower()
+            if step.wanted:
+                count = tr("{done} of {wanted}").format(done=step.done, wanted=step.wanted)
+                where = f"{where}, {count}"
+            found.append(Offer(path, f"{begun:%Y-%m-%d %H:%M}, {base.who}: {where}"))
     return tuple(found)
 
 

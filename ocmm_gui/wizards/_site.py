@@ -14,6 +14,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import tr
 from ocmm_gui.wizards.parts import Calculation, ShownProcedure, Tap, TemperatureReadings
 
 C = TypeVar("C", bound=str)
@@ -86,8 +87,8 @@ def site_of(bridge: StationBridge) -> WizardSite:
     station = bridge.station
     in_use = station.instruments.calibration_in_use
     blocker = (
-        "The cameras use the rig document: no calibrations are stored.",
-        "Start OCMM with --calibrations FOLDER, or with real cameras.",
+        tr("The cameras use the rig document: no calibrations are stored."),
+        tr("Start OCMM with --calibrations FOLDER, or with real cameras."),
     )
     if in_use.fault is not None:
         blocker = (in_use.fault[1].what, in_use.fault[1].remedy)
@@ -111,8 +112,8 @@ def site_of(bridge: StationBridge) -> WizardSite:
 def _probe_site(bridge: StationBridge) -> ProbeSite:
     in_use = bridge.station.instruments.probe_in_use
     blocker = (
-        "The probe uses its document: no records of it are stored.",
-        "Start OCMM with --probes FOLDER, or with real cameras.",
+        tr("The probe uses its document: no records of it are stored."),
+        tr("Start OCMM with --probes FOLDER, or with real cameras."),
     )
     if in_use.store is None and in_use.fault is not None:
         blocker = (in_use.fault[1].what, in_use.fault[1].remedy)
@@ -227,7 +228,7 @@ def require_store(site: WizardSite, subject: Subject) -> Path:
         return folder
     if subject is Subject.CAMERAS:
         raise CalibrationError("wizard.no_store", *site.blocker)
-    what, remedy = ("No probe selected.", "") if probe is None else probe.blocker
+    what, remedy = (tr("No probe selected."), "") if probe is None else probe.blocker
     raise CalibrationError("wizard.no_probe_store", what, remedy)
 
 

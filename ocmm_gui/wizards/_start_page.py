@@ -18,7 +18,17 @@ from PySide6.QtWidgets import (
     QWidget,
 )
 
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, panel, sentence_label, text_font
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    PlainLabel,
+    Theme,
+    literal,
+    panel,
+    sentence_label,
+    text_font,
+    tr,
+)
 from ocmm_gui.wizards._site import Offer
 from ocmm_gui.wizards.parts import Field
 
@@ -39,30 +49,30 @@ class StartPage(QWidget):
         super().__init__()
         self._theme = THEMES[DEFAULT_THEME]
         self._offers: tuple[Offer, ...] = ()
-        self._title = QLabel()
-        self._title.setAccessibleName("Wizard")
+        self._title = PlainLabel()
+        self._title.setAccessibleName(tr("Wizard"))
         self._title.setFont(text_font(28, bold=True))
-        self._purpose = sentence_label("Purpose", 18)
-        self.trouble = sentence_label("Why it cannot start", 17)
+        self._purpose = sentence_label(tr("Purpose"), 18)
+        self.trouble = sentence_label(tr("Why it cannot start"), 17)
         self.fields: dict[str, QLineEdit | QComboBox] = {}
         self._form = QGridLayout()
         self._form.setVerticalSpacing(8)
         self._form.setHorizontalSpacing(14)
-        self.begin_button = _large("Start  [Return]", "Start a new session")
-        self.resume_button = _large("Resume  [G]", "Resume the selected session")
+        self.begin_button = _large(tr("Start  [Return]"), tr("Start a new session"))
+        self.resume_button = _large(tr("Resume  [G]"), tr("Resume the selected session"))
         self.resume_button.setShortcut("G")
-        self.leave_button = _large("Leave  [Esc]", "Leave the wizard")
+        self.leave_button = _large(tr("Leave  [Esc]"), tr("Leave the wizard"))
         self.leave_button.setShortcut("Esc")
         self.begin_button.clicked.connect(self._begin)
         self.resume_button.clicked.connect(self._resume)
         self.leave_button.clicked.connect(self.left)
         self.list = QListWidget()
-        self.list.setAccessibleName("Unfinished sessions")
+        self.list.setAccessibleName(tr("Unfinished sessions"))
         self.list.setFont(text_font(16))
         self.list.setWordWrap(True)
         self.list.currentRowChanged.connect(self._show_choice)
         self.list.itemActivated.connect(self._resume)
-        self._note = sentence_label("Details of the selected session", 15)
+        self._note = sentence_label(tr("Details of the selected session"), 15)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(18, 12, 18, 12)
         layout.setSpacing(12)
@@ -83,8 +93,8 @@ class StartPage(QWidget):
         self, title: str, purpose: str, fields: Sequence[Field], offers: Sequence[Offer]
     ) -> None:
         """Show what a wizard needs and what was not finished; that is proposed first."""
-        self._title.setText(title)
-        self._purpose.setText(purpose)
+        self._title.setText(tr(title))
+        self._purpose.setText(tr(purpose))
         self.show_trouble("")
         self._fill_form(fields)
         self._offers = tuple(offers)
@@ -121,14 +131,14 @@ class StartPage(QWidget):
                 widget.deleteLater()
         self.fields = {}
         for one in fields:
-            label = QLabel(one.label)
+            label = PlainLabel(tr(one.label))
             label.setFont(text_font(15))
             label.setProperty("role", "muted")
             field = self._choice(one) if one.choices else self._line(one)
             field.setObjectName(one.key)
-            field.setAccessibleName(one.label)
-            field.setAccessibleDescription(one.tip)
-            field.setToolTip(one.tip)
+            field.setAccessibleName(tr(one.label))
+            field.setAccessibleDescription(tr(one.tip))
+            field.setToolTip(literal(tr(one.tip)))
             field.setFont(text_font(16))
             field.setMinimumHeight(36)
             label.setBuddy(field)
@@ -142,7 +152,7 @@ class StartPage(QWidget):
 
     def _line(self, one: Field) -> QLineEdit:
         field = QLineEdit(one.proposal)
-        field.setPlaceholderText(one.tip)
+        field.setPlaceholderText(tr(one.tip))
         field.returnPressed.connect(self._begin)
         return field
 
@@ -150,13 +160,13 @@ class StartPage(QWidget):
     def _choice(one: Field) -> QComboBox:
         field = QComboBox()
         for value, words in one.choices:
-            field.addItem(words, value)
+            field.addItem(tr(words), value)
         return field
 
     def _new_session(self) -> QWidget:
         column = QVBoxLayout()
         column.setSpacing(8)
-        column.addWidget(_heading("New session"))
+        column.addWidget(_heading(tr("New session")))
         column.addLayout(self._form)
         column.addStretch(1)
         column.addWidget(self.begin_button)
@@ -165,7 +175,7 @@ class StartPage(QWidget):
     def _unfinished(self) -> QWidget:
         column = QVBoxLayout()
         column.setSpacing(8)
-        column.addWidget(_heading("Not finished"))
+        column.addWidget(_heading(tr("Not finished")))
         column.addWidget(self.list, 1)
         column.addWidget(self._note)
         column.addWidget(self.resume_button)
@@ -175,7 +185,7 @@ class StartPage(QWidget):
     def _show_choice(self, _row: int = 0) -> None:
         offer = self._offer()
         self.resume_button.setEnabled(offer is not None and not offer.blocker)
-        self._note.setText("" if offer is None else offer.blocker or "Nothing was lost.")
+        self._note.setText("" if offer is None else offer.blocker or tr("Nothing was lost."))
         new = offer is None or bool(offer.blocker)
         for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
             button.setProperty("role", "primary" if primary else "plain")
@@ -216,7 +226,7 @@ def _large(text: str, name: str) -> QPushButton:
 
 
 def _heading(text: str) -> QLabel:
-    label = QLabel(text)
+    label = PlainLabel(text)
     label.setFont(text_font(18, bold=True))
     label.setAlignment(Qt.AlignmentFlag.AlignLeft)
     return label

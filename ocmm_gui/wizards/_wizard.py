@@ -13,7 +13,7 @@ from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, Themed
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, Themed, tr
 from ocmm_gui.wizards._driver import WizardDriver
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
 from ocmm_gui.wizards._runner import Runner
@@ -40,6 +40,8 @@ class Wizard(QStackedWidget):
     """An observation is on the disk."""
     sounded = Signal(object)
     """Emits a `Sound` that is to be heard."""
+    told = Signal(str)
+    """Emits what somebody should know who resumes a session."""
     failed = Signal(object)
     """Emits the `OcmmError` of a command."""
 
@@ -47,7 +49,7 @@ class Wizard(QStackedWidget):
         self, site: WizardSite, clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     ) -> None:
         super().__init__()
-        self.setAccessibleName("Wizard")
+        self.setAccessibleName(tr("Wizard"))
         self._site = site
         self._clock = clock
         self._theme = THEMES[DEFAULT_THEME]
@@ -125,6 +127,8 @@ class Wizard(QStackedWidget):
         self.setCurrentWidget(runner)
         driver.start()
         runner.setFocus()
+        if opened.procedure.base.torn:
+            self.told.emit(opened.procedure.base.torn)
 
 
 def _commands(

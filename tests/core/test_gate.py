@@ -154,6 +154,22 @@ def test_only_one_file_says_that_a_test_is_not_run() -> None:
     assert found == ["host.py"]
 
 
+_ASIDE = """
+import os, signal
+print(os.nice(0), signal.getsignal(signal.SIGINT) is signal.default_int_handler)
+"""
+
+
+def test_what_runs_aside_comes_second_and_can_be_interrupted() -> None:
+    # So does a shell start what runs in its background.
+    command = f"trap '' INT; {sys.executable} -m tests.aside {sys.executable} -c '{_ASIDE}'"
+    done = subprocess.run(
+        ["sh", "-c", command], cwd=_ROOT, capture_output=True, text=True, timeout=HANG_S, check=True
+    )
+    nicer = min(os.nice(0) + 5, 19)
+    assert done.stdout.split() == [str(nicer), "True"]
+
+
 _LOOK = """
 import numba, numpy
 from numba.core.codegen import JITCPUCodegen

@@ -19,8 +19,8 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.errors import InputError, StorageError
 from ocmm_gui.app import main
 from ocmm_gui.kit import Banner, Debounced, ErrorHooks, NoticeCentre, PathPanel, Sound, SoundPlayer
+from ocmm_gui.kit._actions import DEBOUNCE_S
 from ocmm_gui.kit._sound import RATE_HZ, tone_wav
-from ocmm_gui.kit._triggers import DEBOUNCE_S
 from tests.host import HANG_MS
 
 
@@ -63,7 +63,7 @@ def test_a_log_that_cannot_be_written_says_so(tmp_path: Path) -> None:
 
 def test_a_path_with_a_blank_takes_no_point(qtbot: QtBot) -> None:
     window = QWidget()
-    panel = PathPanel("report", "folder")
+    panel = PathPanel("Write the report", "Folder of the report", "Write")
     panel.setParent(window)
     qtbot.addWidget(window)
     taken: list[bool] = []

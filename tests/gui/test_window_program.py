@@ -59,3 +59,15 @@ def test_a_termination_signal_closes_the_window_within_two_seconds(tmp_path: Pat
     assert time.monotonic() - begun < 2.0
     assert "Traceback" not in errors
     assert _rings() <= before
+
+
+def test_a_job_behind_the_option_for_pictures_is_not_written_over(tmp_path: Path) -> None:
+    job = tmp_path / "DEMO-001.ocmm"
+    job.write_bytes(b"a job")
+    done = subprocess.run(
+        [*_COMMAND, str(tmp_path / "out"), "--quit-after", "1", "--screenshot", str(job)],
+        cwd=_ROOT, capture_output=True, text=True, timeout=HANG_S, check=False,
+    )  # fmt: skip
+    assert done.returncode == 2
+    assert "give a name ending in .png" in done.stderr
+    assert job.read_bytes() == b"a job"

@@ -32,7 +32,7 @@ _COMMANDS = (
 
 
 def test_no_command_and_no_window_compiles_anything(tmp_path: Path) -> None:
-    compile_all()
+    compile_all(1)
     rng = np.random.default_rng()
     directions = rng.normal(size=(20, 3))
     directions /= np.linalg.norm(directions, axis=1)[:, None]

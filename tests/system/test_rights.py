@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import json
 import os
-import shutil
 import socket
 import subprocess
 import sys
-import tempfile
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -22,12 +20,21 @@ from typing import Any
 import msgspec
 import pytest
 
-from ocmm_core.acquisition.bus_process import NEEDED, BusConfig, Capability, ServiceBus, rights_of
+from ocmm_core.acquisition.bus_process import (
+    BUS_PRIORITY,
+    NEEDED,
+    BusConfig,
+    Capability,
+    ServiceBus,
+    rights_of,
+)
 from ocmm_core.acquisition.frames import AcquisitionState, FrameRing, StopReason, read_status
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
-from tests.host import HANG_S, needs_root, needs_tools, not_run, on_linux_only, private_network
+from tests.host import HANG_S, needs_tools, not_run, on_linux_only, private_network
+from tests.system.other_user import NOBODY, as_nobody
+from tests.system.other_user import environment as environment
 
 # Two processes must answer each other within a millisecond: not beside other tests.
 pytestmark = [
@@ -38,51 +45,10 @@ pytestmark = [
 _ROOT = Path(__file__).resolve().parents[2]
 _GRANT = _ROOT / "installer" / "linux" / "grant-rights.sh"
 _SCENARIO = Path(__file__).with_name("rights_scenario.py")
-_NOBODY, _OUTSIDER = 65534, 65533
+_OUTSIDER = 65533
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 _EXACTLY = [sorted(NEEDED)]
 _NONE: list[list[int]] = [[]]
-
-
-def as_nobody(*command: str | Path, drop: str = "", number: int = _NOBODY) -> list[str]:
-    """Return the command as a user without rights; ``drop`` can never be had, not even by file."""
-    limits = [f"--bounding-set=-{drop}"] if drop else []
-    # setpriv itself may start anything, so the shell, which has no rights any more, does it.
-    return [
-        "setpriv", f"--reuid={number}", f"--regid={number}", "--clear-groups", *limits, "--",
-        "sh", "-c", 'exec "$0" "$@"', *map(str, command),
-    ]  # fmt: skip
-
-
-@pytest.fixture(scope="module")
-def environment() -> Iterator[Path]:
-    """Return a Python environment that anybody may run, with the packages of this one."""
-    needs_root("become another user")
-    needs_tools("setpriv", "setcap", "findmnt")
-    if "-r" in private_network():
-        not_run("root itself may make no private network on this host")
-    version = f"python{sys.version_info.major}.{sys.version_info.minor}"
-    # An interpreter below a home folder cannot be reached by others.
-    bases = (f"{sys.base_prefix}/bin/{version}", f"/usr/bin/{version}")
-    base = next((b for b in bases if subprocess.call(as_nobody("test", "-x", b)) == 0), None)
-    if base is None:
-        not_run(f"there is no {version} that another user may run")
-    if subprocess.call(as_nobody("test", "-r", _SCENARIO)) != 0:
-        not_run("another user cannot read this checkout")
-    folder = Path(tempfile.mkdtemp(prefix="ocmm-rights-"))
-    try:
-        folder.chmod(0o755)
-        subprocess.run([base, "-m", "venv", "--without-pip", str(folder / "venv")], check=True)
-        packages = next(path for path in sys.path if path.endswith("site-packages"))
-        (folder / "venv" / "lib" / version / "site-packages" / "these.pth").write_text(
-            f"import site; site.addsitedir({packages!r})\n", encoding="utf-8"
-        )
-        python = folder / "venv" / "bin" / "python"
-        if subprocess.call(as_nobody(python, "-I", "-c", "import ocmm_core, numpy, pysoem")) != 0:
-            not_run("another user cannot import the packages of this environment")
-        yield folder / "venv"
-    finally:
-        shutil.rmtree(folder)
 
 
 @pytest.fixture
@@ -140,7 +106,7 @@ def test_window_without_any_right_measures_through_a_bus_process_with_three(
     granted: Path,
 ) -> None:
     seen = play(granted)
-    assert seen["user"] == _NOBODY
+    assert seen["user"] == NOBODY
     assert seen["window"]["effective"] == seen["window"]["permitted"] == _NONE
     assert "bus" in seen, seen
     assert seen["command"][:2] == [str(granted / "bin" / "ocmm-acq-python"), "-I"]
@@ -273,20 +239,21 @@ def test_the_units_are_valid(tmp_path: Path) -> None:
 
 
 def test_the_unit_gives_the_rights_that_the_program_keeps_and_no_other() -> None:
-    names = " ".join(f"CAP_{right.name}" for right in (
+    """Of the three the priority comes from a limit: it allows this priority and nothing else."""
+    assert set(Capability) == NEEDED == {
         Capability.NET_RAW, Capability.NET_ADMIN, Capability.SYS_NICE
-    ))  # fmt: skip
-    assert set(Capability) == NEEDED
+    }  # fmt: skip
     text = unit("ocmm-acq@.service")
     for setting in ("AmbientCapabilities", "CapabilityBoundingSet"):
-        assert f"\n{setting}={names}\n" in text
+        assert f"\n{setting}=CAP_NET_RAW CAP_NET_ADMIN\n" in text
+    assert f"\nLimitRTPRIO={BUS_PRIORITY}\n" in text
 
 
 _SERVICE = """
 import subprocess, sys, time
 from pathlib import Path
 address, python = Path(sys.argv[1]), sys.argv[2]
-rights = "+net_raw,+net_admin,+sys_nice"
+rights = "+net_raw,+net_admin"
 service = subprocess.Popen(
     ["systemd-socket-activate", "--accept", "--inetd", "-l", address, "--",
      "setpriv", "--reuid=65533", "--regid=65534", "--clear-groups", "--no-new-privs",

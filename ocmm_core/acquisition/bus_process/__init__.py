@@ -26,13 +26,18 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._realtime import (
         BUS_PRIORITY,
         CAMERA_PRIORITY,
+        lock_memory,
         take_priority,
     )
     from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
     from ocmm_core.acquisition.bus_process._rights import (
         NEEDED,
         Capability,
+        ProcessRights,
+        allow_locked_memory,
         give_up_all_but,
+        granted_by,
+        hold_nothing,
         rights_of,
     )
     from ocmm_core.acquisition.bus_process._scan_process import ScanConfig, scan_command
@@ -46,9 +51,12 @@ else:
         _config="BusConfig read_config",
         _ethercat="EthercatSource",
         _launch="RECIPE bus_command",
-        _realtime="BUS_PRIORITY CAMERA_PRIORITY take_priority",
+        _realtime="BUS_PRIORITY CAMERA_PRIORITY lock_memory take_priority",
         _remote_objects="RemoteObjects",
-        _rights="Capability NEEDED give_up_all_but rights_of",
+        _rights=(
+            "Capability NEEDED ProcessRights allow_locked_memory give_up_all_but granted_by "
+            "hold_nothing rights_of"
+        ),
         _scan_process="ScanConfig scan_command",
         _service_client="ServiceBus",
         _stepped_time="SteppedTime",
@@ -65,12 +73,17 @@ __all__ = [
     "Capability",
     "ChildProcess",
     "EthercatSource",
+    "ProcessRights",
     "RemoteObjects",
     "ScanConfig",
     "ServiceBus",
     "SteppedTime",
+    "allow_locked_memory",
     "bus_command",
     "give_up_all_but",
+    "granted_by",
+    "hold_nothing",
+    "lock_memory",
     "read_config",
     "read_first_line",
     "rights_of",

@@ -7,7 +7,6 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import (
     Cycle,
@@ -34,7 +33,7 @@ from ocmm_core.fieldbus.cycle import (
     first_frame,
     judge,
 )
-from ocmm_core.fieldbus.device import FRAME_DTYPE, FRAMES_PER_CYCLE, HEADER_STRUCT, decode_spots
+from ocmm_core.fieldbus.device import INPUT_DTYPE, decode_spots
 from ocmm_core.fieldbus.objects import ObjectService, RequestPort, Thermometer
 from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report, pace_words
 from ocmm_core.fieldbus.wire import HostTime, is_virtual_cable, is_virtual_interface
@@ -292,32 +291,31 @@ class EthercatSource:
     def _take(self, answer: CycleAnswer, joiner: FrameJoiner) -> Given:
         """Take the frames that are new, by their counters; return what is complete with them."""
         schedule = self._bus.schedule
-        fresh: list[tuple[int, NDArray[np.void]]] = []
-        for camera, (header, content) in enumerate(zip(answer.headers, answer.inputs, strict=True)):
+        places: list[tuple[int, int, int]] = []
+        for camera, header in enumerate(answer.headers):
             record = self._records[camera]
             if self._accounts.taken(record, header, schedule):
                 words = f"Camera '{record.name}' was power-cycled."
                 self._note(Alarm.RESTARTED, words, self._time.now_ns(), camera=record.name)
             first = first_frame(header, schedule)
-            known = max(0, record.next_frame - first)
-            frames = np.frombuffer(
-                content, FRAME_DTYPE, count=FRAMES_PER_CYCLE, offset=HEADER_STRUCT.size
-            )[known : header.frames_valid]
-            fresh.append((first + known, frames))
+            places.append((first, max(0, record.next_frame - first), header.frames_valid))
             self._records[camera] = advance(record, header, schedule)
-        if len({(first, len(frames)) for first, frames in fresh}) == 1 and len(fresh[0][1]):
-            together = np.empty((len(fresh), len(fresh[0][1])), FRAME_DTYPE)
-            for camera, (_, frames) in enumerate(fresh):
-                together[camera] = frames
+        # A camera's whole input has one size, or `judge` had refused it.
+        frames_of = np.frombuffer(b"".join(answer.inputs), INPUT_DTYPE)["frames"]
+        first, known, end = places[0]
+        if known < end and places.count(places[0]) == len(places):
+            together = frames_of[:, known:end]
             given = self._exposures.pass_on(
-                fresh[0][0], together["flags"], together["valid"], decode_spots(together)
+                first + known, together["flags"], together["valid"], decode_spots(together)
             )
             if given is not None:
                 return given
-        for camera, (first, frames) in enumerate(fresh):
+        for camera, (first, known, end) in enumerate(places):
+            frames = frames_of[camera, known:end]
+            exposures = first + known + np.arange(len(frames))
             joiner.push(
                 camera,
-                schedule.start_ns + (first + np.arange(len(frames))) * schedule.period_ns,
+                schedule.start_ns + exposures * schedule.period_ns,
                 frames["flags"],
                 frames["valid"],
                 decode_spots(frames),

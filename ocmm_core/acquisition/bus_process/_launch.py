@@ -2,6 +2,7 @@
 
 On a workstation a copy of the interpreter, made by ``installer/linux/grant-rights.sh``, carries
 the rights of the bus process; the application itself runs with the ordinary one and has none.
+In an installed package ``ocmm-acq`` is a program of its own, and the package gives it the rights.
 """
 
 from __future__ import annotations
@@ -12,10 +13,13 @@ import sys
 from pathlib import Path
 
 from ocmm_core.acquisition.bus_process._rights import NEEDED, granted_by, rights_of
+from ocmm_core.host import HOST, require_linux
 
 RECIPE = "sudo installer/linux/grant-rights.sh"
 """What to type where rights are missing."""
 _NAME = "ocmm-acq-python"
+_INSTALLED_NAME = "ocmm-acq"
+_INSTALLED_RECIPE = "sudo usermod -aG ocmm NAME; then log in"
 _MODULE = "ocmm_core.acquisition.bus_process._start"
 
 
@@ -28,15 +32,25 @@ def bus_command(interpreter: Path | None = None) -> list[str]:
         Python of the application, by default the one that runs; a copy with rights is looked for
         beside it.
     """
+    require_linux("The camera bus")
+    if getattr(sys, "frozen", False):
+        return _installed_command(Path(sys.executable).with_name(_INSTALLED_NAME))
     ordinary = Path(sys.executable) if interpreter is None else interpreter
     chosen = ordinary
-    if sys.platform == "linux" and os.geteuid() != 0:
+    if HOST.is_linux_like and os.geteuid() != 0:
         granted = ordinary.with_name(_NAME)
         if not why_not(granted, ordinary):
             chosen = granted
     # Isolated: what may send raw frames takes no code from the present folder, from the
     # environment or from the folder of the user's own packages.
     return [str(chosen), "-I", "-m", _MODULE]
+
+
+def _installed_command(program: Path) -> list[str]:
+    """Return the command in a package; whoever may not run the program does without its rights."""
+    if os.geteuid() != 0 and not _why_not_safe(program, _INSTALLED_RECIPE):
+        return [str(program)]
+    return [sys.executable, "-I", "-m", _MODULE]
 
 
 def why_not(granted: Path, ordinary: Path) -> str:
@@ -54,10 +68,22 @@ def why_not(granted: Path, ordinary: Path) -> str:
         there, original = granted.stat(), ordinary.stat()
     except OSError:
         return f"{granted} does not exist; run {RECIPE}"
-    if not stat.S_ISREG(there.st_mode) or there.st_uid != 0 or there.st_mode & 0o022:
-        return f"{granted} can be changed by users other than root; {again}"
     if (there.st_size, int(there.st_mtime)) != (original.st_size, int(original.st_mtime)):
-        return f"{granted} is a copy of a different Python than {ordinary}; {again}"
+        # Who may change it is said first: a changed copy differs, too.
+        return (
+            _changeable(granted, there, again)
+            or f"{granted} is a copy of a different Python than {ordinary}; {again}"
+        )
+    return _why_not_safe(granted, again)
+
+
+def _why_not_safe(granted: Path, again: str) -> str:
+    try:
+        there = granted.stat()
+    except OSError:
+        return f"{granted} does not exist; {again}"
+    if changeable := _changeable(granted, there, again):
+        return changeable
     if not os.access(granted, os.X_OK):
         return f"this user is not in the group that may run {granted}"
     if missing := NEEDED - granted_by(granted):
@@ -68,4 +94,10 @@ def why_not(granted: Path, ordinary: Path) -> str:
     # The kernel does not even start it then.
     if own.no_new_privileges or not own.bounding >= NEEDED:
         return "this program was started in a way that denies these rights to its child processes"
+    return ""
+
+
+def _changeable(granted: Path, there: os.stat_result, again: str) -> str:
+    if not stat.S_ISREG(there.st_mode) or there.st_uid != 0 or there.st_mode & 0o022:
+        return f"{granted} can be changed by users other than root; {again}"
     return ""

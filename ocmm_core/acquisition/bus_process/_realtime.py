@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import ctypes
 import os
-import resource
 
 BUS_PRIORITY = 60
 CAMERA_PRIORITY = 50
@@ -40,6 +39,8 @@ def take_processor() -> str | None:
 
 def lock_memory() -> str | None:
     """Keep all memory of this process in place; return what this user may not have."""
+    import resource
+
     soft, _hard = resource.getrlimit(resource.RLIMIT_MEMLOCK)
     # With a limit, locking what comes in future would make later allocations fail.
     allowed = soft == resource.RLIM_INFINITY or os.geteuid() == 0

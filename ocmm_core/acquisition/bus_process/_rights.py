@@ -10,13 +10,13 @@ from __future__ import annotations
 import contextlib
 import ctypes
 import os
-import resource
 import struct
-import sys
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from pathlib import Path
+
+from ocmm_core.host import HOST
 
 
 class Capability(IntEnum):
@@ -102,7 +102,9 @@ def allow_locked_memory() -> None:
 
     Locking needs either a right of its own, which is given up, or this limit, which stays.
     """
-    if sys.platform == "linux":
+    if HOST.is_linux_like:
+        import resource
+
         everything = (resource.RLIM_INFINITY, resource.RLIM_INFINITY)
         # An ordinary user may not raise it; systemd or limits.conf have set it for him, or not.
         with contextlib.suppress(ValueError, OSError):
@@ -115,7 +117,7 @@ def give_up_all_but(kept: Iterable[int]) -> None:
     Works on the calling thread and those it starts, so call it before there are others. What
     this process never had it does not get. Does nothing where there are no capabilities.
     """
-    if sys.platform != "linux":
+    if not HOST.is_linux_like:
         return
     kept = frozenset(kept)
     libc = ctypes.CDLL(None)
@@ -124,12 +126,29 @@ def give_up_all_but(kept: Iterable[int]) -> None:
     # the last line does the same.
     for number in own.bounding - kept:
         libc.prctl(_PR_CAPBSET_DROP, number, 0, 0, 0)
+    _hold(libc, own.permitted & kept)
+    libc.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
+
+
+def hold_nothing() -> None:
+    """Give up every capability that an ordinary user's process was started with.
+
+    For the window and the commands: they need none, and what they start inherits none. A program
+    file with rights of its own, that of the bus process, still gets them. Works on the calling
+    thread and those it starts. Root's processes keep theirs: whatever root starts would have all
+    of them again, so that nothing would be gained.
+    """
+    if HOST.is_linux_like and os.geteuid() != 0:
+        _hold(ctypes.CDLL(None), frozenset())
+
+
+def _hold(libc: ctypes.CDLL, kept: frozenset[int]) -> None:
+    """Hold these capabilities, all of which are held now, and hand none of them on."""
     libc.prctl(_PR_CAP_AMBIENT, _PR_CAP_AMBIENT_CLEAR_ALL, 0, 0, 0)
-    mask = sum(1 << number for number in own.permitted & kept)
+    mask = sum(1 << number for number in kept)
     header = struct.pack("<Ii", _HEADER_VERSION_3, 0)
     low, high = mask & 0xFFFFFFFF, mask >> 32
     libc.capset(header, struct.pack("<6I", low, low, 0, high, high, 0))
-    libc.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0)
 
 
 def _numbers(mask: int) -> frozenset[int]:

@@ -7,6 +7,7 @@ import sys
 from ocmm_core.acquisition.bus_process._rights import NEEDED, allow_locked_memory, give_up_all_but
 from ocmm_core.blas import use_one_thread
 from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.host import require_linux
 
 
 def main() -> None:
@@ -14,6 +15,7 @@ def main() -> None:
     # What follows concerns threads that numpy makes when it is imported, so that comes last.
     use_one_thread()
     try:
+        require_linux("The camera bus")
         allow_locked_memory()
         give_up_all_but(NEEDED)
         from ocmm_core.acquisition.bus_process._process import main as run

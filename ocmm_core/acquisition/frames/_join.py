@@ -58,7 +58,7 @@ class FrameJoiner:
         self._period_ns = period_ns
         self._capacity = capacity
         self._next = 0
-        self._upto = np.zeros(n_cameras, dtype=np.int64)
+        self._upto = [0] * n_cameras
         self._owner = np.full((n_cameras, capacity), -1, dtype=np.int64)
         self._flags = np.zeros((n_cameras, capacity), dtype=np.uint32)
         self._valid = np.zeros((capacity, n_cameras), dtype=np.uint64)
@@ -108,7 +108,7 @@ class FrameJoiner:
                 f"Camera {camera + 1} exposed off the common schedule.",
                 "Restart the acquisition; if it happens again, check the bus clocks.",
             )
-        fresh = counter >= max(int(self._upto[camera]), self._next)
+        fresh = counter >= max(self._upto[camera], self._next)
         counter = counter[fresh]
         # One push must not overwrite itself; the joiner gives up what does not fit.
         counter, kept = counter[-self._capacity :], np.flatnonzero(fresh)[-self._capacity :]
@@ -119,12 +119,12 @@ class FrameJoiner:
         self._flags[camera, place] = flags[kept]
         self._valid[place, camera] = valid[kept]
         self._uv[place, camera] = uv[kept]
-        self._upto[camera] = counter[-1] + 1
+        self._upto[camera] = int(counter[-1]) + 1
         return len(fresh) - len(counter)
 
     def takes_at_once(self, first: int) -> bool:
         """Say whether exposure ``first`` is the next one of every camera, and nothing waits."""
-        return self._next == first and bool((self._upto == first).all())
+        return self._next == first and self._upto.count(first) == len(self._upto)
 
     def pass_on(
         self, flags: NDArray[np.uint16], valid: NDArray[np.uint16], uv: Float
@@ -140,7 +140,7 @@ class FrameJoiner:
         """
         counter = np.arange(self._next, self._next + flags.shape[1])
         self._next += flags.shape[1]
-        self._upto[:] = self._next
+        self._upto = [self._next] * len(self._upto)
         return FrameBlock(
             counter=counter,
             time_ns=self._start_ns + counter * self._period_ns,
@@ -151,9 +151,9 @@ class FrameJoiner:
 
     def pull(self) -> Joined:
         """Give out what is complete, and count what never will be."""
-        given_up = max(0, int(self._upto.max()) - self._capacity - self._next)
+        given_up = max(0, max(self._upto) - self._capacity - self._next)
         self._next += given_up
-        end = int(self._upto.min())
+        end = min(self._upto)
         if end <= self._next:
             return Joined(None, given_up)
         counter = np.arange(self._next, end)

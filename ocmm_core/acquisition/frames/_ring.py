@@ -13,12 +13,12 @@ overwritten.
 
 from __future__ import annotations
 
-import contextlib
-import fcntl
+import errno
+import logging
 import mmap
 import os
+import struct
 import tempfile
-import time
 from collections.abc import Mapping
 from enum import IntEnum
 from pathlib import Path
@@ -29,10 +29,13 @@ from numpy.typing import NDArray
 from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records
 from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS
 from ocmm_core.errors import AcquisitionError
+from ocmm_core.host import HOST
+from ocmm_core.leftovers import clear, hold
 
 _MAGIC = 0x4F434D4D52494E47
 _LAYOUT = 4
 _HEAD_WORDS = 64
+_WORD = struct.Struct("q")
 _TEXT_BYTES = 1024
 REPORT_BYTES = 131072
 """Room for the report of the writer about itself."""
@@ -44,8 +47,9 @@ _MOST_BYTES = 1 << 28
 """Of the frames of a ring for which no capacity is asked: many cameras with many slots get fewer
 frames, not all memory. 16 cameras with 8 slots have all of them, with 64 slots two seconds."""
 _PREFIX = "ocmm-ring-"
-_NEW_S = 60.0
-"""A ring is locked long before it is so old."""
+_TRIES = 10
+
+_log = logging.getLogger(__name__)
 
 
 class RingHeaderField(IntEnum):
@@ -114,9 +118,9 @@ class FrameRing:
             with path.open("r+b") as stream:
                 if os.fstat(stream.fileno()).st_size < _DATA_OFFSET:
                     raise _no_ring(path)
-                if owner:
-                    # As long as it is mapped here; the end of the process gives it back.
-                    fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
+                # Held as long as it is mapped here; the end of the process gives it back.
+                if owner and not hold(stream.fileno(), path):
+                    raise FileNotFoundError(errno.ENOENT, "it was removed", str(path))
                 self._map = mmap.mmap(stream.fileno(), 0)
         except OSError as error:
             raise AcquisitionError(
@@ -124,9 +128,11 @@ class FrameRing:
                 f"{path}: the frame ring cannot be opened ({error.strerror}).",
                 "Restart the acquisition.",
             ) from error
-        self._words = np.frombuffer(self._map, dtype="<i8", count=_HEAD_WORDS)
+        # A view, because an array makes a number object of its own of every word; each is read and
+        # written whole.
+        self._words = memoryview(self._map)[: _HEAD_WORDS * _WORD.size].cast("q")
         if not self._has_this_layout():
-            self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
+            self._words.release()
             self._map.close()
             raise _no_ring(path)
         self.n_cameras = self.word(RingHeaderField.N_CAMERAS)
@@ -151,20 +157,30 @@ class FrameRing:
         frame_bytes = frame_dtype(n_cameras, n_slots).itemsize
         if capacity is None:
             capacity = min(DEFAULT_CAPACITY, _MOST_BYTES // frame_bytes)
-        folder = "/dev/shm" if Path("/dev/shm").is_dir() else None  # noqa: S108 - shared memory, made with a private name
-        _remove_orphans(Path(folder or tempfile.gettempdir()))
-        descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)
+        folder = HOST.shared_memory()
+        orphans = clear(Path(folder or tempfile.gettempdir()).glob(f"{_PREFIX}*"))
+        if orphans:
+            _log.warning("Frame rings of killed programs removed: %d.", orphans)
         size = _DATA_OFFSET + capacity * frame_bytes
         head = np.zeros(_HEAD_WORDS, dtype="<i8")
         head[RingHeaderField.MAGIC], head[RingHeaderField.LAYOUT] = _MAGIC, _LAYOUT
         head[RingHeaderField.N_CAMERAS], head[RingHeaderField.CAPACITY] = n_cameras, capacity
         head[RingHeaderField.N_SLOTS] = n_slots
-        try:
-            os.truncate(descriptor, size)
-            os.write(descriptor, head.tobytes())
-        finally:
-            os.close(descriptor)
-        return cls(Path(name), owner=True)
+        for attempt in range(1, _TRIES + 1):
+            descriptor, name = tempfile.mkstemp(prefix=_PREFIX, dir=folder)
+            try:
+                os.truncate(descriptor, size)
+                os.write(descriptor, head.tobytes())
+            finally:
+                os.close(descriptor)
+            try:
+                return cls(Path(name), owner=True)
+            except AcquisitionError:
+                # Another program that begins just now took it for an orphan, see `leftovers`.
+                Path(name).unlink(missing_ok=True)
+                if attempt == _TRIES:
+                    raise
+        raise AssertionError
 
     @classmethod
     def attach(cls, path: Path | str) -> FrameRing:
@@ -173,7 +189,7 @@ class FrameRing:
 
     def word(self, which: RingHeaderField) -> int:
         """Return one word of the head."""
-        return int(self._words[which])
+        return self._words[which]
 
     def set_word(self, which: RingHeaderField, value: int) -> None:
         """Set one word of the head; each word has one writer."""
@@ -232,24 +248,28 @@ class FrameRing:
             The block has more frames than the ring, or another number of cameras or slots.
         """
         shape = block.uv.shape[1:3]
-        if len(block) > self.capacity or shape != (self.n_cameras, self.n_slots):
+        count = len(block)
+        if count > self.capacity or shape != (self.n_cameras, self.n_slots):
             raise AcquisitionError(
                 "ring.block",
-                f"A block of {len(block)} frames of {shape[0]} cameras with {shape[1]} slots does "
+                f"A block of {count} frames of {shape[0]} cameras with {shape[1]} slots does "
                 f"not fit into a ring of {self.capacity} frames of {self.n_cameras} cameras with "
                 f"{self.n_slots}.",
                 "Restart the acquisition with the rig the source was made for.",
             )
         written = self.word(RingHeaderField.WRITTEN)
-        self._words[RingHeaderField.RESERVED] = written + len(block)
+        self._words[RingHeaderField.RESERVED] = written + count
         start = written % self.capacity
-        first = min(len(block), self.capacity - start)
-        for name, places in self._columns:
-            values = getattr(block, name)
-            places[start : start + first] = values[:first]
-            if first < len(block):
-                places[: len(block) - first] = values[first:]
-        self._words[RingHeaderField.WRITTEN] = written + len(block)
+        first = min(count, self.capacity - start)
+        if first == count:
+            for name, places in self._columns:
+                places[start : start + count] = getattr(block, name)
+        else:
+            for name, places in self._columns:
+                values = getattr(block, name)
+                places[start:] = values[:first]
+                places[: count - first] = values[first:]
+        self._words[RingHeaderField.WRITTEN] = written + count
 
     def read(self, limit: int) -> FrameBlock | None:
         """Return up to ``limit`` of the oldest unread frames, or None.
@@ -287,7 +307,9 @@ class FrameRing:
         if self._map.closed:
             return
         # The views must go before the map can be closed.
-        self._words = np.zeros(_HEAD_WORDS, dtype="<i8")
+        words = self._words
+        self._words = memoryview(bytearray(_HEAD_WORDS * _WORD.size)).cast("q")
+        words.release()
         self._frames = np.zeros(0, dtype=np.void(1).dtype)
         self._columns = ()
         self._map.close()
@@ -321,16 +343,3 @@ def _no_ring(path: Path) -> AcquisitionError:
         f"{path}: not a frame ring of this version.",
         "Restart the acquisition.",
     )
-
-
-def _remove_orphans(folder: Path) -> None:
-    """Remove rings whose owner was killed: it holds a lock on its ring while it lives.
-
-    One that was made just now may not be locked yet.
-    """
-    for path in folder.glob(f"{_PREFIX}*"):
-        with contextlib.suppress(OSError), path.open("r+b") as stream:
-            state = os.fstat(stream.fileno())
-            if state.st_uid == os.getuid() and time.time() - state.st_mtime > _NEW_S:
-                fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
-                path.unlink()

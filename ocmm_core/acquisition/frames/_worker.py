@@ -237,10 +237,11 @@ class AcquisitionWorker:
                 RingHeaderField.FRAMES: 0 if cycle.frames is None else len(cycle.frames),
                 RingHeaderField.FRAMES_LOST: cycle.frames_lost,
                 RingHeaderField.HEARTBEAT: 1,
+                _VERDICT_WORD[cycle.verdict]: 1,
             }
         )
-        self._ring.add({_VERDICT_WORD[cycle.verdict]: 1})
-        self._ring.add({_VERDICT_WORD[cycle.skipped]: cycle.elapsed - 1})
+        if cycle.elapsed > 1:
+            self._ring.add({_VERDICT_WORD[cycle.skipped]: cycle.elapsed - 1})
         if cycle.verdict is not CycleVerdict.GOOD and cycle.reason:
             self._ring.set_text(cycle.reason)
 

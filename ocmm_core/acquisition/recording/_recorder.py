@@ -30,6 +30,9 @@ from ocmm_core.errors import AcquisitionError
 SYNC_PERIOD_S = 1.0
 """Longest time that recorded frames stay in the memory of the system."""
 
+RESERVE_BYTES = 16 << 20
+"""A recording leaves so much of the disk free: points need it more than frames do."""
+
 FRAMES_PER_READ = 256
 """Most frames of one cycle of a replay; far less than any ring holds."""
 
@@ -96,8 +99,8 @@ class FrameRecorder:
         Raises
         ------
         AcquisitionError
-            The disk does not take them, or the recording is closed. The recording then ends with
-            the frames before these and is closed.
+            The disk is nearly full or does not take them, or the recording is closed. The
+            recording then ends with the frames before these and is closed.
         ValueError
             The block has another number of cameras or slots.
         """
@@ -110,7 +113,16 @@ class FrameRecorder:
             )
         if not len(block):
             return
-        self._write(encode_chunk(self._sequence, to_records(block).tobytes()))
+        content = encode_chunk(self._sequence, to_records(block).tobytes())
+        if self._free_bytes() < RESERVE_BYTES + len(content):
+            self.close()
+            raise AcquisitionError(
+                "recording.disk_full",
+                f"{self.path}: the disk is nearly full; the recording ended after {self.frames} "
+                "frames, which can be replayed.",
+                "Free disk space and start a new recording.",
+            )
+        self._write(content)
         self._sequence += 1
         self.frames += len(block)
         if time.monotonic() - self._synced_s >= SYNC_PERIOD_S:
@@ -138,6 +150,14 @@ class FrameRecorder:
         trace: TracebackType | None,
     ) -> None:
         self.close()
+
+    def _free_bytes(self) -> int:
+        """Return how much more the disk takes from us; where it cannot say, the write will."""
+        try:
+            disk = os.fstatvfs(self._stream.fileno())
+        except OSError:
+            return RESERVE_BYTES << 10
+        return disk.f_bavail * disk.f_frsize
 
     def _write(self, content: bytes) -> None:
         rest = memoryview(content)

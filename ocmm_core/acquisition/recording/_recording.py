@@ -9,6 +9,7 @@ nobody could say which frames are missing.
 
 from __future__ import annotations
 
+import errno
 import mmap
 import struct
 import zlib
@@ -20,6 +21,7 @@ import numpy as np
 
 from ocmm_core.acquisition.frames import FrameBlock, frame_dtype, from_records
 from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS, Rig
+from ocmm_core.documents import shortened
 from ocmm_core.errors import AcquisitionError, InputError
 
 SCHEMA = "ocmm.recording/2"
@@ -29,6 +31,8 @@ _MAGIC = b"OCRF"
 _CHUNK = struct.Struct("<4sIIII")
 """Magic, sequence number, payload bytes, CRC-32 of the payload, CRC-32 of the 16 bytes before."""
 _LONGEST_HEAD = 65536
+_SHORTEST_NS, _LONGEST_NS = 1_000, 10_000_000_000
+"""Of a frame or a cycle, ns."""
 
 
 _COMPUTED = ("simulated", "EtherCAT, virtual wire")
@@ -127,6 +131,9 @@ class Recording:
         self.path = Path(path)
         self.warning = ""
         try:
+            if self.path.exists() and not (self.path.is_file() or self.path.is_dir()):
+                # Its beginning would be waited for.
+                raise OSError(errno.EINVAL, "it is a pipe or a device")
             with self.path.open("rb") as stream:
                 line = stream.readline(_LONGEST_HEAD)
                 self.head = _decode_head(self.path, line)
@@ -258,6 +265,11 @@ class Recording:
         )
 
 
+def _periods_are_right(head: RecordingHead) -> bool:
+    periods = (head.frame_period_ns, head.cycle_period_ns)
+    return all(_SHORTEST_NS <= period <= _LONGEST_NS for period in periods)
+
+
 def _decode_head(path: Path, line: bytes) -> RecordingHead:
     fault = ""
     try:
@@ -265,19 +277,21 @@ def _decode_head(path: Path, line: bytes) -> RecordingHead:
     except msgspec.ValidationError:
         # Whole JSON of another kind: a later version or another file.
         fault = "is not a recording of this version"
-    except (msgspec.DecodeError, UnicodeDecodeError):
+    except (msgspec.DecodeError, UnicodeDecodeError, RecursionError):
         fault = "is not a recording, or its first line is truncated"
     else:
         if not line.endswith(b"\n"):
             fault = "has a truncated first line"
         elif found.head.schema not in (_FIRST_SCHEMA, SCHEMA):
-            fault = f"has the schema {found.head.schema!r}, but {SCHEMA!r} is needed"
+            fault = f"has the schema {shortened(found.head.schema)}, but {SCHEMA!r} is needed"
         elif found.crc32 != zlib.crc32(msgspec.json.encode(found.head)):
             fault = "has a damaged first line"
         elif not 1 <= len(found.head.camera_serials) <= MAX_CAMERAS:
             fault = f"has {len(found.head.camera_serials)} cameras"
         elif found.head.schema != schema_of(found.head.n_slots):
             fault = f"has {found.head.n_slots} slots, which {found.head.schema!r} has not"
+        elif not _periods_are_right(found.head):
+            fault = "has frames or cycles without a duration"
         elif not 1 <= found.head.n_slots <= MAX_SLOTS:
             fault = f"has {found.head.n_slots} slots, but this program follows {MAX_SLOTS}"
         else:

@@ -170,6 +170,9 @@ class ProcedureView:
         What was accepted is in the store; where it is not, `compute` and `accept` put it there.
     error
         What the last calculation said against the observations; None while nothing did.
+    torn
+        What is to be told of an entry that was being written when the program stopped; empty where
+        there was none.
     """
 
     kind: ProcedureKind
@@ -183,6 +186,7 @@ class ProcedureView:
     decision: ProcedureDecision
     stored: bool
     error: Finding | None
+    torn: str = ""
 
     @property
     def step(self) -> Step:

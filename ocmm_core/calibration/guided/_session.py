@@ -63,6 +63,12 @@ class Store(Protocol):
         ...
 
 
+TORN = (
+    "The last entry was being written when the program stopped: it is not in the session. "
+    "Take that observation again."
+)
+
+
 class GuidedProcedure(ABC, Generic[E, O]):
     """What all procedures do; see `procedure.Procedure`.
 
@@ -99,6 +105,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
         self.rig = rig
         self._accepted = store
         self._chain = chain
+        self._torn = TORN if chain.torn else ""
         # With the rest of a line that a crash cut off, which the next line replaces.
         self._size = chain.path.stat().st_size
         self._first = begun
@@ -177,6 +184,7 @@ class GuidedProcedure(ABC, Generic[E, O]):
                 else self._decided.decision,
                 stored=self._is_stored(),
                 error=self._error,
+                torn=self._torn,
             )
 
     def _live(self) -> Live:

@@ -15,7 +15,8 @@ from ocmm_core.calibration.guided._procedure import ProcedureDecision, Procedure
 from ocmm_core.calibration.probe_design import require_temperature
 from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
-from ocmm_core.errors import CalibrationError
+from ocmm_core.documents import decode_json, read_bytes
+from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
@@ -165,7 +166,7 @@ class SessionFormat(Generic[E, B]):
             temperature_c=temperature_c,
             **own,
         )
-        chain = ChainFile(session_path(folder, self._kind, now), self._lines)
+        chain = ChainFile(session_path(folder, self._kind, now), self._lines, remembered=True)
         line: SessionLine[Any] = SessionLine(begun)
         chain.append(line)
         return chain, begun
@@ -180,7 +181,7 @@ class SessionFormat(Generic[E, B]):
         StorageError
             The file cannot be read, or is not as it was written.
         """
-        chain = ChainFile(path, self._lines)
+        chain = ChainFile(path, self._lines, remembered=True)
         begun = chain.items[0].event if chain.items else None
         if not isinstance(begun, self._first):
             raise CalibrationError(
@@ -233,10 +234,10 @@ def is_ended(path: Path) -> bool:
     What ended is never gone on with, so that whatever else it says needs no reading.
     """
     try:
-        lines = path.read_bytes().rsplit(b"\n", 2)
-        last = msgspec.json.decode(lines[-2] if len(lines) > 1 else b"")
+        lines = read_bytes(path).rsplit(b"\n", 2)
+        last = decode_json(lines[-2] if len(lines) > 1 else b"", dict[str, Any])
         return bool(last["item"]["event"]["type"] == Decided.__name__)
-    except (OSError, msgspec.DecodeError, LookupError, TypeError):
+    except (InputError, msgspec.DecodeError, LookupError, TypeError):
         return False
 
 

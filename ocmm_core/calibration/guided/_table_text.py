@@ -14,6 +14,7 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 
 SEPARATORS = "\t;,"
+_LARGEST_TABLE = 16 << 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,7 +109,7 @@ def read_table(path: Path | str, required: tuple[str, ...]) -> TextTable:
     """
     path = Path(path)
     try:
-        text = read_bytes(path).decode("utf-8-sig")
+        text = read_bytes(path, _LARGEST_TABLE).decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(
             "table.encoding",

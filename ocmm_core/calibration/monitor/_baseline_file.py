@@ -92,6 +92,8 @@ def load_baseline(folder: Path, calibration: str, probe: str) -> Baseline | None
         raise _unusable(path, "was changed after it was written")
     if (content.calibration, content.probe) != (calibration, probe):
         raise _unusable(path, "belongs to another calibration or another probe")
+    if {len(row) for row in content.covariance} != {len(content.mean)}:
+        raise _unusable(path, "has no covariance that fits its numbers")
     belief = Belief(np.array(content.mean), np.array([list(row) for row in content.covariance]))
     if belief.covariance.shape != (len(belief.mean),) * 2 or not np.isfinite(belief.mean).all():
         raise _unusable(path, "has no covariance that fits its numbers")

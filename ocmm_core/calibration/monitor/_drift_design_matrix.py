@@ -6,6 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import cho_factor
+from scipy.linalg.lapack import dpotri
 
 from ocmm_core.calibration.monitor._residual_samples import ResidualSample, leds_world_of
 from ocmm_core.camera import N_PARAMETERS, CameraModel, Rig, project, projection_jacobians
@@ -111,6 +113,25 @@ def spot_rows(looks: Sequence[ResidualSample], rig: Rig, body: ProbeBody, c: int
         by_camera=d_parameters,
         by_led=d_point @ rotations[k],
     )
+
+
+def spot_weights(spots: SpotRows, pattern_length_px: float, floor_px: float) -> Float:
+    """Return the inverse of the covariance of the n spots of one camera, (n, n), 1/px², per axis.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        Where the covariance is not positive definite.
+    """
+    n = len(spots.look)
+    apart = np.sum((spots.uv[:, None] - spots.uv[None]) ** 2, axis=2)
+    alike = np.exp(-0.5 / pattern_length_px**2 * apart)
+    covariance = alike * np.outer(spots.pattern_px, spots.pattern_px)
+    covariance += floor_px**2 * (spots.led[:, None] == spots.led[None])
+    covariance[np.arange(n), np.arange(n)] += spots.white_px**2
+    # From the factor to the inverse is a third of the work of solving for every column of one.
+    upper: Float = np.triu(dpotri(cho_factor(covariance)[0])[0])
+    return upper + np.triu(upper, 1).T
 
 
 def camera_changes(camera: CameraModel) -> Float:

@@ -28,6 +28,7 @@ from ocmm_core.calibration.monitor._drift_design_matrix import (
     SpotRows,
     camera_changes,
     spot_rows,
+    spot_weights,
     tips_world,
 )
 from ocmm_core.calibration.monitor._residual_samples import ResidualSample
@@ -241,12 +242,7 @@ def _add_camera(
     columns = np.concatenate(
         [np.arange(first, first + N_PARAMETERS), np.arange(probe.start, probe.stop), [-1]]
     )
-    apart = np.sum((spots.uv[:, None] - spots.uv[None]) ** 2, axis=2)
-    alike = np.exp(-0.5 / rig.noise.pattern_length_px**2 * apart)
-    covariance = alike * np.outer(spots.pattern_px, spots.pattern_px)
-    covariance += floor_px**2 * (spots.led[:, None] == spots.led[None])
-    covariance[np.arange(n), np.arange(n)] += spots.white_px**2
-    weights = cho_solve(cho_factor(covariance), np.eye(n))
+    weights = spot_weights(spots, rig.noise.pattern_length_px, floor_px)
 
     poses = blocks["poses"]
     place = (np.repeat(np.arange(n), 6), (6 * spots.look[:, None] + np.arange(6)).ravel())

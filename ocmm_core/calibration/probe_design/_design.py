@@ -21,7 +21,7 @@ from ocmm_core.calibration.probe_design._thermal import (
     LayerChain,
 )
 from ocmm_core.camera import Vector3
-from ocmm_core.documents import Document, load_document, read_bytes, resource
+from ocmm_core.documents import Document, load_document, read_text, resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody
@@ -200,7 +200,7 @@ def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
         contact_force_n=document.contact_force_n,
         temperature_range_k=document.temperature_range_k,
         reference_temperature_c=document.reference_temperature_c,
-        text=read_bytes(path).decode("utf-8"),
+        text=read_text(path),
     )
 
 

@@ -1,30 +1,36 @@
-"""The seal of a chain of events: how many lines there are and the hash of the last one.
+"""The seal of a chain of events: how many lines there are, the last hash, and who says so.
 
 A chain (`chain_file`) shows every change but one: lines cut off at its end. The seal is a second
 file that says where the chain ends. It is written twice for each event: before the line, with the
 hash that the line will have, and after it. So a crash at any moment leaves a chain and a seal
 that fit, and a chain that is shorter, or a seal that is older, do not.
 
-A folder of records that is replaced by an older copy of itself is whole; nothing in it says that
-something is missing. So how far each history went is also kept apart from it, among the state of
-this user. It is a memory and no seal: another computer, another user or another place of the
-folder has none, and where it is lost nothing is known.
+The hash of the last line is that of all lines, so the signature on the seal (`seals`) is one on the
+whole history: without the key of the station nobody writes another one.
 """
 
 from __future__ import annotations
 
 import contextlib
-import hashlib
 from pathlib import Path
 from typing import Any
 
 import msgspec
-import platformdirs
 
-from ocmm_core.calibration.records._sealed import seal, unseal
+from ocmm_core.calibration.records._sealed import canonical, seal, unseal
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import read_bytes, write_atomic
 from ocmm_core.errors import CalibrationError, StorageError
+from ocmm_core.seals import (
+    KeyFolder,
+    SealState,
+    SealWord,
+    Signature,
+    Signed,
+    judge_signature,
+    shown_key,
+    sign,
+)
 
 SCHEMA = "ocmm.events-seal/1"
 NAME = "events.seal.json"
@@ -51,7 +57,14 @@ class ChainSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     coming: str = ""
 
 
-def read_seal(folder: Path) -> ChainSeal | None:
+class SignedSeal(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """A seal and the signature of the station that wrote it; None in those of earlier versions."""
+
+    end: ChainSeal
+    signature: Signature | None = None
+
+
+def read_seal(folder: Path) -> SignedSeal | None:
     """Return the seal of a folder; None where there is none.
 
     Raises
@@ -62,8 +75,11 @@ def read_seal(folder: Path) -> ChainSeal | None:
     path = folder / NAME
     if not path.exists():
         return None
+    content = read_bytes(path)
+    with contextlib.suppress(CalibrationError):
+        return unseal(path, content, SignedSeal)
     try:
-        return unseal(path, read_bytes(path), ChainSeal)
+        return SignedSeal(unseal(path, content, ChainSeal))
     except CalibrationError as error:
         raise StorageError(
             "events.seal",
@@ -72,19 +88,20 @@ def read_seal(folder: Path) -> ChainSeal | None:
         ) from error
 
 
-def write_seal(folder: Path, chain: ChainFile[Any], coming: str = "") -> None:
-    """Write where a chain ends.
+def write_seal(folder: Path, chain: ChainFile[Any], keys: KeyFolder, coming: str = "") -> None:
+    """Write where a chain ends, signed by this station.
 
     Raises
     ------
     StorageError
-        The folder cannot be written.
+        The folder cannot be written, or the key of this station cannot be used.
     """
     link = chain.links[-1] if chain.links else ""
-    content = seal(ChainSeal(schema=SCHEMA, count=len(chain.links), link=link, coming=coming))
+    end = ChainSeal(schema=SCHEMA, count=len(chain.links), link=link, coming=coming)
+    signature = sign(keys.station_key(), Signed.HISTORY, canonical(end))
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        write_atomic(folder / NAME, content)
+        write_atomic(folder / NAME, seal(SignedSeal(end, signature)))
     except OSError as error:
         raise StorageError(
             "events.seal_unwritable",
@@ -131,39 +148,51 @@ RESTORE = (
 )
 
 
-class SeenHistory(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """How far a history went.
+def signer_of(found: SignedSeal | None, keys: KeyFolder) -> SealState:
+    """Return what is to be said of the signature on a seal.
 
-    Attributes
-    ----------
-    folder
-        Where it is.
-    count, link
-        Events, and the hash of the last one.
+    Raises
+    ------
+    StorageError
+        The ring of known keys cannot be read.
     """
+    if found is None:
+        return SealState(SealWord.NOT_SIGNED)
+    return judge_signature(keys, Signed.HISTORY, canonical(found.end), found.signature)
 
-    folder: str
-    count: int
-    link: str
 
+def forgery(folder: Path, found: SealState, *, signed: bool) -> StorageError | None:
+    """Return why a history must not be used for its signature; None where it may be looked at.
 
-def recall(folder: Path) -> SeenHistory | None:
-    """Return how far the history in a folder went; None where nobody knows."""
-    try:
-        return msgspec.json.decode(_path(folder).read_bytes(), type=SeenHistory)
-    except (OSError, msgspec.DecodeError):
+    Parameters
+    ----------
+    signed
+        A line of it was written together with a signature: there must be one.
+    """
+    if found.word is SealWord.FORGED:
+        what = "the signature of the history does not belong to it"
+    elif found.word is SealWord.NOT_SIGNED and signed:
+        what = "the signature of the history was removed"
+    else:
         return None
+    return StorageError("events.forged", f"{folder / NAME}: {what}.", RESTORE)
 
 
-def remember(folder: Path, links: tuple[str, ...]) -> None:
-    """Keep how far the history in a folder goes; where it cannot be kept it is not known later."""
-    path = _path(folder)
-    seen = SeenHistory(folder=str(folder.resolve()), count=len(links), link=links[-1])
-    with contextlib.suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_atomic(path, msgspec.json.encode(seen))
-
-
-def _path(folder: Path) -> Path:
-    name = hashlib.sha256(str(folder.resolve()).encode()).hexdigest()[:32]
-    return platformdirs.user_state_path("ocmm") / "histories" / f"{name}.json"
+def stranger(folder: Path, found: SealState) -> StorageError | None:
+    """Return why a history is not believed although it is whole; None where it is."""
+    if found.sound:
+        return None
+    if found.word is SealWord.NOT_SIGNED:
+        return StorageError(
+            "events.not_signed",
+            f"The history in {folder} is not signed: an earlier version of this program wrote it, "
+            "which would not have noticed that somebody wrote it anew.",
+            "Verify the calibration or check the tip again: that signs it.",
+        )
+    return StorageError(
+        "events.unknown_key",
+        f"The history in {folder} was signed by a station that this computer does not know "
+        f"(key {shown_key(found.fingerprint)}).",
+        "If that is a station of yours and shows the same key (ocmm key show), type ocmm key "
+        "trust; otherwise verify the calibration or check the tip here.",
+    )

@@ -1,13 +1,13 @@
 """A folder with the chain of what happened to the records in it, and its seal.
 
-The chain (`chain_file`) shows every changed line, its seal (`_chain_seal`) every line that is
-missing at the end, and the memory of this computer (`_chain_seal`) a folder that was set back as
-a whole. The files that the events name are the matter of `record_store`.
+The chain (`chain_file`) shows every changed line, its signed seal (`_chain_seal`) every line that
+is missing at the end and every history that another hand wrote, and the memory of this computer
+(`seals`) a folder that was set back as a whole. The files that the events name are the matter of
+`record_store`.
 """
 
 from __future__ import annotations
 
-import fcntl
 import os
 import threading
 import time
@@ -23,14 +23,17 @@ from ocmm_core.calibration.records._chain_seal import (
     NAME,
     RESTORE,
     fault_of,
+    forgery,
     read_seal,
-    recall,
-    remember,
+    signer_of,
+    stranger,
     write_seal,
 )
 from ocmm_core.calibration.records._evidence import KeptFile, Stamp, stamp_of
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.errors import OcmmError, StorageError
+from ocmm_core.host import HOST
+from ocmm_core.seals import KeyFolder, SealState, SealWord, Seen, recall, remember
 
 
 class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -42,6 +45,8 @@ class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         ISO 8601 text.
     sealed
         It was written together with a seal; False in chains of earlier versions.
+    signed
+        So it was with a signature of the station.
     files
         Session files that it rests on.
     lost
@@ -53,6 +58,7 @@ class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     utc: str
     sealed: bool = False
+    signed: bool = False
     files: tuple[KeptFile, ...] = ()
     lost: tuple[str, ...] = ()
     who: str
@@ -61,9 +67,10 @@ class StoredEvent(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
 T = TypeVar("T", bound=StoredEvent)
 
-_PATIENCE_S = 5.0
-"""Another process writes within milliseconds; one that hangs is not waited for."""
-_BETWEEN_S = 0.005
+_READING_S, _WRITING_S = 5.0, 20.0
+"""Another process writes within milliseconds; one that hangs is not waited for for ever. Whoever
+writes waits longer: many may want to at once."""
+_BETWEEN_S = 0.002
 _REREAD_S = 10.0
 """Chain and seal are read again after so long, although they look unchanged."""
 
@@ -90,9 +97,12 @@ class EventFolder(ABC, Generic[T]):
         self._lock = threading.Lock()
         self._stamps: tuple[Stamp | None, Stamp | None] = (None, None)
         self._fault: StorageError | None = None
-        seen = recall(folder)
-        self._seen: tuple[int, str] = (0, "") if seen is None else (seen.count, seen.link)
+        self._keys = KeyFolder()
+        self._signer = SealState(SealWord.NOT_SIGNED)
+        self._place = f"folder {folder.resolve()}"
+        self._seen = recall(self._place)
         self._chain: ChainFile[T]
+        self._known: ChainFile[T] | None = None
         self._read_at = -float("inf")
         self._unfinished = False
         self._read()
@@ -113,27 +123,58 @@ class EventFolder(ABC, Generic[T]):
             self._refresh()
 
     @property
+    def signer(self) -> SealState:
+        """Return who signed the history."""
+        return self._signer
+
+    @property
+    def seen_utc(self) -> str:
+        """Return the latest moment at which this computer looked at it; empty where none is."""
+        return "" if self._seen is None else self._seen.utc
+
+    @property
     def exchanged(self) -> StorageError | None:
-        """Return that the history is not the one that was seen here before; None where it is."""
-        count, link = self._seen
+        """Return why the history is not believed although it is whole; None where it is.
+
+        It is not the one that was seen here before, or a stranger signed it, or nobody.
+        """
         links = self._chain.links
-        if not count or (len(links) >= count and links[count - 1] == link):
+        if not links and self._seen is None:
             return None
-        return StorageError(
-            "events.exchanged",
-            f"The history in {self._folder} was rolled back or replaced: event {count}, which "
-            "this computer has seen there, is missing.",
-            "Restore the newest backup of that folder. If there is none, verify the calibration "
-            "or check the tip again.",
-        )
+        # The same history may have been seen further on in another folder: this is a copy of it.
+        elsewhere = recall(_identity(links)) if links else None
+        for seen in (self._seen, elsewhere):
+            if seen is None or (len(links) >= seen.count and links[seen.count - 1] == seen.link):
+                continue
+            where = "there" if seen is self._seen else f"in {seen.place}"
+            return StorageError(
+                "events.exchanged",
+                f"The history in {self._folder} was rolled back or replaced: event {seen.count}, "
+                f"which this computer has seen {where}, is missing.",
+                "Restore the newest backup of that folder. If there is none, verify the "
+                "calibration or check the tip again.",
+            )
+        return stranger(self._folder, self._signer) if links else None
 
     @abstractmethod
     def _doubts(self, reason: str, utc: str) -> Sequence[T]:
         """Return the events that put everything in doubt."""
 
-    def _append_event(self, event: T) -> None:
-        """Add an event and return when it is on the disk; StorageError where it is not."""
-        with self._lock, self._locked(fcntl.LOCK_EX):
+    def _looked(self, utc: str) -> None:
+        """Keep when this computer looked at it last."""
+        with self._lock:
+            if self._chain.links and self.exchanged is None:
+                self._remember(utc)
+
+    def _append_event(self, event: T, *, at: str = "") -> None:
+        """Add an event and return when it is on the disk; StorageError where it is not.
+
+        Parameters
+        ----------
+        at
+            The moment, where from now on it is the latest one that was seen, whatever was before.
+        """
+        with self._lock, self._locked():
             # The lines of another process must not be written over.
             self._refresh(writing=True)
             exchanged = self.exchanged
@@ -142,21 +183,23 @@ class EventFolder(ABC, Generic[T]):
                 for doubt in self._doubts(exchanged.what, event.utc):
                     self._write_line(doubt)
             self._write_line(event)
-            self._remember()
+            self._remember(at)
 
     def _write_line(self, event: T) -> None:
-        write_seal(self._folder, self._chain, coming=self._chain.link_with(event))
+        event = msgspec.structs.replace(event, sealed=True, signed=True)
+        write_seal(self._folder, self._chain, self._keys, coming=self._chain.link_with(event))
         self._chain.append(event)
-        write_seal(self._folder, self._chain)
+        write_seal(self._folder, self._chain, self._keys)
+        self._signer = signer_of(read_seal(self._folder), self._keys)
         self._stamps = self._stamps_now()
 
     @contextmanager
-    def _locked(self, how: int) -> Iterator[None]:
+    def _locked(self, *, shared: bool = False) -> Iterator[None]:
         """Keep other processes from writing meanwhile."""
         try:
-            if how == fcntl.LOCK_EX:
+            if not shared:
                 self._folder.mkdir(parents=True, exist_ok=True)
-            descriptor = os.open(self._folder, os.O_RDONLY | os.O_DIRECTORY)
+            descriptor = HOST.open_to_lock(self._folder)
         except OSError as error:
             raise StorageError(
                 "events.folder",
@@ -164,7 +207,7 @@ class EventFolder(ABC, Generic[T]):
                 "Restore it, or give one with read and write permission, then repeat.",
             ) from error
         try:
-            _lock(descriptor, how)
+            _lock(self._folder, descriptor, shared=shared)
             yield
         finally:
             os.close(descriptor)
@@ -183,7 +226,8 @@ class EventFolder(ABC, Generic[T]):
             self._fault = error
             raise
         self._fault = None
-        if self._unfinished and not writing:
+        # Who signs what a stranger wrote makes it his own.
+        if self._unfinished and not writing and self._signer.sound:
             self._finish()
         if self._chain.links and self.exchanged is None:
             self._remember()
@@ -191,10 +235,10 @@ class EventFolder(ABC, Generic[T]):
     def _finish(self) -> None:
         """Seal what a program wrote that ended before it could: then it cannot be cut off."""
         try:
-            with self._locked(fcntl.LOCK_EX):
+            with self._locked():
                 self._chain = self._read_whole()
                 if self._unfinished:
-                    write_seal(self._folder, self._chain)
+                    write_seal(self._folder, self._chain, self._keys)
                     self._stamps = self._stamps_now()
         except StorageError:
             # What was read fitted; if it does no more, the next look says so.
@@ -206,7 +250,7 @@ class EventFolder(ABC, Generic[T]):
             return self._read_whole()
         except StorageError:
             # Chain and seal are two files, and maybe one of them was read too soon.
-            with self._locked(fcntl.LOCK_SH):
+            with self._locked(shared=True):
                 return self._read_whole()
 
     def _read_whole(self) -> ChainFile[T]:
@@ -214,23 +258,38 @@ class EventFolder(ABC, Generic[T]):
         self._read_at = time.monotonic()
         try:
             self._stamps = self._stamps_now()
-            chain = ChainFile(self._folder / "events.jsonl", self._kind)
+            # Where another program adds to it all the time, each look costs what was added.
+            chain = ChainFile(self._folder / "events.jsonl", self._kind, known=self._known)
+            self._known = chain
             needed = any(event.sealed for event in chain.items)
-            end = read_seal(self._folder)
-            fault = fault_of(chain, end, needed=needed)
+            found = read_seal(self._folder)
+            end = None if found is None else found.end
+            signer = signer_of(found, self._keys)
+            signed = any(event.signed for event in chain.items)
+            fault = fault_of(chain, end, needed=needed) or forgery(
+                self._folder, signer, signed=signed
+            )
         except OcmmError as error:
             raise StorageError(error.code, error.what, error.remedy) from error
         if fault is not None:
             raise fault
         # The rest of a line that was torn goes when the next one is written.
         self._unfinished = end is not None and bool(end.coming) and not chain.torn
+        self._signer = signer
         return chain
 
-    def _remember(self) -> None:
-        links = self._chain.links
-        if self._seen != (len(links), links[-1]):
-            remember(self._folder, links)
-            self._seen = len(links), links[-1]
+    def _remember(self, utc: str = "") -> None:
+        """Keep how far it goes, and when it was looked at; empty leaves that as it is."""
+        links, before = self._chain.links, self._seen
+        seen = Seen(
+            name=self._place, count=len(links), link=links[-1], utc=utc or self.seen_utc,
+            place=str(self._folder.resolve()),
+        )  # fmt: skip
+        if seen == before:
+            return
+        remember(seen)
+        remember(msgspec.structs.replace(seen, name=_identity(links)))
+        self._seen = seen
 
     def _stamps_now(self) -> tuple[Stamp | None, Stamp | None]:
         try:
@@ -243,11 +302,17 @@ class EventFolder(ABC, Generic[T]):
             ) from error
 
 
-def _lock(descriptor: int, how: int) -> None:
-    end = time.monotonic() + _PATIENCE_S
+def _identity(links: Sequence[str]) -> str:
+    """Return the name of a history wherever it lies: its first line is like no other's."""
+    return f"history {links[0]}"
+
+
+def _lock(folder: Path, descriptor: int, *, shared: bool) -> None:
+    patience_s = _READING_S if shared else _WRITING_S
+    end = time.monotonic() + patience_s
     while time.monotonic() < end:
         try:
-            fcntl.flock(descriptor, how | fcntl.LOCK_NB)
+            HOST.lock(descriptor, shared=shared)
         except BlockingIOError:
             time.sleep(_BETWEEN_S)
             continue
@@ -255,3 +320,8 @@ def _lock(descriptor: int, how: int) -> None:
             # A disk without locks: as it was before there were any.
             return
         return
+    raise StorageError(
+        "events.busy",
+        f"{folder}: another program has been writing the history for {patience_s:g} s.",
+        "Wait until it has ended, or close it, then repeat.",
+    )

@@ -58,8 +58,9 @@ class CalibrationStore(RecordStore[Event]):
     @property
     def active_hash(self) -> str | None:
         """Return the hash of the record that was accepted last, or None."""
-        accepted = [event for event in self.events if event.kind is EventKind.ACCEPTED]
-        return accepted[-1].calibration if accepted else None
+        # The last one is looked for from the end: a history has many events since.
+        accepted = (one for one in reversed(self.events) if one.kind is EventKind.ACCEPTED)
+        return next((event.calibration for event in accepted), None)
 
     def records(self) -> tuple[CameraRecord, ...]:
         """Return all accepted records, oldest first; raise CalibrationError for a changed one.
@@ -207,7 +208,9 @@ class CalibrationStore(RecordStore[Event]):
         thorough
             See `defect`.
         """
-        return self._doubt(thorough=thorough) or status(record, self.events, now)
+        return self._doubt(now, thorough=thorough) or self._judged(
+            now, lambda at: status(record, self.events, at)
+        )
 
     def _files_of(self, event: Event) -> Sequence[KeptFile]:
         digest = event.calibration if event.kind is EventKind.ACCEPTED else event.evidence
@@ -223,7 +226,7 @@ class CalibrationStore(RecordStore[Event]):
         digest, last = self.active_hash, self.events[-1].utc
         return () if digest is None else (
             Event(
-                utc=utc, sealed=True, kind=EventKind.SUSPECTED, calibration=digest,
+                utc=utc, kind=EventKind.SUSPECTED, calibration=digest,
                 since_utc=last, who=THIS_COMPUTER, reason=reason,
             ),
         )  # fmt: skip

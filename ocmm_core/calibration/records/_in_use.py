@@ -26,7 +26,7 @@ from ocmm_core.calibration.records._usable import (
     replaced_in,
 )
 from ocmm_core.camera import Rig, load_rig
-from ocmm_core.documents import read_bytes
+from ocmm_core.documents import read_text
 from ocmm_core.errors import CalibrationError, OcmmError
 
 
@@ -126,7 +126,7 @@ def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInU
     InputError
         The document cannot be used.
     """
-    text = read_bytes(document).decode("utf-8")
+    text = read_text(document)
     return CalibrationInUse(load_rig(document), text, uncalibrated=uncalibrated)
 
 

@@ -28,7 +28,7 @@ from ocmm_core.calibration.records._usable import (
     named_folder,
     replaced_in,
 )
-from ocmm_core.documents import read_bytes
+from ocmm_core.documents import read_text
 from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.tracking import ProbeBody, load_probe
 
@@ -188,7 +188,7 @@ def open_probe_design(document: Path, *, uncalibrated: bool = False) -> ProbeInU
     InputError
         The document cannot be used.
     """
-    text = read_bytes(document).decode("utf-8")
+    text = read_text(document)
     body = load_probe(document)
     return ProbeInUse(body, text, body, uncalibrated=uncalibrated)
 

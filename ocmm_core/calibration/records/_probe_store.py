@@ -76,8 +76,8 @@ class ProbeStore(RecordStore[TipEvent]):
     def mounted(self) -> str | None:
         """Return the name of the tip that is on the probe, or None before the first one."""
         placing = (TipEventKind.MOUNTED, TipEventKind.CALIBRATED)
-        placed = [one.tip for one in self.events if one.kind in placing]
-        return placed[-1] if placed else None
+        placed = (one.tip for one in reversed(self.events) if one.kind in placing)
+        return next(placed, None)
 
     def active(self, tip: str) -> TipRecords | None:
         """Return what is in force for a tip, or None where it was never calibrated.
@@ -219,8 +219,8 @@ class ProbeStore(RecordStore[TipEvent]):
         thorough
             See `defect`.
         """
-        doubt = self._doubt(active.calibration.tip, thorough=thorough)
-        return doubt or status_of_tip(active, self.events, now)
+        doubt = self._doubt(now, active.calibration.tip, thorough=thorough)
+        return doubt or self._judged(now, lambda at: status_of_tip(active, self.events, at))
 
     def _files_of(self, event: TipEvent) -> Sequence[KeptFile]:
         return (*([record_file(event.record)] if event.record else []), *event.files)
@@ -232,7 +232,7 @@ class ProbeStore(RecordStore[TipEvent]):
         last = self.events[-1].utc
         return [
             TipEvent(
-                utc=utc, sealed=True, kind=TipEventKind.DOUBTED, tip=tip, since_utc=last,
+                utc=utc, kind=TipEventKind.DOUBTED, tip=tip, since_utc=last,
                 who=THIS_COMPUTER, reason=reason,
             )
             for tip in self.tips
@@ -250,8 +250,8 @@ class ProbeStore(RecordStore[TipEvent]):
         return tuple(dict.fromkeys(one.record for one in self.events if one.kind in kinds))
 
     def _last(self, tip: str, kind: TipEventKind) -> str | None:
-        found = [one.record for one in self.events if one.tip == tip and one.kind is kind]
-        return found[-1] if found else None
+        found = (one.record for one in reversed(self.events) if one.tip == tip and one.kind is kind)
+        return next(found, None)
 
     def _keep(
         self,

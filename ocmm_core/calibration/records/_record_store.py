@@ -32,7 +32,9 @@ THIS_COMPUTER = "this computer"
 DUE_BEFORE = timedelta(days=14)
 """A calibration that ends within this time is DUE."""
 CLOCK_TOLERANCE = timedelta(seconds=60)
-"""The computer's clock may stand so far before the last event; further back it is not believed."""
+"""The computer's clock may stand so far before the last event, or before the latest moment at which
+somebody looked; further back it is not believed."""
+_NOTED_EVERY = timedelta(minutes=10)
 
 
 class State(StrEnum):
@@ -206,7 +208,7 @@ class RecordStore(EventFolder[T]):
         """
         lost = self._lost(renewal, about)
         save(self._folder, record)
-        self._happened(now, who, reason, session=session, lost=lost, **own)
+        self._happened(now, who, reason, session=session, lost=lost, measured=True, **own)
 
     def _happened(
         self,
@@ -218,28 +220,40 @@ class RecordStore(EventFolder[T]):
         since: datetime | None = None,
         session: Path | None = None,
         lost: tuple[str, ...] = (),
+        measured: bool = False,
         **own: Any,
     ) -> None:
-        """Say what happened; see `_put`."""
+        """Say what happened; see `_put`.
+
+        Parameters
+        ----------
+        measured
+            It was measured just now, so that the clock is believed that it was measured by.
+        """
         event: Callable[..., T] = self._kind
+        utc = now.astimezone(UTC).isoformat(timespec="microseconds")
         self._append_event(
             event(
-                utc=now.astimezone(UTC).isoformat(timespec="microseconds"),
-                sealed=True,
+                utc=utc,
                 files=session_files(self._folder, session),
                 lost=lost,
                 since_utc="" if since is None else since.astimezone(UTC).isoformat(),
                 who=who,
                 reason=reason,
                 **own,
-            )
+            ),
+            at=utc if measured else "",
         )
 
-    def _doubt(self, about: str | None = None, *, thorough: bool) -> RecordStatus | None:
+    def _doubt(
+        self, now: datetime, about: str | None = None, *, thorough: bool
+    ) -> RecordStatus | None:
         """Return what is said where not all that a standing rests on is there; None where it is.
 
         Parameters
         ----------
+        now
+            By the clock of this computer.
         about, thorough
             See `defect`.
         """
@@ -250,7 +264,41 @@ class RecordStore(EventFolder[T]):
         if exchanged is not None:
             since = self.events[-1].utc
             return RecordStatus(State.SUSPECT, exchanged.what, exchanged.remedy, since)
+        seen = self.seen_utc
+        if seen and now < datetime.fromisoformat(seen) - CLOCK_TOLERANCE:
+            return RecordStatus(
+                State.EXPIRED,
+                f"The clock of this computer was set back: it was {seen[:16]} when somebody looked "
+                "at this calibration before.",
+                "Set the clock of the computer. If it is right now and was wrong then, verify the "
+                "calibration or check the tip again.",
+            )
+        if not seen or now >= datetime.fromisoformat(seen) + _NOTED_EVERY:
+            self._note(now)
         return None
+
+    def _judged(self, now: datetime, judge: Callable[[datetime], RecordStatus]) -> RecordStatus:
+        """Return what is said by a clock that a correction within the tolerance does not set back.
+
+        What has expired once does not hold again for the seconds that a clock is corrected by.
+
+        Parameters
+        ----------
+        judge
+            From a moment to what is said then.
+        """
+        seen = self.seen_utc
+        at = max(now, datetime.fromisoformat(seen)) if seen else now
+        found = judge(at)
+        if found.state is State.EXPIRED and at > now - CLOCK_TOLERANCE:
+            self._note(at)
+        return found
+
+    def _note(self, now: datetime) -> None:
+        """Keep that somebody looked at a moment."""
+        utc = now.astimezone(UTC).isoformat(timespec="microseconds")
+        if utc != self.seen_utc:
+            self._looked(utc)
 
 
 def unsealed(what: str, remedy: str) -> RecordStatus:

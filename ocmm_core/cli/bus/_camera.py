@@ -238,7 +238,7 @@ def history(
 def _bar(console: Console, text: str) -> Iterator[Told]:
     """Show a bar while something is under way."""
     with Progress(
-        TextColumn(text),
+        TextColumn(text, markup=False),
         BarColumn(),
         TaskProgressColumn(),
         TimeElapsedColumn(),

@@ -55,7 +55,7 @@ def decode_capture(
         progress = stack.enter_context(
             Progress(
                 SpinnerColumn(),
-                TextColumn("{task.fields[packets]} packets"),
+                TextColumn("{task.fields[packets]} packets", markup=False),
                 TimeElapsedColumn(),
                 console=console,
                 transient=True,

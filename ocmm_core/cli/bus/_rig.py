@@ -6,9 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import typer
-from rich.console import Console
 
-from ocmm_core.cli.terminal import PartOption, PlanOption, ProbeOption, RigOption, SeedOption
+from ocmm_core.cli.terminal import (
+    PartOption,
+    PlanOption,
+    ProbeOption,
+    RigOption,
+    SeedOption,
+    make_console,
+)
 from ocmm_core.composition import (
     DEFAULT_SEED,
     DEMO_PART,
@@ -56,9 +62,9 @@ def down() -> None:
 
     removed = rig_down()
     if removed is None:
-        Console().print("No virtual rig on named interfaces.")
+        make_console().print("No virtual rig on named interfaces.")
     else:
-        Console().print(f"Removed {removed.host}, {removed.cameras} and their cameras.")
+        make_console().print(f"Removed {removed.host}, {removed.cameras} and their cameras.")
 
 
 @rig_app.command()
@@ -70,7 +76,7 @@ def status() -> None:
 
 
 def _print(state: RigStatus) -> None:
-    console = Console()
+    console = make_console()
     record = state.record
     if record is None:
         console.print("No virtual rig on named interfaces. Create one: ocmm rig up")

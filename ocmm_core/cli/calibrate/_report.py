@@ -10,6 +10,7 @@ import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from ocmm_core.calibration.guided import (
     CalibrationComparison,
@@ -26,6 +27,7 @@ from ocmm_core.calibration.records import (
     store_folder,
 )
 from ocmm_core.camera import load_rig
+from ocmm_core.cli.calibrate._tip_report import print_passed
 
 
 def print_calibration(console: Console, outcome: CalibrationOutcome) -> None:
@@ -76,7 +78,7 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
             check.name, f"{check.certified_mm:.4f}", f"{check.measured_mm:.4f}",
             f"{1e3 * check.error_mm:+.1f}", f"{1e3 * check.expanded_mm:.1f}",
             f"{1e3 * check.limit_mm:.1f}",
-            "[bold red]FAILED[/]" if index in outcome.failed else "",
+            Text("FAILED", "bold red") if index in outcome.failed else "",
         )  # fmt: skip
     console.print(table)
     if outcome.failed:
@@ -98,8 +100,7 @@ def print_verification(console: Console, outcome: VerificationOutcome) -> None:
     _print_session(console, record)
     for warning in outcome.warnings:
         console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
-    verdict = "[green]PASSED[/]" if record.passed else "[bold red]FAILED[/]"
-    console.print(f"Verdict  {verdict}")
+    print_passed(console, passed=record.passed)
 
 
 def _print_session(console: Console, record: VerificationRecord) -> None:

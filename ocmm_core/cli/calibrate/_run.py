@@ -45,7 +45,7 @@ from ocmm_core.composition import (
     names_in_words,
     source_of,
 )
-from ocmm_core.errors import CalibrationError, InputError, StorageError
+from ocmm_core.errors import AcquisitionError, CalibrationError, InputError, StorageError
 from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.inspection.plan import load_plan
 from ocmm_core.simulation.calibration_scenes import CalibratingScript
@@ -114,6 +114,8 @@ def continued(
             console.print(
                 f"Continue {path}: {step.title}, {step.done} of {step.wanted}", highlight=False
             )
+            if procedure.base.torn:
+                console.print(procedure.base.torn, highlight=False)
             return procedure
     return None
 
@@ -174,7 +176,8 @@ def collect(
     frames
         Of the script; None where the source does not end by itself.
     recorder
-        Takes all frames as well; closed at the end.
+        Takes all frames as well; closed at the end. Where it fails this is printed, and the
+        calibration goes on.
 
     Raises
     ------
@@ -203,7 +206,11 @@ def collect(
                     _record_temperature(procedure, feed)
                 if block is not None:
                     if recorder is not None:
-                        recorder.append(block)
+                        try:
+                            recorder.append(block)
+                        except AcquisitionError as error:
+                            recorder = None
+                            console.print(f"{error.what} Calibration continues. {error.remedy}")
                     procedure.watch(block)
                     seen += len(block)
                     if procedure.base.live.ready:

@@ -54,7 +54,7 @@ def wave(
     collector = ResidualAccumulator(site.rig, body, _LOOK_NS)
     looks: list[ResidualSample] = []
     left = round(seconds * 1e9 / feed.description.frame_period_ns)
-    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description}", markup=False), BarColumn(), TimeElapsedColumn())
     console.print(f"Source   {feed.description.name}")
     try:
         with Progress(*columns, console=console, transient=True) as progress:

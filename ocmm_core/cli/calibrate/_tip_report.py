@@ -8,6 +8,7 @@ import numpy as np
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from ocmm_core.calibration.records import Check
 from ocmm_core.calibration.tip import TipCheckOutcome, TipCheckView, TipOutcome, TouchView
@@ -81,7 +82,7 @@ def print_qualification(console: Console, outcome: TipOutcome) -> None:
     _say(console, f"Valid    until {record.valid_until_utc[:10]}")
     for warning in outcome.warnings:
         console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
-    _print_verdict(console, passed=record.passed)
+    print_passed(console, passed=record.passed)
 
 
 def print_check(console: Console, outcome: TipCheckOutcome) -> None:
@@ -91,7 +92,7 @@ def print_check(console: Console, outcome: TipCheckOutcome) -> None:
         console.print(f"{finding.what} {finding.remedy}", style="red", highlight=False)
     for warning in outcome.warnings:
         console.print(f"{warning.what} {warning.remedy}", style="yellow", highlight=False)
-    _print_verdict(console, passed=outcome.record.passed)
+    print_passed(console, passed=outcome.record.passed)
 
 
 def _print_checks(console: Console, title: str, checks: Sequence[Check]) -> None:
@@ -110,9 +111,9 @@ def _print_checks(console: Console, title: str, checks: Sequence[Check]) -> None
     console.print(table)
 
 
-def _print_verdict(console: Console, *, passed: bool) -> None:
-    verdict = "[green]PASSED[/]" if passed else "[bold red]FAILED[/]"
-    console.print(f"Verdict  {verdict}")
+def print_passed(console: Console, *, passed: bool) -> None:
+    verdict = ("PASSED", "green") if passed else ("FAILED", "bold red")
+    console.print(Text.assemble("Verdict  ", verdict))
 
 
 def _say(console: Console, text: str) -> None:

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 
 import msgspec
 import typer
-from rich.console import Console
 
+from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -46,7 +46,7 @@ def align_command(
     from ocmm_core.inspection.archive import reopen_job
     from ocmm_core.inspection.evaluation import alignment_of_points
 
-    console = Console(soft_wrap=True)
+    console = make_console(soft_wrap=True)
     opened = reopen_job(job)
     for doubt in opened.doubts:
         console.print(f"{job.name}: {doubt}", style="yellow", highlight=False, markup=False)
@@ -92,7 +92,7 @@ def align_plan_command(
     from ocmm_core.inspection.plan import load_plan, save_plan
 
     document = load_frame(frame)
-    console = Console(soft_wrap=True)
+    console = make_console(soft_wrap=True)
     if document.simulated:
         said = f"{SIMULATED}: frame {document.name} comes from a virtual rig. {NO_REAL_PART}"
         console.print(said, style="bold yellow", highlight=False, markup=False)

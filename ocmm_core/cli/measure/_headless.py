@@ -8,13 +8,13 @@ from pathlib import Path
 
 from rich import box
 from rich.console import Console
-from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
-from ocmm_core.cli.terminal import _WIDE
+from ocmm_core.cli.terminal import _WIDE, shown
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
 from ocmm_core.fieldbus.report import pace_words
@@ -62,13 +62,16 @@ def run_job(
     console.print(f"Plan    {station.job.plan.name}, part {station.job.plan.part}")
     console.print(f"Job     {built.job_path}")
     console.print(f"Header  {_header(station.job.view().header)}", highlight=False)
+    for fault in built.passed_over:
+        # It may be a part of the batch; nobody can tell.
+        console.print(f"Passed over  {fault.what}", style="yellow", highlight=False)
     calibration = station.instruments.calibration()
     console.print(f"Calibration  {calibration.label}", highlight=False)
     console.print(f"Temperature  {station.job.view().temperature}", highlight=False)
     if station.instruments.reference is not None:
         console.print(f"Reference  {station.instruments.reference.label}", highlight=False)
     for warning in calibration.warnings:
-        console.print(f"[yellow]{warning}[/]", highlight=False)
+        console.print(warning, style="yellow", highlight=False)
     try:
         station.events.point_refused.connect(lambda refusal: _print_refusal(console, refusal))
         station.faults.failed.connect(lambda error: _print_error(built, console, error))
@@ -115,14 +118,14 @@ def print_table(console: Console, view: JobView, truth: Mapping[str, float] | No
         table.add_row(
             result.name,
             *(cells[name] for name in wanted),
-            f"[{style}]{result.verdict.value}[/]",
+            Text(result.verdict.value, style),
         )
     console.print(table)
     for result in view.characteristics:
         if result.note:
             console.print(f"{result.name}: {result.note}", style="dim", highlight=False)
     if view.unproven:
-        console.print(f"[bold red]{view.unproven}[/]", highlight=False)
+        console.print(view.unproven, style="bold red", highlight=False)
     console.print(f"Lengths in mm, angles in degrees. {U_WORDS}.", style="dim", highlight=False)
     if truth is not None:
         held, known = _held(view, truth)
@@ -233,7 +236,7 @@ def _print_probe(console: Console, probe: ProbeView) -> None:
     # A tip that was asked for by name is mounted when the station starts.
     console.print(f"Probe  {probe.label}", highlight=False)
     for warning in probe.warnings:
-        console.print(f"[yellow]{warning}[/]", highlight=False)
+        console.print(warning, style="yellow", highlight=False)
 
 
 def _require_calibration(built: BuiltStation) -> None:
@@ -284,7 +287,7 @@ def _incomplete(view: JobView, status: AcquisitionStatus, job_path: Path) -> Ocm
 def _print_error(built: BuiltStation, console: Console, error: OcmmError) -> None:
     # What ends the command is told at its end.
     if built.station.faults.measuring is None:
-        console.print(f"[red]{escape(error.what)}[/] {escape(error.remedy)}")
+        console.print(Text.assemble((shown(error.what), "red"), " ", shown(error.remedy)))
 
 
 def _print_refusal(console: Console, refusal: Refusal) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import tempfile
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -16,6 +15,7 @@ from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import make_console, progress_line
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.leftovers import scratch_folder
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import RecallRecord
@@ -171,8 +171,8 @@ def _show(console: Console, record: RecallRecord) -> None:
 def _print_pages(record: RecallRecord, path: Path) -> None:
     from ocmm_core.calibration.records import seal
 
-    with tempfile.TemporaryDirectory(prefix="ocmm-recall-") as name:
-        sealed = Path(name) / "recall.json"
+    with scratch_folder("recall") as folder:
+        sealed = folder / "recall.json"
         sealed.write_bytes(seal(record))
         print_pages(
             "ocmm_gui.reports._recall",

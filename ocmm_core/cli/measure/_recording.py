@@ -61,7 +61,7 @@ def record_source(
 def _progress(console: Console) -> Progress:
     return Progress(
         SpinnerColumn(),
-        TextColumn("Recording {task.description}"),
+        TextColumn("Recording {task.description}", markup=False),
         TimeElapsedColumn(),
         console=console,
         transient=True,

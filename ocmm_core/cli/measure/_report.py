@@ -12,7 +12,7 @@ import typer
 from rich.console import Console
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import progress_line
+from ocmm_core.cli.terminal import make_console, progress_line
 from ocmm_core.errors import OcmmError
 from ocmm_core.processes import processes_for, side_by_side
 
@@ -93,7 +93,7 @@ def report_command(
     )
     from ocmm_core.export.report import load_profile
 
-    console = Console(soft_wrap=True)
+    console = make_console(soft_wrap=True)
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
     read, faults = _read_all(jobs, probes, calibrations, console)

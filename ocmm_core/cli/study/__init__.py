@@ -4,8 +4,7 @@ In: files of points, job files, reference pairs, a probe's design. Out: tables, 
 
 Read `_fit` with `_fit_rows` and `_fit_json`, `_verify_fits`, `_uncertainty`, `_probe` (a probe
 before it is built), `_study` (simulations of a procedure), `_bench` and `_endurance` (speed and
-memory of the hot path).
-It must not know `cli.calibrate`.
+memory of the hot path). It must not know `cli.calibrate`.
 """
 
 from __future__ import annotations

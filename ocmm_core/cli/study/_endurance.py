@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 import time
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from rich.progress import Progress
 
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
+from ocmm_core.host import HOST
 
 _SAMPLES = 10
 _POLL_S = 0.05
@@ -85,5 +85,4 @@ def print_run(run: MemoryRun, bus_time_s: float, console: Console) -> None:
 
 
 def _resident_mib() -> float:
-    pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
-    return pages * os.sysconf("SC_PAGE_SIZE") / _MIB
+    return HOST.resident_bytes() / _MIB

@@ -11,6 +11,7 @@ import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import FitError, InputError
@@ -109,8 +110,9 @@ def fit_command(
     console = make_console()
     if held.unit != "mm":
         console.print(
-            f"[yellow]The file names the unit {held.unit}: all numbers are in mm, "
-            f"{held.factor:g} times those of the file.[/]",
+            f"The file names the unit {held.unit}: all numbers are in mm, "
+            f"{held.factor:g} times those of the file.",
+            style="yellow",
             highlight=False,
         )
     _print_fit(console, fit, found, len(points), criterion, free=free)
@@ -119,8 +121,9 @@ def fit_command(
     _print_rival(console, fit)
     if fit.rival is None and shape.spec.often_ambiguous and len(points) <= MINIMUM_POINTS[shape]:
         console.print(
-            f"[yellow]{len(points)} points are the minimum for a {shape.value}: other elements "
-            "may pass through them too. Take more points.[/]",
+            f"{len(points)} points are the minimum for a {shape.value}: other elements "
+            "may pass through them too. Take more points.",
+            style="yellow",
             highlight=False,
         )
 
@@ -181,8 +184,9 @@ def _print_uncertainty(console: Console, rows: Sequence[FitRow]) -> None:
     weak = [row.words for row in stated if row.stated is not None and not row.stated.valid]
     if weak:
         console.print(
-            f"[yellow]No U for {', '.join(weak)}: the points determine the element too weakly. "
-            "Take more points, spread over more of it.[/]",
+            f"No U for {', '.join(weak)}: the points determine the element too weakly. "
+            "Take more points, spread over more of it.",
+            style="yellow",
             highlight=False,
         )
 
@@ -199,12 +203,12 @@ def _print_outliers(console: Console, fit: Fit, points: Float) -> None:
     found = outliers(fit, points)
     for row in found[:LISTED]:
         console.print(
-            f"[yellow]Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used "
-            "in the fit.[/]",
+            f"Outlier: point {row + 1} is {fit.residuals[row]:+.6f} mm off; still used in the fit.",
+            style="yellow",
             highlight=False,
         )
     if len(found) > LISTED:
-        console.print(f"[yellow]{len(found) - LISTED} more outliers.[/]", highlight=False)
+        console.print(f"{len(found) - LISTED} more outliers.", style="yellow", highlight=False)
     if not found:
         console.print("No outliers.", style="dim")
 
@@ -216,9 +220,11 @@ def _print_rival(console: Console, fit: Fit) -> None:
     if fit.rival is None:
         return
     console.print(
-        "[bold red]AMBIGUOUS:[/] the points fit two elements, and their noise cannot tell "
-        "which. Use neither; take more points, spread over more of the feature.",
-        highlight=False,
+        Text.assemble(
+            ("AMBIGUOUS:", "bold red"),
+            " the points fit two elements, and their noise cannot tell which. Use neither; take "
+            "more points, spread over more of the feature.",
+        )
     )
     for word, one in (("The one above:", fit), ("The other one:", fit.rival)):
         centre = ", ".join(f"{value:.6f}" for value in one.point)

@@ -9,6 +9,7 @@ import typer
 from rich import box
 from rich.console import Console
 from rich.table import Table
+from rich.text import Text
 
 from ocmm_core.cli.terminal import ProbeOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG, STANDARD_PROBE
@@ -86,7 +87,7 @@ def design(
     )
     console = make_console()
     with console.status("Computing") as status:
-        report = examine(cameras, body, built, asked, lambda what, _: status.update(what))
+        report = examine(cameras, body, built, asked, lambda what, _: status.update(Text(what)))
     written = write_figures(report, out)
     print_report(console, report)
     console.print(f"Written: {', '.join(str(item) for item in written)}", highlight=False)
@@ -112,13 +113,14 @@ def print_report(console: Console, report: ProbeReport) -> None:
     )
     console.print()
     if not np.isfinite(number.space_um):
-        console.print("[bold red]No pose gives a tip: the cameras do not see enough LEDs.[/]")
+        console.print("No pose gives a tip: the cameras do not see enough LEDs.", style="bold red")
     else:
         x, y, z = number.axes_um
         console.print(
-            f"[bold]Uncertainty of the tip from spot noise: {number.space_um:.1f} µm[/] "
-            f"(standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f}).",
-            highlight=False,
+            Text.assemble(
+                (f"Uncertainty of the tip from spot noise: {number.space_um:.1f} µm", "bold"),
+                f" (standard, in space; X {x:.1f}, Y {y:.1f}, Z {z:.1f}).",
+            )
         )
         console.print(
             f"Below {number.p95_um:.1f} µm in 95 of 100 poses. {100.0 * number.share:.1f} % of "

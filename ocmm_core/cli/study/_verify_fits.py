@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich import box
 from rich.table import Table
+from rich.text import Text
 
 from ocmm_core.cli.study._fit import CriterionWord
 from ocmm_core.cli.terminal import make_console
@@ -68,7 +69,7 @@ def verify_fits_command(
             report.name,
             str(len(report.results)),
             *(_number(report.worst(field)) for field, _ in shown),
-            "[green]PASS[/]" if report.passed else "[bold red]FAIL[/]",
+            Text("PASS", "green") if report.passed else Text("FAIL", "bold red"),
         )
     console.print(table)
     for report in reports:

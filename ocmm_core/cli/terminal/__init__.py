@@ -2,8 +2,9 @@
 
 In: texts, tables, arrays of pixels, points. Out: a terminal that copes with pipes, PNG, PGM, SVG.
 
-Read `_console` (how anything is printed) and `_options` (options that several commands have), then
-`_pictures` (16 bit images), `_svg` and `_svg_maps` (small plots without a plotting library).
+Read `_console` and `_shown` (how anything is printed) and `_options` (options that several commands
+have), then `_pictures` (16 bit images), `_svg` and `_svg_maps` (small plots without a plotting
+library).
 It must not know any command.
 """
 
@@ -14,7 +15,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.cli.terminal._console import _WIDE, make_console, progress_line
+    from ocmm_core.cli.terminal._console import (
+        _WIDE,
+        PlainConsole,
+        make_console,
+        progress_line,
+    )
     from ocmm_core.cli.terminal._options import (
         CalibrationsOption,
         CheckAfterOption,
@@ -36,7 +42,9 @@ if TYPE_CHECKING:
         SeedOption,
         SourceOption,
         SpeedOption,
+        StreamCertOption,
         StreamHostOption,
+        StreamKeyOption,
         StreamOption,
         StreamTokenOption,
         TemperatureSigmaOption,
@@ -44,21 +52,23 @@ if TYPE_CHECKING:
         UncalibratedOption,
     )
     from ocmm_core.cli.terminal._pictures import encoder_for
+    from ocmm_core.cli.terminal._shown import shown
     from ocmm_core.cli.terminal._svg import histogram, points_in_space
     from ocmm_core.cli.terminal._svg_maps import bending, tip_map
 else:
     __getattr__ = door(
         __name__,
-        _console="_WIDE make_console progress_line",
+        _console="_WIDE PlainConsole make_console progress_line",
         _options=(
             "CalibrationsOption CheckAfterOption CompensatePartOption CompensateProbeOption "
             "ForceOption IncompleteOption OutOption PartExpansionOption PartOption "
             "PartTemperatureOption PlanOption ProbeDesignOption ProbeOption "
             "ProbeTemperatureOption ProbesOption ReferenceOption RigOption SeedOption "
-            "SourceOption SpeedOption StreamHostOption StreamOption StreamTokenOption "
-            "TemperatureSigmaOption TipOption UncalibratedOption"
+            "SourceOption SpeedOption StreamCertOption StreamHostOption StreamKeyOption "
+            "StreamOption StreamTokenOption TemperatureSigmaOption TipOption UncalibratedOption"
         ),
         _pictures="encoder_for",
+        _shown="shown",
         _svg="histogram points_in_space",
         _svg_maps="bending tip_map",
     )
@@ -75,6 +85,7 @@ __all__ = [
     "PartExpansionOption",
     "PartOption",
     "PartTemperatureOption",
+    "PlainConsole",
     "PlanOption",
     "ProbeDesignOption",
     "ProbeOption",
@@ -85,7 +96,9 @@ __all__ = [
     "SeedOption",
     "SourceOption",
     "SpeedOption",
+    "StreamCertOption",
     "StreamHostOption",
+    "StreamKeyOption",
     "StreamOption",
     "StreamTokenOption",
     "TemperatureSigmaOption",
@@ -97,5 +110,6 @@ __all__ = [
     "make_console",
     "points_in_space",
     "progress_line",
+    "shown",
     "tip_map",
 ]

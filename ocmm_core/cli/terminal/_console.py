@@ -1,19 +1,49 @@
-"""The console of the command line."""
+"""The console of the command line: what is printed is never read as markup or control codes."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from typing import Any
 
 from rich.console import Console
+from rich.text import Text
+
+from ocmm_core.cli.terminal._shown import shown
 
 _WIDE = 118
 
 
-def make_console() -> Console:
-    """Return the console; a pipe or file is wide enough for the whole table."""
-    console = Console()
-    return console if console.is_terminal else Console(width=_WIDE)
+class PlainConsole(Console):
+    """A console that prints texts as they are: names and paths of others are in nearly all of them.
+
+    Square brackets are square brackets, and a character that would steer the terminal is shown as
+    its number. What shall have a style gets it by ``style=`` or as a `rich.text.Text`.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(markup=False, emoji=False, **options)
+
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Return a text that shows ``text`` as it is; every string that is printed comes here."""
+        options["markup"] = options["emoji"] = False
+        return super().render_str(shown(text), **options)
+
+
+def make_console(*, soft_wrap: bool = False, stderr: bool = False) -> Console:
+    """Return the console; a pipe or file is wide enough for the whole table.
+
+    Parameters
+    ----------
+    soft_wrap
+        Whether long lines are left as they are.
+    stderr
+        Whether it stays apart from what other programs read.
+    """
+    console = PlainConsole(soft_wrap=soft_wrap, stderr=stderr)
+    if soft_wrap or console.is_terminal:
+        return console
+    return PlainConsole(width=_WIDE, stderr=stderr)
 
 
 @contextmanager
@@ -22,9 +52,9 @@ def progress_line() -> Iterator[Callable[[str, float], None]]:
 
     It gets what is done and the share that is done. Where nobody looks, nothing is printed.
     """
-    console = Console(stderr=True)
+    console = PlainConsole(stderr=True)
     if not console.is_terminal:
         yield lambda what, share: None
         return
     with console.status("Starting") as status:
-        yield lambda what, share: status.update(f"{what} ({share:.0%})")
+        yield lambda what, share: status.update(Text(shown(f"{what} ({share:.0%})")))

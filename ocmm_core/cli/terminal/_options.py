@@ -147,6 +147,17 @@ StreamTokenOption = Annotated[
     Path | None,
     typer.Option(
         "--stream-token",
-        help="File whose first line is the token required from stream clients.",
+        help="File whose first line is the token required from stream clients; readable by you "
+        "alone (chmod 600).",
     ),
+]
+
+StreamCertOption = Annotated[
+    Path | None,
+    typer.Option("--stream-cert", help="Certificate (PEM): the stream speaks TLS."),
+]
+
+StreamKeyOption = Annotated[
+    Path | None,
+    typer.Option("--stream-key", help="Private key of that certificate (PEM, no password)."),
 ]

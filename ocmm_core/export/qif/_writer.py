@@ -17,7 +17,9 @@ class Writer:
 
     def __init__(self) -> None:
         self.last_id = 0
-        self.root = etree.fromstring(f'<QIFDocument xmlns="{NAMESPACE}"/>')
+        # The stubs do not know that the default namespace has no name.
+        names = {None: NAMESPACE}
+        self.root = etree.Element(f"{{{NAMESPACE}}}QIFDocument", nsmap=names)  # type: ignore[arg-type]
 
     def add(
         self,

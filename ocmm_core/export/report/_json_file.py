@@ -28,6 +28,7 @@ from ocmm_core.export.report._json_schema import (
     PartVerdictPart,
     ReportFile,
     ResultPart,
+    SealPart,
     Spots,
     TakenBackPart,
     Vector,
@@ -114,6 +115,7 @@ def _file(data: ReportData) -> ReportFile:
         unit="mm",
         part_verdict=_part(data.part),
         state=data.states,
+        seal=_seal(data),
         simulated=view.simulated,
         job=JobPart(
             name=data.job,
@@ -232,6 +234,13 @@ def _explanation(explained: Explanation) -> ExplanationPart:
         features=finding.features,
         points=finding.points,
     )
+
+
+def _seal(data: ReportData) -> SealPart | None:
+    seal = data.seal
+    if seal is None:
+        return None
+    return SealPart(steps=seal.steps, head=seal.head, key=seal.state.fingerprint, line=seal.line)
 
 
 def _finite(name: str, value: float | None) -> float | None:

@@ -58,6 +58,20 @@ class JobPart(_Part, frozen=True, kw_only=True):
     doubts: tuple[str, ...]
 
 
+class SealPart(_Part, frozen=True, kw_only=True):
+    """How far the job went, and the signature of the station on that (``ocmm audit verify``).
+
+    ``steps`` and ``head`` are the rows of the audit and the hash of the last one, ``key`` is the
+    fingerprint of the key that signed them, and ``line`` what the code on paper holds; both are
+    empty where nobody signed the job.
+    """
+
+    steps: int
+    head: str
+    key: str
+    line: str
+
+
 class InstrumentPart(_Part, frozen=True, kw_only=True):
     """State and hashes of cameras, probe or reference body."""
 
@@ -175,7 +189,8 @@ class ReportFile(_Part, frozen=True, kw_only=True):
     """The whole file.
 
     ``state`` has what the report must not be taken for: SIMULATED, INCOMPLETE, IN DOUBT or
-    UNCALIBRATED. It and ``part_verdict`` are missing in files of versions that did not say them.
+    UNCALIBRATED. It, ``part_verdict`` and ``seal`` are missing in files of versions that did not
+    say them.
     """
 
     schema: str
@@ -195,6 +210,7 @@ class ReportFile(_Part, frozen=True, kw_only=True):
     results: tuple[ResultPart, ...]
     observations: tuple[ObservationPart, ...]
     taken_back: tuple[TakenBackPart, ...]
+    seal: SealPart | None = None
 
 
 def read_report(content: bytes) -> ReportFile:

@@ -19,7 +19,7 @@ from ocmm_core.inspection.causes import Explanation, explanations
 from ocmm_core.inspection.evaluation import FeatureView, JobView, job_states
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import Climate, MeasuredPoint
-from ocmm_core.storage import JobHead
+from ocmm_core.storage import JobHead, JobSeal
 from ocmm_core.tolerances.decisions import CharacteristicResult, PartVerdict, rule_id, rule_words
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
@@ -151,6 +151,8 @@ class ReportData:
         Why results are NOT CONFORM or NOT PROVEN, and what to do, in the order of the plan.
     written_by
         Version of the program that reports; that of the program that measured is in ``head``.
+    seal
+        How far the job goes, and who signed it; None where nobody knows.
     """
 
     view: JobView
@@ -169,6 +171,7 @@ class ReportData:
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = ()
     explanations: tuple[Explanation, ...] = ()
     written_by: str = __version__
+    seal: JobSeal | None = None
 
     @property
     def job(self) -> str:
@@ -256,6 +259,7 @@ def report_data(
     notes: tuple[str, ...] = (),
     taken_back: tuple[tuple[MeasuredPoint, str], ...] = (),
     explained: tuple[Explanation, ...] = (),
+    seal: JobSeal | None = None,
 ) -> ReportData:
     """Return what is reported about a job as it stands; parameters as in `ReportData`."""
     frame = T_part_from_world or RigidTransform.identity()
@@ -292,6 +296,7 @@ def report_data(
         notes=notes,
         taken_back=taken_back,
         explanations=explained,
+        seal=seal,
     )
 
 
@@ -331,6 +336,7 @@ def report_of_job(job: ReopenedJob) -> ReportData:
         taken_utc=job.taken_utc,
         notes=job.doubts,
         taken_back=job.taken_back,
+        seal=job.seal,
         explained=explanations(
             job.plan, job.view, job.points, job.sensitivities, job.rig, job.body, job.options
         ),

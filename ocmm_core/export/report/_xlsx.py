@@ -211,7 +211,7 @@ def read_workbook(content: bytes) -> dict[str, list[list[str | float | None]]]:
             raise ValueError("it is too large")
 
         def tree(name: str) -> etree._Element:
-            parser = etree.XMLParser(resolve_entities=False, no_network=True)
+            parser = etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=False)
             return etree.fromstring(archive.read(name), parser)
 
         texts: list[str] = []

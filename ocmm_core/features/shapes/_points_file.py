@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+import errno
 import math
 import re
+import stat
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.documents import shortened
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Points3
 
 LARGEST_BYTES = 100_000_000
+MOST_POINTS = 300_000
+_LONGEST_ROW = 1000
 FIELDS = re.compile(r"[\s;,]+")
 DECIMAL_COMMA = re.compile(r"[+-]?\d+,\d+")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eEdD][+-]?\d+)?")
 FARTHEST_MM = 1e7
 """Ten kilometres: a coordinate beyond is no measurement, and would be fitted badly."""
 COMMENT = re.compile(r"(#|%|!|//|\*).*")
-COUNT = re.compile(r"(\d+)(\s+(points?|pts|3))?")
+COUNT = re.compile(r"(\d{1,9})(\s+(points?|pts|3))?")
 """Of points, also as rows and columns of a table."""
 LAST = ("end", "eof")
 MM = {
@@ -87,6 +92,12 @@ def read_points_file(path: Path | str) -> PointsFile:
     count: int | None = None
     unit, begun = "mm", False
     for number, line in enumerate(_lines(file), start=1):
+        if len(line) > _LONGEST_ROW:
+            raise InputError(
+                "points.row",
+                f"{file}, line {number}: it has more than {_LONGEST_ROW} characters.",
+                "Give one row with x, y and z for every point.",
+            )
         whole = line.strip().lstrip("\ufeff")
         text = COMMENT.sub("", whole).strip()
         fields = [field for field in FIELDS.split(text) if field]
@@ -102,6 +113,12 @@ def read_points_file(path: Path | str) -> PointsFile:
             count = int(announced.group(1))
             continue
         begun = True
+        if len(rows) == MOST_POINTS:
+            raise InputError(
+                "points.count",
+                f"{file}, line {number}: more than {MOST_POINTS:,} points.",
+                "Give a file with the points of one feature.",
+            )
         rows.append((number, text, fields))
     _drop_names(rows)
     points = [_point(file, number, text, fields) for number, text, fields in rows]
@@ -145,7 +162,10 @@ def _drop_names(rows: list[tuple[int, str, list[str]]]) -> None:
 
 def _lines(file: Path) -> list[str]:
     try:
-        if file.stat().st_size > LARGEST_BYTES:
+        found = file.stat()
+        if not (stat.S_ISREG(found.st_mode) or stat.S_ISDIR(found.st_mode)):
+            raise OSError(errno.EINVAL, "it is a pipe or a device")
+        if found.st_size > LARGEST_BYTES:
             raise InputError(
                 "points.size",
                 f"{file}: is larger than {LARGEST_BYTES // 1_000_000} MB.",
@@ -193,19 +213,20 @@ def _point(file: Path, number: int, text: str, fields: list[str]) -> list[float]
     if len(commas) == 3 and any(DECIMAL_COMMA.fullmatch(field) for field in commas):
         raise InputError(
             "points.decimal_comma",
-            f"{file}, line {number}: '{text}' has decimal commas.",
+            f"{file}, line {number}: {shortened(text)} has decimal commas.",
             "Write the numbers with a decimal point; a comma may only separate them.",
         )
     if len(fields) == 6 and "," in text:
         raise InputError(
             "points.decimal_comma",
-            f"{file}, line {number}: '{text}' could be three numbers with decimal commas or six.",
+            f"{file}, line {number}: {shortened(text)} could be three numbers with decimal commas "
+            "or six.",
             "Write the numbers with a decimal point, three in a row.",
         )
     if len(fields) != 3:
         raise InputError(
             "points.fields",
-            f"{file}, line {number}: '{text}' has {len(fields)} number(s), not three.",
+            f"{file}, line {number}: {shortened(text)} has {len(fields)} number(s), not three.",
             "Give one row with x, y and z for every point.",
         )
     values = []
@@ -214,7 +235,7 @@ def _point(file: Path, number: int, text: str, fields: list[str]) -> list[float]
         if not abs(value) < FARTHEST_MM:
             raise InputError(
                 "points.number",
-                f"{file}, line {number}: '{field}' is not a coordinate in mm.",
+                f"{file}, line {number}: {shortened(field)} is not a coordinate in mm.",
                 "Give numbers with a decimal point, such as 12.345 or -1.2e-3.",
             )
         values.append(value)

@@ -3,9 +3,10 @@
 In: answers of one cycle, and the clock. Out: what each camera brought and whether it is fresh,
 accounts in which every cycle stands once, and what to do about a fault.
 
-Read `_bus` (brings cameras up and runs cycles) with `_bringup`, `_health` (is it fresh and whole)
-and `_clock` (both pure arithmetic), `_accounts` (the books), `_supervisor` (wait, lift, or bring
-up again: a pure state machine), `_watch` and `_journal` (what happened, in few words).
+Read `_bus` (brings cameras up and runs cycles) with `_bringup`, `_health` and `_frame_content`
+(is it fresh and whole) and `_clock` (all pure arithmetic), `_accounts` (the books), `_supervisor`
+(wait, lift, or bring up again: a pure state machine), `_watch` and `_journal` (what happened, in
+few words).
 It must not know the ring or the process it runs in.
 """
 

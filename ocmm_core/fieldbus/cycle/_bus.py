@@ -178,22 +178,24 @@ class CameraBus:
 
     def _answer(self, master: Master, passage: Passage) -> CycleAnswer:
         inputs: tuple[bytes, ...] = ()
+        clock_ns = master.clock_ns
+        expected = master.expected_working_counter
         plausible = True
         if passage.whole and passage.working_counter > 0:
             inputs = master.inputs(self._session.places)
-        if passage.whole and passage.working_counter == master.expected_working_counter:
+        if passage.whole and passage.working_counter == expected:
             plausible = self.clock.observe(
-                *self._time.passage(passage.sent_ns, passage.answered_ns), master.clock_ns
+                *self._time.passage(passage.sent_ns, passage.answered_ns), clock_ns
             )
         return CycleAnswer(
             whole=passage.whole,
             working_counter=passage.working_counter,
-            expected_working_counter=master.expected_working_counter,
-            clock_ns=master.clock_ns,
+            expected_working_counter=expected,
+            clock_ns=clock_ns,
             clock_plausible=plausible,
             view=self._watch.view,
             inputs=inputs,
-            headers=tuple(Header.decode(content) for content in inputs),
+            headers=tuple([Header.decode(content) for content in inputs]),
             link="" if passage.whole else self.link_trouble(),
             silent_cycles=self._silent,
             late=self._cycles - self._late_at < _LATE_CYCLES,

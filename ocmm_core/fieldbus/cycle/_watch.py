@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 from ocmm_core.fieldbus.wire import Command, Datagram, Job
 
@@ -20,8 +20,7 @@ _SLOW_CYCLES = 4
 """Error counters of the cameras are asked for in turn, every so many cycles."""
 
 
-@dataclass(frozen=True, slots=True)
-class CameraView:
+class CameraView(NamedTuple):
     """What is known about one camera from its own answers.
 
     Attributes
@@ -44,8 +43,7 @@ class CameraView:
     link_errors: int | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class WatchView:
+class WatchView(NamedTuple):
     """What is known about all cameras.
 
     Attributes
@@ -84,6 +82,9 @@ class StateWatch:
         self._whether = Datagram(Command.BRD, 0, AL_STATUS, bytes(2))
         self._states = [Datagram(Command.FPRD, at, AL_STATUS, bytes(_AL_BYTES)) for at in stations]
         self._clocks = [Datagram(Command.FPRD, at, TIME_DIFFERENCE, bytes(4)) for at in stations]
+        self._counters = [
+            Datagram(Command.FPRD, at, _ERRORS, bytes(_ERRORS_BYTES)) for at in stations
+        ]
 
     @property
     def view(self) -> WatchView:
@@ -124,7 +125,7 @@ class StateWatch:
         if rest == 0:
             camera = turn % len(self._stations)
             yield Job(
-                Datagram(Command.FPRD, self._stations[camera], _ERRORS, bytes(_ERRORS_BYTES)),
+                self._counters[camera],
                 lambda answer: self._errors(camera, answer),
             )
 
@@ -162,4 +163,4 @@ class StateWatch:
 
     def _errors(self, camera: int, answer: Datagram | None) -> None:
         if answer is not None and answer.working_counter == 1:
-            self._cameras[camera] = replace(self._cameras[camera], link_errors=sum(answer.data))
+            self._cameras[camera] = self._cameras[camera]._replace(link_errors=sum(answer.data))

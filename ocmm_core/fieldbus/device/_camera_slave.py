@@ -13,6 +13,7 @@ import struct
 import zlib
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -218,8 +219,7 @@ DATA_CRC_AT = HEADER_STRUCT.size - DATA_CRC.size
 _NO_CRC = bytes(DATA_CRC.size)
 
 
-@dataclass(frozen=True, slots=True)
-class Header:
+class Header(NamedTuple):
     """The header of one camera's process data, decoded; see `HEADER_PDO`."""
 
     counter: int
@@ -235,7 +235,7 @@ class Header:
     @classmethod
     def decode(cls, content: bytes) -> Header:
         """Return the header at the start of a camera's input."""
-        return cls(*HEADER_STRUCT.unpack_from(content))
+        return cls._make(HEADER_STRUCT.unpack_from(content))
 
 
 def data_crc(content: bytes | bytearray | memoryview) -> int:
@@ -408,6 +408,6 @@ def decode_spots(
     valid = frames["valid"]
     steps = SUBPIXELS if mode == CameraMode.RAW else SUBMILLIMETRES
     spots: NDArray[np.float64] = frames["xy"] / float(steps)
-    if not (valid == _ALL_SLOTS).all():
+    if int(np.bitwise_and.reduce(valid, axis=None)) != _ALL_SLOTS:
         spots[(valid[..., None] >> _SLOT_NUMBERS) & 1 == 0] = np.nan
     return spots

@@ -28,6 +28,8 @@ _POLL_S = 0.02
 _STALL_S = 10.0
 """A camera whose work gets no further for so long does not work any more."""
 _HASH_BYTES = 32
+_LARGEST_PX = 1 << 26
+"""The two numbers of a size may say 4.3 gigapixels; no sensor of a smart camera has 67 million."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -130,6 +132,8 @@ def take_snapshot(
         total = read_number(access, SNAPSHOT, 8, 4)
         if total != 2 * width * height or not total or (region and region[2:] != (width, height)):
             raise _failed("snapshot", "its size does not match the request")
+        if width * height > _LARGEST_PX:
+            raise _failed("snapshot", f"it says that it has {width} x {height} pixels")
         content = bytearray()
         while len(content) < total:
             if progress is not None:

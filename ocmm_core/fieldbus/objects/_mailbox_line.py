@@ -75,6 +75,9 @@ class MailboxLine:
         self.repeats = 0
         self._station = station
         self._deliver = deliver
+        # The same each time, so that the frame with it is known.
+        self._ask_status = Datagram(Command.FPRD, station, _STATUS_IN, bytes(3))
+        self._ask_mailbox = Datagram(Command.FPRD, station, areas.in_start, bytes(areas.in_bytes))
         self._out: bytes | None = None
         self._writing = self._reading = self._asking = False
         self._unsure = 0
@@ -127,14 +130,13 @@ class MailboxLine:
             yield from self._repeat_jobs()
         elif (self._expecting or self._full) and not self._reading:
             self._reading = True
-            room = bytes(self.areas.in_bytes)
-            yield Job(Datagram(Command.FPRD, self._station, self.areas.in_start, room), self._read)
+            yield Job(self._ask_mailbox, self._read)
         elif not self._expecting:
             self._idle += 1
             if self._idle >= _IDLE_CYCLES and not self._asking:
                 self._idle = 0
                 self._asking = True
-                yield Job(Datagram(Command.FPRD, self._station, _STATUS_IN, bytes(3)), self._status)
+                yield Job(self._ask_status, self._status)
 
     def _repeat_jobs(self) -> Iterator[Job]:
         if self._asking:
@@ -143,7 +145,7 @@ class MailboxLine:
         wanted = bytes([_ACTIVE | (_REPEAT if self._repeat_bit else 0)])
         # Written again each time, which changes nothing where it arrived before.
         yield Job(Datagram(Command.FPWR, self._station, _ACTIVATE_IN, wanted), lambda _answer: None)
-        yield Job(Datagram(Command.FPRD, self._station, _STATUS_IN, bytes(3)), self._status)
+        yield Job(self._ask_status, self._status)
 
     def _written(self, answer: Datagram | None) -> None:
         self._writing = False

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
 from enum import IntEnum
+from typing import NamedTuple
 
 from ocmm_core.errors import BusError
 
@@ -32,6 +32,9 @@ _LENGTH_MASK = 0x07FF
 _MORE = 0x8000
 _KIND_DATAGRAMS = 1
 _SHORTEST_FRAME = 60
+_DATAGRAMS_AT = _ETHERNET_HEAD.size + _ETHERCAT_HEAD.size
+_SHORTEST_ANSWER = _DATAGRAMS_AT + _DATAGRAM_HEAD.size
+_ETHERTYPE_BYTES = ETHERTYPE.to_bytes(2, "big")
 
 
 class Command(IntEnum):
@@ -54,8 +57,7 @@ class Command(IntEnum):
     FRMW = 14
 
 
-@dataclass(frozen=True, slots=True)
-class Datagram:
+class Datagram(NamedTuple):
     """One datagram.
 
     Attributes
@@ -118,12 +120,62 @@ def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
     return b"".join(parts).ljust(_SHORTEST_FRAME, b"\x00")
 
 
+class FrameForm:
+    """A frame with always the same datagrams: built once, then sent and read many times.
+
+    Parameters
+    ----------
+    datagrams
+        As for `encode_frame`.
+    """
+
+    def __init__(self, datagrams: Sequence[Datagram]) -> None:
+        self._blank = bytearray(encode_frame(0, datagrams))
+        self._index_at: list[int] = []
+        layout = "<"
+        at = _DATAGRAMS_AT
+        for datagram in datagrams:
+            self._index_at.append(at + 1)
+            layout += f"BBHHHH{len(datagram.data)}sH"
+            at += len(datagram.data) + DATAGRAM_OVERHEAD
+        self._head = bytes(self._blank[_ETHERNET_HEAD.size : _DATAGRAMS_AT])
+        self._end = at
+        self._values = struct.Struct(layout)
+        asked = self._values.unpack_from(self._blank, _DATAGRAMS_AT)
+        # What no slave changes; a broadcast counts the slaves in its target.
+        self._commands, self._registers, self._lengths = asked[0::8], asked[3::8], asked[4::8]
+
+    def encode(self, index: int) -> bytes:
+        """Return the frame with an index, as `encode_frame` does."""
+        blank = self._blank
+        for at in self._index_at:
+            blank[at] = index
+        return bytes(blank)
+
+    def answers(self, frame: bytes) -> list[Datagram] | None:
+        """Return the datagrams of an answer; None where it does not look exactly like one."""
+        if (
+            len(frame) < self._end
+            or frame[_ETHERNET_HEAD.size : _DATAGRAMS_AT] != self._head
+            or frame[12:14] != _ETHERTYPE_BYTES
+        ):
+            return None
+        values = self._values.unpack_from(frame, _DATAGRAMS_AT)
+        if (
+            values[0::8] != self._commands
+            or values[3::8] != self._registers
+            or values[4::8] != self._lengths
+        ):
+            return None
+        columns = values[0::8], values[2::8], values[3::8], values[6::8], values[7::8]
+        return list(map(Datagram, *columns))
+
+
 def frame_index(frame: bytes) -> int | None:
     """Return the index of an EtherCAT frame, or None where it is none; looks at nothing else."""
-    at = _ETHERNET_HEAD.size + _ETHERCAT_HEAD.size
-    if len(frame) < at + _DATAGRAM_HEAD.size or frame[12:14] != b"\x88\xa4":
+    if len(frame) < _SHORTEST_ANSWER or frame[12:14] != _ETHERTYPE_BYTES:
         return None
-    return frame[at + 1]
+    return frame[_DATAGRAMS_AT + 1]
 
 
 def has_passed(frame: bytes) -> bool:
@@ -164,6 +216,24 @@ def decode_frame(frame: bytes) -> tuple[int, tuple[Datagram, ...]]:
         )
         more = bool(flags & _MORE)
     return index, tuple(datagrams)
+
+
+def answers_like(frame: bytes, asked: Sequence[Datagram]) -> tuple[Datagram, ...] | None:
+    """Return the datagrams of a frame that answers these, in whatever dress; None: it does not.
+
+    An answer may carry flags that the question had not. What was spoiled on the way, or comes from
+    somebody else, is no answer.
+    """
+    try:
+        _index, datagrams = decode_frame(frame)
+    except BusError:
+        return None
+    return datagrams if [*map(_shape, asked)] == [*map(_shape, datagrams)] else None
+
+
+def _shape(datagram: Datagram) -> tuple[int, int, int]:
+    """Return what no slave changes; a broadcast counts the slaves in its target."""
+    return datagram.command, datagram.register, len(datagram.data)
 
 
 def _malformed(why: str) -> BusError:

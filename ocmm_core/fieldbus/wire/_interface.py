@@ -9,15 +9,17 @@ from __future__ import annotations
 
 import ctypes
 import errno
-import fcntl
 import re
 import socket
 import struct
 from pathlib import Path
 
 from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.wire._sockets import query_socket
 
 _INTERFACES = Path("/sys/class/net")
+_NETWORK = Path("/proc/self/net")
+"""What /proc/net leads to, which the service does not see."""
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
 _SIOCGIFADDR = 0x8915
 _SIOCGIFFLAGS = 0x8913
@@ -27,7 +29,10 @@ _UP = 0x1
 _LOOPBACK = 0x8
 _CAP_NET_ADMIN = 12
 _ETHERTYPE = 0x88A4
-_RIGHTS = "Grant the bus process its rights once: sudo installer/linux/grant-rights.sh"
+_RIGHTS = (
+    "Grant the bus process its rights once: sudo installer/linux/grant-rights.sh; "
+    "or, with the installed package: sudo usermod -aG ocmm NAME"
+)
 
 
 def is_virtual_interface(name: str) -> bool:
@@ -48,6 +53,8 @@ def is_virtual_cable(name: str) -> bool:
 
     Unlike `is_virtual_interface` it asks the driver, also inside a private network.
     """
+    import fcntl
+
     if not _NAME.fullmatch(name):
         return False
     answer = bytearray(_DRIVER_BYTES)
@@ -55,7 +62,7 @@ def is_virtual_cable(name: str) -> bool:
     place = (ctypes.c_char * len(answer)).from_buffer(answer)
     request = struct.pack("16sQ16x", name.encode("ascii"), ctypes.addressof(place))
     try:
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:
+        with query_socket() as channel:
             fcntl.ioctl(channel, _ASK_DRIVER, request)
     except OSError:
         return False
@@ -91,7 +98,7 @@ def check_interface(name: str, *, force: bool = False) -> None:
             "(1 to 15 letters, digits, '_', '.' or '-').",
             "Use a name listed by 'ip link'.",
         )
-    if name not in (known := [entry for _, entry in socket.if_nameindex()]):
+    if name not in (known := _known()):
         raise BusError(
             "bus.no_interface",
             f"No network interface '{name}'; available: {', '.join(known)}.",
@@ -123,6 +130,12 @@ def check_interface(name: str, *, force: bool = False) -> None:
         )
 
 
+def _known() -> list[str]:
+    # `if_nameindex` would ask through a family of sockets that the service may not make.
+    lines = (_NETWORK / "dev").read_text(encoding="ascii").splitlines()
+    return [line.partition(":")[0].strip() for line in lines if ":" in line]
+
+
 def _check_rights(name: str) -> None:
     try:
         with socket.socket(socket.AF_PACKET, socket.SOCK_RAW, socket.htons(_ETHERTYPE)) as probe:
@@ -148,7 +161,9 @@ def _no_rights(name: str) -> BusError:
 
 
 def _request(name: str, code: int) -> bytes | None:
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as query:
+    import fcntl
+
+    with query_socket() as query:
         try:
             return fcntl.ioctl(query, code, struct.pack("16s24x", name.encode("ascii")))
         except OSError:
@@ -165,20 +180,20 @@ def _use(name: str) -> str | None:
     answer = _request(name, _SIOCGIFADDR)
     if answer is not None:
         return f"has the address {socket.inet_ntoa(answer[20:24])}"
-    for fields in _table("/proc/net/if_inet6"):
+    for fields in _table("if_inet6"):
         # Every interface that is up gives itself an fe80: address; that is no sign of use.
         if fields[5] == name and not fields[0].startswith("fe80"):
             address = socket.inet_ntop(socket.AF_INET6, bytes.fromhex(fields[0]))
             return f"has the IPv6 address {address}"
-    for fields in _table("/proc/net/route"):
+    for fields in _table("route"):
         if fields[0] == name and fields[1] == "00000000" and fields[7] == "00000000":
             return "carries the default route"
     return None
 
 
-def _table(path: str) -> list[list[str]]:
+def _table(name: str) -> list[list[str]]:
     try:
-        lines = Path(path).read_text(encoding="ascii").splitlines()
+        lines = (_NETWORK / name).read_text(encoding="ascii").splitlines()
     except OSError:
         return []
     return [fields for line in lines if len(fields := line.split()) >= 6]

@@ -7,14 +7,14 @@ import select
 import socket
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from typing import NamedTuple
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram, frame_index
 from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._ring_cable import RingCable
 from ocmm_core.fieldbus.wire._service import FIRST_INDEX, Job, ServiceChannel
-from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, receive, transmit
+from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, transmit, waiting_on
 from ocmm_core.fieldbus.wire._tally import N_INDICES, AnswerTally
 
 _SERVICE_WAIT_NS = 250_000
@@ -27,8 +27,7 @@ _STALL_NS = 2_000_000_000
 _DL_INFORMATION = 0x0000
 
 
-@dataclass(frozen=True, slots=True)
-class Passage:
+class Passage(NamedTuple):
     """How one cycle went over the wire.
 
     Attributes
@@ -185,9 +184,9 @@ class Port:
 
     def collect(self, service: ServiceChannel) -> list[bytes]:
         """Take all frames that wait and give them to whom they belong; return the master's."""
-        own = []
+        own: list[bytes] = []
         for end, channel in enumerate(self._channels):
-            while (frame := receive(channel)) is not None:
+            for frame in waiting_on(channel):
                 self._came += 1
                 index = frame_index(frame)
                 if index is None:

@@ -19,7 +19,7 @@ from ocmm_core.fieldbus.device import FoundDevice
 from ocmm_core.fieldbus.wire._datagrams import (
     Command,
     Datagram,
-    decode_frame,
+    answers_like,
     encode_frame,
     frame_index,
 )
@@ -94,8 +94,8 @@ class RawLine:
         for _ in range(_TRIES):
             self._index = self._index % 0xFF + 1
             self._channel.send(encode_frame(self._index, [datagram]))
-            answer = self._wait()
-            if answer is not None and answer.command == datagram.command:
+            answer = self._wait(datagram)
+            if answer is not None:
                 return answer
         raise BusError(
             "bus.silent",
@@ -107,15 +107,17 @@ class RawLine:
         """Give the interface back."""
         self._channel.close()
 
-    def _wait(self) -> Datagram | None:
+    def _wait(self, asked: Datagram) -> Datagram | None:
         deadline = time.monotonic() + _ANSWER_S
         while (left := deadline - time.monotonic()) > 0.0:
             if not select.select([self._channel], [], [], left)[0]:
                 break
             frame = receive(self._channel)
-            if frame is not None and frame_index(frame) == self._index:
-                _index, datagrams = decode_frame(frame)
-                return datagrams[0]
+            if frame is None or frame_index(frame) != self._index:
+                continue
+            answer = answers_like(frame, [asked])
+            if answer is not None:
+                return answer[0]
         return None
 
 

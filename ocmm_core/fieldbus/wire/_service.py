@@ -9,15 +9,15 @@ then; so a camera that is dead or hangs makes nobody wait.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from typing import NamedTuple
 
-from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._datagrams import (
     DATAGRAM_OVERHEAD,
     FRAME_BYTES,
     Datagram,
-    decode_frame,
-    encode_frame,
+    FrameForm,
+    answers_like,
+    frame_index,
 )
 
 FIRST_INDEX = 0x80
@@ -25,10 +25,11 @@ FIRST_INDEX = 0x80
 _N_INDICES = 0x80
 _GIVE_UP_CYCLES = 6
 _ROOM = FRAME_BYTES - 16
+_FORMS = 32
+"""Frames that are remembered; a mailbox with a content of its own drives the oldest out."""
 
 
-@dataclass(frozen=True, slots=True)
-class Job:
+class Job(NamedTuple):
     """A question to the wire.
 
     Attributes
@@ -57,8 +58,10 @@ class ServiceChannel:
     def __init__(self) -> None:
         self.answered = self.given_up = self.stray = 0
         self._number = 0
-        self._waiting: dict[int, tuple[int, tuple[Job, ...]]] = {}
+        self._waiting: dict[int, tuple[int, list[Job], FrameForm]] = {}
         self._newest = -1
+        # By identity: most cycles ask what others asked before, with the same datagrams.
+        self._forms: dict[tuple[int, ...], tuple[FrameForm, list[Datagram]]] = {}
 
     @property
     def waits(self) -> bool:
@@ -72,31 +75,30 @@ class ServiceChannel:
         """
         self._number += 1
         self._give_up()
-        room = _ROOM
-        chosen: list[Job] = []
-        refused: list[Job] = []
-        for job in jobs:
-            size = len(job.datagram.data) + DATAGRAM_OVERHEAD
-            (chosen if size <= room else refused).append(job)
-            room -= size if size <= room else 0
-        for job in refused:
-            job.answered(job.datagram)
+        chosen = list(jobs)
         if not chosen:
             return None
+        known = self._forms.get(tuple([id(job.datagram) for job in chosen]))
+        if known is None:
+            chosen = _fitting(chosen)
+            if not chosen:
+                return None
+            known = self._learn([job.datagram for job in chosen])
+        form = known[0]
         self._newest = FIRST_INDEX + self._number % _N_INDICES
-        self._waiting[self._newest] = (self._number, tuple(chosen))
-        return encode_frame(self._newest, [job.datagram for job in chosen])
+        self._waiting[self._newest] = (self._number, chosen, form)
+        return form.encode(self._newest)
 
     def take(self, frame: bytes) -> bool:
         """Take an answer with an index of this channel; say whether it was waited for."""
-        try:
-            index, datagrams = decode_frame(frame)
-        except BusError:
+        index = frame_index(frame)
+        asked = None if index is None else self._waiting.get(index)
+        if index is None or asked is None:
             self.stray += 1
             return False
-        _number, jobs = self._waiting.get(index, (0, ()))
-        asked = [_shape(job.datagram) for job in jobs]
-        if not jobs or asked != [_shape(answer) for answer in datagrams]:
+        _number, jobs, form = asked
+        datagrams = form.answers(frame) or answers_like(frame, [job.datagram for job in jobs])
+        if datagrams is None:
             self.stray += 1
             return False
         del self._waiting[index]
@@ -108,19 +110,38 @@ class ServiceChannel:
     def abandon(self) -> None:
         """Give up all questions; the bus is set up anew."""
         waiting, self._waiting = self._waiting, {}
-        for _number, jobs in waiting.values():
+        for _number, jobs, _form in waiting.values():
             for job in jobs:
                 job.answered(None)
 
     def _give_up(self) -> None:
-        for index, (number, jobs) in list(self._waiting.items()):
+        if not self._waiting:
+            return
+        for index, (number, jobs, _form) in list(self._waiting.items()):
             if self._number - number > _GIVE_UP_CYCLES:
                 del self._waiting[index]
                 self.given_up += 1
                 for job in jobs:
                     job.answered(None)
 
+    def _learn(self, datagrams: list[Datagram]) -> tuple[FrameForm, list[Datagram]]:
+        """Keep the form of a frame; the datagrams too, or others could get their identity."""
+        if len(self._forms) >= _FORMS:
+            del self._forms[next(iter(self._forms))]
+        known = (FrameForm(datagrams), datagrams)
+        self._forms[tuple([id(datagram) for datagram in datagrams])] = known
+        return known
 
-def _shape(datagram: Datagram) -> tuple[int, int, int]:
-    """Return what no slave changes; a broadcast counts the slaves in its target."""
-    return datagram.command, datagram.register, len(datagram.data)
+
+def _fitting(jobs: Iterable[Job]) -> list[Job]:
+    """Return the jobs that fit into one frame; the others are told that nobody took part."""
+    room = _ROOM
+    chosen: list[Job] = []
+    refused: list[Job] = []
+    for job in jobs:
+        size = len(job.datagram.data) + DATAGRAM_OVERHEAD
+        (chosen if size <= room else refused).append(job)
+        room -= size if size <= room else 0
+    for job in refused:
+        job.answered(job.datagram)
+    return chosen

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import socket
 import stat
@@ -37,6 +36,18 @@ def receive(channel: socket.socket) -> bytes | None:
         return None
 
 
+def waiting_on(channel: socket.socket) -> list[bytes]:
+    """Return all frames that wait on a socket that `listen` made."""
+    frames: list[bytes] = []
+    take = channel.recv
+    try:
+        while True:
+            frames.append(take(_FRAME_BYTES))
+    except OSError:
+        # Nothing there any more, or the link is down.
+        return frames
+
+
 def transmit(channel: socket.socket, frame: bytes) -> bool:
     """Send a frame and say whether the interface took it; never waits."""
     try:
@@ -48,8 +59,20 @@ def transmit(channel: socket.socket, frame: bytes) -> bool:
 
 def drain(channel: socket.socket | None) -> None:
     """Throw away what waits on a socket."""
-    while channel is not None and receive(channel) is not None:
-        pass
+    try:
+        while channel is not None:
+            channel.recv(_FRAME_BYTES, socket.MSG_DONTWAIT)
+    except OSError:
+        return
+
+
+def query_socket() -> socket.socket:
+    """Return a socket to ask the kernel about interfaces with; it receives nothing.
+
+    Of the same family as those that carry frames: the service may make no others
+    (``installer/linux/ocmm-acq@.service``).
+    """
+    return socket.socket(socket.AF_PACKET, socket.SOCK_DGRAM, 0)
 
 
 class LinkWatch:
@@ -63,10 +86,12 @@ class LinkWatch:
 
     def __init__(self, interface: str) -> None:
         self._request = struct.pack("16s24x", interface.encode("ascii"))
-        self._query = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self._query = query_socket()
 
     def trouble(self) -> str:
         """Return why no frame can pass, or an empty text where one can."""
+        import fcntl
+
         try:
             answer = fcntl.ioctl(self._query, _SIOCGIFFLAGS, self._request)
         except OSError:

@@ -58,6 +58,7 @@ if TYPE_CHECKING:
         RecallRecord,
     )
     from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
+    from ocmm_core.inspection.archive._reopen_copy import copy_of_job
     from ocmm_core.inspection.archive._tip_doubts import last_good_utc
     from ocmm_core.inspection.archive._tip_history import settle_tip
 else:
@@ -70,13 +71,14 @@ else:
         _points_in_doubt="first_taken",
         _recall="KeptPlaces decide recall",
         _recall_artefact="artefact_wrong",
-        _recall_record=(
-            "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA"
-        ),
         _recall_messages=(
             "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
         ),
+        _recall_record=(
+            "Outcome RecallRecord RecalledCharacteristic RecalledJob RecalledValue SCHEMA"
+        ),
         _reopen="ReopenedJob Tell reopen reopen_job",
+        _reopen_copy="copy_of_job",
         _tip_doubts="last_good_utc",
         _tip_history="settle_tip",
     )
@@ -101,6 +103,7 @@ __all__ = [
     "compare_files",
     "compare_folder",
     "compare_jobs",
+    "copy_of_job",
     "decide",
     "decided",
     "first_taken",

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.errors import InputError, StorageError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+from ocmm_core.inspection.archive._stored_documents import about
 from ocmm_core.inspection.session import NOT_GIVEN, header_of
 from ocmm_core.storage import JobFile, JobSummary, read_summary
 
@@ -42,20 +44,23 @@ class BatchPart:
     points: int
 
 
-def parts_of_batch(folder: Path, batch: str) -> tuple[BatchPart, ...]:
+def parts_of_batch(
+    folder: Path, batch: str, passed_over: Callable[[OcmmError], object] = lambda fault: None
+) -> tuple[BatchPart, ...]:
     """Return the parts of a batch in a folder, oldest first.
 
     A file that somebody may be writing to is looked at in a copy, so that one that is being
     measured is in the list, too. Files that are no job files or cannot be read are left out: a list
-    never keeps anybody from measuring.
+    never keeps anybody from measuring. ``passed_over`` is told of each.
     """
     found = []
     for path in sorted(folder.glob(f"*{SUFFIX}")):
         try:
             seen = read_summary(path) or _glance_at_copy(path)
-        except StorageError:
+            header = header_of(seen.head, seen.events)
+        except OcmmError as fault:
+            passed_over(about(fault, path))
             continue
-        header = header_of(seen.head, seen.events)
         if header.batch == batch:
             found.append(
                 BatchPart(
@@ -73,7 +78,7 @@ def parts_of_batch(folder: Path, batch: str) -> tuple[BatchPart, ...]:
 
 def _glance_at_copy(path: Path) -> JobSummary:
     """Return what is seen of a job that is being written; StorageError as `copy_of_job`."""
-    with copy_of_job(path) as copy, JobFile.open(copy) as job:
+    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
         return JobSummary(job.head, tuple(job.events()), len(job.points()))
 
 
@@ -97,14 +102,20 @@ def next_serial(serial: str) -> str:
     return f"{serial[: match.start()]}{counted}{serial[match.end() :]}"
 
 
-def require_new_serial(folder: Path, batch: str, serial: str) -> None:
+def require_new_serial(
+    folder: Path,
+    batch: str,
+    serial: str,
+    passed_over: Callable[[OcmmError], object] = lambda fault: None,
+) -> None:
     """Raise InputError where a part of this serial number is in the batch already.
 
-    Measured again it would count twice in every statistic of the batch.
+    Measured again it would count twice in every statistic of the batch. ``passed_over`` is told of
+    files beside that cannot be read.
     """
     if not batch or serial == NOT_GIVEN:
         return
-    for part in parts_of_batch(folder, batch):
+    for part in parts_of_batch(folder, batch, passed_over):
         if part.serial == serial:
             raise InputError(
                 "batch.repeated",

@@ -179,7 +179,7 @@ def _doubted(
 
     Whatever an earlier recall has released: the last one decides about all of them.
     """
-    with copy_of_job(path) as copy, JobFile.open(copy) as job:
+    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
         record = StoredDocuments(path, job.head).camera_record()
         if record is None:
             return None, {}

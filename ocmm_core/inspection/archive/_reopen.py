@@ -24,13 +24,13 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.archive._camera_history import settle_by_calibration
 from ocmm_core.inspection.archive._points_in_doubt import History
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
-from ocmm_core.inspection.archive._stored_documents import StoredDocuments, named
+from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about, named
 from ocmm_core.inspection.archive._tip_history import settle_by_history
 from ocmm_core.inspection.evaluation import HoldReason, JobView, SessionOptions, methods_used
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session import InspectionSession, ReferenceUse
 from ocmm_core.measuring import Climate, MeasuredPoint
-from ocmm_core.storage import JobEvent, JobFile, JobHead
+from ocmm_core.storage import ADOPTED, CLOCK, JobEvent, JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.decisions import not_proven
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
@@ -79,6 +79,8 @@ class ReopenedJob:
         What the history of the calibration says of the job, or that it is not on this computer.
     held
         The points that are held back, for what and why, by the file and by these histories.
+    seal
+        How far the job goes, and who signed it.
     """
 
     path: Path
@@ -96,6 +98,7 @@ class ReopenedJob:
     taken_utc: dict[int, str]
     faults: tuple[str, ...]
     differences: tuple[str, ...]
+    seal: JobSeal
     history: History = field(default_factory=History)
     cameras: History = field(default_factory=History)
     held: Mapping[HoldReason, Mapping[int, str]] = field(default_factory=dict)
@@ -125,7 +128,8 @@ class ReopenedJob:
     @property
     def remarks(self) -> tuple[str, ...]:
         """Return what a reader should know and what speaks against nothing, in sentences."""
-        return (self.cameras.absent,) if self.cameras.absent else ()
+        told = (event.text for event in self.events if event.kind in (ADOPTED, CLOCK))
+        return (*told, *([self.cameras.absent] if self.cameras.absent else []))
 
 
 def reopen_job(
@@ -161,7 +165,7 @@ def reopen_job(
     with copy_of_job(path) as copy:
         try:
             # The copy is our own: one of an older version is brought up to date by this.
-            with JobFile.open(copy) as job:
+            with JobFile.open(copy, scratch=True) as job:
                 return _reopened(
                     path,
                     job,
@@ -170,7 +174,7 @@ def reopen_job(
                     tell,
                 )
         except OcmmError as error:
-            raise named(error, str(copy), str(path)) from error
+            raise about(named(error, str(copy), str(path)), path) from error
 
 
 def _reopened(
@@ -181,14 +185,16 @@ def _reopened(
     stored = StoredDocuments(path, head)
     plan, rig, records = stored.plan(), stored.rig(), stored.probe_records()
     body, options = stored.measured_with(events, job.reference())
-    points = job.points()
+    session = InspectionSession(plan, rig, body, job, options)
+    points, taken_back = session.stored_points()
     use = ReferenceUse(rig, body, options.reference, job, begun=bool(points))
     tell(f"Recalculating points 1 to {len(points)}", 0.1)
     sensitivities = use.sensitivities([(point.spots, point.reference_spots) for point in points])
     tell("Checking the audit of the file", 0.5)
-    session = InspectionSession(plan, rig, body, job, options)
     session.know({p.number: one for p, one in zip(points, sensitivities, strict=True)})
     faults = tuple(job.verify())
+    seal = job.seal()
+    job.note_seen(path)
     history = settle_by_history(session, job, records, probes)
     cameras = settle_by_calibration(session, job, stored.camera_record(), calibrations)
     tell("Comparing with the stored results", 0.6)
@@ -207,13 +213,14 @@ def _reopened(
         options=options,
         view=_judged(session.view, (*faults, *differences, *cameras.unread, *history.unread)),
         T_part_from_world=session.frame.T_part_from_world,
-        points=tuple(points),
+        points=points,
         sensitivities=sensitivities,
-        taken_back=tuple(job.annulled()),
+        taken_back=taken_back,
         events=tuple(events),
         taken_utc=job.taken_utc(),
         faults=faults,
         differences=differences,
+        seal=seal,
         history=history,
         cameras=cameras,
         held={hold_reason: session.held.held_for(hold_reason) for hold_reason in HoldReason},

@@ -19,7 +19,15 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
-from ocmm_core.storage import damaged, no_job, not_writable
+from ocmm_core.leftovers import scratch_folder
+from ocmm_core.storage import (
+    LARGEST_FILE,
+    damaged,
+    guarded_connection,
+    no_job,
+    not_writable,
+    require_size,
+)
 
 _TRIES = 50
 _PAUSE_S = 0.02
@@ -44,12 +52,13 @@ def copy_of_job(path: Path) -> Iterator[Path]:
         raise StorageError(
             "job.missing", f"{path}: file not found.", "Check the name and the folder."
         )
-    try:
-        folder = tempfile.TemporaryDirectory(prefix="ocmm-job-")
-    except OSError as error:
-        raise not_writable(Path(tempfile.gettempdir()), error.strerror or str(error)) from error
-    with folder as name:
-        copy = Path(name) / path.name
+    with contextlib.ExitStack() as stack:
+        try:
+            folder = stack.enter_context(scratch_folder("job"))
+        except OSError as error:
+            there = Path(tempfile.gettempdir())
+            raise not_writable(there, error.strerror or str(error)) from error
+        copy = folder / path.name
         _copy(path, copy)
         yield copy
 
@@ -89,11 +98,11 @@ def _content(path: Path) -> bytes:
     hold on it would be gone (POSIX advisory locks; SQLite, "How To Corrupt An SQLite Database
     File", 2.2).
     """
-    address = f"{path.resolve().as_uri()}?mode=ro&immutable=1"
+    require_size(path)
     try:
-        with contextlib.closing(sqlite3.connect(address, uri=True)) as db:
+        with contextlib.closing(guarded_connection(path, "ro&immutable=1")) as db:
             return db.serialize()
-    except sqlite3.Error as error:
+    except (sqlite3.Error, UnicodeDecodeError) as error:
         code = getattr(error, "sqlite_errorcode", 0) & 0xFF
         if code == sqlite3.SQLITE_NOTADB:
             raise no_job(path) from error
@@ -103,11 +112,15 @@ def _content(path: Path) -> bytes:
                 f"{path}: the file cannot be read ({error}).",
                 "Check read permission.",
             ) from error
-        raise damaged(path, str(error)) from error
+        if path.stat().st_size == 0:
+            raise no_job(path) from error
+        raise damaged(path, "SQLite cannot read its pages") from error
 
 
 def _log(path: Path) -> bytes:
     try:
+        if path.stat().st_size > LARGEST_FILE:
+            raise damaged(path, "its log is larger than any job")
         return path.read_bytes()
     except FileNotFoundError:
         return b""

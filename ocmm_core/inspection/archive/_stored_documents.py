@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -20,14 +20,18 @@ from ocmm_core.calibration.records import (
     rig_from_record,
 )
 from ocmm_core.camera import Rig, load_rig
+from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.evaluation import SessionOptions, with_stored_limits
 from ocmm_core.inspection.plan import Plan, load_plan
+from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text
 from ocmm_core.storage import JobEvent, JobHead, JobReference
 from ocmm_core.tracking import ProbeBody, ReferenceBody, load_probe, load_reference
 
 T = TypeVar("T")
+
+_DOCUMENT = "document.toml"
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +113,7 @@ class StoredDocuments:
 
     def _record(self, what: str, text: str, kind: type[T]) -> T:
         try:
-            return msgspec.json.decode(text.encode("utf-8"), type=kind)
+            return decode_json(text, kind)
         except msgspec.MsgspecError as error:
             raise InputError(
                 "job.record",
@@ -119,18 +123,35 @@ class StoredDocuments:
 
     def _from_text(self, what: str, text: str, load: Callable[[Path], T]) -> T:
         """Return what a document in the job says; ``load`` takes it from a file."""
-        with tempfile.TemporaryDirectory(prefix="ocmm-document-") as folder:
-            file = Path(folder) / "document.toml"
-            file.write_bytes(text.encode("utf-8"))
-            try:
-                return load(file)
-            except OcmmError as error:
-                raise named(error, str(file), f"{self.path} ({what})") from error
+        try:
+            found: T = _loaded(text, load)
+            return found
+        except OcmmError as error:
+            raise named(error, _DOCUMENT, f"{self.path} ({what})") from error
+
+
+@lru_cache(maxsize=16)
+def _loaded(text: str, load: Callable[[Path], T]) -> T:
+    """Return what a text says; the jobs of a batch hold the same ones, so it is remembered."""
+    with scratch_folder("document") as folder:
+        file = folder / _DOCUMENT
+        file.write_bytes(text.encode("utf-8"))
+        try:
+            return load(file)
+        except OcmmError as error:
+            raise named(error, str(file), _DOCUMENT) from error
 
 
 def named(error: OcmmError, name: str, told: str) -> OcmmError:
     """Return an error that names what the person opened instead of a copy of it."""
     return type(error)(error.code, error.what.replace(name, told), error.remedy.replace(name, told))
+
+
+def about(error: OcmmError, path: Path) -> OcmmError:
+    """Return an error of a job that names its file, as most do."""
+    if str(path) in error.what:
+        return error
+    return type(error)(error.code, f"{path}: {error.what}", error.remedy)
 
 
 class _Head(msgspec.Struct, frozen=True):
@@ -140,6 +161,6 @@ class _Head(msgspec.Struct, frozen=True):
 def _schema(text: str) -> str:
     """Return the ``schema`` of a record; empty where the text is a document, which is no JSON."""
     try:
-        return msgspec.json.decode(text.encode("utf-8"), type=_Head).schema
+        return decode_json(text, _Head).schema
     except msgspec.MsgspecError:
         return ""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -51,7 +52,7 @@ class JobResults:
     Attributes
     ----------
     points
-        As they are reported.
+        As they are reported, by feature.
     actual
         Every feature of the plan as it is, or why it is not known.
     results
@@ -60,7 +61,7 @@ class JobResults:
         The probed features that each characteristic rests on, by its name.
     """
 
-    points: tuple[MeasuredPoint, ...]
+    points: Mapping[str, Sequence[MeasuredPoint]]
     actual: Mapping[str, ActualFeature | FitError]
     results: tuple[CharacteristicResult, ...]
     rests_on: Mapping[str, Sequence[str]]
@@ -101,16 +102,16 @@ def evaluate_job(
     graph = FeatureGraph(plan, options, cache or EvaluationCache())
     touched = graph.touched(points)
     actual = graph.features(touched)
-    seen: dict[str, list[TipSensitivity]] = {}
+    seen: defaultdict[str, list[TipSensitivity]] = defaultdict(list)
     for point, sensitivity in zip(points, sensitivities, strict=True):
-        seen.setdefault(point.feature, []).append(sensitivity)
+        seen[point.feature].append(sensitivity)
     results = ValueGraph(graph, rig, body).results(touched, seen, actual)
     progress = _Probed(graph.below, done, skipped, touched.points.keys(), actual)
     judged = tuple(
         progress.as_far(item, result)
         for item, result in zip(plan.characteristics, results, strict=True)
     )
-    return JobResults(touched.in_order(points), actual, judged, graph.below.rests_on)
+    return JobResults(touched.points, actual, judged, graph.below.rests_on)
 
 
 @dataclass(frozen=True, slots=True)

@@ -130,26 +130,26 @@ def _by_features(
         feature = actual.get(nominal.name)
         if not isinstance(feature, ActualFeature):
             continue
-        geometry = nominal_geometry(nominal)
         if nominal.shape.spec.located == "along":
-            normals.append((geometry, feature.fit.geometry))
+            normals.append((nominal_geometry(nominal), feature.fit.geometry))
         elif nominal.shape.spec.centred:
             plane = actual.get(nominal.projection)
             if isinstance(plane, ActualFeature):
                 # How deep a bore was touched says nothing about where it is.
                 up = plane.fit.direction
                 depth = float((feature.fit.point - plane.fit.point) @ up)
-                centres.append((geometry[0:3], feature.fit.point - depth * up))
+                centres.append((np.array(nominal.point), feature.fit.point - depth * up))
             elif nominal.shape.spec.located == "everywhere":
-                centres.append((geometry[0:3], feature.fit.point))
-    pairs = [(there[3:6], here[3:6]) for there, here in normals]
-    for there, here in centres[1:]:
-        if float(np.linalg.norm(there - centres[0][0])) > 1.0:
-            pairs.append((unit(there - centres[0][0]), unit(here - centres[0][1])))
-    if len(pairs) < 2 or (not centres and len(normals) < 3):
+                centres.append((np.array(nominal.point), feature.fit.point))
+    there = np.array([there[3:6] for there, _ in normals]).reshape(-1, 3)
+    here = np.array([here[3:6] for _, here in normals]).reshape(-1, 3)
+    if len(centres) > 1:
+        between = np.array(centres)[1:] - np.array(centres[0])
+        between = between[np.linalg.norm(between[:, 0], axis=1) > 1.0]
+        there = np.concatenate([there, unit(between[:, 0])])
+        here = np.concatenate([here, unit(between[:, 1])])
+    if len(there) < 2 or (not centres and len(normals) < 3):
         return None
-    there = np.array([pair[0] for pair in pairs])
-    here = np.array([pair[1] for pair in pairs])
     if np.linalg.svd(there, compute_uv=False)[1] < 0.1:
         return None
     # Directions have no place: each with its opposite, so that only the turn is fitted.

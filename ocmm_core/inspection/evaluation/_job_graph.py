@@ -7,6 +7,7 @@ not looked at: see `EvaluationCache`.
 
 from __future__ import annotations
 
+from collections import defaultdict
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, replace
 
@@ -106,25 +107,24 @@ class Touched:
         """Return the points by feature; no two may have the same place."""
         if len(set(places)) < len(points):
             raise ValueError("two points have the same number")
-        own: dict[str, list[MeasuredPoint]] = {}
-        numbers: dict[str, list[int]] = {}
+        own: defaultdict[str, list[MeasuredPoint]] = defaultdict(list)
+        numbers: defaultdict[str, list[int]] = defaultdict(list)
         for point, place in zip(points, places, strict=True):
-            own.setdefault(point.feature, []).append(point)
-            numbers.setdefault(point.feature, []).append(place)
+            own[point.feature].append(point)
+            numbers[point.feature].append(place)
         return cls(
             {name: tuple(found) for name, found in own.items()},
             {name: tuple(found) for name, found in numbers.items()},
         )
 
-    def in_order(self, points: Sequence[MeasuredPoint]) -> tuple[MeasuredPoint, ...]:
-        """Return them in the order of the ``points`` that they are made of."""
-        ways = {name: iter(own) for name, own in self.points.items()}
-        return tuple(next(ways[point.feature]) for point in points)
-
     def of_features(self, names: Sequence[str]) -> tuple[list[MeasuredPoint], list[int]]:
         """Return the points of some features and their places."""
-        points = [point for name in names for point in self.points.get(name, ())]
-        return points, [place for name in names for place in self.places.get(name, ())]
+        points: list[MeasuredPoint] = []
+        places: list[int] = []
+        for name in names:
+            points += self.points.get(name, ())
+            places += self.places.get(name, ())
+        return points, places
 
 
 class FeatureGraph:

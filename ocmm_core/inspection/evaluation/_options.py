@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, field, replace
 import msgspec
 
 from ocmm_core.calibration.probe_design import ContactForce
+from ocmm_core.documents import decode_json
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.measuring import Climate, PointOptions
@@ -107,7 +108,7 @@ def methods_used(events: Sequence[JobEvent]) -> tuple[Method, ...]:
 
 def _read(text: str) -> _Written:
     try:
-        return msgspec.json.decode(text, type=_Written)
+        return decode_json(text, _Written)
     except msgspec.MsgspecError as error:
         raise InputError(
             "session.limits",

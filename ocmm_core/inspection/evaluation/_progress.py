@@ -17,7 +17,7 @@ from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.evaluation._view import Probing
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import METHODS
-from ocmm_core.storage import JobEvent, JobFile
+from ocmm_core.storage import JobEvent, JobFile, event_value
 
 STANDING_EVENT = "standing"
 PAUSED, RESUMED = "paused", "resumed"
@@ -84,9 +84,14 @@ class Progress:
         return replace(self, active=name, done=self.done - {name}, skipped=self.skipped - {name})
 
     def reopened(self, name: str) -> Progress:
-        """Return it with a feature that takes points again; active where no other is."""
+        """Return it with a feature that takes points again; active where no other is.
+
+        One that was skipped stays so: who takes a point out of it has not opened it again.
+        """
         changed = replace(self, done=self.done - {name})
-        return changed if changed.active else replace(changed, active=name)
+        if changed.active or name in self.skipped:
+            return changed
+        return replace(changed, active=name)
 
     @property
     def written(self) -> WrittenProgress:
@@ -125,7 +130,7 @@ def progress_of(plan: Plan, counts: Mapping[str, int], events: Sequence[JobEvent
     start, written = Progress(names), False
     for event in reversed(events):
         if event.kind == STANDING_EVENT:
-            start = progress_from(msgspec.json.decode(event.text, type=WrittenProgress), names)
+            start = progress_from(event_value(STANDING_EVENT, event.text, WrittenProgress), names)
             written = True
             break
     done = {

@@ -9,16 +9,19 @@ held back when the job is opened again.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from enum import Enum
 
+from ocmm_core.documents import shortened
 from ocmm_core.inspection.evaluation._view import FeatureView, JobView
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.storage import JobEvent
+from ocmm_core.storage import JobEvent, bad_event
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, not_proven
 
+_NUMBERS = re.compile(r"[0-9]{1,10}(,[0-9]{1,10})*")
 WITHDRAWN = "Result withdrawn."
 
 
@@ -78,6 +81,8 @@ def held_back(
         if event.kind not in (hold_reason.held, hold_reason.released):
             continue
         names, _, reason = event.text.partition(": ")
+        if not _NUMBERS.fullmatch(names):
+            raise bad_event(event.kind, f"{shortened(names)} are no points")
         for name in names.split(","):
             if event.kind == hold_reason.held:
                 held[int(name)] = reason
@@ -96,13 +101,19 @@ def notes_of(held: Mapping[HoldReason, Mapping[int, str]]) -> dict[int, str]:
     return notes
 
 
-def notes_on(points: Sequence[MeasuredPoint], held: Mapping[int, str]) -> dict[str, str]:
-    """Return why points of features prove nothing, and what to do, by feature; where some do."""
-    numbers: dict[str, list[int]] = {}
-    for point in points if held else ():
-        if point.number in held:
-            numbers.setdefault(point.feature, []).append(point.number)
-    return {name: _note(name, found, held[found[0]]) for name, found in numbers.items()}
+def notes_on(
+    points: Mapping[str, Sequence[MeasuredPoint]], held: Mapping[int, str]
+) -> dict[str, str]:
+    """Return why points of features prove nothing, and what to do, by feature; where some do.
+
+    ``points`` are those of every feature.
+    """
+    notes: dict[str, str] = {}
+    for name, own in points.items() if held else ():
+        found = [point.number for point in own if point.number in held]
+        if found:
+            notes[name] = _note(name, found, held[found[0]])
+    return notes
 
 
 def _note(feature: str, numbers: Sequence[int], why: str) -> str:

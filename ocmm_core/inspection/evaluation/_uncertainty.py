@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
@@ -19,6 +17,7 @@ from ocmm_core.inspection.evaluation._evaluated import EvaluatedJob, evaluated_j
 from ocmm_core.inspection.evaluation._evaluation import alignment_of, checked_features
 from ocmm_core.inspection.evaluation._options import SessionOptions
 from ocmm_core.inspection.plan import Plan
+from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import MeasuredPoint, ProbeState, joint_factors, reported_points
 from ocmm_core.tolerances.monte_carlo import Task
 from ocmm_core.tolerances.uncertainty import (
@@ -68,7 +67,8 @@ def job_uncertainty(
 
 def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
     """Return budgets and tasks of a job that was evaluated already."""
-    plan, actual, factors, samples = job.plan, job.actual, job.factors, job.samples
+    plan, actual, factors = job.plan, job.actual, job.factors
+    samples = {sample.feature: sample for sample in job.samples}
     budgets: dict[str, Budget] = {}
     missing = dict(job.missing)
     plain: list[Characteristic] = []
@@ -77,9 +77,11 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
         evaluation = job.evaluations.get(item.name)
         if evaluation is not None:
             try:
-                budgets[item.name] = budget_of(
-                    item, evaluation, actual, job.parts, factors, samples
-                )
+                # Others move nothing of it, and a large job has many.
+                names = (*item.features, *(job.points[k].feature for k in evaluation.places))
+                below = {name: actual[name] for name in names if name in actual}
+                own = [samples[name] for name in below if name in samples]
+                budgets[item.name] = budget_of(item, evaluation, below, job.parts, factors, own)
             except MeasuringError as error:
                 missing[item.name] = error.what
             (of_form if of_own_form(item, actual) else plain).append(item)
@@ -89,7 +91,7 @@ def uncertainty_of(job: EvaluatedJob) -> JobUncertainty:
             tuple(group), job.alignment, job.points, actual, factors,
             _of_surfaces(taken, len(job.points)), tuple(plan.constructions), nominals,
         )
-        for group, taken in ((plain, samples), (of_form, ()))
+        for group, taken in ((plain, job.samples), (of_form, ()))
         if group
     )  # fmt: skip
     return JobUncertainty(budgets, missing, tasks)
@@ -150,7 +152,7 @@ def probe_state(options: SessionOptions, body: ProbeBody) -> ProbeState | None:
     text = options.climate.probe_design
     if not text:
         return None
-    with tempfile.TemporaryDirectory(prefix="ocmm-document-") as folder:
-        file = Path(folder) / "design.toml"
+    with scratch_folder("document") as folder:
+        file = folder / "design.toml"
         file.write_bytes(text.encode("utf-8"))
         return ProbeState(load_design(file, body), options.climate.probe)

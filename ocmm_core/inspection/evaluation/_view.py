@@ -168,7 +168,8 @@ class Target:
     feature
         Name of the feature.
     surface_world, normal_world
-        (3,), mm, and (3,), unit, from the material towards the probe.
+        (3,), mm, and (3,), unit, from the material towards the probe; zero for a line, whose plan
+        does not say which face it lies in.
     ball_world
         (3,), mm: where the centre of the ball is when it touches there.
     approximate
@@ -238,6 +239,12 @@ class FeatureView:
     def taken(self) -> int:
         """Return how many points it has."""
         return len(self.points)
+
+    @property
+    def last_touch(self) -> int:
+        """Return the number of its last point, deleted or not; zero where it never had one."""
+        last = self.points[-1].number if self.points else 0
+        return max(last, *(item.point.number for item in self.deleted), 0)
 
     @property
     def skipped(self) -> bool:
@@ -363,8 +370,9 @@ class JobView:
 
         That is the one that somebody looks back at, else the active one; but a feature that is just
         done stays in sight until the next one has its first point, or nobody would ever see its
-        result. Once all is done it is the one that decides over the part, where that is not
-        CONFORM. None where no feature was touched and none is active.
+        result, and one whose only point was deleted stays too, so that the point can be put back.
+        Once all is done it is the one that decides over the part, where that is not CONFORM. None
+        where no feature was touched and none is active.
         """
         named = {item.name: item for item in self.features}
         if self.looked_at in named:
@@ -375,10 +383,10 @@ class JobView:
             if about:
                 return named[about]
         active = named.get(self.active)
-        touched = [item for item in self.features if item.points]
-        if (active is not None and active.points) or not touched:
+        touched = [item for item in self.features if item.last_touch]
+        if (active is not None and active.last_touch) or not touched:
             return active
-        return max(touched, key=lambda item: item.points[-1].number)
+        return max(touched, key=lambda item: item.last_touch)
 
     @property
     def shows_part(self) -> bool:

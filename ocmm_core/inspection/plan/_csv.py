@@ -27,6 +27,7 @@ OPTIONAL = (
     "i", "j", "k", "diameter", "length", "width", "angle", "side", "points", "text",
 )  # fmt: skip
 LARGEST_BYTES = 2_000_000
+_LARGEST = 1e15
 MOST_FEATURES = 1000
 
 _NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)([eE][+-]?\d{1,2})?")
@@ -121,7 +122,9 @@ def number(text: str, *, comma: bool = True) -> float | None:
     """Return a number with a decimal point or, where ``comma``, a decimal comma; None if none."""
     if not _NUMBER.fullmatch(text) or ("," in text and not comma):
         return None
-    return float(text.replace(",", "."))
+    value = float(text.replace(",", "."))
+    # Digits without end make infinity.
+    return value if abs(value) <= _LARGEST else None
 
 
 def _columns(path: Path, row: list[str]) -> list[str]:

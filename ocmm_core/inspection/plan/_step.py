@@ -3,23 +3,27 @@
 from __future__ import annotations
 
 import multiprocessing
+import signal
 import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
-from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.documents import decode_json, read_bytes
+from ocmm_core.errors import InputError, InternalError
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan._edit import usual_points
-from ocmm_core.inspection.plan._step_worker import StepFace, read_step
+from ocmm_core.inspection.plan._step_worker import StepAnswer, StepFace, read_step
 
 TIMEOUT_S = 120.0
 MOST_FEATURES = 1000
 _LOOK_S = 0.05
 _DECIMALS = 6
+_LONGEST_ANSWER = 100_000_000
+_REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
 
 
 def features_from_step(
@@ -53,34 +57,26 @@ def features_from_step(
     worker = context.Process(target=read_step, args=(str(path), asked), daemon=True)
     worker.start()
     asked.close()
-    found: list[StepFace] | str | OcmmError = "reading ended without an answer"
+    content = b""
     try:
         until = time.monotonic() + timeout_s
         while not (ready := answer.poll(_LOOK_S)) and time.monotonic() < until and not given_up():
             pass
-        if ready:
-            found = answer.recv()
-        elif given_up():
+        if not ready and given_up():
             raise InputError("plan.step_given_up", f"{path}: import cancelled.", "Import it again.")
-        else:
-            found = f"reading took longer than {timeout_s:.0f} s"
-    except EOFError:
-        pass
+        if not ready:
+            raise _error(path, f"reading took longer than {timeout_s:.0f} s", _REMEDY)
+        content = answer.recv_bytes(_LONGEST_ANSWER)
+    except (EOFError, OSError):
+        # It has ended, or is about to: how says more.
+        worker.join(1.0)
     finally:
         worker.terminate()
         worker.join()
+        ended = worker.exitcode
         worker.close()
         answer.close()
-    if isinstance(found, OcmmError):
-        raise found
-    if found == "MISSING":
-        raise InputError(
-            "plan.step_extra",
-            "Reading STEP files needs an extra that is not installed.",
-            "Install it with: pip install 'ocmm[step]'; or import the features from CSV.",
-        )
-    if isinstance(found, str):
-        raise _error(path, found, "Export the model as STEP (AP203, AP214 or AP242) again.")
+    found = _faces(path, content, ended)
     if not 0 < len(found) <= MOST_FEATURES:
         raise _error(
             path,
@@ -93,6 +89,29 @@ def features_from_step(
         counts[face.shape] += 1
         features.append(_feature(face, f"{face.shape.upper()}_{counts[face.shape]}"))
     return tuple(features)
+
+
+def _faces(path: Path, content: bytes, ended: int | None) -> tuple[StepFace, ...]:
+    """Return the surfaces that the reading sent, or raise what it said, also by its end."""
+    try:
+        said = decode_json(content, StepAnswer)
+    except msgspec.MsgspecError as error:
+        how = ""
+        if ended is not None and ended < 0:
+            how = f" ({signal.Signals(-ended).name})"
+        raise _error(path, f"the reader of STEP files failed on it{how}", _REMEDY) from error
+    if said.error is not None:
+        raise InternalError(*said.error)
+    if said.fault == "MISSING":
+        raise InputError(
+            "plan.step_extra",
+            "Reading STEP files needs an extra that is not installed.",
+            "Install it with: .venv/bin/pip install --require-hashes -r requirements-step.lock; "
+            "or import the features from CSV.",
+        )
+    if said.fault:
+        raise _error(path, said.fault, _REMEDY)
+    return said.faces
 
 
 def _feature(face: StepFace, name: str) -> NominalFeature:

@@ -6,17 +6,21 @@ comes back, the program that asked goes on.
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from ocmm_core.failure import contained
+from ocmm_core.host import HOST
 
 _ROUND_TO = 6
 _LEAST_TURN = np.radians(170.0)
 """A round face that spans less, with those beside it, is a fillet and no feature."""
+_MOST_BYTES = 1_500_000_000
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,18 +60,64 @@ class StepFace:
     inner: bool = False
 
 
-def read_step(path: str, answer: Connection) -> None:
+class StepAnswer(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """What the reading sends as JSON: nothing that a damaged process sends becomes more than that.
+
+    Attributes
+    ----------
+    faces
+        The surfaces; none where there is a fault.
+    fault
+        What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
+    error
+        Code, what and remedy of what is wrong with the program.
+    """
+
+    faces: tuple[StepFace, ...] = ()
+    fault: str = ""
+    error: tuple[str, str, str] | None = None
+
+
+def read_step(path: str, to: Connection) -> None:
     """Send the surfaces of a STEP file, or a sentence that says why there are none."""
+    _be_silent()
+    HOST.limit_memory(_MOST_BYTES)
     try:
-        answer.send(_merged(_faces(path)))
+        answer = StepAnswer(tuple(_merged(_finite(_faces(path)))))
     except ImportError:
-        answer.send("MISSING")
+        answer = StepAnswer(fault="MISSING")
     except ValueError as error:
-        answer.send(str(error))
+        answer = StepAnswer(fault=str(error))
+    except MemoryError:
+        answer = StepAnswer(
+            fault=f"reading it takes more than {_MOST_BYTES / 1e9:.1f} GB of memory"
+        )
     except Exception as error:
-        answer.send(contained(error, "Reading the STEP file"))
+        told = contained(error, "Reading the STEP file")
+        answer = StepAnswer(error=(told.code, told.what, told.remedy))
+    try:
+        # Some of the numbers are numpy's.
+        to.send_bytes(msgspec.json.encode(answer, enc_hook=lambda number: number.item()))
     finally:
-        answer.close()
+        to.close()
+
+
+def _finite(faces: list[StepFace]) -> list[StepFace]:
+    """Return surfaces with sizes and places; a number without end is none in JSON either."""
+    for face in faces:
+        sizes = (face.radius, face.second, face.half_angle, face.low, face.high, face.width)
+        if not np.isfinite([*sizes, *face.point, *face.direction, *face.across]).all():
+            msg = f"the size or place of a {face.shape} is not a number"
+            raise ValueError(msg)
+    return faces
+
+
+def _be_silent() -> None:
+    """Keep what the geometry kernel prints out of the terminal of the program that asked."""
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    for descriptor in (1, 2):
+        os.dup2(nothing, descriptor)
+    os.close(nothing)
 
 
 def _faces(path: str) -> list[StepFace]:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 from ocmm_core.inspection.plan._plan import Plan, load_plan
+from ocmm_core.leftovers import scratch_folder
 from ocmm_core.storage import JobHead
 
 
@@ -17,7 +15,7 @@ def stored_plan(head: JobHead) -> Plan:
     InputError
         The plan was written by another version of the program and cannot be used by this one.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        path = Path(folder) / "plan_of_the_job.toml"
+    with scratch_folder("plan") as folder:
+        path = folder / "plan_of_the_job.toml"
         path.write_text(head.plan_text, encoding="utf-8")
         return load_plan(path)

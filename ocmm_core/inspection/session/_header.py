@@ -9,7 +9,7 @@ import msgspec
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.evaluation import JobHeader
 from ocmm_core.inspection.plan import NAME_PATTERN
-from ocmm_core.storage import JobEvent, JobHead
+from ocmm_core.storage import JobEvent, JobHead, event_value
 
 HEADER_EVENT = "header"
 """Kind of the event that holds what the head of a job file has no place for."""
@@ -52,7 +52,7 @@ def header_text(header: JobHeader) -> str:
 
 
 def header_of(head: JobHead, events: Sequence[JobEvent]) -> JobHeader:
-    """Return the header of a job file."""
+    """Return the header of a job file; StorageError where the event of it cannot be read."""
     texts = [event.text for event in events if event.kind == HEADER_EVENT]
-    beside = msgspec.json.decode(texts[-1], type=_Written) if texts else _Written()
+    beside = event_value(HEADER_EVENT, texts[-1], _Written) if texts else _Written()
     return JobHeader(head.operator, head.part, head.serial, beside.order, beside.batch)

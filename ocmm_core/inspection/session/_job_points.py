@@ -7,18 +7,21 @@ back by a new row with a new number that repeats its observation; the event says
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+from ocmm_core.documents import shortened
 from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import DeletedPoint, HoldReason, event_text, held_back
 from ocmm_core.inspection.session._reference_use import ReferenceUse
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.storage import JobFile
+from ocmm_core.storage import JobFile, bad_event
 from ocmm_core.tracking import TipSensitivity
 
 RESTORED = "restored"
 """Kind of event: ``5 as 12`` where point 5 was put back as point 12."""
+_RESTORED_AS = re.compile(r"([0-9]{1,10}) as ([0-9]{1,10})")
 
 FLIPPED = "compensation flipped by the operator"
 """Reason of an annulment; the point that came instead has the same observation."""
@@ -56,8 +59,11 @@ class JobPoints:
         self._successor: dict[int, int] = {}
         for event in events:
             if event.kind == RESTORED:
-                old, _, new = event.text.partition(" as ")
-                self._successor[int(old)] = int(new)
+                found = _RESTORED_AS.fullmatch(event.text)
+                # A point that is put back gets a new number: nothing leads back to itself.
+                if found is None or not int(found[1]) < int(found[2]):
+                    raise bad_event(RESTORED, f"{shortened(event.text)} names no two points")
+                self._successor[int(found[1])] = int(found[2])
         self.held = {hold_reason: held_back(events, hold_reason) for hold_reason in HoldReason}
         self._own: set[int] = set()
         self._sensitivities: dict[int, TipSensitivity] = {}
@@ -113,6 +119,10 @@ class JobPoints:
             if number not in self._successor and item.reason != FLIPPED:
                 found[item.point.feature] = (*found.get(item.point.feature, ()), item)
         return found
+
+    def all_taken_out(self) -> tuple[tuple[MeasuredPoint, str], ...]:
+        """Return all points that were taken out, and why, oldest first; also those put back."""
+        return tuple((item.point, item.reason) for _, item in sorted(self._out.items()))
 
     def latest(self, number: int) -> int:
         """Return the number that a point has now, after it was taken out and put back."""

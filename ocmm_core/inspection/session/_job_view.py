@@ -10,7 +10,6 @@ from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.evaluation import (
-    Coverage,
     EvaluationCache,
     FeatureState,
     FeatureView,
@@ -32,7 +31,7 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._job_points import JobPoints
-from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.measuring import Refusal
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
@@ -117,7 +116,7 @@ def view_of(
         refusal=state.refusal,
         complete=not progress.active,
         unproven=state.unproven,
-        held=tuple(p.number for p in points.counting if p.number in status.held),
+        held=_counting(points, status.held),
         temperature=options.climate.words,
         at_20_c=options.climate.part.compensated,
         header=state.header,
@@ -129,6 +128,10 @@ def view_of(
         redo=state.redo,
         simulated=state.simulated,
     )
+
+
+def _counting(points: JobPoints, held: Mapping[int, str]) -> tuple[int, ...]:
+    return tuple(p.number for p in points.counting if p.number in held) if held else ()
 
 
 def _place(
@@ -155,43 +158,37 @@ class _Seen:
         self._found, self._state, self._place, self._cache = found, state, place, cache
         self._notes = notes_on(found.points, status.held)
         self._deleted = points.all_deleted()
-        own: dict[str, list[MeasuredPoint]] = {}
-        for point in found.points:
-            own.setdefault(point.feature, []).append(point)
-        self._own = own
 
     def feature(self, nominal: NominalFeature) -> FeatureView:
         """Return what is seen of a feature."""
-        name, progress = nominal.name, self._state.progress
-        actual, own = self._found.actual[name], self._own.get(name, [])
-        fitted = actual if isinstance(actual, ActualFeature) else None
-        coverage: Coverage | None = None
-        flagged: tuple[int, ...] = ()
-        if fitted is not None:
-            # Where the part is matters to shapes without a middle only.
-            extends = nominal.shape.spec.spread in ("line", "plane")
-            place = self._place.T_nominal_from_world if extends and self._place else None
-            coverage = self._cache.known(
-                ("coverage", name),
-                (nominal, fitted, place, *own),
-                lambda: coverage_of(nominal, fitted.fit, own, place),
+        name = nominal.name
+        actual, own = self._found.actual[name], self._found.points.get(name, ())
+        # Where the part is matters to shapes without a middle only.
+        extends = nominal.shape.spec.spread in ("line", "plane")
+        place = self._place.T_nominal_from_world if extends and self._place else None
+        note, deleted = self._notes.get(name, ""), self._deleted.get(name, ())
+        state, method = _state(name, self._state.progress), self._state.methods[name]
+
+        def made() -> FeatureView:
+            fitted = actual if isinstance(actual, ActualFeature) else None
+            return FeatureView(
+                name=name,
+                shape=nominal.shape,
+                needed=nominal.points,
+                state=state,
+                points=tuple(own),
+                fit=None if fitted is None else fitted.fit,
+                note=actual.what if isinstance(actual, FitError) else note,
+                outliers=() if fitted is None else outliers(fitted),
+                deleted=deleted,
+                coverage=None if fitted is None else coverage_of(nominal, fitted.fit, own, place),
+                text=nominal.text,
+                picture=nominal.picture,
+                compensation=method,
             )
-            flagged = self._cache.known(("outliers", name), (fitted,), lambda: outliers(fitted))
-        return FeatureView(
-            name=name,
-            shape=nominal.shape,
-            needed=nominal.points,
-            state=_state(name, progress),
-            points=tuple(own),
-            fit=fitted.fit if fitted is not None else None,
-            note=actual.what if isinstance(actual, FitError) else self._notes.get(name, ""),
-            outliers=flagged,
-            deleted=self._deleted.get(name, ()),
-            coverage=coverage,
-            text=nominal.text,
-            picture=nominal.picture,
-            compensation=self._state.methods[name],
-        )
+
+        inputs = (nominal, actual, own, place, note, deleted, state, method)
+        return self._cache.known(("seen", name), inputs, made)
 
 
 def _made(

@@ -31,8 +31,9 @@ from ocmm_core.inspection.session._ledger import JobLedger, UnderWay
 from ocmm_core.inspection.session._measured_frame import MeasuredFrame
 from ocmm_core.inspection.session._point_steps import PointSteps
 from ocmm_core.inspection.session._reference_use import ReferenceUse
-from ocmm_core.inspection.session._side_choice import awaits_pull
+from ocmm_core.inspection.session._side_choice import awaits_pull, methods_of
 from ocmm_core.inspection.session._steps import JobSteps, Pausing
+from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, ReferenceHome, TipSensitivity
 
@@ -177,6 +178,13 @@ class InspectionSession:
         with self._ledger.lock:
             self._reference.keep(home)
 
+    def stored_points(
+        self,
+    ) -> tuple[tuple[MeasuredPoint, ...], tuple[tuple[MeasuredPoint, str], ...]]:
+        """Return the points that count, and those that do not with the reason, oldest first."""
+        with self._ledger.lock:
+            return tuple(self._ledger.points.counting), self._ledger.points.all_taken_out()
+
     def know(self, sensitivities: Mapping[int, TipSensitivity]) -> None:
         """Take over what was computed from the raw observations of points already, by number."""
         with self._ledger.lock:
@@ -214,7 +222,7 @@ class InspectionSession:
             job=ledger.job.path.stem,
             header=self._header,
             progress=ledger.progress,
-            methods={name: self.steps.compensation_of(name) for name in ledger.progress.names},
+            methods=methods_of(ledger.plan, ledger.progress),
             sensitivities=tuple(ledger.points.sensitivities(self._reference)),
             refusal=ledger.refusal,
             paused=ledger.paused,

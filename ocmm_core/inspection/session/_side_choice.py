@@ -11,9 +11,17 @@ from ocmm_core.measuring import METHODS
 
 
 def method_of(plan: Plan, progress: Progress, name: str) -> str:
-    """Return how the side of a feature of the plan is found now."""
-    chosen = progress.methods.get(name)
-    return chosen or plan.feature(name).compensation or plan.compensation
+    """Return how the side of a feature of the plan is found now; KeyError if there is none."""
+    return methods_of(plan, progress)[name]
+
+
+def methods_of(plan: Plan, progress: Progress) -> dict[str, str]:
+    """Return how the side of every feature of the plan is found now."""
+    chosen = progress.methods
+    return {
+        item.name: chosen.get(item.name) or item.compensation or plan.compensation
+        for item in plan.features
+    }
 
 
 def awaits_pull(plan: Plan, progress: Progress) -> bool:
@@ -21,7 +29,8 @@ def awaits_pull(plan: Plan, progress: Progress) -> bool:
     names = [progress.active] if progress.active else []
     if progress.probing == "any":
         names = [n for n in progress.names if n not in progress.done | progress.skipped]
-    return any(method_of(plan, progress, name) == "pulled" for name in names)
+    methods = methods_of(plan, progress)
+    return any(methods[name] == "pulled" for name in names)
 
 
 def chosen_methods(plan: Plan, progress: Progress, method: str, name: str) -> dict[str, str]:

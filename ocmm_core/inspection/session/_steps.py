@@ -8,7 +8,7 @@ from ocmm_core.errors import MeasuringError
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.evaluation import PAUSED, RESUMED, Probing
 from ocmm_core.inspection.session._ledger import JobLedger
-from ocmm_core.inspection.session._side_choice import chosen_methods, method_of
+from ocmm_core.inspection.session._side_choice import chosen_methods
 
 
 class JobSteps:
@@ -179,10 +179,6 @@ class JobSteps:
             known = ledger.known(name) if name else ""
             chosen = chosen_methods(ledger.plan, ledger.progress, method, known)
             ledger.stand(replace(ledger.progress, methods=chosen))
-
-    def compensation_of(self, name: str) -> str:
-        """Return how the side of a feature is found now; MeasuringError if there is none."""
-        return method_of(self._ledger.plan, self._ledger.progress, self._ledger.known(name))
 
 
 class Pausing:

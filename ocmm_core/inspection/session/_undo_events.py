@@ -13,7 +13,7 @@ import msgspec
 from ocmm_core.inspection.evaluation import WrittenProgress, progress_from
 from ocmm_core.inspection.session._job_points import Change
 from ocmm_core.inspection.session._undo import UndoHistory, UndoStep
-from ocmm_core.storage import JobEvent
+from ocmm_core.storage import JobEvent, event_value
 
 EVENT = "step"
 """Kind of the event of the job file."""
@@ -96,7 +96,7 @@ def deeds_from(
     for event in events:
         if event.kind != EVENT:
             continue
-        written = msgspec.json.decode(event.text, type=_Written)
+        written = event_value(EVENT, event.text, _Written)
         before = progress_from(written.before, names)
         after = before if written.after is None else progress_from(written.after, names)
         step = UndoStep(written.words, Change(written.added, written.removed), before, after)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import os
 import shutil
 import socket
@@ -78,6 +77,8 @@ def set_link(name: str, *, up: bool) -> None:
     BusError
         There is no such interface, or this user may not.
     """
+    import fcntl
+
     request = struct.Struct("16sh14x")
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as channel:

@@ -30,6 +30,7 @@ from ocmm_core.acquisition.bus_process import (
 )
 from ocmm_core.acquisition.frames import FrameRing
 from ocmm_core.errors import BusError, OcmmError
+from ocmm_core.host import require_linux
 from ocmm_core.simulation.bus._camera_process import SegmentConfig, make_wire
 from ocmm_core.simulation.bus._network import make_link, run, tool
 
@@ -92,6 +93,7 @@ def namespace_command() -> list[str]:
     BusError
         This system does not allow that.
     """
+    require_linux("The virtual cable")
     unshare = tool("unshare")
     # Root keeps its right to a real-time priority outside of a user namespace.
     ways = [["-n"]] if os.geteuid() == 0 else []

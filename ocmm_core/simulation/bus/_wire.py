@@ -20,6 +20,7 @@ from ocmm_core.simulation.bus._faults import CameraDeed, DeedAnswer, Faults
 from ocmm_core.simulation.slave import ETHERTYPE, OP
 
 _FRAME_BYTES = 2048
+_SOL_PACKET, _PACKET_IGNORE_OUTGOING = 263, 23
 _DEED_BYTES = 4096
 _IDLE_S = 0.002
 _HOUSEKEEPING_NS = 5_000_000
@@ -61,14 +62,11 @@ class LinkPort:
 
     def receive(self) -> bytearray | None:
         """Return the next frame that came in, or None where there is none."""
-        while True:
-            try:
-                content, origin = self._socket.recvfrom(_FRAME_BYTES)
-            except OSError:
-                # Nothing there, or the link is down; it may come back.
-                return None
-            if origin[2] != socket.PACKET_OUTGOING:
-                return bytearray(content)
+        try:
+            return bytearray(self._socket.recv(_FRAME_BYTES))
+        except OSError:
+            # Nothing there, or the link is down; it may come back.
+            return None
 
     def send(self, frame: bytearray | bytes) -> bool:
         """Send a frame and say whether it left; what cannot be sent is lost, as on a cable."""
@@ -264,6 +262,8 @@ def _open(interface: str) -> socket.socket:
         socket.AF_PACKET, socket.SOCK_RAW | socket.SOCK_NONBLOCK, socket.htons(ETHERTYPE)
     )
     try:
+        # To ask each frame where it came from costs a further system call.
+        made.setsockopt(_SOL_PACKET, _PACKET_IGNORE_OUTGOING, 1)
         made.bind((interface, ETHERTYPE))
     except OSError:
         made.close()

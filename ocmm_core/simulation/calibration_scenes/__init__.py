@@ -5,6 +5,7 @@ In: a true rig, and what a guided procedure still lacks. Out: frames of targets,
 Read `_calibrating` (targets at known points, a waved probe, a bar, nests) and
 `_calibrating_source` (the scenes as a source of frames), `_pivot_scenes`, `_tip_scenes`,
 `_verifying`, and `_resting_spots` (averaged spots without the frames, for many runs).
+`_made_records` and `_made_probe_records` are what comes of it, for whoever needs only records.
 It knows the procedures that it serves; they do not know it.
 """
 
@@ -28,6 +29,16 @@ if TYPE_CHECKING:
         TouchSphere,
     )
     from ocmm_core.simulation.calibration_scenes._calibrating_source import CalibratingSource
+    from ocmm_core.simulation.calibration_scenes._made_probe_records import (
+        made_probe_record,
+        made_tip_check,
+        made_tip_record,
+    )
+    from ocmm_core.simulation.calibration_scenes._made_records import (
+        RECORDS_MADE,
+        made_camera_record,
+        made_verification,
+    )
     from ocmm_core.simulation.calibration_scenes._pivot_scenes import ScriptedJump, SweepProbe
     from ocmm_core.simulation.calibration_scenes._resting_spots import (
         Holds,
@@ -46,10 +57,12 @@ else:
     __getattr__ = door(
         __name__,
         _calibrating=(
-            "CalibrationScenesRig CalibratingScript FrameMove Scene ShowBar TargetScene TouchSeats "
-            "TouchSphere WAY_S FreeMotionScene"
+            "CalibratingScript CalibrationScenesRig FrameMove FreeMotionScene Scene ShowBar "
+            "TargetScene TouchSeats TouchSphere WAY_S"
         ),
         _calibrating_source="CalibratingSource",
+        _made_probe_records="made_probe_record made_tip_check made_tip_record",
+        _made_records="RECORDS_MADE made_camera_record made_verification",
         _pivot_scenes="ScriptedJump SweepProbe",
         _resting_spots="Holds VirtualRests places_of_bar",
         _tip_scenes="TipFault TouchWithTip",
@@ -58,6 +71,7 @@ else:
 
 __all__ = [
     "FRAMES",
+    "RECORDS_MADE",
     "SEATS",
     "WAY_S",
     "CalibratingScript",
@@ -76,6 +90,11 @@ __all__ = [
     "TouchSphere",
     "TouchWithTip",
     "VirtualRests",
+    "made_camera_record",
+    "made_probe_record",
+    "made_tip_check",
+    "made_tip_record",
+    "made_verification",
     "nudge",
     "places_of_bar",
     "stand_of",

@@ -47,6 +47,7 @@ from ocmm_core.simulation.slave._registers import (
     RX_ERRORS,
     SAFEOP,
     SPEED_COUNTER,
+    STATION_ADDRESS,
     STATION_ALIAS,
     SYNC0_CYCLE,
     SYNC0_START,
@@ -153,10 +154,17 @@ class Esc:
         return self.memory[AL_STATUS] & 0x0F
 
     @property
+    def station_address(self) -> int:
+        """Return the address that the master gave."""
+        return self.memory[STATION_ADDRESS] | self.memory[STATION_ADDRESS + 1] << 8
+
+    @property
     def system_time_ns(self) -> int:
         """Return the distributed-clock time."""
+        offset: int
+        delay: int
         offset, delay = _OFFSET_AND_DELAY.unpack_from(self.memory, TIME_OFFSET)
-        return int(self.clock.local_ns(self.now_ns) + offset + delay)
+        return self.clock.local_ns(self.now_ns) + offset + delay
 
     @property
     def is_synchronised(self) -> bool:
@@ -196,6 +204,11 @@ class Esc:
         end = address + len(data)
         if address >= RAM:
             return self._write_ram(address, data)
+        if end <= SYSTEM_TIME + 8 and address >= SYSTEM_TIME:
+            # The time of the reference clock passes in every cycle; nothing of it is kept.
+            if address == SYSTEM_TIME and len(data) >= 4:
+                self._compare_clock(bytes(data[:4]))
+            return True
         for offset, byte in enumerate(data):
             if self._writable[address + offset]:
                 self.memory[address + offset] = byte
@@ -215,7 +228,10 @@ class Esc:
 
     def exchange_allowed(self, sync_manager: int) -> bool:
         """Say whether process data of this sync manager is exchanged now."""
-        return self.state >= SAFEOP and self._sm_active(sync_manager)
+        memory = self.memory
+        return memory[AL_STATUS] & 0x0F >= SAFEOP and bool(
+            memory[SYNC_MANAGER + 8 * sync_manager + 6] & 1
+        )
 
     def store_outputs(self, address: int, data: memoryview) -> None:
         """Take outputs from a logical datagram; feeds the watchdog."""

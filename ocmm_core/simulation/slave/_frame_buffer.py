@@ -123,7 +123,10 @@ class FrameBuffer:
         else:
             ideal = ideal_from_pixels(self.lens, uv)
             frames = encode_frames(valid, flags, ideal, CameraMode.CORRECTED)
-        self._ring[(first + np.arange(CHUNK_FRAMES)) % _RING_FRAMES] = frames
+        start = first % _RING_FRAMES
+        whole = min(CHUNK_FRAMES, _RING_FRAMES - start)
+        self._ring[start : start + whole] = frames[:whole]
+        self._ring[: CHUNK_FRAMES - whole] = frames[whole:]
         self._generated += CHUNK_FRAMES
         return True
 

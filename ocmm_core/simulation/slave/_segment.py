@@ -13,12 +13,13 @@ from enum import IntEnum
 
 from ocmm_core.fieldbus.device import SM_INPUTS, SM_OUTPUTS, SYNC_MANAGERS
 from ocmm_core.simulation.slave._esc import Esc
-from ocmm_core.simulation.slave._registers import FMMU, N_FMMU, PORT_TIME, STATION_ADDRESS
+from ocmm_core.simulation.slave._registers import FMMU, N_FMMU, PORT_TIME
 
 ETHERTYPE = 0x88A4
 _ETHERNET_HEAD = 14
 _DATAGRAM_HEAD = 10
 _HEAD, _WORD = struct.Struct("<BBHHHH"), struct.Struct("<H")
+_ETHERTYPE_BYTES = ETHERTYPE.to_bytes(2, "big")
 _HOP_NS = 120
 """Delay of one slave on the wire."""
 
@@ -43,6 +44,8 @@ class DatagramCommand(IntEnum):
     FRMW = 14
 
 
+# Plain numbers: a look at a member of an enumeration costs more than the datagram.
+_BRD, _FPRD, _LRW = int(DatagramCommand.BRD), int(DatagramCommand.FPRD), int(DatagramCommand.LRW)
 _READS = {DatagramCommand.APRD, DatagramCommand.FPRD, DatagramCommand.BRD, DatagramCommand.LRD}
 _WRITES = {DatagramCommand.APWR, DatagramCommand.FPWR, DatagramCommand.BWR, DatagramCommand.LWR}
 _LOGICAL = {DatagramCommand.LRD, DatagramCommand.LWR, DatagramCommand.LRW}
@@ -87,7 +90,7 @@ class Segment:
         """
         if len(frame) < _ETHERNET_HEAD + 2 + _DATAGRAM_HEAD + 2:
             return False
-        if int.from_bytes(frame[12:14], "big") != ETHERTYPE:
+        if frame[12:14] != _ETHERTYPE_BYTES:
             return False
         for slave in self.slaves:
             slave.now_ns = now_ns
@@ -105,8 +108,9 @@ class Segment:
             else:
                 count, low = self._physical(command, low, high, data)
                 _WORD.pack_into(frame, at + 2, low)
-            (before,) = _WORD.unpack_from(frame, start + length)
-            _WORD.pack_into(frame, start + length, before + count & 0xFFFF)
+            if count:
+                (before,) = _WORD.unpack_from(frame, start + length)
+                _WORD.pack_into(frame, start + length, before + count & 0xFFFF)
             if not flags & 0x8000:
                 break
             at = start + length + 2
@@ -121,7 +125,7 @@ class Segment:
         plan = self._plans.get(key)
         if plan is None:
             plan = self._plans[key] = self._plan(*key)
-        weight = 2 if command == DatagramCommand.LRW else 1
+        weight = 2 if command == _LRW else 1
         written: set[int] = set()
         reading: set[int] = set()
         for copy in plan:
@@ -154,12 +158,21 @@ class Segment:
         self, command: int, target: int, register: int, data: memoryview
     ) -> tuple[int, int]:
         count = 0
+        if command == _FPRD:
+            for slave in self.slaves:
+                if target == slave.station_address:
+                    count += _read(slave, register, data)
+            return count, target
+        if command == _BRD:
+            for slave in self.slaves:
+                count += _read_or(slave, register, data)
+            return count, target + len(self.slaves) & 0xFFFF
         for position, slave in enumerate(self.slaves):
             if command in _POSITION:
                 addressed = target == 0
                 target = target + 1 & 0xFFFF
             elif command in _STATION:
-                addressed = target == _WORD.unpack_from(slave.memory, STATION_ADDRESS)[0]
+                addressed = target == slave.station_address
             elif command in _BROADCAST:
                 addressed = True
                 target = target + 1 & 0xFFFF
@@ -184,8 +197,6 @@ class Segment:
             return 1
         if command in _WRITES:
             return _write(slave, register, data)
-        if command == DatagramCommand.BRD:
-            return _read_or(slave, register, data)
         if command in _READS:
             return _read(slave, register, data)
         sent = bytes(data)

@@ -32,6 +32,8 @@ class SlaveClock:
     def local_ns(self, now_ns: int) -> int:
         """Return what the clock shows at host time ``now_ns``."""
         passed = now_ns - self._since_ns
+        if not self.rate_ppb:
+            return self._shown_ns + passed
         return self._shown_ns + passed + passed * self.rate_ppb // 1_000_000_000
 
     def set_rate(self, rate_ppb: int, now_ns: int) -> None:

@@ -186,13 +186,14 @@ class SoftwareCamera:
         """Put header and frames where the master reads them."""
         if self.frozen:
             return
-        buffer, memory = self.buffer, self.esc.memory
+        buffer, esc = self.buffer, self.esc
+        memory = esc.memory
         first = count = 0
         if buffer.running:
-            first, count = buffer.take(self.esc.system_time_ns)
+            first, count = buffer.take(esc.system_time_ns)
         status = (
-            (_OPERATIONAL if self.esc.state == OP else 0)
-            | (_SYNCHRONISED if self.esc.is_synchronised else 0)
+            (_OPERATIONAL if esc.state == OP else 0)
+            | (_SYNCHRONISED if esc.is_synchronised else 0)
             | (_OVERRUN if buffer.follows_loss(first) else 0)
             | (_DARK if buffer.is_dark(first, count) else 0)
             | (_DIAGNOSIS if self._diagnosis.pending else 0)

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import socket
-import time
+import asyncio
 from dataclasses import dataclass, field
 
 from ocmm_core.station.stream._log import StreamLog
 
 LONGEST_REQUEST = 4096
+MOST_CHATTER = 65536
+"""Bytes that a client may say behind its request, where it has nothing to say."""
 REQUEST_TIMEOUT_S = 10.0
 STALLED_S = 60.0
 """A client that takes nothing for so long is cut off; it may resume."""
@@ -22,12 +23,16 @@ class StreamClient:
 
     Attributes
     ----------
-    connection
-        Does not block.
+    address
+        Of its computer.
     since_s, moved_s
         When it came, and when it last took something or had nothing to take (monotonic).
-    heard, waiting
-        What it said before its request was whole, and what it has not taken yet.
+    transport
+        None while it has not shaken hands.
+    heard
+        What it said before its request was whole.
+    said
+        Bytes that it said behind its request.
     begun, ending
         It gets messages; its last one waits.
     poses
@@ -40,17 +45,19 @@ class StreamClient:
         Which verdict it was told last; 0 for none.
     """
 
-    connection: socket.socket
+    address: str
     since_s: float
     moved_s: float
+    transport: asyncio.Transport | None = None
     heard: bytearray = field(default_factory=bytearray)
-    waiting: bytearray = field(default_factory=bytearray)
+    said: int = 0
     begun: bool = False
     ending: bool = False
     poses: bool = True
     next_seq: int = 1
     told_state: int = 0
     told_verdict: int = 0
+    _waited: int = 0
 
     @property
     def listens(self) -> bool:
@@ -58,29 +65,45 @@ class StreamClient:
         return self.begun and not self.ending
 
     @property
+    def waiting(self) -> int:
+        """Return how many bytes wait for it in this program."""
+        return 0 if self.transport is None else self.transport.get_write_buffer_size()
+
+    @property
     def has_room(self) -> bool:
         """Return whether more may be made for it."""
-        return len(self.waiting) < MOST_WAITING
+        return self.waiting < MOST_WAITING
 
     def fill(self, log: StreamLog) -> None:
-        """Put what it has not had yet behind what waits; OSError where that cannot be read."""
+        """Give it what it has not had yet and has room for; OSError where that cannot be read."""
         while self.has_room and self.next_seq <= len(log):
             lines, self.next_seq = log.read(self.next_seq)
-            self.waiting += lines
+            self.write(lines)
 
-    def write(self) -> None:
-        """Give it as much as it takes now; OSError where it is gone."""
-        try:
-            sent = self.connection.send(self.waiting)
-        except BlockingIOError:
-            return
-        if sent:
-            del self.waiting[:sent]
-            self.moved_s = time.monotonic()
+    def write(self, lines: bytes) -> None:
+        """Give it lines as soon as it takes them."""
+        if self.transport is not None:
+            self.transport.write(lines)
+
+    def hear(self, said: bytes) -> bytes | None:
+        """Take in what it says; return its request once that is whole, else None."""
+        if self.begun or self.ending:
+            self.said += len(said)
+            return None
+        self.heard += said[: LONGEST_REQUEST + 1]
+        line, newline, _ = self.heard.partition(b"\n")
+        return bytes(line) if newline else None
+
+    def note_movement(self, now: float) -> None:
+        """Keep when it took something, or had nothing to take."""
+        waiting = self.waiting
+        if waiting == 0 or waiting < self._waited:
+            self.moved_s = now
+        self._waited = waiting
 
     def is_silent(self, now: float) -> bool:
         """Return whether it did not say in time what it wants."""
-        return not self.begun and now - self.since_s > REQUEST_TIMEOUT_S
+        return not self.begun and not self.ending and now - self.since_s > REQUEST_TIMEOUT_S
 
     def is_stalled(self, now: float) -> bool:
         """Return whether it takes nothing any more."""

@@ -50,6 +50,10 @@ VERSION = 1
 UNITS = "mm"
 
 
+_LARGEST = 2**53
+"""Larger numbers are not exact in every language that reads JSON."""
+
+
 class Request(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What a client says first, in one line.
 
@@ -92,13 +96,13 @@ def read_request(line: bytes) -> Request:
         return Request()
     try:
         request = msgspec.json.decode(line, type=Request)
-    except msgspec.DecodeError as error:
+    except (msgspec.DecodeError, UnicodeError, RecursionError) as error:
         raise InputError(
             "stream.request",
             f"The first line is not a request ({error}).",
             'Send one line such as {"resume": 0}.',
         ) from error
-    if request.resume < 0:
+    if not 0 <= request.resume <= _LARGEST:
         raise InputError(
             "stream.request", f"'resume' is {request.resume}.", "Send the last number you received."
         )

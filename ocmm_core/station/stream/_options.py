@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import ipaddress
+import ssl
 from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
 
+from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 
 SHORTEST_TOKEN = 16
@@ -22,12 +26,16 @@ class StreamOptions:
         Clients must send it; needed unless ``host`` is this computer alone.
     poses_hz
         How often poses are sent at most, and how often it is looked whether the state changed.
+    certificate, private_key
+        PEM files: the stream speaks TLS. None speaks plainly.
     """
 
     host: str = "127.0.0.1"
     port: int = 0
     token: str = ""
     poses_hz: float = 60.0
+    certificate: Path | None = None
+    private_key: Path | None = None
 
 
 def check_stream(options: StreamOptions) -> None:
@@ -37,6 +45,62 @@ def check_stream(options: StreamOptions) -> None:
             "stream.token",
             f"The stream would be open to anyone who can reach {options.host}.",
             f"Give a token of {SHORTEST_TOKEN} characters or more, or listen on 127.0.0.1.",
+        )
+
+
+def tls_context(options: StreamOptions) -> ssl.SSLContext | None:
+    """Return how TLS is spoken; None where the stream speaks plainly.
+
+    Raises
+    ------
+    InputError
+        One of the two files is missing, cannot be read, does not fit the other, or the
+        certificate is out of date.
+    """
+    certificate, private_key = options.certificate, options.private_key
+    if certificate is None and private_key is None:
+        return None
+    if certificate is None or private_key is None:
+        raise InputError(
+            "stream.tls",
+            "TLS needs both a certificate and its private key.",
+            "Give --stream-cert and --stream-key together.",
+        )
+    _require_in_date(certificate)
+    read_bytes(private_key)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.minimum_version = ssl.TLSVersion.TLSv1_2
+    try:
+        # A key with a password would be asked for on the terminal.
+        context.load_cert_chain(certificate, private_key, password="")
+    except (ssl.SSLError, OSError, ValueError) as error:
+        raise InputError(
+            "stream.tls_files",
+            f"{certificate} and {private_key} cannot be used for TLS ({error}).",
+            "Give a certificate and its own private key without a password, both as PEM files.",
+        ) from error
+    return context
+
+
+def _require_in_date(path: Path) -> None:
+    from cryptography import x509
+
+    content = read_bytes(path)
+    try:
+        certificate = x509.load_pem_x509_certificate(content)
+    except ValueError as error:
+        raise InputError(
+            "stream.certificate",
+            f"{path}: this is not a certificate ({error}).",
+            "Give a PEM file that begins with BEGIN CERTIFICATE.",
+        ) from error
+    now, end = datetime.now(UTC), certificate.not_valid_after_utc
+    if not certificate.not_valid_before_utc <= now <= end:
+        raise InputError(
+            "stream.certificate_date",
+            f"{path}: the certificate is valid from {certificate.not_valid_before_utc:%Y-%m-%d} "
+            f"to {end:%Y-%m-%d}.",
+            "Renew it.",
         )
 
 

@@ -1,7 +1,8 @@
 """The live stream: points, button and poses for other programs, as lines of JSON over TCP.
 
 Off unless asked for. It listens on this computer alone unless another address is given, and then
-only with a token. Clients can read, nothing else. One thread serves all of them and waits for none.
+only with a token. Clients can read, nothing else. One thread serves all of them in an event loop
+and waits for none; who gets in is the matter of `_reception`.
 
 Points and the button are never dropped: each message is kept (`_log`), and a client that was
 away resumes after the last number it has. Poses are for looking: a client that reads too slowly
@@ -11,31 +12,25 @@ verdicts, which a thread of their own computes (`_verdict_watch`).
 
 from __future__ import annotations
 
+import asyncio
 import contextlib
 import hmac
 import logging
-import selectors
 import socket
 import threading
 import time
 import uuid
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
 from ocmm_core.errors import InputError, MeasuringError, OcmmError
-from ocmm_core.station.stream._client import (
-    LONGEST_REQUEST,
-    MOST_WAITING,
-    REQUEST_TIMEOUT_S,
-    StreamClient,
-)
+from ocmm_core.station.stream._client import StreamClient
 from ocmm_core.station.stream._log import StreamLog
 from ocmm_core.station.stream._messages import (
     Hello,
     annulled_line,
     button_line,
-    bye_line,
     hello_line,
     point_line,
     pose_line,
@@ -43,18 +38,18 @@ from ocmm_core.station.stream._messages import (
     status_line,
 )
 from ocmm_core.station.stream._options import StreamOptions as StreamOptions
-from ocmm_core.station.stream._options import check_stream
+from ocmm_core.station.stream._options import check_stream, tls_context
 from ocmm_core.station.stream._probe_button import ButtonChange
+from ocmm_core.station.stream._reception import MOST_CLIENTS, Reception
 from ocmm_core.station.stream._source import StreamSource
 from ocmm_core.station.stream._verdict_watch import VerdictWatch
 from ocmm_core.storage import JobStep
 
 _log = logging.getLogger(__name__)
 
-MOST_CLIENTS = 8
 GOODBYE_S = 0.5
 """So long the end waits for clients to take what they have not had yet."""
-_READ = 65536
+_BACKLOG = 128
 
 
 class StreamServer:
@@ -72,7 +67,8 @@ class StreamServer:
     Raises
     ------
     InputError
-        The address is open to others and there is no token worth the name.
+        The address is open to others and there is no token worth the name, or the certificate
+        cannot be used.
     """
 
     def __init__(
@@ -82,6 +78,7 @@ class StreamServer:
         failed: Callable[[Exception], None] = lambda error: None,
     ) -> None:
         check_stream(options)
+        self._tls = tls_context(options)
         self._failed = failed
         self._source = source
         self._options = options
@@ -102,12 +99,13 @@ class StreamServer:
         )
         self._state: tuple[str, ...] = ()
         self._states = 0
-        self._clients: dict[socket.socket, StreamClient] = {}
-        self._selector = selectors.DefaultSelector()
         self._stopping = threading.Event()
+        self._reception: Reception
         self._thread: threading.Thread | None = None
-        self._listener: socket.socket | None = None
-        self._wake_read, self._wake_write = socket.socketpair()
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._woken = asyncio.Event()
+        self._calls = False
+        """The loop was called and has not come yet."""
         self.address = (options.host, options.port)
         """Where it listens; the port is known once it was started."""
         self.poses_missed = 0
@@ -124,7 +122,7 @@ class StreamServer:
         host, port = self._options.host, self._options.port
         family = socket.AF_INET6 if ":" in host else socket.AF_INET
         try:
-            self._listener = socket.create_server((host, port), family=family)
+            listener = socket.create_server((host, port), family=family, backlog=_BACKLOG)
         except OSError as error:
             raise MeasuringError(
                 "stream.address",
@@ -132,21 +130,16 @@ class StreamServer:
                 "Choose another port, or close the program that uses it; the address must "
                 "belong to this computer.",
             ) from error
-        self._listener.setblocking(False)
-        self._wake_read.setblocking(False)
-        # A full pipe wakes as well as one byte more: who makes a change never waits here.
-        self._wake_write.setblocking(False)
-        self._selector.register(self._listener, selectors.EVENT_READ)
-        self._selector.register(self._wake_read, selectors.EVENT_READ)
+        listener.setblocking(False)
+        address = listener.getsockname()
+        self.address = (str(address[0]), int(address[1]))
         # Before any listener that may fail: what comes after that one is not told.
         self._source.events.changed.connect(self._on_change, priority=1)
         self._source.events.button.connect(self._on_button, priority=1)
         self._on_change()
         self._verdicts.start()
-        self._thread = threading.Thread(target=self._run, name="ocmm-stream")
+        self._thread = threading.Thread(target=self._run, args=(listener,), name="ocmm-stream")
         self._thread.start()
-        address = self._listener.getsockname()
-        self.address = (str(address[0]), int(address[1]))
         return self.address
 
     def close(self, timeout_s: float = 2.0) -> bool:
@@ -168,8 +161,6 @@ class StreamServer:
         if not self._verdicts.close(max(until - time.monotonic(), 0.0)):
             return False
         self._messages.close()
-        for item in (self._wake_read, self._wake_write):
-            item.close()
         return True
 
     def __enter__(self) -> StreamServer:
@@ -221,125 +212,91 @@ class StreamServer:
         return bool(steps)
 
     def _wake(self) -> None:
-        # Already woken, or closed.
-        with contextlib.suppress(OSError):
-            self._wake_write.send(b"x")
+        # Who makes a change never waits here, and however many there are, the loop is called once.
+        loop = self._loop
+        if loop is None or self._calls:
+            return
+        self._calls = True
+        # It is closed: nobody is to be woken.
+        with contextlib.suppress(RuntimeError):
+            loop.call_soon_threadsafe(self._woken.set)
 
-    def _run(self) -> None:
+    def _run(self, listener: socket.socket) -> None:
+        try:
+            with listener:
+                asyncio.run(self._serve(listener))
+        except Exception as error:
+            self._failed(error)
+
+    async def _serve(self, listener: socket.socket) -> None:
+        loop = asyncio.get_running_loop()
+        loop.set_exception_handler(self._on_loop_failed)
+        reception = Reception(listener, self._tls, self._greeting, self._begin, self._failed)
+        self._reception, self._loop = reception, loop
+        receiving = loop.create_task(reception.receive())
         try:
             period = 1.0 / self._options.poses_hz
             next_look = time.monotonic()
             while not self._stopping.is_set():
-                self._serve(max(next_look - time.monotonic(), 0.0))
+                await self._woken_within(max(next_look - time.monotonic(), 0.0))
                 now = time.monotonic()
                 if now >= next_look:
                     next_look = max(next_look + period, now)
                     self._look()
-                self._fill_and_prune(now)
-            self._say_goodbye()
-        except Exception as error:
-            self._failed(error)
+                self._fill_all()
+                reception.prune(now)
+            receiving.cancel()
+            await self._say_goodbye()
         finally:
-            for client in list(self._clients.values()):
-                self._drop(client)
-            if self._listener is not None:
-                self._listener.close()
-            self._selector.close()
+            self._loop = None
+            receiving.cancel()
+            reception.close()
 
-    def _serve(self, patience_s: float) -> None:
-        for key, mask in self._selector.select(patience_s):
-            item = key.fileobj
-            if item is self._listener:
-                self._accept(self._listener)
-            elif item is self._wake_read:
-                with contextlib.suppress(BlockingIOError):
-                    self._wake_read.recv(_READ)
-            elif isinstance(item, socket.socket) and item in self._clients:
-                client = self._clients[item]
-                with self._dropping(client):
-                    if mask & selectors.EVENT_READ:
-                        self._read(client)
-                    if mask & selectors.EVENT_WRITE and item in self._clients:
-                        self._write(client)
+    async def _woken_within(self, patience_s: float) -> None:
+        with contextlib.suppress(asyncio.TimeoutError):
+            await asyncio.wait_for(self._woken.wait(), patience_s)
+        # In this order: who calls in between is heard the next time.
+        self._calls = False
+        self._woken.clear()
 
-    @contextlib.contextmanager
-    def _dropping(self, client: StreamClient) -> Iterator[None]:
-        """Drop a client over which something nobody foresaw happens; the others stay."""
-        try:
-            yield
-        except Exception as error:
-            self._drop(client)
-            self._failed(error)
-
-    def _accept(self, listener: socket.socket) -> None:
-        try:
-            connection, _ = listener.accept()
-        except OSError:
+    def _on_loop_failed(self, loop: asyncio.AbstractEventLoop, context: dict[str, object]) -> None:
+        error = context.get("exception")
+        if isinstance(error, OSError):
+            # A connection that broke; the client is gone.
             return
-        connection.setblocking(False)
-        connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
-        # What the system holds for a slow client is old when it is read.
-        connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MOST_WAITING)
-        now = time.monotonic()
-        client = StreamClient(connection, now, now)
-        self._clients[connection] = client
-        self._selector.register(connection, selectors.EVENT_READ)
-        if len(self._clients) > MOST_CLIENTS:
-            self._end(client, f"already {MOST_CLIENTS} clients")
-            return
+        self._failed(error if isinstance(error, Exception) else RuntimeError(context["message"]))
+
+    def _greeting(self) -> bytes:
         job = "" if self._job is None else self._job.stem
         needed = bool(self._options.token)
         simulated = self._source.instruments.simulated
-        hello = Hello(self._id, job, 1, len(self._messages), needed, simulated)
-        client.waiting += hello_line(hello)
-
-    def _read(self, client: StreamClient) -> None:
-        try:
-            heard = client.connection.recv(_READ)
-        except BlockingIOError:
-            return
-        except OSError:
-            heard = b""
-        if not heard:
-            self._drop(client)
-            return
-        if client.begun:
-            # It has nothing more to say; what it sends is not kept.
-            return
-        client.heard += heard
-        line, newline, _ = client.heard.partition(b"\n")
-        if newline:
-            self._begin(client, bytes(line))
-        elif len(client.heard) > LONGEST_REQUEST:
-            self._end(client, "the first line is too long")
+        return hello_line(Hello(self._id, job, 1, len(self._messages), needed, simulated))
 
     def _begin(self, client: StreamClient, line: bytes) -> None:
+        end = partial(self._reception.end, client)
         try:
             request = read_request(line)
         except InputError as error:
-            self._end(client, f"{error.what} {error.remedy}")
+            end(f"{error.what} {error.remedy}")
             return
         expected = self._options.token.encode()
-        if expected and not hmac.compare_digest(request.token.encode(), expected):
-            self._end(client, "the token is wrong")
+        if expected and not hmac.compare_digest(
+            request.token.encode("utf-8", "surrogatepass"), expected
+        ):
+            end("the token is wrong")
             return
         last = len(self._messages)
         if request.resume > last:
-            self._end(
-                client,
-                f"this stream is at {last}; it is not the one you had: resume from 0",
-            )
+            end(f"this stream is at {last}; it is not the one you had: resume from 0")
+            return
+        if self._reception.is_full:
+            end(f"already {MOST_CLIENTS} clients")
             return
         client.begun, client.poses, client.next_seq = True, request.poses, request.resume + 1
 
-    @staticmethod
-    def _end(client: StreamClient, why: str) -> None:
-        client.waiting += bye_line(why)
-        client.begun = client.ending = True
-
     def _look(self) -> None:
         """Tell what the machine sees: every change of its state, and poses."""
-        listening = [client for client in self._clients.values() if client.listens]
+        listening = self._reception.listening
         if not listening:
             return
         if self._changed.is_set():
@@ -352,77 +309,49 @@ class StreamServer:
             self._state, self._states = state, self._states + 1
         pose = pose_line(live, pressed=self._pressed)
         for client in listening:
-            if client.told_state != self._states and client.has_room:
-                client.waiting += status_line(job, live)
-                client.told_state = self._states
-            elif self._tell_verdict(client):
-                pass
-            elif client.poses and client.waiting:
-                # One pose may wait; where one does already, this one comes too soon.
-                self.poses_missed += 1
-            elif client.poses:
-                client.waiting += pose
+            with self._reception.dropping(client):
+                if client.told_state != self._states and client.has_room:
+                    client.write(status_line(job, live))
+                    client.told_state = self._states
+                elif self._tell_verdict(client):
+                    pass
+                elif client.poses and client.waiting:
+                    # One pose may wait; where one does already, this one comes too soon.
+                    self.poses_missed += 1
+                elif client.poses:
+                    client.write(pose)
 
     def _tell_verdict(self, client: StreamClient) -> bool:
         """Give a client the latest verdict, where it has not had it, and say whether so."""
         latest = self._verdicts.latest
         if client.told_verdict == latest.count or not client.has_room:
             return False
-        client.waiting += latest.line
+        client.write(latest.line)
         client.told_verdict = latest.count
         return True
 
-    def _fill_and_prune(self, now: float) -> None:
-        for client in list(self._clients.values()):
-            with self._dropping(client):
-                self._fill(client, now)
+    def _fill_all(self) -> None:
+        for client in self._reception.listening:
+            with self._reception.dropping(client):
+                try:
+                    client.fill(self._messages)
+                except OSError as error:
+                    self._reception.end(client, f"older messages can no longer be read ({error})")
 
-    def _fill(self, client: StreamClient, now: float) -> None:
-        if client.listens:
-            try:
-                client.fill(self._messages)
-            except OSError as error:
-                self._end(client, f"older messages can no longer be read ({error})")
-        if client.waiting:
-            self._write(client)
-        else:
-            client.moved_s = now
-            if client.ending:
-                self._drop(client)
-        if client.is_silent(now):
-            self._end(client, f"no request within {REQUEST_TIMEOUT_S:g} s")
-        if client.is_stalled(now):
-            self._drop(client)
-
-    def _say_goodbye(self) -> None:
+    async def _say_goodbye(self) -> None:
         """Give everybody what is left and the reason of the end; who stalls has to do without."""
-        if self._listener is not None:
-            self._selector.unregister(self._listener)
+        reception = self._reception
         until = time.monotonic() + GOODBYE_S
-        while self._clients and time.monotonic() < until:
+        while reception.clients and time.monotonic() < until:
             last = len(self._messages)
-            for client in self._clients.values():
+            self._fill_all()
+            for client in reception.clients:
                 if client.listens:
                     self._tell_verdict(client)
-                if not client.ending and (not client.begun or client.next_seq > last):
-                    self._end(client, "the station was closed")
-            self._fill_and_prune(time.monotonic())
-            self._serve(0.01)
-
-    def _write(self, client: StreamClient) -> None:
-        try:
-            client.write()
-        except OSError:
-            self._drop(client)
-            return
-        events = selectors.EVENT_READ | (selectors.EVENT_WRITE if client.waiting else 0)
-        self._selector.modify(client.connection, events)
-
-    def _drop(self, client: StreamClient) -> None:
-        if self._clients.pop(client.connection, None) is None:
-            return
-        self._selector.unregister(client.connection)
-        client.connection.close()
+                if not client.begun or client.next_seq > last:
+                    reception.end(client, "the station was closed")
+            reception.prune(time.monotonic())
+            await asyncio.sleep(0.01)
 
 
 def _step_line(seq: int, job: str, step: JobStep) -> bytes:

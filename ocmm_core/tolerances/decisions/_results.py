@@ -24,6 +24,7 @@ from ocmm_core.tolerances.uncertainty import (
     NOT_DETERMINED,
     WHAT_TO_DO,
     FormSample,
+    Spreads,
     form_samples,
     noise_floor,
     spreads_of,
@@ -145,7 +146,9 @@ def evaluate_one(
     try:
         measured = measured_of(known.actual)
         evaluation = evaluate(characteristic, measured, alignment, frames)
-        names = dict.fromkeys((*characteristic.features, *_under(evaluation, known)))
+        names = dict.fromkeys(
+            (*characteristic.features, *sorted(known.touching(evaluation.places)))
+        )
         factors = known.factors(names)
         samples = [found for name in names if (found := known.sample(name)) is not None]
         below = {name: measured[name] for name in names if name in measured}
@@ -159,32 +162,18 @@ def evaluate_one(
     unknown = unknown_frame(alignment)
     if unknown and needs_part_frame(characteristic):
         result = not_proven(result, unknown)
-    return _with_notes(result, characteristic, evaluation, factors)
-
-
-def _under(evaluation: Evaluation, known: Known) -> list[str]:
-    """Return the names of the features whose points a value rests on, always in one order."""
-    noise, ranked = evaluation.noise, evaluation.ranked
-    rows = (
-        evaluation.gradient,
-        evaluation.component_gradients,
-        evaluation.bonus_gradient,
-        None if noise is None else noise.by_coordinates,
-        None if ranked is None else ranked.gradients,
-    )
-    places = {place for row in rows if row is not None for place in row.places.tolist()}
-    return sorted(known.touching(sorted(places)))
+    return _with_notes(result, characteristic, evaluation, spreads)
 
 
 def _with_notes(
     result: CharacteristicResult,
     characteristic: Characteristic,
     evaluation: Evaluation,
-    factors: PointFactors,
+    spreads: Spreads,
 ) -> CharacteristicResult:
     value, uncertainty = result.measured, result.uncertainty
-    if evaluation.noise is not None:
-        floor = noise_floor(evaluation.noise, factors)
+    if evaluation.noise is not None and spreads.errors is not None:
+        floor = noise_floor(evaluation.noise, spreads.errors)
         said = f"Noise floor: {floor:.4f} mm on a perfect part."
         return replace(result, floor=floor, note=f"{result.note} {said}".strip())
     if value is None or uncertainty is None:

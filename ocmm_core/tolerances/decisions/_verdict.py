@@ -79,6 +79,8 @@ def summarise(results: Sequence[CharacteristicResult], feature: str = "") -> Ver
     """
     if not results:
         return NO_VERDICT
+    if len(results) == 1:
+        return VerdictSummary(results[0].verdict, results[0].name, ((results[0].verdict, 1),))
     found = Counter(result.verdict for result in results)
     counts = tuple((verdict, found[verdict]) for verdict in WORST_FIRST if found[verdict])
     worst = counts[0][0]

@@ -16,7 +16,15 @@ from ocmm_core.tolerances.kinds._differences import by_differences
 from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._size import distance_of_faces, two_point_fault
 from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec, MonteCarlo, QifWords
-from ocmm_core.tolerances.zones import AXES, CENTRES, Characteristic, Evaluation, Frames, ZoneFrame
+from ocmm_core.tolerances.zones import (
+    AXES,
+    CENTRES,
+    Characteristic,
+    Evaluation,
+    Frames,
+    ZoneFrame,
+    no_part_frame,
+)
 
 _XYZ = "xyz"
 
@@ -134,11 +142,7 @@ def _place(
     alignment: AnyAlignment | None,
 ) -> float:
     if alignment is None:
-        raise FitError(
-            "characteristic.no_frame",
-            f"{characteristic.name} needs a part frame, and the plan has no alignment.",
-            "Add an alignment to the plan.",
-        )
+        raise no_part_frame(characteristic.name)
     T_part_from_world = frame_of(alignment, geometries)
     axis = _XYZ.index(characteristic.axis)
     return float(T_part_from_world.apply(geometries[name][POINT])[axis])

@@ -9,7 +9,6 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.geometry import Float
-from ocmm_core.measuring import PointFactors
 from ocmm_core.tolerances.zones import FormNoise
 
 DRAWS = 100
@@ -25,21 +24,20 @@ _JITTER = 1e-9
 """Added to the variances, against the greatest, as rounding may leave the matrix not positive."""
 
 
-def noise_floor(noise: FormNoise, factors: PointFactors, seed: int = SEED) -> float:
+def noise_floor(noise: FormNoise, errors: Float, seed: int = SEED) -> float:
     """Return the value, mm, that a perfect part would show on average from the noise of the points.
 
     Parameters
     ----------
     noise
         Of the evaluation; where the zone was made smallest, that of the noise is, too.
-    factors
-        Of all N ball centres and the tip radius.
+    errors
+        (m, m), mm^2: covariance of the deviations.
     seed
         Of the draws.
     """
-    rows = len(noise.by_coordinates) // 2 if noise.mirrored else len(noise.by_coordinates)
-    by_coordinates = noise.by_coordinates[:rows]
-    errors = factors.of(by_coordinates)
+    rows = len(errors) // 2 if noise.mirrored else len(errors)
+    errors = errors[:rows, :rows]
     variances = np.maximum(np.diagonal(errors), 0.0)
     greatest = float(variances.max())
     if not greatest > 0.0:

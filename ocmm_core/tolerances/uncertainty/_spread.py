@@ -41,6 +41,11 @@ class Spreads:
     judged: Spread
     growth: float = 1.0
 
+    @property
+    def errors(self) -> Float | None:
+        """Return the covariance, mm^2, of the deviations whose range the value is; or None."""
+        return self.of_value.covariance if isinstance(self.of_value, Extent) else None
+
 
 def spreads_of(
     characteristic: Characteristic,

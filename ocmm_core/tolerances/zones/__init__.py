@@ -18,11 +18,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._associated import associated
-    from ocmm_core.tolerances.zones._characteristic import (
-        TWO_POINT,
-        Association,
-        Characteristic,
-    )
+    from ocmm_core.tolerances.zones._characteristic import TWO_POINT, Association, Characteristic
     from ocmm_core.tolerances.zones._derived import (
         AXES,
         CENTRES,
@@ -35,7 +31,7 @@ if TYPE_CHECKING:
         sections,
     )
     from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked
-    from ocmm_core.tolerances.zones._frames import Frames, HeldFrame, Keep
+    from ocmm_core.tolerances.zones._frames import Frames, HeldFrame, Keep, no_part_frame
     from ocmm_core.tolerances.zones._points import points_note
     from ocmm_core.tolerances.zones._surface import (
         SurfacePoints,
@@ -69,10 +65,10 @@ else:
             "section_circle sections"
         ),
         _evaluation="Evaluation FormNoise Ranked",
+        _frames="Frames HeldFrame Keep no_part_frame",
         _points="points_note",
         _surface="SurfacePoints kept_offset least_squares own_fit surface_points",
         _two_point="across_slot around between_faces",
-        _frames="Frames HeldFrame Keep",
         _zone_frame="BEST_FIT ZoneFrame free_frame moved_geometry",
         _zones="DerivedPoint Surface derived_zone form_noise surface_zone vector_evaluation",
     )
@@ -109,6 +105,7 @@ __all__ = [
     "least_squares",
     "median_line",
     "moved_geometry",
+    "no_part_frame",
     "own_fit",
     "points_note",
     "section_circle",

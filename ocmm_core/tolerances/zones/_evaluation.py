@@ -95,3 +95,15 @@ class Evaluation:
     noise: FormNoise | None = None
     ranked: Ranked | None = None
     note: str = ""
+
+    @property
+    def places(self) -> list[int]:
+        """Return the places of the points that the value answers to, in any way, ascending."""
+        rows = (
+            self.gradient,
+            self.component_gradients,
+            self.bonus_gradient,
+            None if self.noise is None else self.noise.by_coordinates,
+            None if self.ranked is None else self.ranked.gradients,
+        )
+        return sorted({place for row in rows if row is not None for place in row.places.tolist()})

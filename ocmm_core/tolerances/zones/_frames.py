@@ -28,6 +28,15 @@ from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.tolerances.zones._zone_frame import ZoneFrame, free_frame
 
 
+def no_part_frame(name: str, remedy: str = "Add an alignment to the plan.") -> FitError:
+    """Return the error of a characteristic that needs the part frame where there is none."""
+    return FitError(
+        "characteristic.no_frame",
+        f"{name} needs a part frame, and the plan has no alignment.",
+        remedy,
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class HeldFrame:
     """The frame of datums or of the part, its datums as it has them, and what to know of it."""
@@ -112,11 +121,7 @@ class Frames:
             There is no alignment, or its features do not say where the part is.
         """
         if self._alignment is None:
-            raise FitError(
-                "characteristic.no_frame",
-                f"{name} needs datums or a part frame, and the plan has neither.",
-                "Name its datums, or add an alignment to the plan.",
-            )
+            raise no_part_frame(name, "Name its datums, or add an alignment to the plan.")
         aligned = self.aligned(name)
         if isinstance(self._alignment, BoundAlignment):
             return aligned.after(nominal_frame(self._alignment).inverse())
@@ -137,11 +142,7 @@ class Frames:
         """
         rule = self._alignment
         if rule is None:
-            raise FitError(
-                "characteristic.no_frame",
-                f"{name} needs a part frame, and the plan has no alignment.",
-                "Add an alignment to the plan.",
-            )
+            raise no_part_frame(name)
         return self._known((), lambda actual: _frame_of_part(rule, actual)).frame
 
     def note_on(self, datums: Sequence[str]) -> str:

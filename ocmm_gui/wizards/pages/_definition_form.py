@@ -6,36 +6,50 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QGridLayout, QLabel, QLineEdit, QTableWidget, QWidget
+from PySide6.QtWidgets import QGridLayout, QLineEdit, QTableWidget, QWidget
 
 from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.tracking import SCHEMA, LedEntry, OrientationRule, ProbeDocument, StrobeEntry
-from ocmm_gui.kit import NumberTable, digit_font, led_name, text_font
+from ocmm_gui.kit import (
+    NumberTable,
+    PlainLabel,
+    digit_font,
+    later,
+    led_name,
+    literal,
+    text_font,
+    tr,
+    tr_all,
+)
 
 _FIELDS = (
-    ("name", "Name", "Name of the probe, used in its records"),
-    ("tip", "Tip, mm", "Centre of the ball in the probe frame: x y z"),
-    ("tip_diameter", "Ball, mm", "Diameter from the maker's certificate"),
-    ("tip_diameter_sigma", "Ball ±, mm", "Standard uncertainty of the diameter"),
-    ("tip_sigma", "Tip ±, mm", "Standard uncertainties of its position: x y z"),
-    ("led_sigma", "LEDs ±, mm", "Standard uncertainty of each coordinate of an LED"),
-    ("emission_half_angle_deg", "Light, °", "Largest viewing angle off its direction"),
+    ("name", later("Name"), later("Name of the probe, used in its records")),
+    ("tip", later("Tip, mm"), later("Centre of the ball in the probe frame: x y z")),
+    ("tip_diameter", later("Ball, mm"), later("Diameter from the maker's certificate")),
+    ("tip_diameter_sigma", later("Ball ±, mm"), later("Standard uncertainty of the diameter")),
+    ("tip_sigma", later("Tip ±, mm"), later("Standard uncertainties of its position: x y z")),
+    ("led_sigma", later("LEDs ±, mm"), later("Standard uncertainty of each coordinate of an LED")),
+    ("emission_half_angle_deg", later("Light, °"),
+    later("Largest viewing angle off its direction")),
     (
-        "rules", "Rules",
-        "Orientation rules: probe axis > direction; x y z > x y z; …; empty: none",
+        "rules", later("Rules"),
+        later("Orientation rules: probe axis > direction; x y z > x y z; …; empty: none"),
     ),
-    ("strobe", "Strobe", "Period in frames: dark frame of each LED; empty: always on"),
-    ("file", "File", "New name; a used document is never changed"),
+    ("strobe", later("Strobe"),
+    later("Period in frames: dark frame of each LED; empty: always on")),
+    ("file", later("File"), later("New name; a used document is never changed")),
 )  # fmt: skip
+_EMPTY = {"rules": later("none"), "strobe": later("always on")}
+"""What an empty field stands for."""
 _COLUMNS = (
-    ("LED", "its number"),
-    ("X", "mm, probe frame"),
-    ("Y", "mm, probe frame"),
-    ("Z", "mm, probe frame"),
-    ("dX", "emission direction; length is ignored"),
-    ("dY", "emission direction"),
-    ("dZ", "emission direction"),
+    (later("LED"), later("its number")),
+    ("X", later("mm, probe frame")),
+    ("Y", later("mm, probe frame")),
+    ("Z", later("mm, probe frame")),
+    ("dX", later("emission direction; length is ignored")),
+    ("dY", later("emission direction")),
+    ("dZ", later("emission direction")),
 )
 
 
@@ -43,7 +57,7 @@ class LedTable(NumberTable):
     """The LEDs with the directions of their light; every number can be changed."""
 
     def __init__(self) -> None:
-        super().__init__("LEDs", _COLUMNS, whole=False)
+        super().__init__(tr("LEDs"), tr_all(_COLUMNS), whole=False)
         self.setFont(digit_font(14, bold=False))
         self.setEditTriggers(QTableWidget.EditTrigger.AllEditTriggers)
         self.setSelectionBehavior(QTableWidget.SelectionBehavior.SelectItems)
@@ -67,7 +81,7 @@ class LedTable(NumberTable):
         for row in range(self.rowCount()):
             values = [
                 number(word, f"{led_name(row)} {title}")
-                for word, (title, _) in zip(self.words(row)[1:], _COLUMNS[1:], strict=True)
+                for word, (title, _) in zip(self.words(row)[1:], tr_all(_COLUMNS)[1:], strict=True)
             ]
             position: Vector3 = (values[0], values[1], values[2])
             found.append(LedEntry(position=position, direction=(values[3], values[4], values[5])))
@@ -99,21 +113,21 @@ class DefinitionForm(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("The probe")
+        self.setAccessibleName(tr("The probe"))
         self.fields: dict[str, QLineEdit] = {}
         grid = QGridLayout(self)
         grid.setContentsMargins(0, 0, 0, 0)
         grid.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
-            caption = QLabel(label)
+            caption = PlainLabel(tr(label))
             caption.setFont(text_font(15))
             caption.setProperty("role", "muted")
             field = QLineEdit()
             field.setObjectName(key)
-            field.setAccessibleName(label)
-            field.setAccessibleDescription(tip)
-            field.setToolTip(tip)
-            field.setPlaceholderText(tip.partition("empty: ")[2])
+            field.setAccessibleName(tr(label))
+            field.setAccessibleDescription(tr(tip))
+            field.setToolTip(literal(tr(tip)))
+            field.setPlaceholderText(tr(_EMPTY.get(key, "")))
             field.setFont(text_font(16))
             field.setMinimumHeight(34)
             field.textEdited.connect(lambda _text: self.changed.emit())
@@ -152,12 +166,12 @@ class DefinitionForm(QWidget):
             schema=SCHEMA,
             unit="mm",
             name=text["name"],
-            tip=_vector(text["tip"], "Tip"),
-            tip_diameter=number(text["tip_diameter"], "Ball"),
-            tip_diameter_sigma=number(text["tip_diameter_sigma"], "Ball ±"),
-            tip_sigma=_vector(text["tip_sigma"], "Tip ±"),
-            led_sigma=number(text["led_sigma"], "LEDs ±"),
-            emission_half_angle_deg=number(text["emission_half_angle_deg"], "Light"),
+            tip=_vector(text["tip"], tr("Tip")),
+            tip_diameter=number(text["tip_diameter"], tr("Ball")),
+            tip_diameter_sigma=number(text["tip_diameter_sigma"], tr("Ball ±")),
+            tip_sigma=_vector(text["tip_sigma"], tr("Tip ±")),
+            led_sigma=number(text["led_sigma"], tr("LEDs ±")),
+            emission_half_angle_deg=number(text["emission_half_angle_deg"], tr("Light")),
             leds=list(leds),
             orientation_rules=_rules(text["rules"]),
             strobe=_strobe(text["strobe"]),
@@ -203,8 +217,8 @@ def _rules(text: str) -> tuple[OrientationRule, ...]:
         axis, _, world = part.partition(">")
         rules.append(
             OrientationRule(
-                probe_axis=_vector(axis, "The axis of an orientation rule"),
-                world_direction=_vector(world, "The direction of an orientation rule"),
+                probe_axis=_vector(axis, tr("The axis of an orientation rule")),
+                world_direction=_vector(world, tr("The direction of an orientation rule")),
             )
         )
     return tuple(rules)
@@ -218,7 +232,7 @@ def _strobe(text: str) -> StrobeEntry | None:
 
 
 def _frame(text: str) -> int:
-    value = number(text, "Frame of the strobe code")
+    value = number(text, tr("Frame of the strobe code"))
     if value != round(value):
         raise InputError(
             "definition.strobe", f"Frame of the strobe code is {text.strip()!r}.",

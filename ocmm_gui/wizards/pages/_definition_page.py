@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from PySide6.QtCore import QTimer, Signal
 from PySide6.QtGui import QHideEvent, QKeySequence, QShortcut
-from PySide6.QtWidgets import QHBoxLayout, QLabel, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QPushButton, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.probe_design import (
     DefinitionCheck,
@@ -26,13 +26,17 @@ from ocmm_gui.kit import (
     FitText,
     Mark,
     PathPanel,
+    PlainLabel,
     SideProcess,
     Theme,
+    later,
     led_name,
+    literal,
     mark_colour,
     panel,
     sentence_label,
     text_font,
+    tr,
 )
 from ocmm_gui.wizards.pages._definition_form import DefinitionForm, LedTable
 from ocmm_gui.wizards.parts import ProbePicture
@@ -40,7 +44,7 @@ from ocmm_gui.wizards.parts import ProbePicture
 SETTLE_MS = 500
 """So long after the last key the definition is examined."""
 
-_PURPOSE = (
+_PURPOSE = later(
     "Enter LED and ball positions. LED ambiguity is checked as you type. Then restart OCMM with "
     "the new document and calibrate the probe."
 )
@@ -56,28 +60,32 @@ class DefinitionPage(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Define a probe")
+        self.setAccessibleName(tr("Define a probe"))
         self._theme = THEMES[DEFAULT_THEME]
         self._mark = Mark.OPEN
         self._measured: ProbeRecord | None = None
         self.form = DefinitionForm()
         self.leds = LedTable()
         self.picture = ProbePicture()
-        self._word = FitText("Verdict", limit=34)
+        self._word = FitText(tr("Verdict"), limit=34)
         self._word.setFixedHeight(44)
-        self.sentence = sentence_label("Meaning of the verdict", 17)
-        self.import_panel = PathPanel("probe document", "file", verb="Read")
+        self.sentence = sentence_label(tr("Meaning of the verdict"), 17)
+        self.import_panel = PathPanel(
+            tr("Read the probe document from the file"),
+            tr("File of the probe document"),
+            tr("Read"),
+        )
         self.import_panel.given.connect(self._import)
         self.buttons = {
             key: self._button(text, tip, keys, call)
             for key, text, tip, keys, call in (
-                ("leave", "Leave", "Back; unsaved changes are lost", "Esc", self._leave),
-                ("import", "Import", "Start from another document", "F4", self._ask_import),
-                ("measured", "As measured", "Use the LEDs of the active calibration", "F7",
+                ("leave", tr("Leave"), tr("Back; unsaved changes are lost"), "Esc", self._leave),
+                ("import", tr("Import"), tr("Start from another document"), "F4", self._ask_import),
+                ("measured", tr("As measured"), tr("Use the LEDs of the active calibration"), "F7",
                  self._take_measured),
-                ("add", "Add LED", "Add an LED, copying the last one", "F5", self._add),
-                ("remove", "Remove LED", "Remove the selected LED", "F6", self._remove),
-                ("save", "Save", "Save as a new document", "F2", self._save),
+                ("add", tr("Add LED"), tr("Add an LED, copying the last one"), "F5", self._add),
+                ("remove", tr("Remove LED"), tr("Remove the selected LED"), "F6", self._remove),
+                ("save", tr("Save"), tr("Save as a new document"), "F2", self._save),
             )
         }  # fmt: skip
         self.buttons["save"].setProperty("role", "primary")
@@ -128,7 +136,7 @@ class DefinitionPage(QWidget):
 
     def _on_changed(self) -> None:
         self._examination.cancel()
-        self._say("EXAMINING", Mark.ACTIVE, "")
+        self._say(tr("EXAMINING"), Mark.ACTIVE, "")
         self._settle.start()
 
     def _examine(self) -> None:
@@ -147,10 +155,10 @@ class DefinitionPage(QWidget):
     def _show_examined(self, found: object) -> None:
         if not isinstance(found, DefinitionCheck):
             return
-        self._say("GOOD", Mark.GOOD, examined_words(found))
+        self._say(tr("GOOD"), Mark.GOOD, examined_words(found))
 
     def _show_refused(self, error: OcmmError) -> None:
-        self._say("CANNOT BE USED", Mark.BAD, f"{error.what} {error.remedy}")
+        self._say(tr("CANNOT BE USED"), Mark.BAD, f"{error.what} {error.remedy}")
 
     def _say(self, word: str, mark: Mark, sentence: str) -> None:
         self._mark = mark
@@ -164,7 +172,7 @@ class DefinitionPage(QWidget):
         except OcmmError as error:
             self._show_refused(error)
             return
-        self._say("SAVED", Mark.GOOD, f"Probe saved in {path}.")
+        self._say(tr("SAVED"), Mark.GOOD, tr("Probe saved in {path}.").format(path=path))
         self.saved.emit(path)
 
     def _ask_import(self) -> None:
@@ -219,7 +227,7 @@ class DefinitionPage(QWidget):
         button = QPushButton(f"{text}\n[{keys}]")
         button.setAccessibleName(text)
         button.setAccessibleDescription(tip)
-        button.setToolTip(f"{tip} ({keys})")
+        button.setToolTip(literal(f"{tip} ({keys})"))
         button.setFont(text_font(16, bold=True))
         button.setMinimumHeight(60)
         button.setProperty("role", "tool")
@@ -230,10 +238,10 @@ class DefinitionPage(QWidget):
         return button
 
     def _lay_out(self) -> None:
-        title = QLabel("Define a probe")
+        title = PlainLabel(tr("Define a probe"))
         title.setFont(text_font(28, bold=True))
-        purpose = sentence_label("Purpose", 16)
-        purpose.setText(_PURPOSE)
+        purpose = sentence_label(tr("Purpose"), 16)
+        purpose.setText(tr(_PURPOSE))
         form = QVBoxLayout()
         form.addWidget(self.form)
         form.addStretch(1)
@@ -264,19 +272,18 @@ class DefinitionPage(QWidget):
 def examined_words(found: DefinitionCheck) -> str:
     """Return in words why the LEDs cannot be confused, and by how much."""
     if found.body.code is not None:
-        return "The LEDs cannot be confused: each is dark in a different frame."
+        return tr("The LEDs cannot be confused: each is dark in a different frame.")
     nearest, hidden = found.labels[0].ambiguity, found.nearest_hidden
     if nearest is None:
-        text = "The LEDs cannot be confused: the orientation rules exclude every other order."
+        text = tr("The LEDs cannot be confused: the orientation rules exclude every other order.")
     else:
         order = ", ".join(led_name(label) for label in nearest.labels)
-        text = (
-            f"The LEDs cannot be confused: the nearest wrong order, {order}, misses by "
-            f"{nearest.residual_mm:.1f} mm; it would put the tip {nearest.tip_error_mm:.0f} mm off."
-        )
+        text = tr(
+            "The LEDs cannot be confused: the nearest wrong order, {order}, misses by "
+            "{residual_mm:.1f} mm; it would put the tip {tip_error_mm:.0f} mm off."
+        ).format(order=order, residual_mm=nearest.residual_mm, tip_error_mm=nearest.tip_error_mm)
     if hidden is not None and hidden.ambiguity is not None:
-        text += (
-            f" With {led_name(hidden.hidden - 1)} hidden, the nearest wrong order misses by "
-            f"{hidden.ambiguity.residual_mm:.1f} mm."
-        )
+        text += " " + tr(
+            "With {hidden} hidden, the nearest wrong order misses by {residual_mm:.1f} mm."
+        ).format(hidden=led_name(hidden.hidden - 1), residual_mm=hidden.ambiguity.residual_mm)
     return text

@@ -13,26 +13,26 @@ from ocmm_core.calibration.sweeping import PivotChange, PivotOutcome, led_paths
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.charts import SpotResiduals, TipCourse, Trail, TrailPlot
-from ocmm_gui.kit import Mark, NumberTable, led_name, sentence_label
+from ocmm_gui.kit import Mark, NumberTable, later, led_name, sentence_label, tr, tr_all
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _TIP = (
-    ("", "coordinate in the frame of the probe document"),
-    ("This, mm", "this calibration"),
-    ("± µm", "standard uncertainty (k = 1)"),
-    ("2nd, µm", "second minus first sweep"),
-    ("± µm", "standard uncertainty of that difference (k = 1)"),
-    ("Spheres, µm", "mean of the sphere centres (thesis 3.2), minus this"),
-    ("Change, µm", "this minus the active calibration"),
+    ("", later("coordinate in the frame of the probe document")),
+    (later("This, mm"), later("this calibration")),
+    ("± µm", later("standard uncertainty (k = 1)")),
+    (later("2nd, µm"), later("second minus first sweep")),
+    ("± µm", later("standard uncertainty of that difference (k = 1)")),
+    (later("Spheres, µm"), later("mean of the sphere centres (thesis 3.2), minus this")),
+    (later("Change, µm"), later("this minus the active calibration")),
 )
-_IN_FRAME = "in the frame of the probe document"
+_IN_FRAME = later("in the frame of the probe document")
 _LEDS = (
-    ("LED", "its number"),
+    (later("LED"), later("its number")),
     ("X, mm", _IN_FRAME),
     ("Y, mm", _IN_FRAME),
     ("Z, mm", _IN_FRAME),
-    ("2nd, µm", "second sweep from first"),
-    ("Change, µm", "against the active calibration"),
+    (later("2nd, µm"), later("second sweep from first")),
+    (later("Change, µm"), later("against the active calibration")),
 )
 
 
@@ -41,10 +41,10 @@ class PivotCompare(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Before and after")
-        self.summary = sentence_label("What changes", 16)
-        self.tip = NumberTable("The tip compared", _TIP)
-        self.leds = NumberTable("The LEDs compared", _LEDS, whole=False)
+        self.setAccessibleName(tr("Before and after"))
+        self.summary = sentence_label(tr("What changes"), 16)
+        self.tip = NumberTable(tr("The tip compared"), tr_all(_TIP))
+        self.leds = NumberTable(tr("The LEDs compared"), tr_all(_LEDS), whole=False)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)
@@ -55,7 +55,9 @@ class PivotCompare(QWidget):
     def show_outcome(self, outcome: PivotOutcome) -> None:
         """Show what changes."""
         spread = 1e3 * outcome.first.thesis.spread
-        ball = f"LED sphere centres scatter {spread:.1f} µm (RMS) about their mean."
+        ball = tr("LED sphere centres scatter {spread:.1f} µm (RMS) about their mean.").format(
+            spread=spread
+        )
         self.summary.setText(f"{_change_words(outcome.change)} {ball}")
         self.tip.show_rows(_tip_rows(outcome))
         self.leds.show_rows(_led_rows(outcome))
@@ -70,7 +72,7 @@ class PivotResultPage(ResultFrame):
         What the session started from.
     """
 
-    plots = ("Paths", "Tip", "Spots", "Before/after")
+    plots = (later("Paths"), later("Tip"), later("Spots"), later("Before/after"))
 
     def __init__(self, rig: Rig) -> None:
         views = (TrailPlot(rig), TipCourse(), SpotResiduals(rig), PivotCompare())
@@ -83,7 +85,9 @@ class PivotResultPage(ResultFrame):
         outcome = self._outcome
         if outcome is None or outcome.change is None or not outcome.must_be_confirmed:
             return ""
-        return f"The tip moved by {outcome.change.tip_distance:.3f} mm. Why?"
+        return tr("The tip moved by {tip_distance:.3f} mm. Why?").format(
+            tip_distance=outcome.change.tip_distance
+        )
 
     def judge(self, outcome: object) -> Said:
         """Return whether something speaks against a calibration."""
@@ -91,21 +95,23 @@ class PivotResultPage(ResultFrame):
             return Said("", Mark.OPEN, "")
         if outcome.must_be_confirmed and outcome.change is not None:
             return Said(
-                "TIP CHANGED",
+                tr("TIP CHANGED"),
                 Mark.DOUBT,
-                f"The tip has moved by {outcome.change.tip_distance:.3f} mm. Accept only if you "
-                "know why; you will be asked for the reason.",
+                tr(
+                    "The tip has moved by {tip_distance:.3f} mm. Accept only if you know why; "
+                    "you will be asked for the reason."
+                ).format(tip_distance=outcome.change.tip_distance),
             )
         if outcome.findings:
             return Said(
-                "USABLE, LOOK",
+                tr("USABLE, LOOK"),
                 Mark.DOUBT,
-                "The calibration can be used, but with reservations; see below.",
+                tr("The calibration can be used, but with reservations; see below."),
             )
         return Said(
-            "GOOD",
+            tr("GOOD"),
             Mark.GOOD,
-            "Both sweeps give the same tip. After accepting, qualify the tip on the sphere.",
+            tr("Both sweeps give the same tip. After accepting, qualify the tip on the sphere."),
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -116,8 +122,8 @@ class PivotResultPage(ResultFrame):
         first, second, validation = outcome.first, outcome.second, outcome.validation
         self.trails.show_trails(
             [
-                Trail("first", led_paths(first), first.centre_world),
-                Trail("second", led_paths(second), second.centre_world),
+                Trail(tr("first"), led_paths(first), first.centre_world),
+                Trail(tr("second"), led_paths(second), second.centre_world),
             ]
         )
         self.tips.show_sweeps((first, second))
@@ -125,15 +131,23 @@ class PivotResultPage(ResultFrame):
         self.compare.show_outcome(outcome)
         left_out = len(first.left_out)
         facts = [
-            ("Tip", f"± {_um(first.tip_sigma)} (k = 1)"),
-            ("2nd sweep", f"{_um(_length(validation.tip_difference))} away"),
-            ("Poses", f"{int(first.used.sum())}, {left_out or 'none'} left out"),
-            ("Turned", "{:.0f}°, {:.0f}°, {:.0f}°".format(*np.degrees(first.coverage.ranges))),
-            ("Residuals", f"{first.rms_px:.4f} px RMS"),
-            ("chi² / dof", f"{first.chi2 / max(first.dof, 1):.3f}"),
+            (tr("Tip"), f"± {_um(first.tip_sigma)} (k = 1)"),
+            (
+                tr("2nd sweep"),
+                tr("{distance} away").format(distance=_um(_length(validation.tip_difference))),
+            ),
+            (
+                tr("Poses"),
+                tr("{used}, {left_out} left out").format(
+                    used=int(first.used.sum()), left_out=left_out or tr("none")
+                ),
+            ),
+            (tr("Turned"), "{:.0f}°, {:.0f}°, {:.0f}°".format(*np.degrees(first.coverage.ranges))),
+            (tr("Residuals"), f"{first.rms_px:.4f} px RMS"),
+            (tr("chi² / dof"), f"{first.chi2 / max(first.dof, 1):.3f}"),
         ]
         if np.isfinite(validation.articulation_2s):
-            facts.append(("Articulation", f"2s {_um(validation.articulation_2s)}"))
+            facts.append((tr("Articulation"), f"2s {_um(validation.articulation_2s)}"))
         return facts, outcome.findings
 
 
@@ -143,7 +157,7 @@ def _tip_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
     thesis = first.thesis_tip_probe - first.tip_probe
     return [
         (
-            f"tip {'XYZ'[axis]}",
+            tr("tip {axis}").format(axis="XYZ"[axis]),
             f"{first.tip_probe[axis]:.4f}",
             f"{1e3 * sigma[axis]:.1f}",
             f"{1e3 * validation.tip_difference[axis]:+.1f}",
@@ -172,12 +186,12 @@ def _led_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
 
 def _change_words(change: PivotChange | None) -> str:
     if change is None:
-        return "First calibration of this tip: nothing to compare with."
+        return tr("First calibration of this tip: nothing to compare with.")
     when = datetime.fromisoformat(change.previous.made_utc).astimezone()
-    return (
-        f"Since the calibration of {when:%Y-%m-%d} the tip moved by {change.tip_distance:.4f} mm "
-        f"and the LEDs by {change.led_rms:.4f} mm (RMS)."
-    )
+    return tr(
+        "Since the calibration of {when:%Y-%m-%d} the tip moved by "
+        "{tip_distance:.4f} mm and the LEDs by {led_rms:.4f} mm (RMS)."
+    ).format(when=when, tip_distance=change.tip_distance, led_rms=change.led_rms)
 
 
 def _length(vector: Float) -> float:

@@ -13,7 +13,17 @@ from PySide6.QtWidgets import QSizePolicy, QVBoxLayout
 from ocmm_core.calibration.guided import RelocationView, Tilt
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Mark, Painted, fitted, paint_mark, text_font
+from ocmm_gui.kit import (
+    SCENE_LEAST,
+    SCENE_SIZE,
+    Mark,
+    Painted,
+    fitted,
+    later,
+    paint_mark,
+    text_font,
+    tr,
+)
 from ocmm_gui.wizards.parts import BarPlace, CollectPage, Score, Seen, bars, volume_coverage
 
 _TILT_PX, _ROOMY_PX = 86, 112
@@ -37,7 +47,7 @@ class TiltRow(Painted):
     """How the probe was held, and which ways are missing."""
 
     def __init__(self) -> None:
-        super().__init__("Probe attitudes", (400, _TILT_PX), (200, _TILT_PX))
+        super().__init__(tr("Probe attitudes"), (400, _TILT_PX), (200, _TILT_PX))
         self._tilts: tuple[Tilt, ...] = ()
         self.setFixedHeight(_TILT_PX)
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
@@ -46,7 +56,12 @@ class TiltRow(Painted):
         """Show every way of holding the probe with its count."""
         if tuple(tilts) != self._tilts:
             self._tilts = tuple(tilts)
-            words = (f"{one.name} {one.poses} of {one.wanted}" for one in tilts)
+            words = (
+                tr("{name} {poses} of {wanted}").format(
+                    name=one.name, poses=one.poses, wanted=one.wanted
+                )
+                for one in tilts
+            )
             self.setAccessibleDescription(", ".join(words))
             self.update()
 
@@ -76,7 +91,7 @@ class TiltRow(Painted):
             painter.setPen(QColor(colour))
             left = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
             painter.drawText(name, left, word)
-            text = "done" if done else f"{tilt.wanted - tilt.poses} more"
+            text = tr("done") if done else tr("%n more", "", tilt.wanted - tilt.poses)
             indent = 66.0 if roomy else 8.0
             number = QRectF(
                 box.left() + indent, name.bottom() + 8.0, box.width() - indent - 4.0, 24.0
@@ -111,8 +126,8 @@ class WavePage(CollectPage):
     hands_are_full = True
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Volume shown")
-        self.length = Score("Uncertainty of a length")
+        super().__init__(rig, tr("Volume shown"))
+        self.length = Score(tr("Uncertainty of a length"))
         self.scores.addWidget(self.length)
         self.side.setStretch(0, 5)
         self.side.setStretch(1, 4)
@@ -130,7 +145,7 @@ class WavePage(CollectPage):
         super().show_seen(seen)
         view = seen.view_as(RelocationView)
         step, fraction = view.base.step, view.coverage.fraction
-        note = f"{step.done} poses of {step.wanted}"
+        note = tr("{done} poses of {wanted}").format(done=step.done, wanted=step.wanted)
         share = min(fraction, step.done / step.wanted if step.wanted else 1.0)
         self.score.show_score(f"{100.0 * fraction:.0f} %", note, share)
         show_prediction(self.length, view)
@@ -138,7 +153,11 @@ class WavePage(CollectPage):
         if view.poses != self._shown:
             self._shown = view.poses
             missing = view.coverage.missing
-            words = "Missing: " + ", ".join(missing[:3]) if missing else "Nothing is missing"
+            words = (
+                tr("Missing: {cells}").format(cells=", ".join(missing[:3]))
+                if missing
+                else tr("Nothing is missing")
+            )
             self.picture.show_contents(volume_coverage(view.coverage), words)
 
 
@@ -146,9 +165,9 @@ class BarPage(CollectPage):
     """Where the bar could be shown next."""
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Bar placements")
+        super().__init__(rig, tr("Bar placements"))
         self._volume = rig.volume_world
-        self.length = Score("Uncertainty of a length")
+        self.length = Score(tr("Uncertainty of a length"))
         self.scores.addWidget(self.length)
         self.side.setStretch(0, 5)
         self.side.setStretch(1, 4)
@@ -164,7 +183,7 @@ class BarPage(CollectPage):
             places = example_places(self._volume, view.bars_wanted, view.bar_placements)
             current = view.bar_placements if view.bar_placements < view.bars_wanted else None
             places = places[: view.bar_placements + 1]
-            words = "A suitable next bar placement" if current is not None else "All taken"
+            words = tr("A suitable next bar placement") if current is not None else tr("All taken")
             self.picture.show_contents(bars(places, current), words)
 
 
@@ -172,7 +191,7 @@ class SeatPicture(Painted):
     """The points that the ball is put into, in their order."""
 
     def __init__(self) -> None:
-        super().__init__("Points of the world frame", SCENE_SIZE, SCENE_LEAST)
+        super().__init__(tr("Points of the world frame"), SCENE_SIZE, SCENE_LEAST)
         self._names: tuple[str, ...] = ()
         self._taken = 0
 
@@ -180,7 +199,9 @@ class SeatPicture(Painted):
         """Show the points by name; the first ``taken`` of them are done."""
         if (tuple(names), taken) != (self._names, self._taken):
             self._names, self._taken = tuple(names), taken
-            self.setAccessibleDescription(f"{taken} of {len(names)} points taken")
+            self.setAccessibleDescription(
+                tr("{taken} of {count} points taken").format(taken=taken, count=len(names))
+            )
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -192,7 +213,7 @@ class SeatPicture(Painted):
         if not self._names:
             painter.setFont(text_font(22))
             painter.setPen(QColor(theme.text))
-            text = "The world fixed to the cameras."
+            text = tr("The world fixed to the cameras.")
             painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, text)
             return
         row = min(72.0, inside.height() / len(self._names))
@@ -207,13 +228,13 @@ class SeatPicture(Painted):
             painter.setFont(text_font(0.42 * row, bold=current))
             painter.setPen(QColor(theme.text if done or current else theme.muted))
             place = QRectF(box.right() + 18.0, top, inside.right() - box.right() - 18.0, row)
-            painter.drawText(place, Qt.AlignmentFlag.AlignVCenter, _SEAT_WORDS.get(name, name))
+            painter.drawText(place, Qt.AlignmentFlag.AlignVCenter, tr(_SEAT_WORDS.get(name, name)))
 
 
 _SEAT_WORDS = {
-    "origin": "Origin: (0, 0, 0)",
-    "on X": "On X: the X axis passes through it",
-    "in XY": "In XY: on the side of positive Y",
+    "origin": later("Origin: (0, 0, 0)"),
+    "on X": later("On X: the X axis passes through it"),
+    "in XY": later("In XY: on the side of positive Y"),
 }
 
 
@@ -221,7 +242,7 @@ class WorldPage(CollectPage):
     """The points that the world frame hangs on."""
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Points touched")
+        super().__init__(rig, tr("Points touched"))
         self.seats = SeatPicture()
         self.beside.replaceWidget(self.picture, self.seats)
         self.picture.hide()
@@ -232,17 +253,23 @@ class WorldPage(CollectPage):
         view = seen.view_as(RelocationView)
         self.seats.show_seats(view.world_wanted, len(view.world_points))
         if not view.world_wanted:
-            self.score.show_score("–", "nothing to touch", 1.0)
+            self.score.show_score("–", tr("nothing to touch"), 1.0)
 
 
 def show_prediction(score: Score, view: RelocationView) -> None:
     """Show how well a length would be known with what was collected so far."""
     sigma, limit = view.length_sigma_mm, view.length_limit_mm
     if sigma is None:
-        score.show_score("–", f"of {view.length_mm:.0f} mm; too early to tell", 0.0)
+        score.show_score(
+            "–",
+            tr("of {length_mm:.0f} mm; too early to tell").format(length_mm=view.length_mm),
+            0.0,
+        )
         return
     share = min(limit / sigma, 1.0) if sigma > 0.0 else 1.0
-    note = f"of {view.length_mm:.0f} mm (k = 1); {1e3 * limit:.1f} µm is enough"
+    note = tr("of {length_mm:.0f} mm (k = 1); {limit:.1f} µm is enough").format(
+        length_mm=view.length_mm, limit=1e3 * limit
+    )
     score.show_score(f"{1e3 * sigma:.1f} µm", note, share)
 
 
@@ -255,5 +282,5 @@ def example_places(volume_world: Float, wanted: int, taken: int) -> tuple[BarPla
         centre, reach = middle + at * half, 0.8 * half * along
         ends = np.stack([centre - reach, centre + reach])
         done = 2 if number < taken else 0
-        places.append(BarPlace(f"placement {number + 1}", ends, 2, done))
+        places.append(BarPlace(tr("placement {number}").format(number=number + 1), ends, 2, done))
     return tuple(places)

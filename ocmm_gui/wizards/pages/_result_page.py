@@ -11,16 +11,16 @@ from ocmm_core.calibration.guided import CalibrationComparison, CalibrationOutco
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig
 from ocmm_gui.charts import AllSensors, ResidualHistogram, SpaceArrows
-from ocmm_gui.kit import Mark, NumberTable, sentence_label
+from ocmm_gui.kit import Mark, NumberTable, later, sentence_label, tr, tr_all
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _CHANGES = (
-    ("Camera", "which camera"),
-    ("Shift mm", "shift of its centre, common motion removed"),
-    ("Turn mrad", "rotation, common motion removed"),
-    ("f mm", "focal length, after minus before"),
-    ("u0 px", "principal point, after minus before"),
-    ("v0 px", "principal point, after minus before"),
+    (later("Camera"), later("which camera")),
+    (later("Shift mm"), later("shift of its centre, common motion removed")),
+    (later("Turn mrad"), later("rotation, common motion removed")),
+    ("f mm", later("focal length, after minus before")),
+    ("u0 px", later("principal point, after minus before")),
+    ("v0 px", later("principal point, after minus before")),
 )
 
 
@@ -35,10 +35,10 @@ class CompareView(QWidget):
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
-        self.setAccessibleName("Before and after")
-        self.summary = sentence_label("What changes", 16)
-        self.cameras = NumberTable("Changes of the cameras", _CHANGES)
-        self.space = SpaceArrows("Points of the volume, after minus before", rig)
+        self.setAccessibleName(tr("Before and after"))
+        self.summary = sentence_label(tr("What changes"), 16)
+        self.cameras = NumberTable(tr("Changes of the cameras"), tr_all(_CHANGES))
+        self.space = SpaceArrows(tr("Points of the volume, after minus before"), rig)
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)
@@ -51,16 +51,25 @@ class CompareView(QWidget):
         self.cameras.setVisible(comparison is not None)
         self.space.setVisible(comparison is not None)
         if comparison is None:
-            self.summary.setText("First calibration of these cameras: nothing to compare with.")
+            self.summary.setText(tr("First calibration of these cameras: nothing to compare with."))
             return
         before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
         self.summary.setText(
-            f"All cameras together moved by {comparison.moved_mm:.3f} mm and rotated by "
-            f"{1e3 * comparison.turned_rad:.3f} mrad; the remaining change of each camera is "
-            f"below. Standard uncertainty of a length: {_um(before)} before, {_um(after)} after."
+            tr(
+                "All cameras together moved by {moved_mm:.3f} mm and rotated by "
+                "{turned_rad:.3f} mrad; the remaining change of each camera is below. "
+                "Standard uncertainty of a length: {before} before, {after} after."
+            ).format(
+                moved_mm=comparison.moved_mm,
+                turned_rad=1e3 * comparison.turned_rad,
+                before=_um(before),
+                after=_um(after),
+            )
         )
         self.cameras.show_rows([_change_words(one) for one in comparison.cameras])
-        self.space.show_vectors(comparison.nodes_world, comparison.differences_world, "no points")
+        self.space.show_vectors(
+            comparison.nodes_world, comparison.differences_world, tr("no points")
+        )
 
 
 class ResultPage(ResultFrame):
@@ -74,25 +83,25 @@ class ResultPage(ResultFrame):
         What the errors in space are.
     """
 
-    plots = ("Sensors", "Histogram", "Space", "Before/after")
+    plots = (later("Sensors"), later("Histogram"), later("Space"), later("Before/after"))
 
     def __init__(self, rig: Rig, errors: str) -> None:
         views = (AllSensors(rig), ResidualHistogram(), SpaceArrows(errors, rig), CompareView(rig))
-        super().__init__(tuple(zip(self.plots, views, strict=True)))
+        super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
         self.sensors, self.histogram, self.space, self.compare = views
 
     def judge(self, outcome: object) -> Said:
         """Return whether something speaks against a calibration."""
         if isinstance(outcome, CalibrationOutcome) and outcome.warnings:
             return Said(
-                "USABLE, LOOK",
+                tr("USABLE, LOOK"),
                 Mark.DOUBT,
-                "The calibration can be used, but with reservations; see below.",
+                tr("The calibration can be used, but with reservations; see below."),
             )
         return Said(
-            "GOOD",
+            tr("GOOD"),
             Mark.GOOD,
-            "No objections to this calibration. After accepting, verify it.",
+            tr("No objections to this calibration. After accepting, verify it."),
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -103,25 +112,35 @@ class ResultPage(ResultFrame):
         self.sensors.show_residuals(outcome.residuals)
         self.histogram.show_residuals(outcome.residuals)
         self.space.show_vectors(
-            outcome.errors_at_world, outcome.errors_world, "no points held back"
+            outcome.errors_at_world, outcome.errors_world, tr("no points held back")
         )
         self.compare.show_comparison(comparison)
         focal = PARAMETERS.index("focal")
         variance = np.diag(outcome.rig.parameter_covariance)[focal::N_PARAMETERS]
         left_out = ", ".join(record.outliers[:4]) + (" …" if len(record.outliers) > 4 else "")
         facts = [
-            ("Residuals", f"{record.rms_px:.4f} px RMS"),
-            ("chi² / dof", f"{record.chi2_per_dof:.3f}"),
-            ("Used", f"{record.points} positions"),
-            ("Left out", f"{len(record.outliers)}  {left_out}" if record.outliers else "none"),
-            ("Focal length", f"± {1e3 * float(np.sqrt(variance.max())):.2f} µm (k = 1)"),
+            (tr("Residuals"), f"{record.rms_px:.4f} px RMS"),
+            (tr("chi² / dof"), f"{record.chi2_per_dof:.3f}"),
+            (tr("Used"), tr("%n positions", "", record.points)),
+            (
+                tr("Left out"),
+                f"{len(record.outliers)}  {left_out}" if record.outliers else tr("none"),
+            ),
+            (tr("Focal length"), f"± {1e3 * float(np.sqrt(variance.max())):.2f} µm (k = 1)"),
         ]
         if len(outcome.errors_world):
             rms = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
-            facts.append(("Errors RMS", "X {:.1f}, Y {:.1f}, Z {:.1f} µm".format(*rms)))
+            facts.append((tr("Errors RMS"), "X {:.1f}, Y {:.1f}, Z {:.1f} µm".format(*rms)))
         if comparison is not None:
             before, after = comparison.length_sigma_before_mm, comparison.length_sigma_after_mm
-            facts.append(("Length", f"{_um(before)} before, {_um(after)} after (k = 1)"))
+            facts.append(
+                (
+                    tr("Length"),
+                    tr("{before} before, {after} after (k = 1)").format(
+                        before=_um(before), after=_um(after)
+                    ),
+                )
+            )
         return facts, outcome.warnings
 
 

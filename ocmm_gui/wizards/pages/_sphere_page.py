@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.calibration.guided import VerificationView
 from ocmm_core.camera import Rig
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, text_font
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, text_font, tr
 from ocmm_gui.wizards.parts import CollectPage, Seen
 
 _LAYERS = ((0.0, 1, 0.0), (22.5, 4, 0.0), (45.0, 8, 22.5), (67.5, 4, 45.0), (90.0, 8, 67.5))
@@ -23,7 +23,7 @@ class SpherePicture(Painted):
     """A half sphere with the places where it should be touched, from the pole to the equator."""
 
     def __init__(self) -> None:
-        super().__init__("Where to touch the sphere", SCENE_SIZE, SCENE_LEAST)
+        super().__init__(tr("Where to touch the sphere"), SCENE_SIZE, SCENE_LEAST)
         self._taken = 0
         self._title = ""
 
@@ -31,7 +31,9 @@ class SpherePicture(Painted):
         """Show how many points were taken; their places are advice, not a rule."""
         if (taken, title) != (self._taken, self._title):
             self._taken, self._title = taken, title
-            self.setAccessibleDescription(f"{title}: {taken} points")
+            self.setAccessibleDescription(
+                tr("{title}: {taken} points").format(title=title, taken=taken)
+            )
             self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -88,7 +90,7 @@ class SpheresPage(CollectPage):
     """Points on the spheres, one sphere after the other."""
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Points on spheres")
+        super().__init__(rig, tr("Points on spheres"))
         self.sphere = SpherePicture()
         self.beside.replaceWidget(self.picture, self.sphere)
         self.picture.hide()
@@ -99,12 +101,17 @@ class SpheresPage(CollectPage):
         super().show_seen(seen)
         view = seen.view_as(VerificationView)
         if not view.spheres:
-            self.sphere.show_taken(0, "No sphere chosen: press Next.")
+            self.sphere.show_taken(0, tr("No sphere chosen: press Next."))
             return
         open_ones = [i for i, taken in enumerate(view.spheres) if taken < view.sphere_points]
         number = open_ones[0] if open_ones else len(view.spheres) - 1
         taken = view.spheres[number]
-        title = f"Sphere {number + 1} of {len(view.spheres)}: {taken} of {view.sphere_points}"
+        title = tr("Sphere {number} of {count}: {taken} of {sphere_points}").format(
+            number=number + 1,
+            count=len(view.spheres),
+            taken=taken,
+            sphere_points=view.sphere_points,
+        )
         if view.places[number]:
             title += f", {view.places[number]}"
         self.sphere.show_taken(taken, title)

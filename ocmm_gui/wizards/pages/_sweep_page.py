@@ -15,11 +15,11 @@ from ocmm_core.calibration.sweeping import (
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Points3
 from ocmm_gui.charts import Bars, Mapped, Row
-from ocmm_gui.kit import Mark, Sound
+from ocmm_gui.kit import Mark, Sound, later, tr, tr_all
 from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
 
-_TURNS = ("Leaning", "Leaning the other way", "Turning the handle")
-_SEATED = "Ball in the cone: keep it there."
+_TURNS = (later("Leaning"), later("Leaning the other way"), later("Turning the handle"))
+_SEATED = later("Ball in the cone: keep it there.")
 _SOUNDS = {
     SweepPhase.COUNTDOWN: Sound.TICK,
     SweepPhase.TAKING: Sound.STARTED,
@@ -41,13 +41,13 @@ class SweepPage(HandsPage):
     keys = ("back", "drop", "anew", "next")
 
     def __init__(self, rig: Rig, *, second: bool) -> None:
-        super().__init__(rig, "Sweep", "Directions of the probe")
+        super().__init__(rig, tr("Sweep"), tr("Directions of the probe"))
         self._second = second
         self._phase = SweepPhase.IDLE
         self._cells: tuple[MapCell, ...] = ()
         self._mapped = Mapped()
-        self.sigma = Score("Uncertainty of the tip")
-        self.bars = Bars("Rotation of the probe", 6 if second else 5)
+        self.sigma = Score(tr("Uncertainty of the tip"))
+        self.bars = Bars(tr("Rotation of the probe"), 6 if second else 5)
         self.scores.addWidget(self.sigma, 2)
         self.scores.addWidget(self.bars, 6)
 
@@ -71,7 +71,9 @@ class SweepPage(HandsPage):
         known = bool(np.isfinite(sigma)) and sigma > 0.0
         self.sigma.show_score(
             f"{1e3 * sigma:.1f} µm" if known else "–",
-            f"(k = 1); {1e3 * wanted:.0f} µm is enough" if known else "too early to tell",
+            tr("(k = 1); {wanted:.0f} µm is enough").format(wanted=1e3 * wanted)
+            if known
+            else tr("too early to tell"),
             min(wanted / sigma, 1.0) if known else 0.0,
         )
         self.bars.show_rows(self._rows(view, sweep))
@@ -80,12 +82,15 @@ class SweepPage(HandsPage):
         rows = [
             Row(name, f"{found:.0f}° / {wanted:.0f}°", found / wanted if wanted else 1.0)
             for name, found, wanted in zip(
-                _TURNS, np.degrees(sweep.ranges), np.degrees(sweep.ranges_wanted), strict=True
+                tr_all(_TURNS),
+                np.degrees(sweep.ranges),
+                np.degrees(sweep.ranges_wanted),
+                strict=True,
             )
         ]
         for name, done, wanted in (
-            ("Attitudes", sweep.attitudes, sweep.attitudes_wanted),
-            ("Poses", sweep.poses, sweep.poses_wanted),
+            (tr("Attitudes"), sweep.attitudes, sweep.attitudes_wanted),
+            (tr("Poses"), sweep.poses, sweep.poses_wanted),
         ):
             rows.append(Row(name, f"{done} / {wanted}", done / max(wanted, 1)))
         if self._second:
@@ -105,8 +110,8 @@ class FirstConePage(HandsPage):
     keys = ("back", "take", "next")
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "First cone again", "Directions of the first sweep")
-        self.visits = Score("The first cone again")
+        super().__init__(rig, tr("First cone again"), tr("Directions of the first sweep"))
+        self.visits = Score(tr("The first cone again"))
         self.scores.addWidget(self.visits)
 
     def show_seen(self, seen: Seen) -> None:
@@ -116,12 +121,12 @@ class FirstConePage(HandsPage):
         step = view.base.step
         self.map.show_map(mapped_of(view, view.first))
         if step.gate.open:
-            self.banner.tell(Told("COMPLETE", "Nothing is missing.", Mark.GOOD, 1.0))
+            self.banner.tell(Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0))
         else:
             hint = view.base.live.hint or step.instruction
-            self.banner.tell(Told("BACK INTO THE FIRST CONE", hint, Mark.DOUBT))
+            self.banner.tell(Told(tr("BACK INTO THE FIRST CONE"), hint, Mark.DOUBT))
         share = 1.0 if step.gate.open else 0.0
-        self.visits.show_score(f"{step.done} / {step.wanted}", "held as at the start", share)
+        self.visits.show_score(f"{step.done} / {step.wanted}", tr("held as at the start"), share)
 
 
 def told_of(view: PivotView, sweep: SweepView) -> Told:
@@ -130,15 +135,20 @@ def told_of(view: PivotView, sweep: SweepView) -> Told:
     if sweep.phase is SweepPhase.COUNTDOWN:
         seconds = max(view.countdown_s or 0.0, 0.0)
         share = 1.0 - seconds / COUNTDOWN_S
-        return Told(f"STARTS IN {int(np.ceil(seconds))}", _SEATED, Mark.ACTIVE, share)
+        return Told(
+            tr("STARTS IN {seconds}").format(seconds=int(np.ceil(seconds))),
+            tr(_SEATED),
+            Mark.ACTIVE,
+            share,
+        )
     if sweep.phase is SweepPhase.TAKING:
         missing = sweep.missing or hint
-        return Told("SWEEP", missing, Mark.ACTIVE, min(sweep.covered, 1.0))
+        return Told(tr("SWEEP"), missing, Mark.ACTIVE, min(sweep.covered, 1.0))
     if sweep.phase is SweepPhase.LEFT:
-        return Told("BALL LEFT THE CONE", hint, Mark.BAD, min(sweep.covered, 1.0))
+        return Told(tr("BALL LEFT THE CONE"), hint, Mark.BAD, min(sweep.covered, 1.0))
     if sweep.phase is SweepPhase.GOOD:
-        return Told("COMPLETE", "Nothing is missing.", Mark.GOOD, 1.0)
-    return Told("BALL INTO THE CONE", hint, Mark.DOUBT)
+        return Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
+    return Told(tr("BALL INTO THE CONE"), hint, Mark.DOUBT)
 
 
 def mapped_of(view: PivotView, sweep: SweepView) -> Mapped:
@@ -172,4 +182,4 @@ def _elsewhere(view: PivotView) -> Row:
     ]
     known = [way for way in ways if np.isfinite(way[0])]
     share, value = max(known, default=(0.0, "–"))
-    return Row("Away from the first", value, share)
+    return Row(tr("Away from the first"), value, share)

@@ -15,22 +15,22 @@ from ocmm_core.calibration.tip import TipCheckOutcome, TipOutcome
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts import ErrorChart, Plot
-from ocmm_gui.kit import Mark, NumberTable, digit_font, text_font
+from ocmm_gui.kit import Mark, NumberTable, digit_font, later, text_font, tr, tr_all
 from ocmm_gui.wizards.pages._touch_pages import TipScatter
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _SCALE_PX = 58.0
 _CHECKED = (
-    ("Check", "quantity checked"),
-    ("Error, µm", "value found"),
-    ("U, µm", "expanded uncertainty (k = 2)"),
-    ("Limit, µm", "of the error"),
+    (later("Check"), later("quantity checked")),
+    (later("Error, µm"), later("value found")),
+    ("U, µm", later("expanded uncertainty (k = 2)")),
+    (later("Limit, µm"), later("of the error")),
 )
 _COMPARED = (
-    ("", "quantity compared"),
-    ("Now", "this qualification"),
-    ("Before", "previous qualification"),
-    ("Change", "now minus before"),
+    ("", later("quantity compared")),
+    (later("Now"), later("this qualification")),
+    (later("Before"), later("previous qualification")),
+    (later("Change"), later("now minus before")),
 )
 
 
@@ -39,9 +39,9 @@ class ChecksView(QWidget):
 
     def __init__(self) -> None:
         super().__init__()
-        self.setAccessibleName("Errors and limits")
+        self.setAccessibleName(tr("Errors and limits"))
         self.chart = ErrorChart(whole_names=True)
-        self.table = NumberTable("Errors in numbers", _CHECKED)
+        self.table = NumberTable(tr("Errors in numbers"), tr_all(_CHECKED))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(0, 0, 0, 0)
         layout.setSpacing(8)
@@ -68,7 +68,7 @@ class FormPlot(Plot):
     """Radius residuals of all points, from the pole to the equator."""
 
     def __init__(self) -> None:
-        super().__init__("Form, µm")
+        super().__init__(tr("Form, µm"))
         self._below: Float = np.empty(0)
         self._residuals_um: Float = np.empty(0)
 
@@ -79,7 +79,7 @@ class FormPlot(Plot):
         cosines = directions_world @ (middle / max(float(np.linalg.norm(middle)), 1e-9))
         self._below = np.degrees(np.arccos(np.clip(cosines, -1.0, 1.0)))
         form = float(np.ptp(self._residuals_um)) if len(residuals_mm) else 0.0
-        self._say(f"{len(residuals_mm)} points, form {form:.1f} µm")
+        self._say(tr("%n points, form {form:.1f} µm", "", len(residuals_mm)).format(form=form))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint every residual over its angle from the pole."""
@@ -109,7 +109,7 @@ class FormPlot(Plot):
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, f"{angle}°")
         painter.setFont(text_font(13))
         foot = QRectF(box.left(), box.bottom() + 22.0, box.width(), 20.0)
-        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, "angle from the pole")
+        painter.drawText(foot, Qt.AlignmentFlag.AlignCenter, tr("angle from the pole"))
         painter.setPen(QPen(QColor(theme.panel), 1.0))
         painter.setBrush(QColor(theme.accent))
         for angle, value in zip(self._below.tolist(), self._residuals_um.tolist(), strict=True):
@@ -127,14 +127,14 @@ class TipResultPage(ResultFrame):
         What the session started from.
     """
 
-    plots = ("Limits", "Form", "Cone", "Before/after")
+    plots = (later("Limits"), later("Form"), later("Cone"), later("Before/after"))
 
     def __init__(self, rig: Rig) -> None:
         views = (
             ChecksView(), FormPlot(), TipScatter(rig),
-            NumberTable("Now and before", _COMPARED, whole=False),
+            NumberTable(tr("Now and before"), tr_all(_COMPARED), whole=False),
         )  # fmt: skip
-        super().__init__(tuple(zip(self.plots, views, strict=True)))
+        super().__init__(tuple(zip(tr_all(self.plots), views, strict=True)))
         self.chart, self.form, self.cone, self.compared = views
 
     def judge(self, outcome: object) -> Said:
@@ -143,13 +143,17 @@ class TipResultPage(ResultFrame):
             return Said("", Mark.OPEN, "")
         if outcome.record.passed:
             return Said(
-                "PASSED", Mark.GOOD, "Store the verdict; points can then be taken with this tip."
+                tr("PASSED"),
+                Mark.GOOD,
+                tr("Store the verdict; points can then be taken with this tip."),
             )
         return Said(
-            "FAILED",
+            tr("FAILED"),
             Mark.BAD,
-            "Clean ball, sphere and cone, tighten the stylus and qualify again. If it fails "
-            "again, calibrate the probe or change the stylus.",
+            tr(
+                "Clean ball, sphere and cone, tighten the stylus and qualify again. If it fails "
+                "again, calibrate the probe or change the stylus."
+            ),
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -162,13 +166,18 @@ class TipResultPage(ResultFrame):
         self.cone.show_off(outcome.cone_off_world, float("nan"))
         self.compared.show_rows(_compared(record, outcome.previous))
         facts = [
-            ("Diameter", f"{record.diameter_mm:.4f} mm"),
+            (tr("Diameter"), f"{record.diameter_mm:.4f} mm"),
             ("", f"± {1e3 * record.diameter_sigma_mm:.1f} µm (k = 1)"),
-            ("Form", f"{1e3 * record.form_mm:.1f} µm, {record.points} points"),
-            ("In the cone", f"2s {1e3 * record.articulation_2s_mm:.1f} µm"),
-            ("Largest", f"{1e3 * record.articulation_max_mm:.1f} µm"),
-            ("Valid until", _day(record.valid_until_utc)),
-            ("Artefacts", _artefacts(record)),
+            (
+                tr("Form"),
+                tr("{form_mm:.1f} µm, {points} points").format(
+                    form_mm=1e3 * record.form_mm, points=record.points
+                ),
+            ),
+            (tr("In the cone"), f"2s {1e3 * record.articulation_2s_mm:.1f} µm"),
+            (tr("Largest"), f"{1e3 * record.articulation_max_mm:.1f} µm"),
+            (tr("Valid until"), _day(record.valid_until_utc)),
+            (tr("Artefacts"), _artefacts(record)),
         ]
         return facts, outcome.warnings
 
@@ -180,7 +189,7 @@ class TipCheckResultPage(ResultFrame):
 
     def __init__(self) -> None:
         chart = ChecksView()
-        super().__init__((("Limits", chart),))
+        super().__init__(((tr("Limits"), chart),))
         self.chart = chart
 
     def judge(self, outcome: object) -> Said:
@@ -189,15 +198,17 @@ class TipCheckResultPage(ResultFrame):
             return Said("", Mark.OPEN, "")
         if outcome.record.passed:
             return Said(
-                "PASSED",
+                tr("PASSED"),
                 Mark.GOOD,
-                "The tip is still as qualified. Store the verdict and continue.",
+                tr("The tip is still as qualified. Store the verdict and continue."),
             )
         return Said(
-            "FAILED",
+            tr("FAILED"),
             Mark.BAD,
-            "The tip is no longer as qualified. Store the verdict: no points are taken until "
-            "the tip is qualified or the probe calibrated.",
+            tr(
+                "The tip is no longer as qualified. Store the verdict: no points are taken until "
+                "the tip is qualified or the probe calibrated."
+            ),
         )
 
     def fill(self, outcome: object) -> tuple[Sequence[tuple[str, str]], Sequence[Finding]]:
@@ -206,19 +217,19 @@ class TipCheckResultPage(ResultFrame):
             return (), ()
         record = outcome.record
         self.chart.show_checks(record.checks, outcome.largest)
-        facts = (("Tip", record.tip), ("Artefacts", _artefacts(record)))
+        facts = ((tr("Tip"), record.tip), (tr("Artefacts"), _artefacts(record)))
         return facts, (*outcome.findings, *outcome.warnings)
 
 
 def _compared(now: TipRecord, before: TipRecord | None) -> list[tuple[str, ...]]:
     rows = []
     for name, attribute, factor, form in (
-        ("Diameter, mm", "diameter_mm", 1.0, ".4f"),
-        ("Form, µm", "form_mm", 1e3, ".1f"),
-        ("2s in the cone, µm", "articulation_2s_mm", 1e3, ".1f"),
-        ("Largest in the cone, µm", "articulation_max_mm", 1e3, ".1f"),
-        ("Point, µm", "point_sigma_mm", 1e3, ".2f"),
-        ("Temperature, °C", "temperature_c", 1.0, ".1f"),
+        (tr("Diameter, mm"), "diameter_mm", 1.0, ".4f"),
+        (tr("Form, µm"), "form_mm", 1e3, ".1f"),
+        (tr("2s in the cone, µm"), "articulation_2s_mm", 1e3, ".1f"),
+        (tr("Largest in the cone, µm"), "articulation_max_mm", 1e3, ".1f"),
+        (tr("Point, µm"), "point_sigma_mm", 1e3, ".2f"),
+        (tr("Temperature, °C"), "temperature_c", 1.0, ".1f"),
     ):
         new = getattr(now, attribute)
         old = None if before is None else getattr(before, attribute)
@@ -226,12 +237,14 @@ def _compared(now: TipRecord, before: TipRecord | None) -> list[tuple[str, ...]]
         both = new is not None and old is not None
         change = format(factor * (new - old), f"+{form}") if both else "–"
         rows.append((name, *words, change))
-    rows.append(("Made", _day(now.made_utc), "–" if before is None else _day(before.made_utc), ""))
+    rows.append(
+        (tr("Made"), _day(now.made_utc), "–" if before is None else _day(before.made_utc), "")
+    )
     return rows
 
 
 def _artefacts(record: TipRecord | TipCheckRecord) -> str:
-    return ", ".join(f"{one.name} {one.serial}".strip() for one in record.artefacts) or "none"
+    return ", ".join(f"{one.name} {one.serial}".strip() for one in record.artefacts) or tr("none")
 
 
 def _day(utc: str) -> str:

@@ -10,7 +10,7 @@ from ocmm_core.calibration.tip import ConeProgress, Phase, SphereProgress, Touch
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
-from ocmm_gui.kit import Mark, digit_font, text_font
+from ocmm_gui.kit import Mark, digit_font, text_font, tr
 from ocmm_gui.views import upright
 from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
 
@@ -30,9 +30,9 @@ class SpherePage(HandsPage):
     keys = _KEYS
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Touch", "Places on the sphere, seen from its pole")
-        self.ball = Score("Diameter of the ball")
-        self.bars = Bars("Coverage of the sphere", 3)
+        super().__init__(rig, tr("Touch"), tr("Places on the sphere, seen from its pole"))
+        self.ball = Score(tr("Diameter of the ball"))
+        self.bars = Bars(tr("Coverage of the sphere"), 3)
         self.scores.addWidget(self.ball, 3)
         self.scores.addWidget(self.bars, 3)
 
@@ -41,28 +41,28 @@ class SpherePage(HandsPage):
         view = seen.view_as(TouchView)
         self.show_cameras(view.base.live)
         sphere = view.sphere
-        self.banner.tell(told_of(view, "TOUCH", _next_place(sphere), automatic=seen.automatic))
+        self.banner.tell(told_of(view, tr("TOUCH"), _next_place(sphere), automatic=seen.automatic))
         self.map.show_map(_sphere_map(sphere))
         sigma, limit = sphere.diameter_sigma_mm, sphere.diameter_sigma_limit_mm
         known = bool(np.isfinite(sigma)) and sigma > 0.0
         self.ball.show_score(
             f"{sphere.diameter_mm:.4f} mm" if np.isfinite(sphere.diameter_mm) else "–",
-            f"{view.nominal_mm:.4f} expected",
+            tr("{nominal_mm:.4f} expected").format(nominal_mm=view.nominal_mm),
             min(limit / sigma, 1.0) if known else 0.0,
         )
         places = len(sphere.places)
         touched = places - len(sphere.missing)
         end = sphere.diameter_sigma_end_mm
         rows = [
-            Row("Places", f"{touched} / {places}", touched / max(places, 1)),
+            Row(tr("Places"), f"{touched} / {places}", touched / max(places, 1)),
             Row(
-                "Uncertainty of the diameter",
+                tr("Uncertainty of the diameter"),
                 f"{1e3 * sigma:.1f} / {1e3 * limit:.1f} µm" if known else "–",
                 min(limit / sigma, 1.0) if known else 0.0,
             ),
         ]
         if np.isfinite(end) and sphere.missing and end > 0.0:
-            rows.append(Row("… with all places", f"{1e3 * end:.1f} µm", min(limit / end, 1.0)))
+            rows.append(Row(tr("… with all places"), f"{1e3 * end:.1f} µm", min(limit / end, 1.0)))
         self.bars.show_rows(rows)
 
 
@@ -78,9 +78,9 @@ class ConePage(HandsPage):
     keys = _KEYS
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Hold", "Probe attitudes")
+        super().__init__(rig, tr("Hold"), tr("Probe attitudes"))
         self._up = upright(rig)
-        self.spread = Score("Spread of the tip (2 s)")
+        self.spread = Score(tr("Spread of the tip (2 s)"))
         self.tips = TipScatter(rig)
         self.scores.addWidget(self.spread, 2)
         self.scores.addWidget(self.tips, 4)
@@ -97,7 +97,9 @@ class ConePage(HandsPage):
         known = bool(np.isfinite(spread)) and bool(np.isfinite(limit))
         self.spread.show_score(
             f"{1e3 * spread:.1f} µm" if known else "–",
-            f"at most {1e3 * limit:.1f} µm" if known else "after two attitudes",
+            tr("at most {limit:.1f} µm").format(limit=1e3 * limit)
+            if known
+            else tr("after two attitudes"),
             min(limit / spread, 1.0) if known and spread > 0.0 else 0.0,
         )
         self.tips.show_tips(cone)
@@ -113,7 +115,7 @@ class TipScatter(Plot):
     """
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__("Tips about their mean")
+        super().__init__(tr("Tips about their mean"))
         self._up = int(np.argmax(np.abs(upright(rig))))
         self._raised = float(upright(rig)[self._up])
         self._off_um: Points3 = np.empty((0, 3))
@@ -128,7 +130,11 @@ class TipScatter(Plot):
         self._off_um, self._limit_um = 1e3 * off_world, 1e3 * limit_mm
         self._off_um = self._off_um[np.isfinite(self._off_um).all(axis=1)]
         largest = float(np.linalg.norm(self._off_um, axis=1).max(initial=0.0))
-        self._say(f"largest {largest:.1f} µm" if len(self._off_um) > 1 else "none yet")
+        self._say(
+            tr("largest {largest:.1f} µm").format(largest=largest)
+            if len(self._off_um) > 1
+            else tr("none yet")
+        )
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint both views with the circle of the limit."""
@@ -180,15 +186,15 @@ def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
     """Return what the banner says while one observation is awaited: ``word`` until it is near."""
     countdown, hint = view.countdown, view.base.live.hint
     if not where:
-        return Told("COMPLETE", "Nothing is missing.", Mark.GOOD, 1.0)
+        return Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
     if countdown.phase is Phase.RESTING:
-        still = f"HOLD STILL  {countdown.seconds_left:.1f}"
+        still = tr("HOLD STILL  {seconds_left:.1f}").format(seconds_left=countdown.seconds_left)
         return Told(still, _sentence(where), Mark.ACTIVE, countdown.fraction)
     if countdown.phase is Phase.READY:
-        note = "Taken automatically." if automatic else "Press Space to take it."
-        return Told("READY", note, Mark.GOOD, 1.0)
+        note = tr("Taken automatically.") if automatic else tr("Press Space to take it.")
+        return Told(tr("READY"), note, Mark.GOOD, 1.0)
     if countdown.phase is Phase.TAKEN:
-        return Told("TAKEN", f"Next: {where}", Mark.GOOD, 0.0)
+        return Told(tr("TAKEN"), tr("Next: {where}").format(where=where), Mark.GOOD, 0.0)
     note = hint if word == where.upper() else f"{_sentence(where)} {hint}"
     return Told(word, note, Mark.ACTIVE, 0.0)
 
@@ -200,7 +206,7 @@ def _sentence(where: str) -> str:
 def _next_place(sphere: SphereProgress) -> str:
     if sphere.next_place is not None:
         return sphere.places[sphere.next_place].name
-    return "one more point, as shown on the map" if sphere.also_world is not None else ""
+    return tr("one more point, as shown on the map") if sphere.also_world is not None else ""
 
 
 def _next_attitude(cone: ConeProgress) -> str:

@@ -21,6 +21,7 @@ from ocmm_gui.kit import (
     panel,
     sentence_label,
     session_of,
+    tr,
 )
 from ocmm_gui.wizards.parts import Facts, Seen, StepPage
 
@@ -29,11 +30,17 @@ _BACK_TO_LINES = 3
 
 
 def _count(checks: int, failed: int) -> str:
-    return f"{failed} of {checks} failed" if failed else str(checks)
+    return (
+        tr("{failed} of {checks} failed").format(failed=failed, checks=checks)
+        if failed
+        else str(checks)
+    )
 
 
 def _error(check: Check) -> str:
-    return f"{check.name} {1e3 * check.error_mm:+.1f} µm, limit {1e3 * check.limit_mm:.1f} µm"
+    return tr("{name} {error_mm:+.1f} µm, limit {limit_mm:.1f} µm").format(
+        name=check.name, error_mm=1e3 * check.error_mm, limit_mm=1e3 * check.limit_mm
+    )
 
 
 class RepeatsLines(Protocol):
@@ -58,11 +65,11 @@ class VerdictPage(StepPage):
         self._theme = THEMES[DEFAULT_THEME]
         self._outcome: VerificationOutcome | None = None
         self._seen: Seen | None = None
-        self._word = FitText("Verdict", limit=40)
+        self._word = FitText(tr("Verdict"), limit=40)
         self._word.setFixedHeight(54)
-        self.sentence = sentence_label("Meaning of the verdict", 17)
-        self.facts = Facts("Figures of the verdict")
-        self.warnings = sentence_label("Reservations", 14)
+        self.sentence = sentence_label(tr("Meaning of the verdict"), 17)
+        self.facts = Facts(tr("Figures of the verdict"))
+        self.warnings = sentence_label(tr("Reservations"), 14)
         self.chart = ErrorChart()
         # What speaks against a session may be longer than a small window is high.
         told = QVBoxLayout()
@@ -74,7 +81,7 @@ class VerdictPage(StepPage):
         holder = QWidget()
         holder.setLayout(told)
         area = QScrollArea()
-        area.setAccessibleName("Figures and reasons")
+        area.setAccessibleName(tr("Figures and reasons"))
         area.setWidgetResizable(True)
         area.setFrameShape(QFrame.Shape.NoFrame)
         area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
@@ -104,17 +111,20 @@ class VerdictPage(StepPage):
             artefacts = ", ".join(f"{one.name} ({one.serial})" for one in record.artefacts)
             self.facts.show_facts(
                 (
-                    ("Checks", _count(len(record.checks), len(view.outcome.failed))),
-                    ("Worst", worst.name),
-                    ("Error", f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm"),
-                    ("Limit", f"± {1e3 * worst.limit_mm:.1f} µm"),
+                    (tr("Checks"), _count(len(record.checks), len(view.outcome.failed))),
+                    (tr("Worst"), worst.name),
+                    (
+                        tr("Error"),
+                        f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm",
+                    ),
+                    (tr("Limit"), f"± {1e3 * worst.limit_mm:.1f} µm"),
                     *session_of(record),
-                    ("Artefacts", artefacts),
-                    ("Rule", record.rule),
+                    (tr("Artefacts"), artefacts),
+                    (tr("Rule"), record.rule),
                 )
             )
             told = [f"▲ {one.what} {one.remedy}" for one in view.outcome.warnings]
-            told += [f"First: {_error(one)}" for one in record.superseded]
+            told += [tr("First: {error}").format(error=_error(one)) for one in record.superseded]
             self.warnings.setText("\n".join(told))
         self._show_word()
 
@@ -134,25 +144,27 @@ class VerdictPage(StepPage):
         view = seen.view_as(VerificationView)
         error, outcome = view.base.error, view.outcome
         if error is not None:
-            self._word.show_text("NO VERDICT", theme.bad, Mark.BAD)
+            self._word.show_text(tr("NO VERDICT"), theme.bad, Mark.BAD)
             text = f"{error.what} {error.remedy}"
         elif outcome is None:
-            self._word.show_text("NOT CALCULATED", theme.muted, Mark.OPEN)
-            text = "Press R to calculate."
+            self._word.show_text(tr("NOT CALCULATED"), theme.muted, Mark.OPEN)
+            text = tr("Press R to calculate.")
         elif outcome.record.passed:
-            self._word.show_text("PASSED", theme.good, Mark.GOOD)
-            text = "Store the verdict; the calibration can then be used."
+            self._word.show_text(tr("PASSED"), theme.good, Mark.GOOD)
+            text = tr("Store the verdict; the calibration can then be used.")
         elif outcome.record.objections:
-            self._word.show_text("FAILED", theme.bad, Mark.BAD)
+            self._word.show_text(tr("FAILED"), theme.bad, Mark.BAD)
             objections = outcome.record.objections
             remedies = dict.fromkeys(one.remedy for one in objections)
             text = "\n".join((*(one.what for one in objections), *remedies))
         elif outcome.record.superseded:
-            self._word.show_text("FAILED", theme.bad, Mark.BAD)
-            text = "A line was repeated and the verification failed: store it and calibrate again."
+            self._word.show_text(tr("FAILED"), theme.bad, Mark.BAD)
+            text = tr(
+                "A line was repeated and the verification failed: store it and calibrate again."
+            )
         else:
-            self._word.show_text("FAILED", theme.bad, Mark.BAD)
-            text = (
+            self._word.show_text(tr("FAILED"), theme.bad, Mark.BAD)
+            text = tr(
                 "If only one line failed, repeat it once. If it fails again, store the verdict "
                 "and calibrate again. Jobs since the last good verification are then suspect: "
                 "Recall jobs (F12), on page Calibration, shows which of their verdicts hold."

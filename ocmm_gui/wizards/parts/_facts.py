@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
 
-from ocmm_gui.kit import sentence_label, text_font
+from ocmm_gui.kit import PlainLabel, sentence_label, text_font
 
 
 class Facts(QWidget):
@@ -42,7 +42,7 @@ class Facts(QWidget):
 
     def _add(self, caption: str) -> None:
         row = self._grid.rowCount()
-        left = QLabel(caption)
+        left = PlainLabel(caption)
         left.setObjectName(caption)
         left.setProperty("role", "muted")
         left.setFont(text_font(16))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ocmm_gui.kit import later
+
 
 @dataclass(frozen=True, slots=True)
 class Field:
@@ -28,5 +30,7 @@ class Field:
     choices: tuple[tuple[str, str], ...] = ()
 
 
-WHO = Field("who", "Done by", "Your name, for the record")
-TEMPERATURE = Field("temperature", "Temperature, °C", "Of the room; empty if not measured", "")
+WHO = Field("who", later("Done by"), later("Your name, for the record"))
+TEMPERATURE = Field(
+    "temperature", later("Temperature, °C"), later("Of the room; empty if not measured"), ""
+)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
-from ocmm_gui.kit import Mark
+from ocmm_gui.kit import Mark, tr
 from ocmm_gui.wizards.parts._shown import Seen
 
 
@@ -22,17 +22,23 @@ def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]
     base = seen.view.base
     gate = base.step.gate
     if base.decision is not ProcedureDecision.OPEN and not is_unstored(base):
-        ended = accepted if base.decision is ProcedureDecision.ACCEPTED else "Nothing was changed."
-        return f"{ended} Press Esc to leave.", Mark.GOOD
+        ended = (
+            accepted if base.decision is ProcedureDecision.ACCEPTED else tr("Nothing was changed.")
+        )
+        return tr("{ended} Press Esc to leave.").format(ended=ended), Mark.GOOD
     if base.current == len(base.steps) - 1:
         if base.error is not None and seen.view.outcome is None:
-            return "No result to accept; see the reason and remedy above.", Mark.DOUBT
+            return tr("No result to accept; see the reason and remedy above."), Mark.DOUBT
         if seen.view.outcome is None:
-            return "Nothing to accept yet: calculate the result first.", Mark.DOUBT
+            return tr("Nothing to accept yet: calculate the result first."), Mark.DOUBT
         return gate.remedy, Mark.ACTIVE
     if gate.open:
-        return "Complete: continuing." if going_on else "Next is ready: press Return.", Mark.GOOD
-    return f"Next is locked: {gate.reason} {gate.remedy}", Mark.DOUBT
+        return tr("Complete: continuing.") if going_on else tr(
+            "Next is ready: press Return."
+        ), Mark.GOOD
+    return tr("Next is locked: {reason} {remedy}").format(
+        reason=gate.reason, remedy=gate.remedy
+    ), Mark.DOUBT
 
 
 def is_unstored(base: ProcedureView) -> bool:

@@ -10,7 +10,7 @@ from ocmm_core.calibration.guided import Live
 from ocmm_core.camera import Rig
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.charts import SphereMap
-from ocmm_gui.kit import panel
+from ocmm_gui.kit import panel, tr
 from ocmm_gui.wizards.parts._facts import Facts
 from ocmm_gui.wizards.parts._far_banner import FarBanner
 from ocmm_gui.wizards.parts._live_panel import CameraRow
@@ -38,7 +38,7 @@ class ProbePreparePage(StepPage):
         self._about = tuple(facts)
         self.picture = ProbePicture()
         self.picture.show_probe(design.leds_probe, design.led_directions_probe, design.tip_probe)
-        self.facts = Facts("The session")
+        self.facts = Facts(tr("The session"))
         column = QVBoxLayout()
         column.addWidget(self.facts)
         column.addStretch(1)

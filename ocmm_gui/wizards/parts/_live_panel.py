@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLabel, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QVBoxLayout, QWidget
 
 from ocmm_core.calibration.guided import CameraLive, Live
 from ocmm_core.camera import CameraModel, Rig
@@ -17,10 +17,12 @@ from ocmm_gui.kit import (
     FitText,
     Mark,
     Painted,
+    PlainLabel,
     Theme,
     digit_font,
     fitted,
     text_font,
+    tr,
 )
 
 _BAR_PX, _HIGH_PX = 14.0, 112.0
@@ -102,7 +104,7 @@ class MiniCamera(Painted):
     """
 
     def __init__(self, camera: CameraModel) -> None:
-        super().__init__(f"Camera {camera.name}", (130, 130), (60, 46))
+        super().__init__(tr("Camera {name}").format(name=camera.name), (130, 130), (60, 46))
         self._name = camera.name
         self._size = (float(camera.width), float(camera.height))
         self._live: CameraLive | None = None
@@ -110,7 +112,7 @@ class MiniCamera(Painted):
     def show_live(self, live: CameraLive | None) -> None:
         """Show the latest spots."""
         self._live = live
-        self.setAccessibleDescription(f"{0 if live is None else len(live.uv)} spots")
+        self.setAccessibleDescription(tr("%n spots", "", 0 if live is None else len(live.uv)))
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -151,7 +153,7 @@ class CameraRow(QWidget):
 
     def __init__(self, rig: Rig) -> None:
         super().__init__()
-        self.setAccessibleName("Camera view")
+        self.setAccessibleName(tr("Camera view"))
         self.cameras = tuple(MiniCamera(camera) for camera in rig.cameras)
         row = QHBoxLayout(self)
         row.setContentsMargins(0, 0, 0, 0)
@@ -181,10 +183,10 @@ class LivePanel(QFrame):
         self._theme = THEMES[DEFAULT_THEME]
         self._live = Live()
         self._automatic = False
-        self._word = FitText("Seen now", limit=30)
+        self._word = FitText(tr("Seen now"), limit=30)
         self._word.setFixedHeight(40)
-        self._hint = QLabel()
-        self._hint.setAccessibleName("What to do now")
+        self._hint = PlainLabel()
+        self._hint.setAccessibleName(tr("What to do now"))
         self._hint.setTextFormat(Qt.TextFormat.PlainText)
         self._hint.setWordWrap(True)
         self._hint.setFont(text_font(17))
@@ -225,12 +227,14 @@ class LivePanel(QFrame):
     def _show_word(self) -> None:
         live, theme = self._live, self._theme
         if live.ready:
-            self._word.show_text("READY", theme.good, Mark.GOOD)
-            text = "Taken automatically." if self._automatic else "Press Space to take it."
+            self._word.show_text(tr("READY"), theme.good, Mark.GOOD)
+            text = tr("Taken automatically.") if self._automatic else tr("Press Space to take it.")
         else:
-            self._word.show_text("WAIT", theme.warn, Mark.DOUBT)
+            self._word.show_text(tr("WAIT"), theme.warn, Mark.DOUBT)
             text = live.hint
             if live.frames < live.wanted and np.isfinite(live.motion_px):
-                text = f"{text} {live.frames} of {live.wanted} frames."
+                text = tr("{text} {frames} of {wanted} frames.").format(
+                    text=text, frames=live.frames, wanted=live.wanted
+                )
         if text != self._hint.text():
             self._hint.setText(text)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ocmm_gui.kit import later
+
 
 @dataclass(frozen=True, slots=True)
 class EndTexts:
@@ -24,11 +26,14 @@ class EndTexts:
 
 
 CALIBRATION_ENDS = EndTexts(
-    "Accept the new", "Keep the old",
-    "Activate this calibration?", "End and keep the old calibration?",
+    later("Accept the new"), later("Keep the old"),
+    later("Activate this calibration?"), later("End and keep the old calibration?"),
 )  # fmt: skip
 VERDICT_ENDS = EndTexts(
-    "Store the verdict", "Discard", "Store this verdict?", "End without a verdict?"
+    later("Store the verdict"),
+    later("Discard"),
+    later("Store this verdict?"),
+    later("End without a verdict?"),
 )
 
 

@@ -16,7 +16,7 @@ from ocmm_core.calibration.guided import (
 )
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import panel, text_font
+from ocmm_gui.kit import panel, text_font, tr
 from ocmm_gui.wizards.parts._live_panel import LivePanel, Score
 from ocmm_gui.wizards.parts._picture import (
     ScenePicture,
@@ -73,7 +73,7 @@ class CollectPage(StepPage):
 
     def __init__(self, rig: Rig, counted: str) -> None:
         super().__init__()
-        self.picture = ScenePicture("Where to go", rig)
+        self.picture = ScenePicture(tr("Where to go"), rig)
         self.score = Score(counted)
         self.live = LivePanel(rig)
         self.beside = beside(self, self.picture)
@@ -94,7 +94,7 @@ class CollectPage(StepPage):
         step = seen.view.base.step
         share = step.done / step.wanted if step.wanted else 0.0
         left = step.wanted - step.done
-        note = f"{left} more" if left > 0 else "complete"
+        note = tr("%n more", "", left) if left > 0 else tr("complete")
         self.score.show_score(f"{step.done} / {step.wanted}", note, share)
         self.live.show_live(seen.view.base.live, automatic=seen.automatic)
 
@@ -121,13 +121,13 @@ class KnownPointsPage(CollectPage):
     keys = ("back", "drop", "skip", "automatic", "take", "next")
 
     def __init__(self, rig: Rig, procedure: AimsAtPoints) -> None:
-        super().__init__(rig, "Points taken")
+        super().__init__(rig, tr("Points taken"))
         self._procedure = procedure
         self._points: tuple[KnownPoint, ...] = ()
         self._aim: int | None = -1
         self.list = QListWidget()
-        self.list.setAccessibleName("Reference points")
-        self.list.setAccessibleDescription("Select the next point")
+        self.list.setAccessibleName(tr("Reference points"))
+        self.list.setAccessibleDescription(tr("Select the next point"))
         self.list.setFont(text_font(15))
         self.list.setFixedWidth(150)
         self.list.setUniformItemSizes(True)
@@ -142,8 +142,10 @@ class KnownPointsPage(CollectPage):
             return
         self._points, self._aim = view.points, view.next_point
         self._fill()
-        where = "none" if self._aim is None else view.points[self._aim].name
-        self.picture.show_contents(reference_points(view.points, self._aim), f"Next: {where}")
+        where = tr("none") if self._aim is None else view.points[self._aim].name
+        self.picture.show_contents(
+            reference_points(view.points, self._aim), tr("Next: {where}").format(where=where)
+        )
 
     def _fill(self) -> None:
         self.list.blockSignals(True)
@@ -171,7 +173,7 @@ class LinesPage(CollectPage):
     keys = ("back", "drop", "repeat", "automatic", "take", "next")
 
     def __init__(self, rig: Rig) -> None:
-        super().__init__(rig, "Nests taken")
+        super().__init__(rig, tr("Nests taken"))
         self._shown: object = None
 
     def show_seen(self, seen: Seen) -> None:
@@ -182,7 +184,7 @@ class LinesPage(CollectPage):
         if state != self._shown:
             self._shown = state
             current = view.current_line
-            where = "all lines taken" if current is None else view.lines[current].name
+            where = tr("all lines taken") if current is None else view.lines[current].name
             self.picture.show_contents(bars(bar_places(view.lines), current), where)
 
 
@@ -214,7 +216,7 @@ class SeatsPage(CollectPage):
     """
 
     def __init__(self, rig: Rig, view: type[SeatsView], *, again: bool) -> None:
-        super().__init__(rig, "Seats visited")
+        super().__init__(rig, tr("Seats visited"))
         self._view = view
         self._again = again
         self._shown: object = None
@@ -227,7 +229,11 @@ class SeatsPage(CollectPage):
         if state != self._shown:
             self._shown = state
             number = view.next_seat
-            where = "both seats visited" if number is None else f"seat {number + 1}"
+            where = (
+                tr("both seats visited")
+                if number is None
+                else tr("seat {number}").format(number=number + 1)
+            )
             known = view.seats_world
             self.picture.show_contents(seats(known, number if self._again else None), where)
 

@@ -11,7 +11,7 @@ from PySide6.QtGui import QPainter, QPaintEvent
 from ocmm_core.calibration.guided import KnownPoint, LinePlan, VolumeCoverage
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, Theme, text_font
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, Theme, text_font, tr
 from ocmm_gui.views import Dots, Face, Item, Lines, Orbit, Tag, paint_scene, shapes, upright
 
 _ASIDE, _ABOVE = np.radians(28.0), np.radians(24.0)
@@ -65,7 +65,7 @@ class ScenePicture(Painted):
             *self._contents(theme),
             Lines(shapes.box(self._rig.volume_world), theme.border, 1.4),
             Lines(_arrow(arrow[0], arrow[1], orbit), theme.muted, 2.4),
-            Tag(beyond, "cameras", theme.muted),
+            Tag(beyond, tr("cameras"), theme.muted),
         )
         paint_scene(painter, items, orbit, inside, text_font(14, bold=True), theme.panel)
 
@@ -185,7 +185,11 @@ def bars(places: Sequence[BarPlace], current: int | None) -> Contents:
             items.append(Dots(nests[: place.done], theme.good, 13.0, theme.panel))
             if place.done < place.nests and place.nests > 2:
                 items.append(Dots(nests[place.done][None], theme.warn, 19.0, theme.text))
-                items.append(Tag(nests[place.done], f"nest {place.done + 1}", theme.warn))
+                items.append(
+                    Tag(
+                        nests[place.done], tr("nest {done}").format(done=place.done + 1), theme.warn
+                    )
+                )
             items.append(Tag(place.ends_world.mean(axis=0), place.name, theme.accent))
         return items
 
@@ -200,7 +204,13 @@ def seats(places_world: Sequence[Float], aim: int | None) -> Contents:
         for number, place in enumerate(places_world):
             wanted = number == aim
             items.append(Dots(place[None], theme.warn if wanted else theme.good, 16.0, theme.text))
-            items.append(Tag(place, f"seat {number + 1}", theme.warn if wanted else theme.text))
+            items.append(
+                Tag(
+                    place,
+                    tr("seat {number}").format(number=number + 1),
+                    theme.warn if wanted else theme.text,
+                )
+            )
         return items
 
     return contents

@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QVBoxLayout
 
 from ocmm_core.calibration.guided import KnownPointsView, ProcedureView, VerificationView
 from ocmm_core.camera import Rig
-from ocmm_gui.kit import panel, sentence_label
+from ocmm_gui.kit import panel, sentence_label, tr
 from ocmm_gui.wizards.parts._facts import Facts
 from ocmm_gui.wizards.parts._pages import SIDE_PX, StepPage, beside
 from ocmm_gui.wizards.parts._picture import (
@@ -35,14 +35,14 @@ class Planned:
 def planned_points(seen: Seen) -> Planned:
     """Return the list of reference points."""
     points = seen.view_as(KnownPointsView).points
-    return Planned(reference_points(points, None), f"{len(points)} reference points")
+    return Planned(reference_points(points, None), tr("%n reference points", "", len(points)))
 
 
 def planned_lines(seen: Seen) -> Planned:
     """Return the lines of a verification."""
     view = seen.view_as(VerificationView)
     places = bar_places(view.lines)
-    return Planned(bars(places, None), f"{len(places)} measuring lines", view.notes)
+    return Planned(bars(places, None), tr("%n measuring lines", "", len(places)), view.notes)
 
 
 class PreparePage(StepPage):
@@ -59,10 +59,10 @@ class PreparePage(StepPage):
     def __init__(self, rig: Rig, planned: Callable[[Seen], Planned] | None = None) -> None:
         super().__init__()
         self._planned = planned
-        self.picture = ScenePicture("Volume in front of the cameras", rig)
-        self.facts = Facts("The session")
+        self.picture = ScenePicture(tr("Volume in front of the cameras"), rig)
+        self.facts = Facts(tr("The session"))
         column = QVBoxLayout()
-        self.notes = sentence_label("Deviations from the recommended plan", 14)
+        self.notes = sentence_label(tr("Deviations from the recommended plan"), 14)
         column.addWidget(self.facts)
         column.addWidget(self.notes)
         column.addStretch(1)
@@ -86,9 +86,13 @@ def session_facts(base: ProcedureView) -> list[tuple[str, str]]:
     # Where the name of the file may be broken.
     file = base.session.name.replace("-", "-\u200b").replace("T", "T\u200b")
     return [
-        ("Rig", base.rig),
-        ("Done by", base.who),
-        ("Begun", f"{begun:%Y-%m-%d %H:%M}"),
-        *((step.title, f"{step.wanted} wanted") for step in base.steps if step.wanted),
-        ("Session file", file),
+        (tr("Rig"), base.rig),
+        (tr("Done by"), base.who),
+        (tr("Begun"), f"{begun:%Y-%m-%d %H:%M}"),
+        *(
+            (step.title, tr("{wanted} wanted").format(wanted=step.wanted))
+            for step in base.steps
+            if step.wanted
+        ),
+        (tr("Session file"), file),
     ]

@@ -7,7 +7,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QPaintEvent
 
 from ocmm_core.geometry import Float, Points3
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, led_name, text_font
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, led_name, text_font, tr
 from ocmm_gui.views import Dots, Item, Lines, Orbit, Tag, paint_scene
 
 _RAY_MM = 25.0
@@ -19,7 +19,7 @@ class ProbePicture(Painted):
     """The probe as it is defined; what cannot be painted yet is left out."""
 
     def __init__(self) -> None:
-        super().__init__("Picture of the probe", SCENE_SIZE, SCENE_LEAST)
+        super().__init__(tr("Picture of the probe"), SCENE_SIZE, SCENE_LEAST)
         self._leds: Points3 = np.empty((0, 3))
         self._directions: Points3 = np.empty((0, 3))
         self._tip: Float = np.zeros(3)
@@ -27,7 +27,7 @@ class ProbePicture(Painted):
     def show_probe(self, leds_probe: Points3, directions_probe: Points3, tip_probe: Float) -> None:
         """Show LEDs (n, 3), mm, with their directions (n, 3), and the ball (3,)."""
         self._leds, self._directions, self._tip = leds_probe, directions_probe, tip_probe
-        self.setAccessibleDescription(f"{len(leds_probe)} LEDs")
+        self.setAccessibleDescription(tr("%n LEDs", "", len(leds_probe)))
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -36,7 +36,7 @@ class ProbePicture(Painted):
         inside = self._paint_panel(painter).adjusted(10.0, 10.0, -10.0, -10.0)
         theme = self._theme
         if not len(self._leds):
-            painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, "no LEDs yet")
+            painter.drawText(inside, Qt.AlignmentFlag.AlignCenter, tr("no LEDs yet"))
             return
         length = np.linalg.norm(self._directions, axis=1, keepdims=True)
         rays = self._leds + _RAY_MM * self._directions / np.maximum(length, 1e-9)
@@ -51,7 +51,7 @@ class ProbePicture(Painted):
             Lines(np.stack([self._leds, rays], axis=1), theme.warn, 2.0),
             Dots(self._tip[None], theme.accent, 14.0, theme.text),
             Dots(self._leds, theme.bad, 11.0, theme.text),
-            Tag(self._tip, "ball", theme.text),
+            Tag(self._tip, tr("ball"), theme.text),
         ]
         items += [Tag(led, led_name(n), theme.text) for n, led in enumerate(self._leds)]
         paint_scene(painter, items, orbit, inside, text_font(15, bold=True), theme.panel)

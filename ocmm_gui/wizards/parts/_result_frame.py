@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
-    QLabel,
     QPushButton,
     QSizePolicy,
     QStackedWidget,
@@ -23,11 +22,13 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    PlainLabel,
     Theme,
     mark_colour,
     panel,
     sentence_label,
     text_font,
+    tr,
 )
 from ocmm_gui.wizards.parts._facts import Facts
 from ocmm_gui.wizards.parts._pages import StepPage
@@ -56,7 +57,7 @@ class PlotTabs(QWidget):
 
     def __init__(self, plots: Sequence[tuple[str, QWidget]]) -> None:
         super().__init__()
-        self.setAccessibleName("Plots")
+        self.setAccessibleName(tr("Plots"))
         self.titles = tuple(title for title, _ in plots)
         self._stack = QStackedWidget()
         self._buttons = QButtonGroup(self)
@@ -115,11 +116,11 @@ class ResultFrame(StepPage):
         self._shown: object | None = None
         self._seen: Seen | None = None
         self.tabs = PlotTabs(plots)
-        self._word = FitText("Result", limit=40)
+        self._word = FitText(tr("Result"), limit=40)
         self._word.setFixedHeight(50)
-        self.sentence = sentence_label("Result of the calculation", 18)
-        self.facts = Facts("Figures of the result")
-        self.warnings = sentence_label("Objections", 16)
+        self.sentence = sentence_label(tr("Result of the calculation"), 18)
+        self.facts = Facts(tr("Figures of the result"))
+        self.warnings = sentence_label(tr("Objections"), 16)
         left = QVBoxLayout()
         left.addWidget(self.tabs, 1)
         self._plots = panel(left)
@@ -130,8 +131,8 @@ class ResultFrame(StepPage):
         right.addStretch(1)
         side = panel(right)
         side.setFixedWidth(_SIDE_PX)
-        self._waiting = QLabel("")
-        self._waiting.setAccessibleName("No plots yet")
+        self._waiting = PlainLabel("")
+        self._waiting.setAccessibleName(tr("No plots yet"))
         self._waiting.setProperty("role", "muted")
         self._waiting.setAlignment(Qt.AlignmentFlag.AlignCenter)
         self._waiting.setFont(text_font(20))
@@ -183,21 +184,21 @@ class ResultFrame(StepPage):
         self._word.show_text(said.word, mark_colour(self._theme, said.mark), said.mark)
         if said.sentence != self.sentence.text():
             self.sentence.setText(said.sentence)
-        waiting = "Calculating …" if seen.calculating_s is not None else "No result to show"
+        waiting = tr("Calculating …") if seen.calculating_s is not None else tr("No result to show")
         self._waiting.setText(waiting)
 
     def _said(self, seen: Seen) -> Said:
         error = seen.view.base.error
         if seen.calculating_s is not None:
             return Said(
-                f"CALCULATING  {seen.calculating_s:.0f} s",
+                tr("CALCULATING  {calculating_s:.0f} s").format(calculating_s=seen.calculating_s),
                 Mark.ACTIVE,
-                "Window and session stay as they are; C cancels the calculation.",
+                tr("Window and session stay as they are; C cancels the calculation."),
             )
         if error is not None:
-            return Said("NO RESULT", Mark.BAD, f"{error.what} {error.remedy}")
+            return Said(tr("NO RESULT"), Mark.BAD, f"{error.what} {error.remedy}")
         if self._shown is None:
-            return Said("NOT CALCULATED", Mark.OPEN, "Press R to calculate.")
+            return Said(tr("NOT CALCULATED"), Mark.OPEN, tr("Press R to calculate."))
         return self.judge(self._shown)
 
     def _show(self, outcome: object | None) -> None:

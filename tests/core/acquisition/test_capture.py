@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -48,10 +47,9 @@ def make_input(camera: int, first: int, count: int, cycle: int, **changes: int) 
         first % (1 << 32), START_NS + first * PERIOD_NS, PERIOD_NS, count, cycle % 256, RUNNING,
         1, 1, 0,
     )  # fmt: skip
-    header = replace(header, **changes)
+    header = header._replace(**changes)
     valid, flags, uv = PATTERN.camera_frames(camera, first, FRAMES_PER_CYCLE)
-    fields = [getattr(header, name) for name in Header.__slots__]
-    content = bytearray(HEADER_STRUCT.pack(*fields) + encode_frames(valid, flags, uv).tobytes())
+    content = bytearray(HEADER_STRUCT.pack(*header) + encode_frames(valid, flags, uv).tobytes())
     assert len(content) == INPUT_DTYPE.itemsize
     DATA_CRC.pack_into(content, DATA_CRC_AT, data_crc(content))
     return bytes(content)

@@ -13,6 +13,7 @@ import pytest
 from ocmm_core.acquisition.bus_process import NEEDED, Capability, bus_command, rights_of
 from ocmm_core.acquisition.bus_process._launch import why_not
 from ocmm_core.acquisition.bus_process._rights import give_up_all_but, granted_by
+from ocmm_core.host import HOST
 from tests.host import forbids_file_rights, needs_root, not_run, on_linux_only
 
 pytestmark = on_linux_only
@@ -176,6 +177,6 @@ def test_giving_up_never_adds_a_right() -> None:
 
 def test_another_system_has_nothing_to_give_up(monkeypatch: pytest.MonkeyPatch) -> None:
     before = rights_of()
-    monkeypatch.setattr(sys, "platform", "win32")
+    monkeypatch.setattr(type(HOST), "is_linux_like", False)
     give_up_all_but(())
     assert rights_of() == before

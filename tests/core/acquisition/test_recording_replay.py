@@ -27,11 +27,11 @@ from ocmm_core.acquisition.frames import (
     read_status,
 )
 from ocmm_core.acquisition.recording import FrameRecorder, ReplaySource
-from ocmm_core.acquisition.recording._recorder import FRAMES_PER_READ
+from ocmm_core.acquisition.recording._recorder import FRAMES_PER_READ, RESERVE_BYTES
 from ocmm_core.acquisition.recording._recording import Recording
 from ocmm_core.camera import Rig
 from ocmm_core.errors import AcquisitionError, InputError
-from tests.host import HANG_S
+from tests.host import HANG_S, private_mounts
 
 MakeBlock = Callable[[int, int], FrameBlock]
 
@@ -387,19 +387,55 @@ def test_a_disk_that_takes_no_more_leaves_whole_blocks(
         assert len(recording) == recorder.frames == 8 * count > 0
 
 
-_RECORD_FOR_EVER = """
-import runpy, sys
+def test_a_disk_that_is_nearly_full_ends_the_recording_and_leaves_room_for_points(
+    tmp_path: Path, description: SourceDescription, rig: Rig, make_block: MakeBlock
+) -> None:
+    """A small disk of its own: what is recorded can be read, and the reserve is still free."""
+    done = subprocess.run(
+        [
+            *private_mounts(), "sh", "-c",
+            f'mount -t tmpfs -o size=17m tmpfs {tmp_path} && exec "$@"', "sh",
+            sys.executable, "-c", _RECORD + _UNTIL_FULL, str(tmp_path / "a.ocmr"),
+            str(Path(__file__).with_name("conftest.py")),
+        ],
+        capture_output=True, text=True, timeout=HANG_S, cwd=_REPOSITORY, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    code, recorded, read, free = done.stdout.split()
+    assert code == "recording.disk_full"
+    assert int(recorded) == int(read) > 1000
+    assert RESERVE_BYTES <= int(free) < RESERVE_BYTES + 65536
+
+
+_RECORD = """
+import os, runpy, sys
 from ocmm_core.acquisition.recording._recorder import FrameRecorder
+from ocmm_core.acquisition.recording._recording import Recording
+from ocmm_core.errors import AcquisitionError
 from ocmm_core.acquisition.frames._source import SourceDescription
 samples = runpy.run_path(sys.argv[2])
 periods = (125_000, 1_000_000)
 description = SourceDescription("bench", (1001, 1002), *periods, live=True, simulated=False)
 recorder = FrameRecorder(sys.argv[1], description, samples["sample_rig"]())
 frame = 0
+"""
+_FOR_EVER = """
 while True:
     recorder.append(samples["sample_block"](frame, 40))
     frame += 40
     print(frame, flush=True)
+"""
+_UNTIL_FULL = """
+try:
+    while True:
+        recorder.append(samples["sample_block"](frame, 40))
+        frame += 40
+except AcquisitionError as error:
+    print(error.code, frame)
+with Recording(sys.argv[1]) as recording:
+    print(len(recording))
+disk = os.statvfs(sys.argv[1])
+print(disk.f_bavail * disk.f_frsize)
 """
 
 
@@ -410,7 +446,7 @@ def test_a_killed_program_loses_no_frame_that_was_appended(
     for trial in range(6):
         path = tmp_path / f"{trial}.ocmr"
         with subprocess.Popen(
-            [sys.executable, "-c", _RECORD_FOR_EVER, str(path),
+            [sys.executable, "-c", _RECORD + _FOR_EVER, str(path),
              str(Path(__file__).with_name("conftest.py"))],
             stdout=subprocess.PIPE, cwd=_REPOSITORY,
         ) as program:  # fmt: skip

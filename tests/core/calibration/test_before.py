@@ -25,11 +25,13 @@ from ocmm_core.calibration.records import (
     record_hash,
     rig_from_record,
 )
+from ocmm_core.calibration.records._events import status
 from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig, load_rig
+from ocmm_core.seals import SealWord
 from ocmm_core.tracking import load_probe
 
 BEFORE = Path(__file__).parent / "before"
@@ -97,7 +99,9 @@ DONE = {
 def test_the_store_of_the_cameras_opens_and_stands(kept: Kept) -> None:
     store = kept.cameras
     assert {one.kind for one in store.events} == set(EventKind)
-    assert store.status(LATER).state is State.VALID
+    # Nobody signed it, so whoever can write there can have written it.
+    assert (store.status(LATER).state, store.signer.word) == (State.SUSPECT, SealWord.NOT_SIGNED)
+    assert status(store.records()[0], store.events, LATER).state is State.VALID
     assert [record_hash(one) for one in store.records()] == [store.active_hash]
     assert [one.passed for one in store.verifications()] == [False, True]
 
@@ -106,7 +110,9 @@ def test_the_store_of_the_probe_opens_and_stands(kept: Kept) -> None:
     store = kept.probe
     kinds = {one.kind for one in store.events}
     assert kinds == set(TipEventKind) - {TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED}
-    assert store.status(TIP, LATER).state is State.VALID
+    assert (store.status(TIP, LATER).state, store.signer.word) == (
+        State.SUSPECT, SealWord.NOT_SIGNED,
+    )  # fmt: skip
     assert (store.mounted, store.tips) == (TIP, (TIP,))
     assert [record_hash(one) for one in store.calibrations()] == [store.active_hash(TIP)]
     assert len(store.qualifications()) == len(store.checks()) == 1

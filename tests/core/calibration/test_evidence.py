@@ -191,8 +191,8 @@ def test_an_old_store_opens_and_is_renewed_by_a_verification(tmp_path: Path) -> 
     assert len(store.events) == 2
     said = store.status(NOW)
     assert said.state is State.SUSPECT
-    assert "stored by an earlier version" in said.reason
-    assert said.remedy == "Verify the calibration again."
+    assert "is not signed: an earlier version" in said.reason
+    assert said.remedy == "Verify the calibration or check the tip again: that signs it."
     old = (folder / "events.jsonl").read_bytes()
     store.verify(make_verification(make_record()), NOW)
     assert state(folder) is State.VALID

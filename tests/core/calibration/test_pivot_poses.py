@@ -32,6 +32,7 @@ def test_published_tip_of_recorded_poses(reference: Path, seed: int | None) -> N
     assert np.linalg.norm(found.tip - PUBLISHED_TIP) < 1e-3
     assert np.abs(found.centre - PUBLISHED_CENTRE).max() < 1e-2
     assert found.used.all()
+    assert found.rms == pytest.approx(float(np.sqrt(np.mean(found.distances**2))), rel=1e-12)
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3])

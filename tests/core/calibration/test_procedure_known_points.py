@@ -25,6 +25,7 @@ from ocmm_core.errors import CalibrationError, StorageError
 from ocmm_core.simulation.calibration_scenes import CalibrationScenesRig, TargetScene
 from ocmm_core.simulation.scene import WorldOptions
 from tests.core.calibration.procedure_site import Bench, show
+from tests.other_station import forget_histories
 
 
 def target(points: KnownPoints) -> TargetScene:
@@ -86,6 +87,8 @@ def test_a_session_goes_on_where_it_was_and_gives_the_same_record(tmp_path: Path
     lines = content.splitlines(keepends=True)
     # Killed in the middle of the line of point 57.
     path.write_bytes(b"".join(lines[:58]) + lines[58][:40])
+    # The program of that day was killed there; this station has seen it go on since.
+    forget_histories()
     resumed = KnownPointsProcedure.resume(path, bench.rig, bench.store())
     view = resumed.view
     assert sum(point.views is not None for point in view.points) == 57

@@ -22,6 +22,7 @@ from tests.core.calibration.pivot_site import (
     show_sweeps,
 )
 from tests.core.calibration.procedure_site import without_field
+from tests.other_station import forget_histories
 
 REACH = (30.0, 30.0, 14.0)
 
@@ -93,6 +94,7 @@ def test_a_kill_at_any_moment_gives_the_same_result(bench: PivotBench, tmp_path:
     for cut in sorted({*rng.integers(first, len(content), 8).tolist(), len(content)}):
         path = tmp_path / f"cut-{cut}.jsonl"
         path.write_bytes(content[:cut])
+        forget_histories()
         resumed = bench.resume(path)
         while resumed.base.step.name != "result":
             view = resumed.view

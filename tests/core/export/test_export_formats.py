@@ -20,8 +20,7 @@ from lxml import etree
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.export import EXPORTERS, preview, preview_text
-from ocmm_core.export import _files as files
+from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
 from ocmm_core.export.report import (
     ReportData,
     clean_text,
@@ -40,6 +39,7 @@ from tests.core.export.sample_report import (
     with_name,
 )
 from tests.core.export.sample_report import write_incomplete as write_report
+from tests.core.export.spoiling_disk import spoil_files
 
 EUROPEAN = load_profile(resource("profiles", "european.toml"))
 
@@ -201,9 +201,10 @@ def test_every_format_is_read_back_and_a_difference_leaves_nothing(
     spoil: Callable[[bytes, int], bytes],
     place: int,
 ) -> None:
-    monkeypatch.setattr(
-        files, "write_atomic", lambda path, content: path.write_bytes(spoil(content, place))
-    )
+    def spoiled(path: Path, content: bytes) -> bytes:
+        return content if ENDING in path.name else spoil(content, place)
+
+    spoil_files(monkeypatch, spoiled)
     with pytest.raises(StorageError) as caught:
         write_report(sample_report(), (name,), tmp_path)
     assert caught.value.code == "export.differs"
@@ -215,9 +216,7 @@ def test_every_format_is_read_back_and_a_difference_leaves_nothing(
 def test_a_file_that_is_cut_is_not_kept(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, cut: int
 ) -> None:
-    monkeypatch.setattr(
-        files, "write_atomic", lambda path, content: path.write_bytes(content[:cut])
-    )
+    spoil_files(monkeypatch, lambda _path, content: content[:cut])
     with pytest.raises(StorageError) as caught:
         write_report(sample_report(), (name,), tmp_path)
     assert caught.value.code == "export.differs"

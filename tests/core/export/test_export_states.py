@@ -19,7 +19,6 @@ from lxml import etree
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import EXPORTERS, preview, preview_text
-from ocmm_core.export import _files as files
 from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.report import (
     Profile,
@@ -39,6 +38,7 @@ from ocmm_core.inspection.evaluation import FeatureState, JobView
 from ocmm_core.tolerances.decisions import PartWord, Verdict
 from tests.core.export.sample_report import HEAD, RESULTS, result, sample_report, sample_view
 from tests.core.export.sample_report import write_incomplete as write_report
+from tests.core.export.spoiling_disk import spoil_files
 
 Q = f"{{{NAMESPACE}}}"
 ALL = tuple(EXPORTERS)
@@ -316,9 +316,7 @@ def test_a_verdict_or_a_state_that_does_not_come_back_is_noticed(
 ) -> None:
     data = sample_report(replace(sample_view(), simulated=True))
     spoil = _replaced(old, new)
-    monkeypatch.setattr(
-        files, "write_atomic", lambda path, content: path.write_bytes(spoil(content))
-    )
+    spoil_files(monkeypatch, lambda _path, content: spoil(content))
     with pytest.raises(StorageError) as caught:
         write_report(data, (name,), tmp_path)
     assert caught.value.code == "export.differs"
@@ -329,9 +327,7 @@ def test_the_status_of_the_part_in_qif_is_read_back(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     spoil = _replaced(b"<InspectionStatusEnum>FAIL", b"<InspectionStatusEnum>PASS")
-    monkeypatch.setattr(
-        files, "write_atomic", lambda path, content: path.write_bytes(spoil(content))
-    )
+    spoil_files(monkeypatch, lambda _path, content: spoil(content))
     with pytest.raises(StorageError, match="status of the part is not FAIL"):
         write_report(sample_report(), ("qif",), tmp_path)
 

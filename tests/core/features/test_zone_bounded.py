@@ -7,9 +7,10 @@ import pytest
 
 from ocmm_core.errors import FitError
 from ocmm_core.features.measured import fit_shape
+from ocmm_core.features.search import narrowest_tube
 from ocmm_core.features.shapes import Criterion, Fit, Shape
 from ocmm_core.features.zones import certificate
-from ocmm_core.geometry import Float, Points3
+from ocmm_core.geometry import Float, Points3, rotation_from_vector
 from tests.core.features.exact_zones import largest_inside, smallest_around
 from tests.core.features.shape_samples import somewhere
 from tests.core.features.test_zone import sample
@@ -124,3 +125,14 @@ def test_other_shapes_are_not_bounded(shape: Shape) -> None:
     rng = np.random.default_rng(12)
     with pytest.raises(FitError, match="not available"):
         _fit(shape, sample(shape, rng, 20, 0.01), Criterion.INSCRIBED)
+
+
+@pytest.mark.parametrize("n", [3, 4, 7, 30])
+def test_the_narrowest_tube_is_the_smallest_circle_seen_along_it(n: int) -> None:
+    for seed in range(40):
+        rng = np.random.default_rng([n, seed])
+        # Wide and narrow clouds: three places close the circle, or two.
+        points = rng.normal(size=(n, 3)) * [50.0, 1.0, rng.choice([0.05, 1.0])]
+        axes = rotation_from_vector(rng.normal(size=3))
+        wanted = 2.0 * smallest_around(points @ axes[1:].T)
+        assert narrowest_tube(points, axes) == pytest.approx(wanted, abs=1e-10)

@@ -310,6 +310,17 @@ def test_a_garbled_snapshot_is_not_shown() -> None:
     assert caught.value.code == "bus.snapshot"
 
 
+def test_a_snapshot_that_no_sensor_makes_is_not_fetched() -> None:
+    host = DirectCamera()
+    live = host.camera.coe._values._live  # noqa: SLF001  # a defect of the camera
+    sizes = {12: b"\xff\x7f", 13: b"\xff\xff", 8: (2 * 32767 * 65535).to_bytes(4, "little")}
+    for sub, value in sizes.items():
+        live[SNAPSHOT, sub] = lambda value=value: value  # type: ignore[index]  # as above
+    del live[SNAPSHOT, 10]  # type: ignore[attr-defined]  # as above: who fetches a part, fails here
+    with pytest.raises(BusError, match="32767 x 65535 pixels"):
+        client.take_snapshot(host)
+
+
 def test_entries_of_the_wrong_size_are_not_guessed_at() -> None:
     host = DirectCamera()
     live = host.camera.coe._values._live  # noqa: SLF001  # a defect of the camera

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import struct
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +18,7 @@ from ocmm_core.fieldbus.cycle import (
     first_frame,
     judge,
 )
+from ocmm_core.fieldbus.cycle._frame_content import all_sound, frames_complaint
 from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 from ocmm_core.fieldbus.device import (
     DATA_CRC_AT,
@@ -26,6 +26,7 @@ from ocmm_core.fieldbus.device import (
     FRAMES_PER_CYCLE,
     HEADER_STRUCT,
     INPUT_DTYPE,
+    SUBPIXELS,
     CameraConfig,
     CameraStatus,
     Header,
@@ -76,8 +77,8 @@ def answer(*headers: Header, clock: int | None = None) -> CycleAnswer:
 
 def seen(given: CycleAnswer, *, devices: int = 2, age: int = 0, **right: int | bool) -> CycleAnswer:
     """Return the answer with another view of the right camera."""
-    view = WatchView(age, devices, (IN_OPERATION, replace(IN_OPERATION, **right)))  # type: ignore[arg-type]  # the fields are ints and bools
-    return replace(given, view=view)
+    view = WatchView(age, devices, (IN_OPERATION, IN_OPERATION._replace(**right)))  # type: ignore[arg-type]  # the fields are ints and bools
+    return given._replace(view=view)
 
 
 def records(next_frame: int) -> list[CameraPast]:
@@ -108,19 +109,19 @@ def test_before_the_first_exposure_there_is_nothing_wrong() -> None:
 
 
 def test_frames_dropped_by_a_full_buffer_are_accepted_when_the_camera_says_so() -> None:
-    gap = replace(header(300), status=RUNNING | CameraStatus.OVERRUN)
+    gap = header(300)._replace(status=RUNNING | CameraStatus.OVERRUN)
     assert judge(answer(gap, header(100), clock=gap.start_ns), records(100), SCHEDULE) is None
 
 
 def test_no_answer_is_lost_and_the_reason_is_told_apart() -> None:
-    nothing = replace(answer(), whole=False, inputs=(), headers=())
+    nothing = answer()._replace(whole=False, inputs=(), headers=())
     for change, alarm in (
         ({}, Alarm.LOST_ANSWERS),
         ({"late": True}, Alarm.LATE_ANSWERS),
         ({"silent_cycles": 3}, Alarm.SILENT),
         ({"silent_cycles": 3, "link": "has no link"}, Alarm.LINK_DOWN),
     ):
-        fault = judge(replace(nothing, **change), records(0), SCHEDULE)
+        fault = judge(nothing._replace(**change), records(0), SCHEDULE)
         assert fault is not None
         assert (fault.trouble, fault.alarm) == (Trouble.LOST, alarm)
 
@@ -143,7 +144,7 @@ def test_no_answer_is_lost_and_the_reason_is_told_apart() -> None:
     ],
 )
 def test_one_wrong_field_spoils_the_whole_cycle(change: dict[str, int], words: str) -> None:
-    given = answer(header(100), replace(header(100), **change))
+    given = answer(header(100), header(100)._replace(**change))
     code, words = words.split(": ")
     fault = judge(given, records(100), SCHEDULE)
     assert fault is not None
@@ -162,7 +163,7 @@ def test_every_single_flipped_bit_is_found() -> None:
         damaged = bytearray(whole)
         damaged[bit // 8] ^= 1 << bit % 8
         headers = (good.headers[0], Header.decode(bytes(damaged)))
-        given = replace(good, inputs=(good.inputs[0], bytes(damaged)), headers=headers)
+        given = good._replace(inputs=(good.inputs[0], bytes(damaged)), headers=headers)
         fault = judge(given, records(100), SCHEDULE)
         assert fault is not None
         assert (fault.alarm, fault.camera) == (Alarm.PAYLOAD, "right")
@@ -175,16 +176,45 @@ def test_frames_that_cannot_be_are_refused_although_the_check_sum_fits(
     fields: dict[str, int],
 ) -> None:
     good = answer(header(100), header(100))
-    given = replace(good, inputs=(good.inputs[0], content(header(100), **fields)))
+    given = good._replace(inputs=(good.inputs[0], content(header(100), **fields)))
     fault = judge(given, records(100), SCHEDULE)
     assert fault is not None
     assert fault.alarm is Alarm.PAYLOAD
 
 
+def test_one_look_at_all_cameras_passes_nothing_that_a_look_at_each_refuses() -> None:
+    rng = np.random.default_rng(2)
+    plain = content(header(100))
+    limit = 8192 * SUBPIXELS
+    edges = np.array([limit, limit + 1, -limit, -limit - 1, 2**31 - 1, -(2**31), 0])
+    refused = 0
+    for _ in range(2000):
+        images = [bytearray(plain), bytearray(plain)]
+        frame = int(rng.integers(FRAMES_PER_CYCLE))
+        at = HEADER_STRUCT.size + frame * FRAME_DTYPE.itemsize + 4 * int(rng.integers(17))
+        struct.pack_into("<i", images[int(rng.integers(2))], at, int(rng.choice(edges)))
+        inputs = [bytes(image) for image in images]
+        alone = [frames_complaint(image, FRAMES_PER_CYCLE) is None for image in inputs]
+        assert all_sound(inputs) == all(alone)
+        refused += not all(alone)
+    # Some of the edges are no spots of any sensor, and most are no marks of a frame.
+    assert refused > 800
+
+
+def test_nonsense_behind_the_valid_frames_is_nobodys_fault() -> None:
+    image = bytearray(content(header(100)))
+    struct.pack_into("<i", image, len(image) - 4, 2**31 - 1)
+    struct.pack_into("<I", image, DATA_CRC_AT, data_crc(image))
+    given = answer(header(100), header(100))
+    given = given._replace(inputs=(given.inputs[0], bytes(image)))
+    assert not all_sound(given.inputs)
+    assert judge(given, records(100), SCHEDULE) is None
+
+
 def test_every_flag_of_a_frame_may_be_set() -> None:
     good = answer(header(100), header(100))
     flags = sum(int(flag) for flag in FrameFlag)
-    given = replace(good, inputs=(good.inputs[0], content(header(100), flags=flags)))
+    given = good._replace(inputs=(good.inputs[0], content(header(100), flags=flags)))
     assert judge(given, records(100), SCHEDULE) is None
 
 
@@ -217,7 +247,7 @@ def test_a_full_working_counter_does_not_hide_what_the_cameras_say(
 
 
 def test_a_short_working_counter_names_the_camera_where_it_is_known() -> None:
-    good = replace(answer(header(100), header(100)), working_counter=3)
+    good = answer(header(100), header(100))._replace(working_counter=3)
     fault = judge(good, records(100), SCHEDULE)
     assert fault is not None
     assert fault.alarm is Alarm.WORKING_COUNTER
@@ -228,7 +258,7 @@ def test_a_short_working_counter_names_the_camera_where_it_is_known() -> None:
 
 
 def test_a_clock_that_cannot_be_spoils_the_cycle() -> None:
-    given = replace(answer(header(100), header(100)), clock_plausible=False)
+    given = answer(header(100), header(100))._replace(clock_plausible=False)
     assert judge(given, records(100), SCHEDULE) == CycleFault(
         Trouble.BAD, Alarm.CLOCK_JUMP, "The bus clock shows an impossible time."
     )

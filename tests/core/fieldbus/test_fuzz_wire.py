@@ -11,7 +11,6 @@ import resource
 import struct
 from collections import Counter
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -362,7 +361,7 @@ def test_blocks(decode: Callable[[bytes], object], sample: bytes) -> None:
 )
 @settings(max_examples=200, derandomize=True, deadline=None)
 def test_every_frame_is_read_as_it_was_made(datagrams: list[Datagram], index: int) -> None:
-    plain = [replace(datagram, command=int(datagram.command)) for datagram in datagrams]
+    plain = [datagram._replace(command=int(datagram.command)) for datagram in datagrams]
     assert decode_frame(encode_frame(index, plain)) == (index, tuple(plain))
 
 

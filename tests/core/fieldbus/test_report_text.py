@@ -56,6 +56,14 @@ def test_only_a_virtual_bus_has_a_pace_and_a_slow_one_says_so() -> None:
     assert "waits for this computer, so no cycle is late" in virtual
 
 
+def test_a_bus_of_which_nothing_is_known_yet_has_counted_nothing() -> None:
+    told = report_text(report(), rig="thesis", written=NOON)
+    assert "drift of the bus clock   +0.00 ppm" in told
+    begun = report()
+    assert (begun.elapsed, begun.good, begun.late, begun.lost, begun.bad) == (0,) * 5
+    assert (begun.stray_answers, begun.recoveries, begun.clock_phase_ns) == (0,) * 3
+
+
 @given(st.lists(st.integers(0, 10**12), min_size=1, max_size=6), st.integers(0, 4))
 def test_shares_add_up_and_are_nearly_right(counts: list[int], decimals: int) -> None:
     given_shares = shares(counts, decimals)

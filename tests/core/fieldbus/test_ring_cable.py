@@ -72,3 +72,11 @@ def test_a_damaged_frame_that_came_back_does_not_say_how_far_it_came() -> None:
     ring.sent(0x80, FIRST)
     assert not ring.is_whole(0x80, FIRST, frame(1)[:20], other_has_link=True)
     assert ring.reached is None
+
+
+def test_the_last_64_frames_are_known_and_the_one_before_them_is_not() -> None:
+    ring = RingCable()
+    for index in range(65):
+        ring.sent(index, FIRST)
+    came_back = [not ring.is_whole(i, FIRST, frame(1), other_has_link=True) for i in range(65)]
+    assert came_back == [False] + [True] * 64

@@ -114,3 +114,15 @@ def test_patches_of_a_sphere_take_touches_on_their_edges() -> None:
         fit = fit_shape(Shape.SPHERE, tips)
         found = coverage_of(ball, fit, [point_at(tip) for tip in tips])
         assert found.words == "9 of 9 patches"
+
+
+@pytest.mark.parametrize(("count", "cells"), [(4, 4), (5, 5), (9, 9), (25, 9)])
+def test_a_sphere_of_few_points_has_a_patch_for_each(count: int, cells: int) -> None:
+    ball = NominalFeature(
+        name="S", shape=Shape.SPHERE, points=count, point=(0.0, 0.0, 0.0), diameter=2.0 * RADIUS
+    )
+    rng = np.random.default_rng(5)
+    tips = rng.normal(size=(count, 3))
+    tips *= RADIUS / np.linalg.norm(tips, axis=1, keepdims=True)
+    fit = fit_shape(Shape.SPHERE, tips)
+    assert len(coverage_of(ball, fit, [point_at(tip) for tip in tips]).cells) == cells

@@ -82,7 +82,11 @@ def seen_of(count: int, rig: Rig, body: ProbeBody) -> list[TipSensitivity]:
 
 def same(one: JobResults, other: JobResults) -> None:
     """Check that nothing differs, to the last bit."""
-    assert [point.number for point in one.points] == [point.number for point in other.points]
+    numbers = [
+        {name: [point.number for point in own] for name, own in job.points.items()}
+        for job in (one, other)
+    ]
+    assert numbers[0] == numbers[1]
     assert one.results == other.results
     assert list(one.actual) == list(other.actual)
     for name, feature in one.actual.items():

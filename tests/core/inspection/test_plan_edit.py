@@ -12,7 +12,7 @@ import pytest
 
 from ocmm_core.alignment import DatumAlignment, DatumReferenceFrame
 from ocmm_core.documents import resource
-from ocmm_core.errors import InputError, StorageError
+from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.features.measured import Intersection, Offset, actual_features
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
@@ -262,6 +262,37 @@ def test_reading_a_model_can_be_given_up(tmp_path: Path, monkeypatch: pytest.Mon
     with pytest.raises(InputError, match="cancelled"):
         features_from_step(path, given_up=given_up)
     assert multiprocessing.active_children() == []
+
+
+@pytest.mark.parametrize(
+    ("reader", "words"),
+    [
+        (
+            "import os\nprint('noise', flush=True)\nos.kill(os.getpid(), 11)\n",
+            r"failed on it \(SIGSEGV\)",
+        ),
+        ("import os\nos._exit(1)\n", "failed on it"),
+        ("held = bytearray(2_000_000_000)\n", "more than 1.5 GB of memory"),
+        ("raise ValueError('contains no shape')\n", "contains no shape"),
+        ("raise OSError('nobody foresaw this')\n", "Reading the STEP file"),
+    ],
+)
+def test_a_reader_that_fails_is_told_by_its_own_sentence(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capfd: pytest.CaptureFixture[str],
+    reader: str,
+    words: str,
+) -> None:
+    # In the place of the extra; the reading process has the same path.
+    (tmp_path / "OCP.py").write_text(reader)
+    monkeypatch.syspath_prepend(tmp_path)
+    path = tmp_path / "a.step"
+    path.write_text("ISO-10303-21;\n")
+    with pytest.raises(OcmmError, match=words):
+        features_from_step(path)
+    assert multiprocessing.active_children() == []
+    assert capfd.readouterr() == ("", "")
 
 
 def test_surfaces_of_a_model_become_features(tmp_path: Path) -> None:

@@ -33,7 +33,7 @@ from ocmm_core.camera import load_rig
 from ocmm_core.cli import app
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from ocmm_core.export import EXPORTERS, write_report
+from ocmm_core.export import ENDING, EXPORTERS, write_report
 from ocmm_core.export.report import read_report, report_of_job
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobView, SessionOptions
@@ -289,16 +289,23 @@ def test_a_job_of_an_older_version_is_read_without_changing_it(
     with sqlite3.connect(path) as db:
         # Version 1 knew no reference bodies; later versions only add tables.
         version = db.execute("PRAGMA user_version").fetchone()[0]
-        for table in ("reference_observation", "reference"):
+        for table in ("reference_observation", "reference", "seal"):
             db.execute(f"DROP TABLE {table}")
         db.execute("PRAGMA user_version = 1")
     db.close()
-    assert version == 2
+    assert version == 3
     before = content(path.parent)
     with pytest.raises(StorageError, match="older"):
         JobFile.open(path, read_only=True)
-    assert numbers(reopen_job(path).view) == numbers(view)
+    again = reopen_job(path)
     assert content(path.parent) == before
+    # It proves nothing until somebody answers for it.
+    assert [doubt[:22] for doubt in again.doubts] == ["The job is not signed:"]
+    with JobFile.open(path) as job:
+        job.adopt("Ada Lovelace", "made before jobs were signed")
+    taken = reopen_job(path)
+    assert (taken.doubts, numbers(taken.view)) == ((), numbers(view))
+    assert "taken over by Ada Lovelace: made before jobs were signed." in taken.remarks[0]
 
 
 @pytest.mark.parametrize("kind", ["missing", "folder", "text", "cut", "empty"])
@@ -345,6 +352,7 @@ def test_the_command_reports_a_job_in_every_format_of_data(
     written = sorted(file.name for file in (path.parent / "out").iterdir())
     verdict, *told = done.stdout.splitlines()
     assert verdict.startswith(f"{path.stem}: PART CONFORMS: ")
+    written.remove(f"{path.stem}{ENDING}")
     assert [f"Report  out/{name}" for name in written] == sorted(told)
     kinds = {file.rpartition(".")[2] for file in written}
     assert kinds == {"csv", "asc", "pwmacro", "qif", "dfq", "xlsx", "json"}

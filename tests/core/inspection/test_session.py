@@ -203,6 +203,24 @@ def test_looking_back_changes_no_verdict_and_no_count(bench: Bench, job: JobFile
     assert len(job.events()) == events
 
 
+def test_a_feature_stays_in_sight_when_its_only_point_is_deleted(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    while session.view.active == "BED":
+        session.touches.take(bench.touches[len(session.view.features[0].points)])
+    done = len(session.view.features[0].points)
+    session.touches.take(bench.touches[done])
+    active = session.view.active
+    [point] = session.view.feature(active).points
+    session.points.delete_point(point.number, "a burr")
+    shown = session.view.shown
+    assert shown is not None
+    assert (shown.name, len(shown.deleted)) == (active, 1)
+    session.points.restore_point(point.number)
+    assert session.view.shown == session.view.feature(active)
+
+
 def test_reopening_a_feature_is_a_step_that_can_be_taken_back(bench: Bench, job: JobFile) -> None:
     session = bench.session(job)
     take_all(session, bench)

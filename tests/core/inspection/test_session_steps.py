@@ -154,6 +154,21 @@ def test_a_skipped_feature_is_left_out_and_comes_back_when_it_is_reopened(
     assert session.view.characteristics[1].verdict is Verdict.CONFORM
 
 
+def test_a_skipped_feature_stays_skipped_when_one_of_its_points_is_deleted(
+    bench: Bench, job: JobFile
+) -> None:
+    session = bench.session(job)
+    take(session, bench, 0, 14)
+    session.steps.skip("SPHERE")
+    session.points.delete_point(12, "a chip")
+    view, again = session.view, bench.session(job).view
+    assert view.feature("SPHERE").skipped
+    assert again.feature("SPHERE").skipped
+    assert (view.active, again.active) == ("", "")
+    session.steps.reopen("SPHERE")
+    assert session.view.active == bench.session(job).view.active == "SPHERE"
+
+
 def test_a_repeated_feature_begins_anew_and_its_points_are_annulled_with_a_reason(
     bench: Bench, job: JobFile
 ) -> None:

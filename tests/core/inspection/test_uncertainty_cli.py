@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -48,6 +49,8 @@ def test_budgets_and_tasks_are_those_of_the_results(measured: Path) -> None:
         assert {"Image noise", "Sensor pattern", "Cameras"} <= names
     simulated = [item.name for task in found.tasks for item in task.characteristics]
     assert sorted(simulated) == sorted(found.budgets)
+    # The virtual part has no form: what is taken for it is what noise of a few micrometres leaves.
+    assert max(float(np.abs(task.form).max()) for task in found.tasks) < 0.02**2
 
 
 def test_the_command_prints_rows_rule_and_simulation(measured: Path) -> None:

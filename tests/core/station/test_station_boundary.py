@@ -9,11 +9,12 @@ from typing import Any
 
 import pytest
 
+from ocmm_core.calibration.records import Blocker
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InternalError, OcmmError, StorageError
 from ocmm_core.inspection.evaluation import JobHeader, StatusWord, withdrawn
-from ocmm_core.measuring import Refusal
+from ocmm_core.measuring import Refusal, RefusalCode
 from ocmm_core.storage import JobFile
 from ocmm_core.tolerances.decisions import Verdict
 
@@ -225,3 +226,71 @@ def test_withdrawn_results_hold_no_number_and_say_why(built: BuiltStation) -> No
         assert (feature.fit, feature.coverage, feature.targets) == (None, None, ())
     assert void.unproven == "The evaluation failed."
     assert void.part_verdict.word != job.part_verdict.word
+
+
+def test_a_touch_that_is_refused_while_the_disk_is_full_ends_nothing(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    request = StationRequest(
+        plan=resource("plans", "quick.toml"), out=tmp_path, stay=True, frame_rate_hz=500
+    )
+    full = StorageError("job.disk_full", "The disk is full.", "Free disk space.")
+
+    append = JobFile.append_event
+
+    def refuse_to_note(job: JobFile, kind: str, text: str) -> None:
+        if kind == "refused":
+            raise full
+        append(job, kind, text)
+
+    station = build_station(request).station
+    told: list[OcmmError] = []
+    station.faults.failed.connect(told.append)
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(JobFile, "append_event", refuse_to_note)
+            blocker = Blocker("The cameras are not calibrated.", "Calibrate.")
+            patch.setattr(
+                type(station.instruments),
+                "blocking_reason",
+                lambda _self: (RefusalCode.NOT_READY, blocker),
+            )
+            station.start()
+            _until(lambda: len(told) >= 2)
+        assert set(told) == {full}
+        assert station.faults.measuring is None
+        assert station.job.stored()[1] == []
+        _until(lambda: len(station.job.stored()[1]) >= 1)
+        assert station.faults.measuring is None
+    finally:
+        station.close()
+
+
+def test_a_job_whose_disk_failed_says_not_stored_and_takes_nothing(
+    built: BuiltStation, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    station = built.station
+    taken: list[object] = []
+    told: list[OcmmError] = []
+    station.events.point_taken.connect(taken.append)
+    station.faults.failed.connect(told.append)
+    lost = StorageError("job.disk", "The last point could not be written.", "Copy the job.")
+
+    def failed(_job: JobFile, _kind: str, _text: str) -> None:
+        raise lost
+
+    station.start()
+    _until(lambda: len(taken) >= 1)
+    with monkeypatch.context() as patch:
+        patch.setattr(JobFile, "given_up", lost)
+        patch.setattr(JobFile, "append_event", failed)
+        live = station.looks.live()
+        assert live.status is StatusWord.NOT_READY
+        assert live.reason == "NOT STORED. The last point could not be written. Copy the job."
+        _until(lambda: len(told) >= 1)
+        before = len(taken)
+        count = len(told)
+        _until(lambda: len(told) > count)
+        assert len(taken) == before
+    assert set(told) == {lost}
+    assert station.faults.measuring is None

@@ -27,6 +27,7 @@ from ocmm_core.errors import StorageError
 from ocmm_core.measuring._point import MeasuredPoint
 from ocmm_core.storage._job_file import JobFile
 from ocmm_core.storage._rows import JobHead
+HEAD = JobHead("a", "2024-05-06T07:08:09+00:00", *"cdefghi")
 """
 _APPEND_FOR_EVER = """
 with JobFile.open(sys.argv[1]) as job:
@@ -37,7 +38,7 @@ with JobFile.open(sys.argv[1]) as job:
         number += 1
 """
 _FILL_THE_DISK = """
-with JobFile.create(sys.argv[1] + "/full.ocmm", JobHead(*"abcdefghi")) as job:
+with JobFile.create(sys.argv[1] + "/full.ocmm", HEAD) as job:
     number = 1
     try:
         while number < 10_000:
@@ -82,9 +83,38 @@ try:
 except StorageError as error:
     print(error.code)
 try:
-    JobFile.create(sys.argv[1] + ".new", JobHead(*"abcdefghi"))
+    JobFile.create(sys.argv[1] + ".new", HEAD)
 except StorageError as error:
     print(error.code)
+"""
+_MAKE_AND_KILL = """
+import os, signal, time
+def head_of(uuid): return JobHead(uuid, "2024-05-06T07:08:09+00:00", *"cdefghi")
+begin = time.perf_counter()
+JobFile.create(sys.argv[1] + "/first.ocmm", head_of("first")).close()
+longest = 2.0 * (time.perf_counter() - begin)
+made = none = wrong = 0
+for number in range(150):
+    path = sys.argv[1] + f"/{number}.ocmm"
+    reading, writing = os.pipe()
+    child = os.fork()
+    if child == 0:
+        os.write(writing, b"1")
+        JobFile.create(path, head_of(str(number)))
+        time.sleep(60.0)
+    os.read(reading, 1)
+    time.sleep(longest * number / 150)
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    if not os.path.exists(path):
+        none += 1
+        JobFile.create(path, head_of(str(number))).close()
+        continue
+    with JobFile.open(path) as job:
+        job.append_point(sample_point(1))
+        made += 1
+        wrong += job.head != head_of(str(number)) or job.verify() != []
+print(made, none, wrong)
 """
 
 
@@ -136,6 +166,15 @@ def test_every_acknowledged_point_survives_a_kill(
         for point in job.points():
             assert point.spots.tobytes() == make_point(point.number).spots.tobytes()
             assert point.tip_world.tobytes() == make_point(point.number).tip_world.tobytes()
+
+
+def test_a_kill_leaves_a_whole_job_or_none(tmp_path: Path, make_point: MakePoint) -> None:
+    (line,) = lines_of([*child(make_point, _MAKE_AND_KILL), str(tmp_path)])
+    made, none, wrong = map(int, line.split())
+    # Kills before and after the moment in which the name appears.
+    assert made >= 10
+    assert none >= 10
+    assert wrong == 0
 
 
 def in_namespace(prepare: str, command: list[str]) -> list[str]:

@@ -7,6 +7,7 @@ import hashlib
 import sqlite3
 import threading
 from collections.abc import Callable
+from datetime import UTC, datetime, timedelta, tzinfo
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ import pytest
 
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.measuring import MeasuredPoint
-from ocmm_core.storage import JobFile, JobHead, make_head
+from ocmm_core.storage import CLOCK, JobFile, JobHead, make_head
 from tests.host import HANG_S
 
 MakePoint = Callable[[int], MeasuredPoint]
@@ -65,7 +66,7 @@ def test_an_unusual_nan_and_a_negative_zero_survive(
     point = dataclasses.replace(
         make_point(1),
         spots=spots.reshape(1, 1, 2),
-        tip_world=np.array([-0.0, 5e-324, 1.7976931348623157e308]),
+        tip_world=np.array([-0.0, 5e-324, np.nextafter(1e7, 0.0)]),
     )
     stored(tmp_path / "a.ocmm", head, [point])
     with JobFile.open(tmp_path / "a.ocmm") as job:
@@ -257,8 +258,14 @@ def test_a_backup_of_an_open_job_is_a_complete_job(
     with JobFile.open(tmp_path / "b.ocmm") as copy:
         assert same(copy.points()[0], make_point(1))
         assert len(copy.points()) == 1
-        assert copy.verify() == []
+        # This station has seen the job go further.
+        assert [fault[:25] for fault in copy.verify()] == ["1 of 3 steps that this co"]
+        with pytest.raises(StorageError, match="older copy") as caught:
+            copy.append_point(make_point(2))
+        assert caught.value.code == "job.not_sealed"
+        copy.adopt("Ada", "the disk of the job is lost")
         copy.append_point(make_point(2))
+        assert copy.verify() == []
 
 
 def test_threads_take_undo_and_read_at_once(
@@ -404,7 +411,8 @@ def test_tampering_shows_in_the_audit(
     stored(path, head, [make_point(number) for number in (1, 2, 3)])
     tamper(path, *statements)
     with JobFile.open(path) as job:
-        assert job.verify() == expected
+        # Who changes a step before the last one leaves the signature on that as it was.
+        assert [fault for fault in job.verify() if "not signed" not in fault] == expected
 
 
 def test_a_changed_observation_is_not_given_out(
@@ -436,3 +444,34 @@ def test_a_commit_is_synced_and_the_file_is_held_alone(tmp_path: Path, head: Job
             for name in ("journal_mode", "synchronous", "locking_mode", "foreign_keys")
         ]
     assert found == ["wal", 2, "exclusive", 1]
+
+
+def test_times_of_a_job_never_run_backwards_and_a_clock_set_back_is_told(
+    tmp_path: Path,
+    head: JobHead,
+    make_point: Callable[[int], MeasuredPoint],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    clock = {"shift": timedelta()}
+
+    class Shifted(datetime):
+        @classmethod
+        def now(cls, tz: tzinfo | None = None) -> datetime:  # type: ignore[override]
+            return datetime.now(tz) + clock["shift"]
+
+    monkeypatch.setattr("ocmm_core.storage._audit.datetime", Shifted)
+    with JobFile.create(tmp_path / "a.ocmm", head) as job:
+        # Forwards, corrected by less than a minute, back by a day, by a year, and right again.
+        for number, days in enumerate((0.0, 1.0, 0.9999, 0.0, -365.0, 2.0, 1.0), start=1):
+            clock["shift"] = timedelta(days=days)
+            job.append_point(make_point(number))
+        times = [step.time_utc for step in job.audited()]
+        assert times == sorted(times)
+        assert list(job.taken_utc().values()) == sorted(job.taken_utc().values())
+        # A day back, a year more behind the same step, and a day back from two.
+        told = [event.text for event in job.events() if event.kind == CLOCK]
+        assert len(told) == 2
+        assert job.verify() == []
+    monkeypatch.undo()
+    reopened = datetime.fromisoformat(times[-1])
+    assert reopened > datetime.now(UTC) + timedelta(days=1)

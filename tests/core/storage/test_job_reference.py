@@ -105,6 +105,9 @@ def test_a_job_of_version_1_goes_on(tmp_path: Path, head: JobHead, make_point: M
     with JobFile.open(path) as job:
         assert (tmp_path / "old.ocmm.v1.bak").exists()
         assert job.reference() is None
+        with pytest.raises(StorageError, match="is not signed"):
+            job.append_point(with_reference(make_point(2)))
+        job.adopt("Ada", "made before jobs were signed")
         job.append_point(with_reference(make_point(2)))
         assert [point.number for point in job.points()] == [1, 2]
         assert job.verify() == []

@@ -206,7 +206,7 @@ def test_the_floor_is_the_form_that_a_perfect_sphere_shows(
     assert noise is not None
     forms = [form_of(sigma).value for _ in range(60)]
     # Means of 60 and of 100 ranges that scatter by some 25 %.
-    floor = noise_floor(noise, factors_of_matrix(covariance))
+    floor = noise_floor(noise, factors_of_matrix(covariance).of(noise.by_coordinates))
     assert floor == pytest.approx(np.mean(forms), rel=0.1)
 
 

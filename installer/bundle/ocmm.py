@@ -1,0 +1,5 @@
+"""The program `ocmm` of the package."""
+
+from installer.bundle.start import run_ocmm
+
+run_ocmm()

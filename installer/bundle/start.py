@@ -1,0 +1,43 @@
+"""What the programs of the package begin with, before anything else is imported.
+
+OCMM starts parts of itself as ``sys.executable -m MODULE``. In the package that is the program
+``ocmm``, so it understands these words, for modules of OCMM alone. ``ocmm-acq`` holds rights and
+understands nothing: it is the bus process.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import re
+import runpy
+import sys
+
+from installer.bundle import kernels
+
+_OURS = re.compile(r"ocmm_(core|gui)(\.\w+)*")
+
+
+def run_ocmm() -> None:
+    """Be ``ocmm``, or the part of OCMM that was asked for."""
+    # A frozen program would start itself again and again without this.
+    multiprocessing.freeze_support()
+    told = kernels.choose()
+    words = sys.argv[1:]
+    # Python's own option; a frozen program is isolated as it is.
+    if words[:1] == ["-I"]:
+        words = words[1:]
+    if len(words) > 1 and words[0] == "-m" and _OURS.fullmatch(words[1]):
+        sys.argv = [sys.argv[0], *words[2:]]
+        runpy.run_module(words[1], run_name="__main__", alter_sys=True)
+        return
+    if told and sys.stderr is not None:
+        sys.stderr.write(f"ocmm: {told}\n")
+    from ocmm_core.cli import main
+
+    main()
+
+
+def run_ocmm_acq() -> None:
+    """Be the bus process."""
+    multiprocessing.freeze_support()
+    runpy.run_module("ocmm_core.acquisition.bus_process._start", run_name="__main__")

@@ -1,0 +1,254 @@
+#!/bin/sh
+# Try the packages in clean roots: installed, used, upgraded, killed, removed, purged, installed again.
+#
+#   installer/test.sh [--deb FILE] [--newer FILE] [--suites "bookworm trixie noble"] [--kills N]
+#                     [--rounds N] [--work DIR]
+#
+#   --deb FILE      the package; default: built from the last commit (installer/build.sh)
+#   --newer FILE    the same with a higher version number; default: built likewise
+#   --suites LIST   releases of Debian and Ubuntu; a root that cannot be made is NOT RUN
+#   --kills N       moments at which dpkg is killed while it upgrades; default 20
+#   --rounds N      how often it is installed, used, upgraded, removed and purged; default 1
+#   --work DIR      roots and what was seen, pictures too; default: a new folder, which stays
+#
+# It needs root, mmdebstrap and some 3 GB. Each line says what was tried: PASSED, FAILED or NOT RUN.
+# The exit code is 1 where anything failed.
+# shellcheck disable=SC2317,SC2016 # functions are named to `verdict`; dpkg-query reads its own ${}
+set -u
+umask 022
+
+say() { printf 'test: %s\n' "$*" >&2; }
+fail() { say "$@"; exit 2; }
+
+here=$(cd -- "$(dirname -- "$0")" && pwd -P)
+deb='' newer='' work=''
+suites="bookworm trixie noble" kills=20 rounds=1
+while [ $# -gt 0 ]; do
+    case $1 in
+        -h | --help) sed -n '2,/^set -u/{/^set -u/d;s/^# \{0,1\}//;p;}' "$0"; exit 0 ;;
+        --deb | --newer | --suites | --kills | --rounds | --work) [ $# -ge 2 ] || fail "$1 needs a value." ;;
+        *) fail "There is no '$1'. See $0 --help" ;;
+    esac
+    case $1 in
+        --deb)    deb=$(readlink -f "$2") ;;
+        --newer)  newer=$(readlink -f "$2") ;;
+        --suites) suites=$2 ;;
+        --kills)  kills=$2 ;;
+        --rounds) rounds=$2 ;;
+        --work)   work=$2 ;;
+    esac
+    shift 2
+done
+[ "$(id -u)" -eq 0 ] || fail "This needs root: it makes roots and mounts what belongs into them."
+command -v mmdebstrap >/dev/null || fail "The program 'mmdebstrap' is missing."
+: "${work:=$(mktemp -d)}"
+mkdir -p "$work"
+work=$(cd -- "$work" && pwd -P)
+if [ -z "$deb" ] || [ -z "$newer" ]; then
+    "$here/build.sh" --out "$work/built" --work "$work/building" || fail "The package was not built."
+    deb=$(ls "$work"/built/*.deb)
+    "$here/build.sh" --out "$work/built-newer" --work "$work/building" --version 99.0 ||
+        fail "The newer package was not built."
+    newer=$work/built-newer/ocmm_99.0_amd64.deb
+fi
+
+failed=0
+# verdict NAME COMMAND...: one line; what the command printed is kept.
+verdict() {
+    name=$1
+    shift
+    if "$@" >"$work/seen/$suite-$name.txt" 2>&1; then
+        printf 'PASSED   %s %s\n' "$suite" "$name"
+    else
+        printf 'FAILED   %s %s (%s)\n' "$suite" "$name" "$work/seen/$suite-$name.txt"
+        failed=1
+    fi
+}
+inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 "$@"; }
+# as USER COMMAND: at home, without root.
+as() {
+    user=$1
+    shift
+    inside runuser -u "$user" -- env HOME="/home/$user" USER="$user" sh -c "cd /home/$user && $*"
+}
+
+close_root() {
+    for place in dev/shm dev/pts dev proc sys; do
+        umount -l "$root/$place" 2>/dev/null || :
+    done
+}
+open_root() {
+    mkdir -p "$root" "$work/seen"
+    if [ ! -f "$work/$suite.tar" ]; then
+        components=main
+        keys=/usr/share/keyrings
+        case $suite in
+            noble) components=main,universe keys=$keys/ubuntu-archive-keyring.gpg ;;
+            *) keys=$keys/debian-archive-keyring.gpg ;;
+        esac
+        mmdebstrap --variant=minbase --components="$components" --keyring="$keys" \
+            --include=ca-certificates,xvfb,x11-apps,xauth,man-db,bash-completion,systemd,strace \
+            "$suite" "$work/$suite.tar" >"$work/seen/$suite-root.txt" 2>&1 || return 1
+    fi
+    tar -C "$root" -xpf "$work/$suite.tar"
+    for place in proc sys dev dev/pts; do
+        mkdir -p "$root/$place"
+        mount --bind "/$place" "$root/$place"
+    done
+    mount -t tmpfs -o mode=1777 shm "$root/dev/shm"
+    # The host's sources and certificates of programs that fetch packages.
+    cp /etc/resolv.conf "$root/etc/" 2>/dev/null || :
+    for place in /etc/apt/apt.conf.d/*proxy* /etc/apt/apt.conf.d/*registry* /etc/ssl/certs; do
+        [ ! -e "$place" ] || cp -rL "$place" "$root${place%/*}/" 2>/dev/null || :
+    done
+    cp "$deb" "$root/old.deb"
+    cp "$newer" "$root/newer.deb"
+    printf '#!/bin/sh\nexit 101\n' >"$root/usr/sbin/policy-rc.d"
+    chmod 0755 "$root/usr/sbin/policy-rc.d"
+    inside useradd --create-home --shell /bin/sh tester
+}
+
+install_it() {
+    inside apt-get update -q &&
+        inside env DEBIAN_FRONTEND=noninteractive SUDO_USER=tester \
+            apt-get install -q -y --no-install-recommends "$1" &&
+        inside usermod -aG ocmm tester
+}
+rights() {
+    [ "$(inside getcap /opt/ocmm/ocmm-acq)" = \
+        "/opt/ocmm/ocmm-acq cap_net_admin,cap_net_raw,cap_sys_nice=ep" ] || return 1
+    [ "$(inside stat -c %U:%G:%a /opt/ocmm/ocmm-acq)" = root:ocmm:750 ] || return 1
+    # Nobody but root may change what a program with rights loads, and nothing else has any.
+    [ -z "$(find "$root/opt/ocmm" ! -type l \( -perm /022 -o ! -user 0 \))" ] || return 1
+    [ "$(inside getcap -r /opt/ocmm | wc -l)" = 1 ] || return 1
+    # Who is not in the group does not even start it.
+    ! inside runuser -u nobody -- /opt/ocmm/ocmm-acq /nowhere 2>/dev/null
+}
+key_is_there() { [ -f "$root/home/tester/.local/share/ocmm/keys/station.key" ]; }
+measures() {
+    as tester "ocmm demo --headless --out $1 >$1.txt"
+    code=$?
+    cat "$root/home/tester/$1.txt"
+    [ "$code" -le 1 ]
+}
+measures_on_the_wire() {
+    # Whoever is in a changed root may have no private network; in a root of his own he may.
+    # shellcheck disable=SC2016 # for the inner shell
+    unshare --mount sh -c 'mount --rbind "$0" "$0" && cd "$0" && mkdir -p old-root &&
+        pivot_root . old-root && umount -l old-root && exec runuser -u tester -- env -i \
+        PATH=/usr/sbin:/usr/bin:/sbin:/bin HOME=/home/tester LANG=C.UTF-8 sh -c "cd && exec ocmm measure \
+        --source ethercat:virtual --plan /opt/ocmm/_internal/ocmm_core/resources/plans/quick.toml --out wire"' \
+        "$root"
+    [ $? -le 1 ]
+}
+bus_has_its_rights() {
+    # It says what is wrong with the interface, not that it may not.
+    as tester "echo '{}' >c.json; ocmm-acq c.json"
+    [ $? -eq 2 ]
+}
+window() {
+    as tester "xvfb-run -a -s '-screen 0 1280x720x24' ocmm -m ocmm_gui $1 --silent --speed 0 --out seen \
+        --size 1280x720 --quit-after 12 --screenshot window.png" || return 1
+    cp "$root/home/tester/window.png" "$work/seen/$suite-window$2.png"
+}
+nothing_compiles() {
+    as tester "ocmm compile --processes 1" | tee /dev/stderr | grep -q ', 0 were compiled now'
+}
+pages() {
+    inside man -w ocmm && inside man -w ocmm-acq || [ "$suite" = noble ] || return 1
+    as tester "_OCMM_COMPLETE=complete_bash COMP_WORDS='ocmm me' COMP_CWORD=1 ocmm" | grep -qx measure
+}
+same_bytes() { (cd "$root/home/tester" && sha256sum --quiet -c "$work/seen/$suite.sums"); }
+keep_sums() {
+    (cd "$root/home/tester" &&
+        find first .local/share/ocmm -type f -print0 | sort -z | xargs -0 sha256sum) >"$work/seen/$suite.sums"
+}
+reads_the_old_job() {
+    as tester "ocmm audit verify first/*.ocmm" && as tester "ocmm report first/*.ocmm --format json --out again"
+    [ $? -le 1 ]
+}
+upgrade() { inside env SUDO_USER=tester dpkg -i /newer.deb && [ "$(inside ocmm --version)" = "ocmm 99.0" ]; }
+remove() { inside dpkg -r ocmm && [ ! -e "$root/opt/ocmm" ] && [ ! -e "$root/usr/bin/ocmm" ]; }
+purge() {
+    inside dpkg -P ocmm | tee "$work/seen/purge.txt"
+    inside dpkg -P ocmm 2>&1 | cat
+    [ ! -e "$root/etc/ocmm" ] && [ ! -e "$root/opt/ocmm" ]
+}
+
+# Kill dpkg at a moment of the upgrade, then mend.
+one_kill() {
+    inside dpkg -i /old.deb >/dev/null 2>&1 || return 1
+    inside setsid dpkg -i /newer.deb >/dev/null 2>&1 &
+    started=$!
+    sleep "$1"
+    for process in $(pgrep -f 'dpkg -i /newer.deb|dpkg-deb .*newer.deb|ocmm.postinst|ocmm.preinst'); do
+        [ "$(readlink "/proc/$process/root")" = "$root" ] && kill -9 "$process"
+    done
+    wait "$started" 2>/dev/null
+    before=$(inside dpkg-query -W -f='${Status}' ocmm)
+    inside dpkg --configure -a
+    how="dpkg --configure -a"
+    # Where it was killed while it unpacked, dpkg wants the package again.
+    if [ "$(inside dpkg-query -W -f='${Status}' ocmm)" != "install ok installed" ]; then
+        inside dpkg -i /newer.deb >/dev/null 2>&1
+        how="dpkg -i"
+    fi
+    said=$(inside ocmm --version)
+    echo "killed after $1 s: $before; mended by $how: $said"
+    [ "$(inside dpkg-query -W -f='${Status}' ocmm)" = "install ok installed" ] && rights &&
+        case $said in "ocmm "*) ;; *) false ;; esac
+}
+kills() {
+    begun=$(date +%s%N)
+    inside dpkg -i /newer.deb >/dev/null 2>&1
+    took=$((($(date +%s%N) - begun) / 1000000))
+    echo "an upgrade takes $took ms"
+    mended=0
+    for moment in $(seq 1 "$kills"); do
+        after=$((took * moment / (kills + 1)))
+        one_kill "$((after / 1000)).$(printf %03d $((after % 1000)))" && mended=$((mended + 1))
+    done
+    echo "mended: $mended of $kills"
+    [ "$mended" -eq "$kills" ]
+}
+
+for suite in $suites; do
+    root=$work/root-$suite
+    trap close_root EXIT
+    trap 'exit 130' INT TERM
+    mkdir -p "$work/seen"
+    if ! open_root; then
+        printf 'NOT RUN  %s: no root could be made (%s)\n' "$suite" "$work/seen/$suite-root.txt"
+        continue
+    fi
+    for round in $(seq 1 "$rounds"); do
+        verdict "$round-install" install_it /old.deb
+        verdict "$round-rights" rights
+        verdict "$round-key" key_is_there
+        rm -rf "$root/home/tester/first" "$root/home/tester/wire"
+        verdict "$round-demo" measures first
+        verdict "$round-wire" measures_on_the_wire
+        if [ "$round" = 1 ]; then
+            verdict nothing-compiles nothing_compiles
+            verdict pages pages
+            verdict bus-rights bus_has_its_rights
+            verdict window window "" ""
+            verdict window-of-a-job window 'first/*.ocmm' -job
+        fi
+        keep_sums
+        verdict "$round-upgrade" upgrade
+        verdict "$round-rights-after-upgrade" rights
+        verdict "$round-old-job" reads_the_old_job
+        [ "$round" != 1 ] || [ "$kills" = 0 ] || verdict kills kills
+        verdict "$round-remove" remove
+        verdict "$round-same-bytes" same_bytes
+        verdict "$round-purge" purge
+        verdict "$round-same-bytes-after-purge" same_bytes
+    done
+    verdict install-again install_it /old.deb
+    verdict same-bytes-at-the-end same_bytes
+    close_root
+    rm -rf --one-file-system "$root"
+    trap - EXIT
+done
+exit "$failed"

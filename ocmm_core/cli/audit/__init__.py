@@ -1,0 +1,21 @@
+"""``ocmm audit`` and ``ocmm key``: what is intact, who signed it, and whose signatures count here.
+
+In: a job, a folder of records, the seal of a report; a public key. Out: sentences, and exit codes.
+
+Read `_audit` (files looked at and taken over) and `_key` (keys of this station and of others). It
+judges nothing itself: that is `export.audit` and `seals`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.audit._audit import audit_app
+    from ocmm_core.cli.audit._key import key_app
+else:
+    __getattr__ = door(__name__, _audit="audit_app", _key="key_app")
+
+__all__ = ["audit_app", "key_app"]

@@ -1,0 +1,108 @@
+"""``ocmm audit``: who wrote it, when, what, and whether it is as it was written."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_core.errors import OcmmError
+
+if TYPE_CHECKING:
+    from ocmm_core.export import Audit
+
+audit_app = typer.Typer(
+    no_args_is_help=True,
+    help="Say who wrote jobs, records and reports, when, and whether they are as they were "
+    "written.",
+)
+
+_SHOWN = 10
+
+
+@audit_app.command()
+def verify(
+    *,
+    paths: Annotated[
+        list[Path],
+        typer.Argument(
+            help="Job files, folders of calibrations (of one rig or probe), or seals of reports "
+            "(.seal.json)."
+        ),
+    ],
+    line: Annotated[
+        str, typer.Option("--line", help="Text of the code on the report of a job.")
+    ] = "",
+    everything: Annotated[
+        bool, typer.Option("--all", help=f"List all steps, not only the last {_SHOWN}.")
+    ] = False,
+) -> None:
+    """Verify signatures, chains and hashes, and list who did what; nothing is written.
+
+    Exit code 0 where everything is intact, 1 where something speaks against it, 2 where something
+    cannot be read.
+    """
+    from ocmm_core.export import audit
+
+    worst = 0
+    for path in paths:
+        try:
+            found = audit(path, line)
+        except OcmmError as error:
+            typer.echo(f"{error.what} {error.remedy}", err=True)
+            worst = 2
+            continue
+        _print(found, everything=everything)
+        worst = max(worst, 0 if found.intact else 1)
+    raise typer.Exit(worst)
+
+
+@audit_app.command()
+def adopt(
+    *,
+    jobs: Annotated[list[Path], typer.Argument(help="Job files (.ocmm).")],
+    who: Annotated[str, typer.Option("--who", help="Name of the person who answers for them.")],
+    reason: Annotated[str, typer.Option("--reason", help="Why.")],
+) -> None:
+    """Take over jobs that no station signed, or older copies of which no newer one is left.
+
+    The job keeps who did so and why, and every reader is told. What a stranger signed, or what was
+    changed, cannot be taken over.
+    """
+    from ocmm_core.storage import JobFile
+
+    worst = 0
+    for path in jobs:
+        try:
+            with JobFile.open(path) as job:
+                job.adopt(who, reason)
+        except OcmmError as error:
+            typer.echo(f"{error.what} {error.remedy}", err=True)
+            worst = 2
+        else:
+            typer.echo(f"{path}: taken over by {who}.")
+    raise typer.Exit(worst)
+
+
+def _print(found: Audit, *, everything: bool) -> None:
+    word = "INTACT" if found.intact else "NOT INTACT"
+    typer.echo(f"{found.path}: {word} ({found.kind.value})")
+    typer.echo(f"  Signed   {found.signer.word.value}, by {found.signer.signer}")
+    for fault in found.faults:
+        typer.echo(f"  Fault    {_plain(fault)}")
+    for proof in found.proofs:
+        typer.echo(f"  Proof    {_plain(proof)}")
+    if not found.rows:
+        return
+    first, last = found.rows[0], found.rows[-1]
+    steps = f"{len(found.rows)} step{'s' if len(found.rows) > 1 else ''}"
+    typer.echo(f"  Steps    {steps}, {first.utc[:19]} to {last.utc[:19]} UTC")
+    shown = found.rows if everything else found.rows[-_SHOWN:]
+    for row in shown:
+        typer.echo(f"  {row.utc[:19]}  {_plain(row.who) or '-'}  {_plain(row.what)}")
+
+
+def _plain(text: str) -> str:
+    """Return a text of a file without signs that would steer the terminal."""
+    return "".join(sign if sign.isprintable() else "?" for sign in text)

@@ -1,0 +1,68 @@
+"""``ocmm selftest reliability``: kills, power cuts, bad disks and clocks, hostile files, hours.
+
+In: lanes, a seed, how many trials or hours. Out: a table of what was lost, with its bounds.
+
+Read `_reliability` (the command) and `_trials` (a trial, a finding, the state file), then the
+lanes: `_kills`, `_cuts`, `_faults` with `_faulty_disk`, `_writers`, `_clock`, `_hostile`, `_soak`.
+`_work` and `_stores` are what they write. `_hostile` gives the files of `_hostile_jobs`,
+`_hostile_documents` and `_hostile_forge` to real commands (`_hostile_runs`).
+It must not know the other commands; it starts them as a user does.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.campaign._clock import serve_clock
+    from ocmm_core.cli.campaign._faults import serve_faults
+    from ocmm_core.cli.campaign._hostile_documents import (
+        document_kinds,
+        leaf_kinds,
+        points_kinds,
+        recording_kinds,
+        table_kinds,
+    )
+    from ocmm_core.cli.campaign._hostile_forge import Kind, forged
+    from ocmm_core.cli.campaign._hostile_groups import given, good_files, hostile_groups, usual_of
+    from ocmm_core.cli.campaign._hostile_jobs import damaged_kinds, job_kinds
+    from ocmm_core.cli.campaign._hostile_runs import REFUSED
+    from ocmm_core.cli.campaign._reliability import reliability, selftest_app
+    from ocmm_core.cli.campaign._stores import other_station
+else:
+    __getattr__ = door(
+        __name__,
+        _clock="serve_clock",
+        _faults="serve_faults",
+        _hostile_documents="document_kinds leaf_kinds points_kinds recording_kinds table_kinds",
+        _hostile_forge="Kind forged",
+        _hostile_groups="given good_files hostile_groups usual_of",
+        _hostile_jobs="damaged_kinds job_kinds",
+        _hostile_runs="REFUSED",
+        _reliability="reliability selftest_app",
+        _stores="other_station",
+    )
+
+__all__ = [
+    "REFUSED",
+    "Kind",
+    "damaged_kinds",
+    "document_kinds",
+    "forged",
+    "given",
+    "good_files",
+    "hostile_groups",
+    "job_kinds",
+    "leaf_kinds",
+    "other_station",
+    "points_kinds",
+    "recording_kinds",
+    "reliability",
+    "selftest_app",
+    "serve_clock",
+    "serve_faults",
+    "table_kinds",
+    "usual_of",
+]

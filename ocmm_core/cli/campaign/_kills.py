@@ -1,0 +1,111 @@
+"""Kill -9 of a whole headless job at any moment, from the making of its file to its end."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.camera import load_rig
+from ocmm_core.cli.campaign._trials import Trial, forked, read_numbers
+from ocmm_core.composition import (
+    RECOMMENDED_RIG,
+    STANDARD_PROBE,
+    StationRequest,
+    build_station,
+)
+from ocmm_core.documents import resource
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.evaluation import SessionOptions
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.inspection.session import InspectionSession
+from ocmm_core.leftovers import clear_leftovers, unheld
+from ocmm_core.storage import JobFile
+from ocmm_core.tracking import load_probe
+
+REOPEN_LIMIT_S = 2.0
+_PLAN = resource("plans", "quick.toml")
+_RATE_HZ = 500
+_RINGS = Path("/dev/shm")  # noqa: S108 - shared memory, only looked at
+_PATIENCE_S = 120.0
+
+
+def kills(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
+    """Give what each kill left behind; see `FINDINGS`."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        # Once here, so that every copy of this program is warm, and once to know how long it takes.
+        measure_job(folder / "warm", None)
+        begin = time.monotonic()
+        child, pipe = forked(lambda to: measure_job(folder / "whole", to))
+        os.waitpid(child, 0)
+        os.close(pipe)
+        longest = time.monotonic() - begin
+        for number in range(runs):
+            if number not in done:
+                yield _kill(folder / f"{number}", seed, number, longest)
+
+
+def measure_job(out: Path, pipe: int | None, rate_hz: int = _RATE_HZ) -> None:
+    """Measure a whole job on the virtual rig, as fast as it goes.
+
+    What was acknowledged, as the beep does it, goes to the pipe; 0 says that the job is made.
+    """
+    request = StationRequest(plan=_PLAN, out=out, speed=0.0, frame_rate_hz=rate_hz)
+    station = build_station(request).station
+    if pipe is not None:
+        os.write(pipe, b"0\n")
+        station.events.point_taken.connect(lambda point: os.write(pipe, b"%d\n" % point.number))
+    station.start()
+    station.wait_finished(_PATIENCE_S)
+    station.close()
+
+
+def _kill(out: Path, seed: int, number: int, longest: float) -> Trial:
+    rng = random.Random(f"{seed} {number}")  # noqa: S311 - moments of a kill, no secret
+    child, pipe = forked(lambda to: measure_job(out, to))
+    time.sleep(rng.uniform(0.0, longest))
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    # The first line says that the job is made.
+    heard = read_numbers(pipe)
+    os.close(pipe)
+    acknowledged = [point for point in heard if point]
+    jobs = list(out.glob("*.ocmm")) if out.exists() else []
+    found: dict[str, int] = {}
+    note = ""
+    if heard and not jobs:
+        found["acknowledged points lost"] = len(heard)
+    for path in jobs:
+        begin = time.perf_counter()
+        try:
+            points, faults = _reopened(path)
+        except OcmmError as error:
+            found["jobs half made"], note = 1, str(error)
+            continue
+        took = time.perf_counter() - begin
+        found["acknowledged points lost"] = len(set(acknowledged) - set(points))
+        found["audit faults"] = faults
+        found["reopened after 2 s"] = int(took > REOPEN_LIMIT_S)
+    # The next start, which every kill is followed by.
+    FrameRing.create(2, 1).close()
+    clear_leftovers([out])
+    found["rings left"] = len(unheld(_RINGS.glob("ocmm-ring-*")))
+    found["temporary files left"] = len(list(out.glob(".*.tmp"))) if out.exists() else 0
+    found = {finding: count for finding, count in found.items() if count}
+    if found and not note:
+        note = f"acknowledged {acknowledged}"
+    return Trial("kills", seed, number, len(acknowledged), found, note)
+
+
+def _reopened(path: Path) -> tuple[list[int], int]:
+    """Open a job as the program does to go on with it; return its points and faults."""
+    plan, rig, body = load_plan(_PLAN), load_rig(RECOMMENDED_RIG), load_probe(STANDARD_PROBE)
+    with JobFile.open(path) as job:
+        _ = InspectionSession(plan, rig, body, job, SessionOptions()).view
+        return [point.number for point in job.points()], len(job.verify())

@@ -1,0 +1,116 @@
+"""The stores that the campaign writes to, and a station of its own to write as."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime, timedelta
+from pathlib import Path
+
+from ocmm_core.calibration.records import CalibrationStore, ProbeStore, State
+from ocmm_core.simulation.calibration_scenes import (
+    RECORDS_MADE,
+    made_camera_record,
+    made_probe_record,
+    made_tip_record,
+    made_verification,
+)
+
+
+@contextmanager
+def other_station(home: Path) -> Iterator[None]:
+    """Be the program of another station meanwhile: another key, another memory."""
+    names = ("XDG_DATA_HOME", "XDG_STATE_HOME")
+    before = {name: os.environ.get(name) for name in names}
+    try:
+        for name in names:
+            os.environ[name] = str(home / name.lower())
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name)
+            else:
+                os.environ[name] = value
+
+
+@dataclass(frozen=True, slots=True)
+class CalibrationSite:
+    """A store with calibrated and verified cameras, opened anew."""
+
+    folder: Path
+    store: CalibrationStore
+    until = RECORDS_MADE + timedelta(days=365)
+
+    @classmethod
+    def made(cls, folder: Path) -> CalibrationSite:
+        """Return one in which the cameras are VALID."""
+        store, record = CalibrationStore(folder), made_camera_record()
+        store.accept(record, "technician", "new", RECORDS_MADE)
+        store.verify(made_verification(record), RECORDS_MADE + timedelta(hours=1))
+        return cls(folder, store)
+
+    @classmethod
+    def opened(cls, folder: Path) -> CalibrationSite:
+        """Return one as a program finds it that starts now."""
+        return cls(folder, CalibrationStore(folder))
+
+    def state(self, now: datetime) -> State:
+        """Return how the calibration stands at a moment."""
+        return self.store.status(now).state
+
+    def add(self, text: str, now: datetime) -> None:
+        """Append an event."""
+        self.store.suspect("campaign", text, None, now)
+
+    def verify(self, now: datetime) -> None:
+        """Measure at a moment that all is well."""
+        if (active := self.store.active()) is not None:
+            self.store.verify(made_verification(active), now)
+
+
+@dataclass(frozen=True, slots=True)
+class ProbeSite:
+    """A store with a calibrated and qualified probe, opened anew."""
+
+    folder: Path
+    store: ProbeStore
+    until = RECORDS_MADE + timedelta(hours=1, days=30)
+
+    @classmethod
+    def made(cls, folder: Path) -> ProbeSite:
+        """Return one in which the tip is VALID."""
+        store, record = ProbeStore(folder), made_probe_record()
+        store.calibrate(record, "technician", "new", RECORDS_MADE)
+        store.qualify(made_tip_record(record), RECORDS_MADE + timedelta(hours=1))
+        return cls(folder, store)
+
+    @classmethod
+    def opened(cls, folder: Path) -> ProbeSite:
+        """Return one as a program finds it that starts now."""
+        return cls(folder, ProbeStore(folder))
+
+    def state(self, now: datetime) -> State:
+        """Return how the mounted tip stands at a moment."""
+        return self.store.status(self._tip, now).state
+
+    def add(self, text: str, now: datetime) -> None:
+        """Append an event."""
+        self.store.doubt("campaign", text, now, now)
+
+    def verify(self, now: datetime) -> None:
+        """Measure at a moment that all is well."""
+        if (active := self.store.active(self._tip)) is not None:
+            again = made_tip_record(active.calibration, points=len(self.store.events))
+            self.store.qualify(again, now)
+
+    @property
+    def _tip(self) -> str:
+        return self.store.mounted or ""
+
+
+Site = CalibrationSite | ProbeSite
+SITES: tuple[type[CalibrationSite] | type[ProbeSite], ...] = (CalibrationSite, ProbeSite)
+"""The kinds of stores."""

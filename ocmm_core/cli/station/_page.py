@@ -1,0 +1,74 @@
+"""The report of the doctor on a terminal: the light as a word first, then what, then what to do."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+from rich.text import Text
+
+from ocmm_core.cli.terminal import shown
+from ocmm_core.doctor import Light, can_undo
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ocmm_core.doctor import Computer, DoctorReport, Mended, SystemChange
+
+_STYLES = {
+    Light.GREEN: "bold green",
+    Light.AMBER: "bold yellow",
+    Light.RED: "bold red",
+    Light.NOT_CHECKED: "bold cyan",
+}
+
+
+def print_report(report: DoctorReport, console: Console) -> None:
+    """Print a line for each check, below it what to do, and how many there are of each light."""
+    table = Table.grid(padding=(0, 2))
+    # Words are never cut in two: a light is read from afar.
+    for _ in range(2):
+        table.add_column(no_wrap=True)
+    table.add_column()
+    for one in report.results:
+        text = Text(shown(one.what))
+        if one.remedy:
+            # In front: a command at the end of the line can be copied.
+            fix = "With --fix, or: " if one.fixable else ""
+            text.append(f"\n-> {fix}{shown(one.remedy)}", style="italic")
+        table.add_row(Text(one.light.value, style=_STYLES[one.light]), one.title, text)
+    console.print(table)
+    counts = [(light, len(report.having(light))) for light in Light]
+    console.print()
+    console.print(Text(f"This computer is {report.light.value}: ", style="bold").append(
+        ", ".join(f"{count} {light.value}" for light, count in counts if count) + "."
+    ))  # fmt: skip
+
+
+def print_hint(computer: Computer, changes: Sequence[SystemChange], console: Console) -> None:
+    """Print what --fix and --undo would do here, where they would do anything."""
+    if changes:
+        console.print(
+            "--fix puts right what says so: it shows the changes, asks, and can be undone."
+        )
+    if can_undo(computer):
+        console.print("--undo takes back what --fix changed.")
+
+
+def print_changes(changes: Sequence[SystemChange], console: Console) -> None:
+    """Print changes, those that differ by a number alone in one line."""
+    alike: dict[str, list[str]] = {}
+    for one in changes:
+        alike.setdefault(re.sub(r"(cpu|irq/|state)\d+", r"\1N", one.words), []).append(one.words)
+    for pattern, words in alike.items():
+        console.print(f"  {pattern} ({len(words)} times)" if len(words) > 1 else f"  {words[0]}")
+
+
+def print_mended(done: Sequence[Mended], what: str, console: Console) -> None:
+    """Print which changes were not possible, and of how many there is ``what`` was done."""
+    for one in done:
+        if one.complaint:
+            console.print(f"  Not done: {one.change.place}: {one.complaint}")
+    console.print(f"{sum(not one.complaint for one in done)} of {len(done)} {what}.")

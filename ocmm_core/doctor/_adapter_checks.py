@@ -1,0 +1,206 @@
+"""The network adapter of the cameras: cable, use, and what it collects before it tells."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+
+from ocmm_core.doctor._changes import ChangeKind, SystemChange, kernel_file
+from ocmm_core.doctor._computer import Computer, NotAskedError
+from ocmm_core.doctor._cores import bus_core, processors
+from ocmm_core.doctor._ethtool import COALESCING, FEATURES, fixed_features, settings
+from ocmm_core.doctor._result import Answer, amber, green, red
+
+NETWORK = "/sys/class/net"
+_SETTINGS = "/etc/ocmm/bus.env"
+_NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
+_LEAST_MBIT = 100
+"""EtherCAT is 100 Mbit/s (IEC 61158-2 type 12); an adapter that agreed on less has a bad cable."""
+
+
+def interface_of(computer: Computer) -> str:
+    """Return the adapter of the cameras; NotAskedError where it is not known or not there."""
+    try:
+        name = _named(computer)
+    except NotAskedError as error:
+        raise NotAskedError("It is not known which adapter is that of the cameras.") from error
+    if not computer.has(f"{NETWORK}/{name}"):
+        raise NotAskedError(f"This computer has no network adapter {name}.")
+    return name
+
+
+def _named(computer: Computer) -> str:
+    """Return what was said; NotAskedError where nobody said which adapter it is."""
+    name = computer.interface
+    if not name and computer.has(_SETTINGS):
+        found = re.findall(
+            r'^OCMM_INTERFACE="?([^"\n]*)"?$', computer.text(_SETTINGS), re.MULTILINE
+        )
+        name = found[-1].strip() if found else ""
+    if "+" in name:
+        raise NotAskedError(
+            f"A ring has two adapters ({name}), and one is checked at a time.",
+            "Run this for each of them: --interface",
+        )
+    if not name:
+        raise NotAskedError(
+            "Nobody said which network adapter the cameras are connected to.",
+            f"Name it: --interface enp3s0, or OCMM_INTERFACE=enp3s0 in {_SETTINGS}.",
+        )
+    if not _NAME.fullmatch(name) or name in (".", ".."):
+        raise NotAskedError("The network adapter has no name of one.", "Use a name of 'ip link'.")
+    return name
+
+
+def adapter(computer: Computer) -> Answer:
+    """Return whether the adapter is there, connected, and for the cameras alone."""
+    name = _named(computer)
+    folder = f"{NETWORK}/{name}"
+    if not computer.has(folder):
+        known = ", ".join(one for one in computer.names(NETWORK) if one != "lo")
+        return red(
+            "adapter.missing",
+            f"This computer has no network adapter {name} (it has: {known or 'none'}).",
+            "Plug it in, or name the right one with --interface.",
+        )
+    if _carries_default_route(computer, name):
+        return red(
+            "adapter.in_use",
+            f"{name} carries the network of this computer; the camera bus would cut it off.",
+            "Give the cameras an adapter of their own.",
+        )
+    # The kernel refuses to tell the carrier of an adapter that is switched off.
+    if computer.text(f"{folder}/operstate") == "down":
+        return red(
+            "adapter.down",
+            f"{name} is switched off, or no cable is connected.",
+            f"Connect the cable of the cameras, and type: ip link set {name} up",
+        )
+    speed = computer.number(f"{folder}/speed")
+    if 0 < speed < _LEAST_MBIT:
+        return red(
+            "adapter.slow",
+            f"{name} is connected with {speed} Mbit/s; the cameras need {_LEAST_MBIT}.",
+            "Replace the cable.",
+        )
+    shown = f", {speed} Mbit/s" if speed > 0 else ""
+    return green(f"{name} is connected{shown}, and is not used by the network.")
+
+
+def interrupts(computer: Computer) -> Answer:
+    """Return whether the interrupts of the camera adapter stay off the processor of the bus."""
+    core = bus_core(computer)
+    if core is None:
+        raise NotAskedError(
+            "No processor is kept free for the bus, so no interrupt can disturb it."
+        )
+    name = interface_of(computer)
+    lines = f"{NETWORK}/{name}/device/msi_irqs"
+    if not computer.has(lines):
+        raise NotAskedError(f"The kernel does not say which interrupts {name} has.")
+    numbers = [one for one in computer.names(lines) if one.isdigit()]
+    if not numbers:
+        raise NotAskedError(f"The kernel does not say which interrupts {name} has.")
+    others = [one for one in processors(computer) if one != core]
+    if not others:
+        raise NotAskedError("There is one processor.")
+    wrong = []
+    for number in numbers:
+        place = f"/proc/irq/{number}/smp_affinity_list"
+        if core in computer.cpus(place):
+            wrong.append(kernel_file(place, computer.text(place), _ranges(others)))
+    if not wrong:
+        return green(f"The {len(numbers)} interrupts of {name} stay off processor {core}.")
+    return amber(
+        "interrupts.on_bus_core",
+        f"{len(wrong)} of {len(numbers)} interrupts of {name} may interrupt processor {core}, "
+        "which is that of the bus.",
+        f"Write {_ranges(others)} to {wrong[0].place}{' and so on' if len(wrong) > 1 else ''}.",
+        tuple(wrong),
+    )
+
+
+def coalescing(computer: Computer) -> Answer:
+    """Return whether the adapter tells every frame at once.
+
+    An adapter that waits for more frames makes every cycle longer (SOEM issues 184, 531 and 795:
+    ``ethtool -C IF rx-usecs 0 tx-usecs 0``).
+    """
+    name = interface_of(computer)
+    found = settings(computer, name, COALESCING)
+    wanted = {option: "0" if "usecs" in option else "off" for option in found}
+    if not {"rx-usecs", "tx-usecs"} & set(found):
+        raise NotAskedError(f"The driver of {name} does not say whether it collects frames.")
+    wrong = _wrong(name, COALESCING, found, wanted)
+    if not wrong:
+        return green(f"{name} tells every frame at once.")
+    shown = ", ".join(f"{one.place.split()[-1]} {one.before}" for one in wrong)
+    return amber(
+        "coalescing.on",
+        f"{name} collects frames before it tells them ({shown}; usecs are microseconds).",
+        f"Turn it off: ethtool -C {name} {_words(wrong)}",
+        wrong,
+    )
+
+
+def offloads(computer: Computer) -> Answer:
+    """Return whether the kernel hands on every frame as it came."""
+    name = interface_of(computer)
+    found = settings(computer, name, FEATURES)
+    fixed = fixed_features(computer, name)
+    if not found and not fixed:
+        raise NotAskedError(f"The driver of {name} does not say whether it joins frames.")
+    wrong = _wrong(name, FEATURES, found, dict.fromkeys(found, "off"))
+    if "on" in fixed.values():
+        return amber(
+            "offloads.fixed",
+            f"{name} joins received frames, and its driver does not let it be turned off.",
+            "Use another adapter for the cameras.",
+            wrong,
+        )
+    if not wrong:
+        return green(f"{name} hands on every frame as it came.")
+    return amber(
+        "offloads.on",
+        f"{name} joins received frames ({', '.join(one.place.split()[-1] for one in wrong)}).",
+        f"Turn it off: ethtool -K {name} {_words(wrong)}",
+        wrong,
+    )
+
+
+def _carries_default_route(computer: Computer, name: str) -> bool:
+    lines = [line.split() for line in computer.text("/proc/net/route").splitlines()[1:]]
+    return any(
+        len(one) > 7 and one[0] == name and one[1] == "00000000" and one[7] == "00000000"
+        for one in lines
+    )
+
+
+def _wrong(
+    name: str, kind: str, found: Mapping[str, str], wanted: Mapping[str, str]
+) -> tuple[SystemChange, ...]:
+    """Return what changes the settings of an adapter that are not as wanted."""
+    return tuple(
+        SystemChange(
+            kind=ChangeKind.ADAPTER, place=f"{name} {kind} {option}", before=value,
+            after=wanted[option],
+        )
+        for option, value in found.items()
+        if value != wanted[option]
+    )  # fmt: skip
+
+
+def _words(changes: Sequence[SystemChange]) -> str:
+    """Return settings as ethtool takes them."""
+    return " ".join(f"{one.place.split()[-1]} {one.after}" for one in changes)
+
+
+def _ranges(numbers: list[int]) -> str:
+    """Return processors as the kernel lists them: ``0-2,5``."""
+    parts: list[tuple[int, int]] = []
+    for number in numbers:
+        if parts and parts[-1][1] == number - 1:
+            parts[-1] = parts[-1][0], number
+        else:
+            parts.append((number, number))
+    return ",".join(str(low) if low == high else f"{low}-{high}" for low, high in parts)

@@ -1,0 +1,86 @@
+"""Changes of a computer that can be taken back: files of the kernel, settings of an adapter.
+
+Before anything is changed, what was there is on the disk; taking back goes from the last change to
+the first. A change is one of few kinds at few places: whoever writes into the file of changes
+cannot have anything else written by it.
+"""
+
+from __future__ import annotations
+
+import re
+from enum import StrEnum
+
+import msgspec
+
+UNDO_FILE = "/var/lib/ocmm/doctor-undo.json"
+LIMITS = "/etc/security/limits.d/90-ocmm.conf"
+"""Limits of whoever logs in (pam_limits(8))."""
+
+
+class ChangeKind(StrEnum):
+    """What is changed."""
+
+    KERNEL_FILE = "kernel file"
+    """A value below /sys or /proc; gone with the next start of the computer."""
+    NEW_FILE = "new file"
+    """A file of settings that is not there yet."""
+    ADAPTER = "adapter"
+    """A setting of ethtool(8); gone with the next start of the computer."""
+
+
+class SystemChange(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One change.
+
+    Attributes
+    ----------
+    kind
+        See `ChangeKind`.
+    place
+        Path of the computer, or for an adapter ``INTERFACE OPTION NAME`` as ethtool takes them.
+    before, after
+        What is there and what shall be there; ``before`` of a new file is empty.
+    """
+
+    kind: ChangeKind
+    place: str
+    before: str
+    after: str
+
+    @property
+    def words(self) -> str:
+        """Return what is done, for people."""
+        if self.kind is ChangeKind.NEW_FILE:
+            return f"make {self.place}: {' / '.join(self.after.splitlines())}"
+        name = f"ethtool {self.place}" if self.kind is ChangeKind.ADAPTER else self.place
+        return f"{name}: {self.before} -> {self.after}"
+
+
+_PLACES = {
+    ChangeKind.KERNEL_FILE: re.compile(
+        r"/sys/devices/system/cpu/cpu\d{1,4}/"
+        r"(?:cpufreq/scaling_governor|cpuidle/state\d{1,2}/disable)"
+        r"|/proc/irq/\d{1,6}/smp_affinity_list"
+    ),
+    ChangeKind.NEW_FILE: re.compile(re.escape(LIMITS)),
+    ChangeKind.ADAPTER: re.compile(
+        r"[A-Za-z0-9_.-]{1,15} (?:-C (?:rx-usecs|tx-usecs|adaptive-rx|adaptive-tx)|-K (?:gro|lro))"
+    ),
+}
+_VALUES = {
+    ChangeKind.KERNEL_FILE: re.compile(r"[a-z_0-9,-]{1,200}"),
+    ChangeKind.NEW_FILE: re.compile(r"[@a-z\d\s_-]{0,400}"),
+    ChangeKind.ADAPTER: re.compile(r"on|off|\d{1,7}"),
+}
+
+
+def kernel_file(place: str, before: str, after: str) -> SystemChange:
+    """Return the change of a value below /sys or /proc."""
+    return SystemChange(kind=ChangeKind.KERNEL_FILE, place=place, before=before, after=after)
+
+
+def is_allowed(change: SystemChange) -> bool:
+    """Return whether a change is one of those that a check may ask for."""
+    values = (change.after, change.before or change.after)
+    return _PLACES[change.kind].fullmatch(change.place) is not None and all(
+        _VALUES[change.kind].fullmatch(value) for value in values
+    )

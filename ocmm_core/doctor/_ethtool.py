@@ -1,0 +1,48 @@
+"""Settings of a network adapter by ethtool(8): asked, and set."""
+
+from __future__ import annotations
+
+import re
+
+from ocmm_core.doctor._computer import Computer
+
+COALESCING, FEATURES = "-C", "-K"
+_PACKAGE = "ethtool"
+_TITLES = {"generic-receive-offload": "gro", "large-receive-offload": "lro"}
+
+
+def settings(computer: Computer, name: str, kind: str) -> dict[str, str]:
+    """Return the settings of a kind that the driver tells and that can be changed, by option.
+
+    Parameters
+    ----------
+    kind
+        `COALESCING` or `FEATURES`: the option that sets them. Asking for them has a small letter.
+
+    Raises
+    ------
+    NotAskedError
+        ethtool is not there, or the driver does not tell.
+    """
+    said = computer.run("ethtool", kind.lower(), name, package=_PACKAGE)
+    if kind == FEATURES:
+        found = re.findall(r"^([a-z-]+): (on|off)$", said, re.MULTILINE)
+        return {_TITLES[title]: state for title, state in found if title in _TITLES}
+    times = dict(re.findall(r"^(rx-usecs|tx-usecs):\s*(\d{1,7})$", said, re.MULTILINE))
+    adaptive = re.search(r"^Adaptive RX: (on|off)\s+TX: (on|off)$", said, re.MULTILINE)
+    if adaptive is None:
+        return times
+    # First off, then zero: some drivers refuse a time while they choose it themselves.
+    return {"adaptive-rx": adaptive[1], "adaptive-tx": adaptive[2], **times}
+
+
+def fixed_features(computer: Computer, name: str) -> dict[str, str]:
+    """Return the features that the driver holds as they are, by option."""
+    said = computer.run("ethtool", FEATURES.lower(), name, package=_PACKAGE)
+    found = re.findall(r"^([a-z-]+): (on|off) \[fixed\]$", said, re.MULTILINE)
+    return {_TITLES[title]: state for title, state in found if title in _TITLES}
+
+
+def change_setting(computer: Computer, name: str, kind: str, option: str, value: str) -> None:
+    """Set one of them; NotAskedError where the driver refuses it."""
+    computer.run("ethtool", kind, name, option, value, package=_PACKAGE)

@@ -1,0 +1,216 @@
+"""What ends by the calendar, what the station signs with, and which version this is.
+
+Only dates are read here, and nothing is written, so that it can be asked by anybody at any time;
+``ocmm calibrate status`` says whether a calibration may be used.
+"""
+
+from __future__ import annotations
+
+import stat
+from collections.abc import Iterator
+from datetime import UTC, datetime, timedelta
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from platform import python_version
+
+import msgspec
+
+from ocmm_core import __version__
+from ocmm_core.calibration.records import PROBE_SCHEMA, SCHEMA, TIP_SCHEMA
+from ocmm_core.doctor._computer import Computer, NotAskedError
+from ocmm_core.doctor._result import Answer, amber, green, red
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError
+
+DUE_BEFORE = timedelta(days=14)
+"""As the records have it: what ends within this time is DUE."""
+_MOST_FILES = 2000
+_HASH_DIGITS = 64
+_LARGEST = 8 << 20
+_WORDS = {
+    SCHEMA: "The calibration of the cameras of",
+    PROBE_SCHEMA: "The calibration of the probe of",
+    TIP_SCHEMA: "The qualification of the tip of",
+}
+
+
+class _Artefact(msgspec.Struct, frozen=True):
+    name: str
+    serial: str
+    due_utc: str
+
+
+class _Dates(msgspec.Struct, frozen=True):
+    """What is read of a record of any kind."""
+
+    schema: str
+    made_utc: str
+    valid_until_utc: str = ""
+    tip: str = ""
+    artefacts: tuple[_Artefact, ...] = ()
+
+
+class _File(msgspec.Struct, frozen=True):
+    content: _Dates
+
+
+def calibrations(computer: Computer) -> Answer:
+    """Return when the calibrations end that were made last, of all rigs and probes."""
+    now = computer.calls.now()
+    ends = [
+        (_moment(one.valid_until_utc), f"{_WORDS[one.schema]} '{name}'")
+        for name, one in _newest(computer)
+        if one.schema in _WORDS
+    ]
+    if not ends:
+        return amber(
+            "calibrations.none",
+            f"No calibration of real cameras is stored for {computer.user}.",
+            "Calibrate: ocmm calibrate cameras, then ocmm calibrate probe.",
+        )
+    until, what = min(ends)
+    day = f"{until:%Y-%m-%d}"
+    if now >= until:
+        return red(
+            "calibrations.expired", f"{what} expired on {day}.",
+            "Calibrate again; until then every verdict is NOT PROVEN.",
+        )  # fmt: skip
+    if now >= until - DUE_BEFORE:
+        return amber("calibrations.due", f"{what} ends on {day}.", "Calibrate before that day.")
+    return green(f"{len(ends)} in force, the first one until {day}.")
+
+
+def certificates(computer: Computer) -> Answer:
+    """Return when the certificates end of the artefacts that the calibrations rest on."""
+    now = computer.calls.now()
+    newest: dict[tuple[str, str], datetime] = {}
+    for _, record in _newest(computer):
+        for one in record.artefacts:
+            key = one.name, one.serial
+            # Of one that was calibrated meanwhile the later certificate counts.
+            newest[key] = max(newest.get(key, _moment(one.due_utc)), _moment(one.due_utc))
+    if not newest:
+        raise NotAskedError(
+            "No stored calibration names an artefact with a certificate.",
+            "Calibrate with a certified artefact.",
+        )
+    (name, serial), until = min(newest.items(), key=lambda one: one[1])
+    day = f"{until:%Y-%m-%d}"
+    what = f"The certificate of '{name}' (serial {serial})"
+    if now >= until:
+        return red(
+            "certificates.expired", f"{what} expired on {day}.",
+            "Have it calibrated: no calibration or verification with it is accepted.",
+        )  # fmt: skip
+    if now >= until - DUE_BEFORE:
+        return amber("certificates.due", f"{what} ends on {day}.", "Send it to be calibrated.")
+    return green(f"{len(newest)} in force, the first one until {day}.")
+
+
+def key(computer: Computer) -> Answer:
+    """Return whether the station has a key that nobody else can read."""
+    folder = computer.data / "keys"
+    # One that is in a token is in force before one in a file, see `seals`.
+    in_token = computer.place(folder / "token.json").exists()
+    path = folder / ("token.json" if in_token else "station.key")
+    try:
+        found = computer.place(path).lstat()
+        around = computer.place(path.parent).stat()
+    except FileNotFoundError:
+        return amber(
+            "key.missing",
+            f"{computer.user} has no station key yet; the first record or job makes it.",
+            "Make it now: ocmm key show",
+        )
+    except OSError as error:
+        raise NotAskedError(f"{path} cannot be looked at ({error.strerror}).") from error
+    if not stat.S_ISREG(found.st_mode):
+        return red("key.no_file", f"{path} is no file.", "Restore it from a backup.")
+    # Not put right by --fix: a key that others could read may have been copied.
+    if found.st_mode & 0o077:
+        return red(
+            "key.readable",
+            f"Other users can read the key of this station (mode {found.st_mode & 0o777:04o}).",
+            f"Type chmod 600 {path}, then replace the key: ocmm key replace",
+        )
+    if around.st_mode & 0o022:
+        return red(
+            "key.folder",
+            f"Other users can exchange the key of this station ({path.parent}, mode "
+            f"{around.st_mode & 0o777:04o}).",
+            f"Type chmod 700 {path.parent}, then compare the key: ocmm key show",
+        )
+    return green(
+        "In a token, and nobody else can read its PIN."
+        if in_token
+        else "Present, and nobody else can read it."
+    )
+
+
+def program(computer: Computer) -> Answer:
+    """Return which version runs, and whether all of it is of that version."""
+    try:
+        installed = version("ocmm")
+    except PackageNotFoundError:
+        installed = __version__
+    if installed != __version__:
+        return red(
+            "program.mixed",
+            f"The program files are of version {__version__}, the installation of {installed}.",
+            "Install OCMM again; an upgrade was not finished.",
+        )
+    return green(f"OCMM {__version__}, Python {python_version()}.")
+
+
+def _newest(computer: Computer) -> list[tuple[str, _Dates]]:
+    """Return of each rig, probe and tip the record that was made last, with the name of a folder.
+
+    Raises
+    ------
+    NotAskedError
+        A record cannot be read.
+    """
+    newest: dict[tuple[str, str, str], _Dates] = {}
+    for name, record in _records(computer):
+        key_ = name, record.schema, record.tip
+        before = newest.get(key_)
+        if before is None or _moment(before.made_utc) < _moment(record.made_utc):
+            newest[key_] = record
+    return [(name, record) for (name, _, _), record in newest.items()]
+
+
+def _records(computer: Computer) -> Iterator[tuple[str, _Dates]]:
+    for kind in ("calibrations", "probes"):
+        above = computer.data / kind
+        if not computer.has(above):
+            continue
+        for name in computer.names(above):
+            folder = above / name
+            if not computer.place(folder).is_dir():
+                continue
+            files = [
+                one for one in computer.names(folder)
+                if one.endswith(".json") and len(one) == _HASH_DIGITS + len(".json")
+            ]  # fmt: skip
+            for file in files[:_MOST_FILES]:
+                yield name, _read(computer, folder / file)
+
+
+def _read(computer: Computer, path: Path) -> _Dates:
+    try:
+        return msgspec.json.decode(read_bytes(computer.place(path), _LARGEST), type=_File).content
+    except (InputError, msgspec.DecodeError, UnicodeDecodeError, RecursionError) as error:
+        raise NotAskedError(
+            f"The record {path.name[:12]} of '{path.parent.name}' cannot be read.",
+            "Restore it from a backup; ocmm audit verify says what else is wrong.",
+        ) from error
+
+
+def _moment(text: str) -> datetime:
+    try:
+        when = datetime.fromisoformat(text)
+    except ValueError as error:
+        raise NotAskedError(
+            f"A record holds no date where one should be ({text[:40]!r})."
+        ) from error
+    return when if when.tzinfo else when.replace(tzinfo=UTC)

@@ -1,0 +1,180 @@
+"""All checks of the computer, in the order a technician goes: one entry each."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from datetime import UTC
+
+from ocmm_core import __version__
+from ocmm_core.doctor import _adapter_checks as on_adapter
+from ocmm_core.doctor import _desk_checks as at_desk
+from ocmm_core.doctor import _disk_checks as on_disk
+from ocmm_core.doctor import _kernel_checks as in_kernel
+from ocmm_core.doctor import _record_checks as in_records
+from ocmm_core.doctor import _rights_checks as of_rights
+from ocmm_core.doctor import _time_checks as in_time
+from ocmm_core.doctor._changes import SystemChange
+from ocmm_core.doctor._computer import Computer, NotAskedError
+from ocmm_core.doctor._result import (
+    SCHEMA,
+    Answer,
+    CheckResult,
+    DoctorReport,
+    Light,
+    worst_of,
+)
+from ocmm_core.failure import contained
+
+Check = Callable[[Computer], Answer]
+
+
+@dataclass(frozen=True, slots=True)
+class CheckSpec:
+    """One check.
+
+    Attributes
+    ----------
+    name, title
+        For programs, and for people.
+    about
+        What is looked at, for the documentation.
+    check
+        Raises `NotAskedError` where the computer does not tell.
+    """
+
+    name: str
+    title: str
+    about: str
+    check: Check
+
+
+CHECKS = (
+    CheckSpec(
+        "program",
+        "Version",
+        "versions of the program files and of the installation agree",
+        in_records.program,
+    ),
+    CheckSpec("kernel", "Kernel", "PREEMPT_RT", in_kernel.kernel),
+    CheckSpec(
+        "cores",
+        "Processor for the bus",
+        "`isolcpus` and `nohz_full` of a processor, and that the service runs on it",
+        in_kernel.cores,
+    ),
+    CheckSpec("governor", "Clock governor", "`performance` on every processor", in_kernel.governor),
+    CheckSpec("idle", "Idle states", "no C-state with more than 50 us to wake up", in_kernel.idle),
+    CheckSpec(
+        "adapter",
+        "Camera adapter",
+        "there, connected, fast enough, not that of the network",
+        on_adapter.adapter,
+    ),
+    CheckSpec(
+        "interrupts",
+        "Adapter interrupts",
+        "none of its interrupts on the processor of the bus",
+        on_adapter.interrupts,
+    ),
+    CheckSpec(
+        "coalescing",
+        "Adapter coalescing",
+        "`rx-usecs`, `tx-usecs` and adaptive modes off (ethtool)",
+        on_adapter.coalescing,
+    ),
+    CheckSpec("offloads", "Adapter offloads", "`gro` and `lro` off (ethtool)", on_adapter.offloads),
+    CheckSpec("group", "Group", "the user is in the group `ocmm`", of_rights.group),
+    CheckSpec(
+        "rights",
+        "Rights of the bus",
+        "of the service or of `ocmm-acq-python`, which nobody but root can change",
+        of_rights.rights,
+    ),
+    CheckSpec("memory", "Memory lock", "all memory can be locked", of_rights.memory),
+    CheckSpec(
+        "clock",
+        "Clock",
+        "synchronised; not before what the station remembers; near the clock of the board",
+        in_time.clock,
+    ),
+    CheckSpec("time_zone", "Time zone", "set", in_time.time_zone),
+    CheckSpec(
+        "disk",
+        "Disk",
+        "5 GiB and files free (RED below 0.5 GiB), writable, of jobs and of records",
+        on_disk.disk,
+    ),
+    CheckSpec(
+        "sync",
+        "Disk latency",
+        "95 % of points on the disk within 25 ms (RED above 100 ms); a disk, not memory",
+        on_disk.sync,
+    ),
+    CheckSpec(
+        "screen", "Screen", "1280 x 720 after scaling (RED below 1024 x 640)", at_desk.screen
+    ),
+    CheckSpec("sound", "Sound", "a player and a sound card", at_desk.sound),
+    CheckSpec(
+        "calibrations",
+        "Calibrations",
+        "those made last have not expired, nor will in 14 days",
+        in_records.calibrations,
+    ),
+    CheckSpec(
+        "certificates",
+        "Certificates",
+        "the same of the artefacts that they rest on",
+        in_records.certificates,
+    ),
+    CheckSpec(
+        "key",
+        "Station key",
+        "present, mode 0600, in a folder that only its user can change",
+        in_records.key,
+    ),
+)
+
+
+def examine(
+    computer: Computer,
+    more: Iterable[CheckSpec] = (),
+    told: Callable[[str, float], None] = lambda title, share: None,
+) -> tuple[DoctorReport, tuple[SystemChange, ...]]:
+    """Return how a computer stands, and all changes that would put something right.
+
+    Parameters
+    ----------
+    more
+        Checks behind those of the registry: what is measured for a while.
+    told
+        Gets the title of each check before it begins, and the share that is done.
+    """
+    results: list[CheckResult] = []
+    changes: list[SystemChange] = []
+    everything = (*CHECKS, *more)
+    for number, spec in enumerate(everything):
+        told(spec.title, number / len(everything))
+        answer = _asked(spec, computer)
+        changes += answer.changes
+        results.append(
+            CheckResult(
+                spec.name, spec.title, answer.light, answer.code, answer.what, answer.remedy,
+                bool(answer.changes), answer.figures,
+            )
+        )  # fmt: skip
+    utc = computer.calls.now().astimezone(UTC).isoformat(timespec="seconds")
+    found = tuple(results)
+    return DoctorReport(SCHEMA, utc, __version__, worst_of(found), found), tuple(changes)
+
+
+def _asked(spec: CheckSpec, computer: Computer) -> Answer:
+    """Return the answer of a check; of one that fails that it is not known."""
+    try:
+        return spec.check(computer)
+    except NotAskedError as error:
+        return Answer(Light.NOT_CHECKED, error.what, error.code, error.remedy)
+    except Exception as error:
+        # One check that meets the unexpected does not take the others along.
+        told = contained(error, f"The check '{spec.title}'")
+        return Answer(Light.NOT_CHECKED, told.what, told.code, told.remedy)

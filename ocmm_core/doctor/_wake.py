@@ -1,0 +1,212 @@
+"""How late this computer wakes up for a cycle, measured as the bus process runs.
+
+    python -m ocmm_core.doctor._wake SECONDS PROCESSOR
+
+A process of its own, with the interpreter, the priority, the processor and the locked memory of the
+bus process as far as it gets them, waits for a deadline every millisecond. It ends with the largest
+lateness, not with a mean: one cycle that is late is one that is lost.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import subprocess
+import sys
+from array import array
+from collections.abc import Sequence
+from typing import TypeVar
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process import (
+    BUS_PRIORITY,
+    NEEDED,
+    allow_locked_memory,
+    bus_command,
+    give_up_all_but,
+    lock_memory,
+    take_priority,
+)
+from ocmm_core.doctor._computer import Computer, NotAskedError
+from ocmm_core.doctor._cores import bus_core
+from ocmm_core.doctor._registry import CheckSpec
+from ocmm_core.doctor._result import Answer, amber, green, red
+from ocmm_core.fieldbus.wire import HostTime
+
+PERIOD_NS = 1_000_000
+GOOD_MISSED, BAD_MISSED = 0.0005, 0.02
+"""Parts of the cycles that come a whole cycle late. A virtual machine without PREEMPT_RT under load
+can have 0.05 %; 0.35 to 1.9 % were found on such ones that nobody had set up."""
+ENOUGH_CYCLES = 10_000
+"""In fewer the share of 0.05 % is less than five."""
+GOOD_P999_US = 500.0
+WATCHDOG_US = 100_000.0
+"""A camera that hears nothing for so long leaves operation (register 0x0420, as it comes)."""
+_START_S = 60.0
+_MODULE = "ocmm_core.doctor._wake"
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+
+class WakeTimes(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What was found.
+
+    Attributes
+    ----------
+    cycles, missed
+        How many there were, and how many came a whole cycle late.
+    p50_us, p99_us, p999_us, max_us
+        Lateness, us.
+    real_time
+        It had a real-time priority.
+    core
+        The processor it ran on; -1 where it had none for itself.
+    """
+
+    cycles: int
+    missed: int
+    p50_us: float
+    p99_us: float
+    p999_us: float
+    max_us: float
+    real_time: bool
+    core: int
+
+
+def wake_check(seconds: float) -> CheckSpec:
+    """Return the check that measures for so long."""
+    return CheckSpec(
+        "wake",
+        "Wake-up jitter",
+        "at most 0.05 % of the cycles come a cycle late, 99.9 % within 0.5 ms",
+        lambda computer: judge_wakes(_measured(computer, seconds)),
+    )
+
+
+def judge_wakes(times: WakeTimes) -> Answer:
+    """Return what wake-up times mean for the bus."""
+    share = times.missed / times.cycles
+    how = "" if times.real_time else ", without real-time priority"
+    what = (
+        f"Wakes up {times.p50_us:.0f} us late in the median, 99.9 % within {times.p999_us:.0f} us, "
+        f"worst of {times.cycles:,}: {times.max_us:.0f} us; {100.0 * share:.2f} % a whole cycle "
+        f"late{how}."
+    )
+    figures = {
+        "p50_us": times.p50_us, "p99_us": times.p99_us, "p999_us": times.p999_us,
+        "max_us": times.max_us, "missed": float(times.missed), "cycles": float(times.cycles),
+        "real_time": float(times.real_time),
+    }  # fmt: skip
+    remedy = (
+        "See the lines on kernel, processor, governor and idle states; end other programs."
+        if times.real_time
+        else "Give the bus process its rights, or measure with sudo, where the service has them."
+    )
+    if times.max_us > WATCHDOG_US or share > BAD_MISSED:
+        return red("wake.very_late", what, remedy, **figures)
+    if share > GOOD_MISSED or times.p999_us > GOOD_P999_US:
+        return amber("wake.late", what, remedy, **figures)
+    if times.cycles < ENOUGH_CYCLES:
+        return too_short("wake.short", what, **figures)
+    if not times.real_time:
+        return amber("wake.ordinary", what, remedy, **figures)
+    return green(what, **figures)
+
+
+def measure_wakes(seconds: float, core: int) -> WakeTimes:
+    """Return how late this process wakes up; it takes priority and processor and keeps them.
+
+    Parameters
+    ----------
+    core
+        Processor to run on; -1 leaves it to the system.
+    """
+    # As the bus process does, in its order: what root may lock beyond its limit would otherwise
+    # leave no memory to who gave up that right.
+    allow_locked_memory()
+    give_up_all_but(NEEDED)
+    real_time = take_priority(BUS_PRIORITY) is None
+    try:
+        os.sched_setaffinity(0, {core} if core >= 0 else os.sched_getaffinity(0))
+    except OSError:
+        core = -1
+    lock_memory()
+    clock = HostTime()
+    count = max(1, round(seconds * 1e9 / PERIOD_NS))
+    late = array("q", bytes(8 * count))
+    gc.disable()
+    deadline = clock.now_ns() + PERIOD_NS
+    for cycle in range(count):
+        late[cycle] = clock.wait_until(deadline)
+        deadline += PERIOD_NS
+        if late[cycle] > PERIOD_NS:
+            # The cycles that were missed are gone; the next one is waited for.
+            deadline += late[cycle] // PERIOD_NS * PERIOD_NS
+    gc.enable()
+    found = sorted(late)
+    return WakeTimes(
+        cycles=count, missed=sum(one > PERIOD_NS for one in found), real_time=real_time, core=core,
+        p50_us=part(found, 0.5), p99_us=part(found, 0.99), p999_us=part(found, 0.999),
+        max_us=part(found, 1.0),
+    )  # fmt: skip
+
+
+def too_short(code: str, what: str, /, **figures: float) -> Answer:
+    """Return that nothing was found, in a time in which little could be."""
+    return amber(
+        code, f"{what[:-1]}; too few to be sure.", "Measure for a minute: --seconds 60", **figures
+    )
+
+
+def part(ordered: Sequence[int], share: float) -> float:
+    """Return below what a share of ordered times, ns, lies: us."""
+    return round(ordered[min(int(share * len(ordered)), len(ordered) - 1)] / 1e3, 1)
+
+
+def answer_of(command: Sequence[str], seconds: float, kind: type[T]) -> T:
+    """Return what a process prints that measures for so long.
+
+    Raises
+    ------
+    NotAskedError
+        It ends with a complaint, or not at all.
+    """
+    try:
+        done = subprocess.run(  # noqa: S603 - our own interpreter and modules, no shell
+            list(command), stdin=subprocess.DEVNULL, capture_output=True,
+            timeout=seconds + _START_S, check=False,
+        )  # fmt: skip
+        return msgspec.json.decode(done.stdout, type=kind)
+    except (OSError, subprocess.TimeoutExpired) as error:
+        raise NotAskedError(f"It could not be measured ({type(error).__name__}).") from error
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        said = done.stderr.decode("utf-8", errors="replace").strip().splitlines()
+        last = "".join(sign if sign.isprintable() else "?" for sign in (said or ["no answer"])[-1])
+        raise NotAskedError(f"It could not be measured ({last[:200]}).") from error
+
+
+def _measured(computer: Computer, seconds: float) -> WakeTimes:
+    if seconds <= 0.0:
+        raise NotAskedError("Not measured.", "Measure it: --seconds 60")
+    if not hasattr(os, "sched_setaffinity"):
+        raise NotAskedError("This system has no real-time priority.")
+    try:
+        core = bus_core(computer)
+    except NotAskedError:
+        core = None
+    interpreter = bus_command()[0]
+    # What has rights takes no code from the present folder or the environment.
+    alone = ["-I"] if interpreter != sys.executable else []
+    command = [interpreter, *alone, "-m", _MODULE, str(seconds), str(-1 if core is None else core)]
+    return answer_of(command, seconds, WakeTimes)
+
+
+def main() -> None:
+    """Measure, and print it as JSON."""
+    times = measure_wakes(float(sys.argv[1]), int(sys.argv[2]))
+    sys.stdout.write(msgspec.json.encode(times).decode())
+
+
+if __name__ == "__main__":
+    main()

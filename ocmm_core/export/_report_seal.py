@@ -1,0 +1,152 @@
+"""The seal of a report: which job it was made from, the hashes of its files, and who says so.
+
+A file beside the report, ``NAME.seal.json``, signed by the station that wrote it. Whoever gets the
+report with it can tell whether a file of it was changed, and in the job file, to which step it
+went.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.export.report import ReportData
+from ocmm_core.seals import KeyFolder, SealState, Signature, Signed, judge_signature, sign
+
+SCHEMA = "ocmm.report-seal/1"
+ENDING = ".seal.json"
+
+
+class SealedJob(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A job of the report; ``steps`` and ``head`` say how far it went (`storage.JobSeal`)."""
+
+    name: str
+    uuid: str
+    steps: int
+    head: str
+
+
+class SealedFile(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A file of the report."""
+
+    name: str
+    sha256: str
+
+
+class ReportSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The content of the file.
+
+    Attributes
+    ----------
+    schema
+        `SCHEMA`.
+    jobs, files
+        What was reported, and as what.
+    signature
+        On everything else in it.
+    """
+
+    schema: str
+    jobs: tuple[SealedJob, ...]
+    files: tuple[SealedFile, ...]
+    signature: Signature | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ReportSealFound:
+    """What was found of a seal and its files.
+
+    Attributes
+    ----------
+    seal
+        Its content.
+    state
+        Of the signature.
+    faults
+        A sentence for every file that is missing or not as it was.
+    """
+
+    seal: ReportSeal
+    state: SealState
+    faults: tuple[str, ...]
+
+
+def seal_of(
+    name: str, contents: Mapping[Path, bytes], jobs: Sequence[ReportData]
+) -> tuple[str, bytes]:
+    """Return name and content of the seal of files that are about to be written.
+
+    Raises
+    ------
+    StorageError
+        The key of this station cannot be used.
+    """
+    seal = ReportSeal(
+        schema=SCHEMA,
+        jobs=tuple(
+            SealedJob(
+                name=data.job, uuid=data.head.job_uuid,
+                steps=0 if data.seal is None else data.seal.steps,
+                head="" if data.seal is None else data.seal.head,
+            )
+            for data in jobs
+        ),
+        files=tuple(
+            SealedFile(name=path.name, sha256=hashlib.sha256(content).hexdigest())
+            for path, content in sorted(contents.items())
+        ),
+    )  # fmt: skip
+    signature = sign(KeyFolder().station_key(), Signed.REPORT, _content(seal))
+    whole = msgspec.json.encode(msgspec.structs.replace(seal, signature=signature))
+    return f"{name}{ENDING}", msgspec.json.format(whole, indent=1) + b"\n"
+
+
+def check_report_seal(path: Path, keys: KeyFolder) -> ReportSealFound:
+    """Return what is to be said of a seal at ``path``, and of the files beside it.
+
+    Raises
+    ------
+    InputError
+        It is no seal of a report, or cannot be read.
+    StorageError
+        The ring of known keys cannot be read.
+    """
+    try:
+        seal = msgspec.json.decode(read_bytes(path), type=ReportSeal)
+    except (ValueError, RecursionError) as error:
+        raise _no_seal(path, str(error)) from error
+    if seal.schema != SCHEMA:
+        raise _no_seal(path, f"its schema is {seal.schema!r}")
+    state = judge_signature(keys, Signed.REPORT, _content(seal), seal.signature)
+    faults = []
+    for one in seal.files:
+        # A name leads nowhere else: only files beside the seal are looked at.
+        if Path(one.name).name != one.name:
+            faults.append(f"{one.name!r} is no name of a file.")
+            continue
+        try:
+            digest = hashlib.sha256(read_bytes(path.with_name(one.name))).hexdigest()
+        except OcmmError as error:
+            faults.append(error.what)
+            continue
+        if digest != one.sha256:
+            faults.append(f"{one.name} was changed after the report was written.")
+    return ReportSealFound(seal, state, tuple(faults))
+
+
+def _content(seal: ReportSeal) -> bytes:
+    return msgspec.json.encode(msgspec.structs.replace(seal, signature=None), order="sorted")
+
+
+def _no_seal(path: Path, why: str) -> InputError:
+    return InputError(
+        "report.seal",
+        f"{path}: this is not the seal of a report ({why}).",
+        f"Give the file ending in {ENDING} beside the report.",
+    )

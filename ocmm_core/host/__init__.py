@@ -1,0 +1,23 @@
+"""What one system does otherwise than another: locks, folders on the disk, rights, processors.
+
+In: descriptors, paths and numbers. Out: the same promise on Linux and on Windows, or the next best,
+which `_host` names with its price. No other room asks which system it is on.
+
+Read `_host` (what there is), then `_posix`; `_windows` was never run on Windows. It must not know
+what is in the files.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.host._chosen import HOST
+    from ocmm_core.host._host import Host
+    from ocmm_core.host._linux_only import require_linux
+else:
+    __getattr__ = door(__name__, _chosen="HOST", _host="Host", _linux_only="require_linux")
+
+__all__ = ["HOST", "Host", "require_linux"]

@@ -1,0 +1,114 @@
+"""What a system must do for the other rooms."""
+
+from __future__ import annotations
+
+import os
+from abc import ABC, abstractmethod
+from pathlib import Path
+from typing import ClassVar
+
+
+class Host(ABC):
+    """A kind of operating system.
+
+    Attributes
+    ----------
+    is_linux_like
+        It has what the camera bus needs: raw frames, process rights, real-time priority.
+    closes_before_rename
+        A file that is open cannot be renamed or removed; so what is written is, for a moment
+        before it has its name, held by nobody.
+    """
+
+    is_linux_like: ClassVar[bool]
+    closes_before_rename: ClassVar[bool]
+
+    @abstractmethod
+    def lock(self, descriptor: int, *, shared: bool = False, wait: bool = False) -> None:
+        """Lock a file against other descriptors until this one is closed.
+
+        Parameters
+        ----------
+        descriptor
+            Of a file, or from `open_to_lock`.
+        shared
+            Others may have it shared, too; Windows locks for one alone instead.
+        wait
+            Until those that have it let go; else BlockingIOError.
+
+        Raises
+        ------
+        BlockingIOError
+            Another one has it.
+        OSError
+            The file system knows no locks.
+        """
+
+    @abstractmethod
+    def open_to_lock(self, folder: Path) -> int:
+        """Return a descriptor that stands for a folder in `lock`; OSError where there is none."""
+
+    @abstractmethod
+    def open_file(self, path: Path, flags: int, mode: int = 0o666) -> int:
+        """Return a descriptor as `os.open`, for bytes that stay as they are."""
+
+    @abstractmethod
+    def open_as_it_is(self, path: Path) -> int:
+        """Return a descriptor of a file or folder itself: no link is followed, nobody waited for.
+
+        Raises
+        ------
+        OSError
+            It is a link, is gone, or cannot be opened.
+        """
+
+    @abstractmethod
+    def is_at(self, descriptor: int, path: Path) -> bool:
+        """Return whether a path still means what was opened by `open_as_it_is` or made there."""
+
+    @abstractmethod
+    def write_at(self, descriptor: int, content: bytes, offset: int) -> int:
+        """Write bytes from an offset on; return how many were written."""
+
+    @abstractmethod
+    def sync_folder(self, folder: Path) -> None:
+        """Return when the names in a folder are on the disk; OSError where they may not be.
+
+        Windows keeps names in a journal and has no such call: there it does nothing.
+        """
+
+    @abstractmethod
+    def rename_new(self, temporary: Path, path: Path) -> None:
+        """Rename without replacing a file; FileExistsError where there is one."""
+
+    @abstractmethod
+    def is_own(self, state: os.stat_result) -> bool:
+        """Return whether a file belongs to the user of this process; without owners it does."""
+
+    @abstractmethod
+    def is_open_to(self, state: os.stat_result, others: int) -> bool:
+        """Return whether the mode of a file has one of these bits; without modes it has none."""
+
+    @abstractmethod
+    def shared_memory(self) -> Path | None:
+        """Return the folder for files that are in memory only; None where there is none."""
+
+    @abstractmethod
+    def processors(self) -> int:
+        """Return how many processors this process may use."""
+
+    @abstractmethod
+    def resident_bytes(self) -> int:
+        """Return how much memory this process holds; 0 where nobody can say."""
+
+    @abstractmethod
+    def limit_memory(self, most_bytes: int) -> None:
+        """Let this process hold no more than this; nothing where that cannot be had."""
+
+    @abstractmethod
+    def stand_back(self, steps: int) -> None:
+        """Give way to other processes, by steps of `os.nice`."""
+
+    @abstractmethod
+    def reader_has_left(self, descriptor: int) -> bool:
+        """Return whether nobody can read what is written to a pipe any more."""

@@ -1,0 +1,23 @@
+"""What only Linux can do says so, in one sentence."""
+
+from __future__ import annotations
+
+from ocmm_core.errors import InputError
+from ocmm_core.host._chosen import HOST
+
+
+def require_linux(what: str) -> None:
+    """Raise InputError where this computer cannot do what only Linux can.
+
+    Parameters
+    ----------
+    what
+        The subject of the sentence, e.g. "The camera bus".
+    """
+    if not HOST.is_linux_like:
+        raise InputError(
+            "host.linux",
+            f"{what} needs Linux; this computer runs another system.",
+            "Use the station for that. Here plans, jobs, recordings, reports and the virtual rig "
+            "can be used.",
+        )

@@ -1,0 +1,105 @@
+"""Linux, and where it can be had, other systems of its kind."""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import fcntl
+import os
+import resource
+import select
+import stat
+from pathlib import Path
+from typing import ClassVar
+
+from ocmm_core.host._host import Host
+
+_AT_FDCWD = -100
+_RENAME_NOREPLACE = 1
+_SHARED_MEMORY = Path("/dev/shm")  # noqa: S108 - rings have names there that nobody guesses
+
+
+class PosixHost(Host):
+    """See `Host`."""
+
+    is_linux_like: ClassVar[bool] = True
+    closes_before_rename: ClassVar[bool] = False
+
+    def lock(self, descriptor: int, *, shared: bool = False, wait: bool = False) -> None:
+        how = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
+        fcntl.flock(descriptor, how if wait else how | fcntl.LOCK_NB)
+
+    def open_to_lock(self, folder: Path) -> int:
+        return os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+
+    def open_file(self, path: Path, flags: int, mode: int = 0o666) -> int:
+        return os.open(path, flags, mode)
+
+    def open_as_it_is(self, path: Path) -> int:
+        return os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+
+    def is_at(self, descriptor: int, path: Path) -> bool:
+        try:
+            return os.path.samestat(os.fstat(descriptor), path.lstat())
+        except FileNotFoundError:
+            return False
+
+    def write_at(self, descriptor: int, content: bytes, offset: int) -> int:
+        return os.pwrite(descriptor, content, offset)
+
+    def sync_folder(self, folder: Path) -> None:
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+    def rename_new(self, temporary: Path, path: Path) -> None:
+        import ctypes
+
+        try:
+            rename = ctypes.CDLL(None, use_errno=True).renameat2
+        except (AttributeError, OSError, TypeError):
+            rename = None
+        if rename is not None:
+            names = os.fsencode(temporary), os.fsencode(path)
+            if rename(_AT_FDCWD, names[0], _AT_FDCWD, names[1], _RENAME_NOREPLACE) == 0:
+                return
+            code = ctypes.get_errno()
+            if code not in (errno.EINVAL, errno.ENOSYS):
+                raise OSError(code, os.strerror(code), str(path))
+        if path.exists():
+            raise FileExistsError(errno.EEXIST, os.strerror(errno.EEXIST), str(path))
+        temporary.rename(path)
+
+    def is_own(self, state: os.stat_result) -> bool:
+        return state.st_uid == os.getuid()
+
+    def is_open_to(self, state: os.stat_result, others: int) -> bool:
+        return bool(stat.S_IMODE(state.st_mode) & others)
+
+    def shared_memory(self) -> Path | None:
+        return _SHARED_MEMORY if _SHARED_MEMORY.is_dir() else None
+
+    def processors(self) -> int:
+        can_say = hasattr(os, "sched_getaffinity")
+        return len(os.sched_getaffinity(0)) if can_say else os.cpu_count() or 1
+
+    def resident_bytes(self) -> int:
+        try:
+            pages = int(Path("/proc/self/statm").read_text("ascii").split()[1])
+        except (OSError, ValueError, IndexError):
+            return 0
+        return pages * resource.getpagesize()
+
+    def limit_memory(self, most_bytes: int) -> None:
+        with contextlib.suppress(ValueError, OSError):
+            resource.setrlimit(resource.RLIMIT_DATA, (most_bytes, most_bytes))
+
+    def stand_back(self, steps: int) -> None:
+        os.nice(steps)
+
+    def reader_has_left(self, descriptor: int) -> bool:
+        looking = select.poll()
+        looking.register(descriptor, 0)
+        return any(event & select.POLLERR for _, event in looking.poll(0))

@@ -1,0 +1,113 @@
+"""Windows, written from the documentation of Python and of Win32: never run on Windows.
+
+What it cannot promise as Linux does: names in a folder are not forced to the disk; locks are for
+one alone; what is being written is held by nobody while it gets its name.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import time
+from pathlib import Path
+from typing import Any, ClassVar
+
+from ocmm_core.host._host import Host
+
+# Locks keep others from reading what is locked, so a byte is locked that no file has. The C
+# library counts from where the descriptor stands, which is put back afterwards.
+_BEYOND = 0x7FFF_0000
+_FOLDER_LOCK = ".ocmm-lock"
+_BETWEEN_S = 0.02
+
+
+class WindowsHost(Host):
+    """See `Host`."""
+
+    is_linux_like: ClassVar[bool] = False
+    closes_before_rename: ClassVar[bool] = True
+
+    def lock(self, descriptor: int, *, shared: bool = False, wait: bool = False) -> None:
+        del shared
+        import msvcrt
+
+        # Its names are there for type checkers on Windows only.
+        native: Any = msvcrt
+        while True:
+            stood = os.lseek(descriptor, 0, os.SEEK_CUR)
+            os.lseek(descriptor, _BEYOND, os.SEEK_SET)
+            try:
+                native.locking(descriptor, native.LK_NBLCK, 1)
+            except OSError as error:
+                # "Permission denied" and "resource deadlock avoided" are what it says of a lock.
+                if error.errno not in (errno.EACCES, errno.EDEADLK):
+                    raise
+                if not wait:
+                    raise BlockingIOError(errno.EAGAIN, "another program has it") from error
+            else:
+                return
+            finally:
+                os.lseek(descriptor, stood, os.SEEK_SET)
+            time.sleep(_BETWEEN_S)
+
+    def open_to_lock(self, folder: Path) -> int:
+        # A folder has no descriptor: a file in it stands for it.
+        return self.open_file(folder / _FOLDER_LOCK, os.O_RDWR | os.O_CREAT)
+
+    def open_file(self, path: Path, flags: int, mode: int = 0o666) -> int:
+        # Without it line feeds would become two characters, and sealed lines others.
+        return os.open(path, flags | getattr(os, "O_BINARY", 0), mode)
+
+    def open_as_it_is(self, path: Path) -> int:
+        if path.is_symlink():
+            raise OSError(errno.ELOOP, "it is a link", str(path))
+        if path.is_dir():
+            return self.open_to_lock(path)
+        return self.open_file(path, os.O_RDWR)
+
+    def is_at(self, descriptor: int, path: Path) -> bool:
+        there = path / _FOLDER_LOCK if path.is_dir() else path
+        try:
+            return os.path.samestat(os.fstat(descriptor), there.lstat())
+        except FileNotFoundError:
+            return False
+
+    def write_at(self, descriptor: int, content: bytes, offset: int) -> int:
+        os.lseek(descriptor, offset, os.SEEK_SET)
+        return os.write(descriptor, content)
+
+    def sync_folder(self, folder: Path) -> None:
+        del folder
+
+    def rename_new(self, temporary: Path, path: Path) -> None:
+        # Windows refuses to rename to a name that there is.
+        temporary.rename(path)
+
+    def is_own(self, state: os.stat_result) -> bool:
+        del state
+        return True
+
+    def is_open_to(self, state: os.stat_result, others: int) -> bool:
+        # Rights are those of the folder: that of a user is his alone.
+        del state, others
+        return False
+
+    def shared_memory(self) -> Path | None:
+        return None
+
+    def processors(self) -> int:
+        return os.cpu_count() or 1
+
+    def resident_bytes(self) -> int:
+        return 0
+
+    def limit_memory(self, most_bytes: int) -> None:
+        del most_bytes
+
+    def stand_back(self, steps: int) -> None:
+        del steps
+
+    def reader_has_left(self, descriptor: int) -> bool:
+        # A pipe whose reader has left says so when it is written to, and not before.
+        del descriptor
+        return False

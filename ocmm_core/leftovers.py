@@ -1,0 +1,186 @@
+"""What killed programs leave behind, and how to tell it from what somebody is using.
+
+Everything that is made only for a while (a file that is being written, a folder to work in, a ring
+of frames) is locked by who made it, for as long as it is in use; the system lets go of a lock with
+the process, however that ended. What can be locked by another is therefore nobody's, whatever
+process numbers are used again, also on a folder that several computers share.
+
+Between making and locking another program may take a thing for a leftover: whoever makes one looks
+afterwards whether the name still means what it locked, and makes another where it does not.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import os
+import re
+import secrets
+import shutil
+import stat
+import tempfile
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+
+from ocmm_core.host import HOST
+
+_log = logging.getLogger(__name__)
+
+_MARK = r"\.ocmm-[0-9a-f]{6}\.tmp"
+_BEING_WRITTEN = re.compile(rf"\..*{_MARK}")
+_SCRATCH = "ocmm-scratch-"
+
+
+def hold(descriptor: int, path: Path) -> bool:
+    """Lock what was just made at ``path``, and say whether it is ours until we close it.
+
+    False: another program took it for a leftover and has removed it; make another one.
+    """
+    try:
+        HOST.lock(descriptor)
+    except BlockingIOError:
+        return False
+    except OSError:
+        # A file system without locks: nobody else can lock it either, and so nobody removes it.
+        return True
+    return HOST.is_at(descriptor, path)
+
+
+def temporary_file(path: Path) -> tuple[int, Path]:
+    """Make a file beside ``path`` to write its content into; return its descriptor and its name.
+
+    Raises
+    ------
+    OSError
+        The folder cannot be written.
+    """
+    while True:
+        name = path.with_name(f".{path.name}.ocmm-{secrets.token_hex(3)}.tmp")
+        try:
+            descriptor = HOST.open_file(name, os.O_WRONLY | os.O_CREAT | os.O_EXCL)
+        except FileExistsError:
+            continue
+        if hold(descriptor, name):
+            return descriptor, name
+        os.close(descriptor)
+
+
+@contextlib.contextmanager
+def scratch_folder(what: str) -> Iterator[Path]:
+    """Give a new folder to work in, gone with all that is in it at the end.
+
+    Raises
+    ------
+    OSError
+        There is no place for it.
+    """
+    while True:
+        folder = Path(tempfile.mkdtemp(prefix=f"{_SCRATCH}{what}-"))
+        descriptor = HOST.open_to_lock(folder)
+        if hold(descriptor, folder):
+            break
+        os.close(descriptor)
+    try:
+        yield folder
+    finally:
+        os.close(descriptor)
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def scratch_path(what: str) -> Path:
+    """Return where another process may make a folder to work in, see `keep_folder`."""
+    return Path(tempfile.gettempdir()) / f"{_SCRATCH}{what}-{secrets.token_hex(8)}"
+
+
+def keep_folder(folder: Path) -> bool:
+    """Make the folder of a `scratch_path` and hold it until this process ends; say whether it did.
+
+    Raises
+    ------
+    OSError
+        There is no place for it.
+    """
+    folder.mkdir(mode=0o700)
+    # Never closed: the end of the process does that.
+    return hold(HOST.open_to_lock(folder), folder)
+
+
+def clear_leftovers(folders: Iterable[Path]) -> int:
+    """Remove what killed programs were writing in these folders, and what they worked in.
+
+    Parameters
+    ----------
+    folders
+        Where this program writes files; those that are not there are left out.
+
+    Returns
+    -------
+    How many files and folders are gone. Nothing is raised: a leftover that cannot be removed stays.
+    """
+    count = 0
+    for folder in {folder.absolute() for folder in folders}:
+        count += clear(path for path in _in(folder) if _BEING_WRITTEN.fullmatch(path.name))
+    there = Path(tempfile.gettempdir())
+    count += clear(path for path in _in(there) if path.name.startswith(_SCRATCH))
+    if count:
+        _log.warning("Temporary files and folders of killed programs removed: %d.", count)
+    return count
+
+
+def clear_beside(path: Path) -> int:
+    """Remove what killed programs were writing under the name of ``path``; return how many."""
+    name = re.compile(rf"\.{re.escape(path.name)}{_MARK}")
+    return clear(one for one in _in(path.parent) if name.fullmatch(one.name))
+
+
+def clear(paths: Iterable[Path]) -> int:
+    """Remove those files and folders of this user that nobody holds; return how many."""
+    return sum(_remove(path) for path in paths)
+
+
+def unheld(paths: Iterable[Path]) -> list[Path]:
+    """Return those files of this user that nobody holds; nothing is removed."""
+    found = []
+    for path in paths:
+        with contextlib.suppress(OSError), path.open("rb") as stream:
+            if HOST.is_own(os.fstat(stream.fileno())):
+                HOST.lock(stream.fileno())
+                found.append(path)
+    return found
+
+
+def _in(folder: Path) -> list[Path]:
+    try:
+        return [Path(entry.path) for entry in os.scandir(folder)]
+    except OSError:
+        return []
+
+
+def _remove(path: Path) -> bool:
+    try:
+        descriptor = HOST.open_as_it_is(path)
+    except OSError:
+        return False
+    is_open = True
+    try:
+        state = path.lstat()
+        is_folder = stat.S_ISDIR(state.st_mode)
+        if not HOST.is_own(state) or not (is_folder or stat.S_ISREG(state.st_mode)):
+            return False
+        HOST.lock(descriptor)
+        if not HOST.is_at(descriptor, path):
+            return False
+        if HOST.closes_before_rename:
+            os.close(descriptor)
+            is_open = False
+        if is_folder:
+            shutil.rmtree(path)
+        else:
+            path.unlink()
+    except OSError:
+        # In use, or already gone.
+        return False
+    finally:
+        if is_open:
+            os.close(descriptor)
+    return True

@@ -1,0 +1,259 @@
+"""The key of this station, and the keys whose signatures it believes.
+
+The private key is one file that only the station's user can read, or lies in a token that never
+gives it away. A key that is replaced goes to the ring of known keys, so that what it signed still
+verifies. Whoever reads files of another station adds the public key of that station to the ring.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+
+import msgspec
+import platformdirs
+from cryptography.exceptions import UnsupportedAlgorithm
+from cryptography.hazmat.primitives import serialization
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+from ocmm_core.documents import decode_json
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.seals._private_file import private_content, private_temporary, unwritable
+from ocmm_core.seals._public import fingerprint_of, public_text
+from ocmm_core.seals._ring import (
+    KnownKey,
+    add_to_ring,
+    changing,
+    check_names,
+    in_utc,
+    read_ring,
+)
+from ocmm_core.seals._tokens import TokenKey, TokenPlace, make_token_key
+
+THIS_STATION = "this station"
+_PRIVATE = "station.key"
+_TOKEN = "token.json"  # noqa: S105 - the name of a file
+
+
+@dataclass(frozen=True, slots=True)
+class StationKey:
+    """The private key of this station.
+
+    Attributes
+    ----------
+    public
+        The public key: 32 bytes of Ed25519, or 33 of ECDSA on P-256.
+    kept_in
+        Where it is, for people.
+    """
+
+    _sign: Callable[[bytes], bytes]
+    public: bytes
+    kept_in: str
+
+    @property
+    def fingerprint(self) -> str:
+        """Return its name."""
+        return fingerprint_of(self.public)
+
+    def sign(self, content: bytes) -> bytes:
+        """Return the signature, 64 bytes; StorageError where a token does not answer."""
+        return self._sign(content)
+
+
+class KeyFolder:
+    """Where the key of this station and the ring of known keys are; read anew at every question.
+
+    Parameters
+    ----------
+    folder
+        None is that of this user.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = platformdirs.user_data_path("ocmm") / "keys" if folder is None else folder
+
+    def station_key(self) -> StationKey:
+        """Return the key of this station; the first time it is made.
+
+        Raises
+        ------
+        StorageError
+            It cannot be read or made, is damaged, or others can read it.
+        """
+        found = self._stored_key()
+        return self._make() if found is None else found
+
+    def own_public(self) -> bytes | None:
+        """Return the public key of this station; None where it has none that can be used."""
+        with contextlib.suppress(StorageError):
+            found = self._stored_key()
+            return None if found is None else found.public
+        return None
+
+    def known(self) -> tuple[KnownKey, ...]:
+        """Return the ring of known keys, without the one in force.
+
+        Raises
+        ------
+        StorageError
+            It is damaged or cannot be read.
+        """
+        return read_ring(self.folder)
+
+    def believed(self) -> dict[str, str]:
+        """Return for each public key that is believed, as Base64, what its station is called."""
+        names = {key.public: key.name for key in self.known()}
+        own = self.own_public()
+        if own is not None:
+            names[public_text(own)] = THIS_STATION
+        return names
+
+    def trust(self, public: bytes, name: str, who: str, reason: str, now: datetime) -> KnownKey:
+        """Believe the key of another station from now on.
+
+        Raises
+        ------
+        InputError
+            Name, person or reason is missing, or it is the key of this station.
+        StorageError
+            The ring cannot be read or written.
+        """
+        check_names(name, who)
+        if public == self.own_public():
+            raise InputError(
+                "key.own", "This is the key of this station.", "Nothing needs to be done."
+            )
+        key = KnownKey(
+            public=public_text(public), name=name.strip(), since_utc=in_utc(now), who=who.strip(),
+            reason=reason,
+        )  # fmt: skip
+        with changing(self.folder):
+            add_to_ring(self.folder, key)
+        return key
+
+    def replace(
+        self, who: str, reason: str, now: datetime, token: TokenPlace | None = None
+    ) -> StationKey:
+        """Make a new key for this station; what the old one signed still verifies.
+
+        The old key goes to the ring first: at no moment is there a key in force whose forerunner
+        nobody knows.
+
+        Parameters
+        ----------
+        who, reason
+            Who replaces it, and why.
+        now
+            The moment, with its time zone.
+        token
+            Where the new key is made; None makes it in a file.
+
+        Raises
+        ------
+        StorageError
+            The key or the ring cannot be read or written, or the token makes none.
+        """
+        self.station_key()
+        with changing(self.folder):
+            old = self.station_key().public
+            in_token = None if token is None else make_token_key(token)
+            moment = in_utc(now)
+            kept = KnownKey(
+                public=public_text(old), name=THIS_STATION, since_utc=moment, until_utc=moment,
+                who=who, reason=reason,
+            )  # fmt: skip
+            add_to_ring(self.folder, kept)
+            if in_token is None:
+                self._put(_PRIVATE, _pem(Ed25519PrivateKey.generate()), instead_of=_TOKEN)
+            else:
+                self._put(_TOKEN, msgspec.json.encode(in_token) + b"\n", instead_of=_PRIVATE)
+        return self.station_key()
+
+    def token_place(self) -> TokenPlace | None:
+        """Return the token that the key of this station is in; None where it is in a file.
+
+        Raises
+        ------
+        StorageError
+            What is known of the token is damaged, cannot be read, or others can read it.
+        """
+        found = self._token_key()
+        return None if found is None else found.place
+
+    def _stored_key(self) -> StationKey | None:
+        in_token = self._token_key()
+        if in_token is not None:
+            return StationKey(in_token.sign, in_token.public_bytes, in_token.place.shown)
+        content = private_content(self.folder / _PRIVATE)
+        if content is None:
+            return None
+        path = self.folder / _PRIVATE
+        try:
+            private = serialization.load_pem_private_key(content, password=None)
+        except (ValueError, TypeError, UnsupportedAlgorithm) as error:
+            raise _damaged(path) from error
+        if not isinstance(private, Ed25519PrivateKey):
+            raise _damaged(path)
+        return self._station_key(private)
+
+    def _station_key(self, private: Ed25519PrivateKey) -> StationKey:
+        public = private.public_key().public_bytes_raw()
+        return StationKey(private.sign, public, str(self.folder))
+
+    def _token_key(self) -> TokenKey | None:
+        content = private_content(self.folder / _TOKEN)
+        if content is None:
+            return None
+        try:
+            found = decode_json(content, TokenKey)
+            bytes.fromhex(found.key_id)
+            _ = found.public_bytes
+        except (msgspec.MsgspecError, ValueError, InputError) as error:
+            raise _damaged(self.folder / _TOKEN) from error
+        return found
+
+    def _make(self) -> StationKey:
+        private = Ed25519PrivateKey.generate()
+        temporary = private_temporary(self.folder / _PRIVATE, _pem(private))
+        try:
+            # Two programs that start at once make one key: the second one takes that of the first.
+            os.link(temporary, self.folder / _PRIVATE)
+        except FileExistsError:
+            return self.station_key()
+        except OSError as error:
+            raise unwritable(self.folder, error) from error
+        finally:
+            temporary.unlink(missing_ok=True)
+        return self._station_key(private)
+
+    def _put(self, name: str, content: bytes, *, instead_of: str) -> None:
+        """Put a key into force in the place of the one before, wherever that is kept."""
+        temporary = private_temporary(self.folder / name, content)
+        try:
+            temporary.replace(self.folder / name)
+            # A token is in force before a file. Cut here, the key before stays so: it is known.
+            (self.folder / instead_of).unlink(missing_ok=True)
+        except OSError as error:
+            raise unwritable(self.folder, error) from error
+        finally:
+            temporary.unlink(missing_ok=True)
+
+
+def _pem(private: Ed25519PrivateKey) -> bytes:
+    return private.private_bytes(
+        serialization.Encoding.PEM, serialization.PrivateFormat.PKCS8, serialization.NoEncryption()
+    )
+
+
+def _damaged(path: Path) -> StorageError:
+    return StorageError(
+        "key.damaged",
+        f"{path}: the key of this station is damaged.",
+        "Restore it from a backup. If there is none, move it away: a new key is made, and files "
+        "of the old one are read as those of an unknown station until its public key is trusted.",
+    )

@@ -1,0 +1,168 @@
+"""The ring: the keys, beside the one in force, whose signatures this station believes."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+from collections.abc import Iterator, Sequence
+from datetime import UTC, datetime
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.host import HOST
+from ocmm_core.leftovers import hold
+from ocmm_core.seals._private_file import unwritable
+from ocmm_core.seals._public import fingerprint_of, public_from_text
+
+_RING = "known_keys.json"
+_LOCK = ".changing"
+_SCHEMA = "ocmm.keys/1"
+_NAME_LENGTH = 60
+_PATIENCE_S = 5.0
+
+
+class KnownKey(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A key whose signatures are believed.
+
+    Attributes
+    ----------
+    public
+        Base64 of its bytes.
+    name
+        Of the station, for people.
+    since_utc
+        When it was added here.
+    until_utc
+        When it was replaced by another one of this station; empty for that of another station.
+    who, reason
+        Who added it, and why.
+    """
+
+    public: str
+    name: str
+    since_utc: str
+    until_utc: str = ""
+    who: str
+    reason: str
+
+    @property
+    def public_bytes(self) -> bytes:
+        """Return the key itself; InputError where it is none."""
+        return public_from_text(self.public)
+
+    @property
+    def fingerprint(self) -> str:
+        """Return its name."""
+        return fingerprint_of(self.public_bytes)
+
+
+class _Ring(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    schema: str
+    keys: tuple[KnownKey, ...] = ()
+
+
+def read_ring(folder: Path) -> tuple[KnownKey, ...]:
+    """Return the known keys of a folder.
+
+    Raises
+    ------
+    StorageError
+        The ring is damaged or cannot be read.
+    """
+    path = folder / _RING
+    try:
+        ring = msgspec.json.decode(path.read_bytes(), type=_Ring)
+        for key in ring.keys:
+            _ = key.public_bytes
+    except FileNotFoundError:
+        return ()
+    except (
+        OSError,
+        msgspec.DecodeError,
+        UnicodeDecodeError,
+        RecursionError,
+        InputError,
+    ) as error:
+        raise StorageError(
+            "key.ring",
+            f"{path}: the list of known keys cannot be read ({error}).",
+            "Restore it from a backup, or move it away and trust the keys again.",
+        ) from error
+    return ring.keys
+
+
+def add_to_ring(folder: Path, added: KnownKey) -> None:
+    """Put a key on the ring, in the place of what it said of the same key before.
+
+    To be called with the folder held by `changing`.
+
+    Raises
+    ------
+    StorageError
+        The ring cannot be read or written.
+    """
+    keys = [key for key in read_ring(folder) if key.public != added.public] + [added]
+    _write(folder, keys)
+
+
+@contextlib.contextmanager
+def changing(folder: Path) -> Iterator[None]:
+    """Hold the folder of keys against other programs that would change it at the same time.
+
+    Raises
+    ------
+    StorageError
+        Another program holds it for seconds, or it cannot be written.
+    """
+    path = folder / _LOCK
+    end = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+            descriptor = HOST.open_file(path, os.O_RDWR | os.O_CREAT, 0o600)
+        except OSError as error:
+            raise unwritable(folder, error) from error
+        if hold(descriptor, path):
+            break
+        os.close(descriptor)
+        if time.monotonic() > end:
+            raise StorageError(
+                "key.busy",
+                f"{folder}: another program is changing the keys.",
+                "Wait until it has ended, then repeat.",
+            )
+        time.sleep(0.02)
+    try:
+        yield
+    finally:
+        os.close(descriptor)
+
+
+def check_names(name: str, who: str) -> None:
+    """Raise InputError where the name of a station or a person is missing or too long."""
+    for what, text in (("name of the station", name), ("name of who decides", who)):
+        if not 0 < len(text.strip()) <= _NAME_LENGTH:
+            raise InputError(
+                "key.name",
+                f"The {what} is missing or longer than {_NAME_LENGTH} characters.",
+                "Give it.",
+            )
+
+
+def in_utc(now: datetime) -> str:
+    """Return a moment as the ring writes it."""
+    return now.astimezone(UTC).isoformat(timespec="seconds")
+
+
+def _write(folder: Path, keys: Sequence[KnownKey]) -> None:
+    content = msgspec.json.format(
+        msgspec.json.encode(_Ring(schema=_SCHEMA, keys=tuple(keys))), indent=1
+    )
+    try:
+        write_atomic(folder / _RING, content + b"\n")
+    except OSError as error:
+        raise unwritable(folder, error) from error

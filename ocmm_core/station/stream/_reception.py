@@ -1,0 +1,211 @@
+"""Who may connect to the live stream, how many at once, and for how long without a request.
+
+Everything that somebody without the token can cost is bounded here: places, bytes and seconds. A
+connection that has not said what it wants waits in a row of its own and never takes the place of
+one that has; where the row is full, the oldest one of the computer with most of them goes. So a
+thousand silent connections hold a few dozen descriptors, and whoever says at once what he wants
+gets in. Everything runs in one event loop.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import socket
+import ssl
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+
+from ocmm_core.station.stream._client import (
+    LONGEST_REQUEST,
+    MOST_CHATTER,
+    MOST_WAITING,
+    REQUEST_TIMEOUT_S,
+    StreamClient,
+)
+from ocmm_core.station.stream._messages import bye_line
+
+MOST_CLIENTS = 8
+MOST_UNDECIDED = 32
+"""Connections that have not said yet what they want."""
+LAST_WORDS_S = 5.0
+"""A client that is told goodbye has so long to take it."""
+_PAUSE_S = 0.1
+"""Where the system gives no more descriptors it is asked again after so long."""
+
+
+class Reception:
+    """Take connections in and let them go; used in one event loop, and not by other threads.
+
+    Parameters
+    ----------
+    listener
+        Bound, and listening.
+    tls
+        None speaks plainly.
+    greet
+        Returns the first line of the server.
+    begin
+        Gets a client and its request.
+    failed
+        Told what nobody foresaw; the client over which it happened is cut off.
+    """
+
+    def __init__(
+        self,
+        listener: socket.socket,
+        tls: ssl.SSLContext | None,
+        greet: Callable[[], bytes],
+        begin: Callable[[StreamClient, bytes], None],
+        failed: Callable[[Exception], None],
+    ) -> None:
+        self._listener, self._tls = listener, tls
+        self._greet, self._begin, self._failed = greet, begin, failed
+        self._guests: dict[StreamClient, tuple[socket.socket, asyncio.Task[None]]] = {}
+
+    @property
+    def clients(self) -> tuple[StreamClient, ...]:
+        """Return all connections, oldest first."""
+        return tuple(self._guests)
+
+    @property
+    def listening(self) -> list[StreamClient]:
+        """Return those that get messages."""
+        return [client for client in self._guests if client.listens]
+
+    @property
+    def is_full(self) -> bool:
+        """Return whether nobody else gets messages."""
+        return len(self.listening) >= MOST_CLIENTS
+
+    async def receive(self) -> None:
+        """Take in whoever comes, until this is cancelled."""
+        loop = asyncio.get_running_loop()
+        while True:
+            try:
+                connection, address = await loop.sock_accept(self._listener)
+            except OSError:
+                await asyncio.sleep(_PAUSE_S)
+                continue
+            connection.setblocking(False)
+            now = time.monotonic()
+            client = StreamClient(str(address[0]), now, now)
+            task = loop.create_task(self._shake_hands(client, connection))
+            self._guests[client] = connection, task
+            self._make_room()
+            # Whoever connects as fast as he can leaves the others their turn.
+            await asyncio.sleep(0)
+
+    def prune(self, now: float) -> None:
+        """Let those go that are silent, stalled, talk too much, or had their goodbye."""
+        for client in self.clients:
+            with self.dropping(client):
+                client.note_movement(now)
+                if client.is_silent(now):
+                    self.end(client, f"no request within {REQUEST_TIMEOUT_S:g} s")
+                elif client.said > MOST_CHATTER:
+                    self.end(client, "only the first line is read")
+                elif client.is_stalled(now) or (
+                    client.ending and (not client.waiting or now - client.since_s > LAST_WORDS_S)
+                ):
+                    self.cut(client)
+
+    def end(self, client: StreamClient, why: str) -> None:
+        """Say goodbye with a reason; the connection ends when that is taken."""
+        if client.ending:
+            return
+        client.ending, client.since_s = True, time.monotonic()
+        if client.transport is None:
+            self.cut(client)
+            return
+        client.write(bye_line(why))
+        # Whatever else it says costs nothing.
+        client.transport.pause_reading()
+
+    def cut(self, client: StreamClient) -> None:
+        """End a connection now."""
+        guest = self._guests.pop(client, None)
+        if guest is None:
+            return
+        connection, task = guest
+        task.cancel()
+        if client.transport is not None:
+            # What is left of a goodbye is in the hands of the system by now, or never taken.
+            client.transport.abort() if client.waiting else client.transport.close()
+        else:
+            connection.close()
+
+    def close(self) -> None:
+        """End all connections."""
+        for client in self.clients:
+            self.cut(client)
+
+    @contextlib.contextmanager
+    def dropping(self, client: StreamClient) -> Iterator[None]:
+        """Cut a client off over which something nobody foresaw happens; the others stay."""
+        try:
+            yield
+        except Exception as error:
+            self.cut(client)
+            self._failed(error)
+
+    async def _shake_hands(self, client: StreamClient, connection: socket.socket) -> None:
+        loop = asyncio.get_running_loop()
+        try:
+            connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+            # What the system holds for a slow client is old when it is read.
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, MOST_WAITING)
+            limit = REQUEST_TIMEOUT_S if self._tls is not None else None
+            await loop.connect_accepted_socket(
+                lambda: _Talk(self, client), connection, ssl=self._tls,
+                ssl_handshake_timeout=limit,
+            )  # fmt: skip
+        except (OSError, ssl.SSLError):
+            # It hung up, or does not speak TLS.
+            self._guests.pop(client, None)
+            connection.close()
+
+    def _make_room(self) -> None:
+        undecided = [one for one in self._guests if not one.begun and not one.ending]
+        if len(undecided) <= MOST_UNDECIDED:
+            return
+        computers = Counter(client.address for client in undecided)
+        (most, _), *_ = computers.most_common(1)
+        self.end(next(one for one in undecided if one.address == most), "too many connections wait")
+
+    def joined(self, client: StreamClient) -> None:
+        """Greet a client that has shaken hands."""
+        with self.dropping(client):
+            client.write(self._greet())
+
+    def heard(self, client: StreamClient, said: bytes) -> None:
+        """Take in what a client says."""
+        with self.dropping(client):
+            request = client.hear(said)
+            if request is not None:
+                self._begin(client, request)
+            elif len(client.heard) > LONGEST_REQUEST:
+                self.end(client, "the first line is too long")
+
+
+class _Talk(asyncio.Protocol):
+    """What the event loop tells of one connection."""
+
+    def __init__(self, reception: Reception, client: StreamClient) -> None:
+        self._reception, self._client = reception, client
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        if not isinstance(transport, asyncio.Transport):
+            raise TypeError(f"{type(transport)} is no stream")
+        self._client.transport = transport
+        self._reception.joined(self._client)
+
+    def data_received(self, data: bytes) -> None:
+        self._reception.heard(self._client, data)
+
+    def eof_received(self) -> None:
+        self._reception.cut(self._client)
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        self._reception.cut(self._client)

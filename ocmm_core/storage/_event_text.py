@@ -1,0 +1,35 @@
+"""The texts of events that are not sentences but values, as JSON."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import msgspec
+
+from ocmm_core.documents import decode_json
+from ocmm_core.errors import StorageError
+
+T = TypeVar("T")
+
+
+def event_value(kind: str, text: str, form: type[T]) -> T:
+    """Return what the text of an event of ``kind`` says.
+
+    Raises
+    ------
+    StorageError
+        It does not have this form.
+    """
+    try:
+        return decode_json(text, form)
+    except msgspec.MsgspecError as error:
+        raise bad_event(kind, str(error)) from error
+
+
+def bad_event(kind: str, why: str) -> StorageError:
+    """Return the error for an event whose text cannot be understood."""
+    return StorageError(
+        "job.event",
+        f"The event '{kind}' in the job cannot be read: {why}.",
+        "Open the job with the program version that wrote it.",
+    )

@@ -1,0 +1,102 @@
+"""Connections to files that may come from anywhere: what is read of them is bounded.
+
+A job file is a program in a small way: views, triggers and generated columns run when it is read.
+So nothing of its schema is trusted, and nothing in it may keep us longer than its size explains.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+import time
+from pathlib import Path
+from typing import Any
+
+LONGEST_VALUE = 32 << 20
+"""Bytes of the longest value of a row; SQLite refuses a longer one before it makes room for it."""
+
+LARGEST_FILE = 1 << 30
+"""Bytes of the largest file that is opened; a job of 100,000 points has a fifth of it."""
+
+_LIMITS = {
+    sqlite3.SQLITE_LIMIT_LENGTH: LONGEST_VALUE,
+    sqlite3.SQLITE_LIMIT_SQL_LENGTH: 100_000,
+    sqlite3.SQLITE_LIMIT_COLUMN: 100,
+    sqlite3.SQLITE_LIMIT_EXPR_DEPTH: 100,
+    sqlite3.SQLITE_LIMIT_COMPOUND_SELECT: 10,
+    sqlite3.SQLITE_LIMIT_FUNCTION_ARG: 16,
+    sqlite3.SQLITE_LIMIT_ATTACHED: 0,
+    sqlite3.SQLITE_LIMIT_TRIGGER_DEPTH: 10,
+    sqlite3.SQLITE_LIMIT_WORKER_THREADS: 0,
+}
+_DEFENCES = (
+    # Views and triggers call no function that does anything, and a page is checked when it is read.
+    "PRAGMA trusted_schema = OFF",
+    "PRAGMA cell_size_check = ON",
+    "PRAGMA mmap_size = 0",
+)
+_STEPS = 50_000
+"""Steps of SQLite's machine between two looks at the clock: about a millisecond."""
+
+_BASE_S, _BYTES_A_SECOND = 3.0, 4 << 20
+"""Processor time that a file may take; the largest jobs are read twenty times as fast."""
+
+
+class GuardedConnection(sqlite3.Connection):
+    """A connection that ends a statement which takes longer than the size of its file explains."""
+
+    def __init__(self, *args: Any, **options: Any) -> None:
+        super().__init__(*args, **options)
+        self._path: Path | None = None
+        self._until_s = 0.0
+
+    def guard(self, path: Path) -> None:
+        """Bound everything that is read of the file at ``path``; before the first statement."""
+        self._path = path
+        for limit, most in _LIMITS.items():
+            self.setlimit(limit, most)
+        self.set_progress_handler(self._is_over, _STEPS)
+        self.renew()
+        # From Python 3.12 on; the schema is compared in any case.
+        switch = getattr(self, "setconfig", None)
+        defensive = getattr(sqlite3, "SQLITE_DBCONFIG_DEFENSIVE", None)
+        if switch is not None and defensive is not None:
+            switch(defensive, True)
+        for defence in _DEFENCES:
+            self.execute(defence)
+
+    def renew(self) -> None:
+        """Let the file take its time anew; whoever begins another reading or writing calls this."""
+        try:
+            size = 0 if self._path is None else self._path.stat().st_size
+        except OSError:
+            size = 0
+        # Processor time of this thread: a slow disk or a busy computer is no fault of the file.
+        self._until_s = time.thread_time() + _BASE_S + size / _BYTES_A_SECOND
+
+    def _is_over(self) -> bool:
+        return time.thread_time() > self._until_s
+
+
+def guarded_connection(path: Path, mode: str, **options: Any) -> GuardedConnection:
+    """Open the file at ``path`` with everything bounded.
+
+    Parameters
+    ----------
+    mode
+        Of SQLite's address, with further parameters of it.
+    options
+        Of `sqlite3.connect`.
+
+    Raises
+    ------
+    sqlite3.Error
+        It cannot be opened.
+    """
+    address = f"{path.resolve().as_uri()}?mode={mode}"
+    db: GuardedConnection = sqlite3.connect(address, uri=True, factory=GuardedConnection, **options)
+    try:
+        db.guard(path)
+    except BaseException:
+        db.close()
+        raise
+    return db

@@ -1,0 +1,221 @@
+"""The signature of the station on a job: a row beside the audit for every transaction.
+
+The hash of the last audit row is that of everything that was ever stored, so a signature on it is
+one on the whole job. Whoever goes on with a job adds to what he believes only: the last signature
+must be a good one of a known station before the next one is written. So a good last one stands for
+all before it, and a job that was written anew shows as one of a stranger, or of nobody. What was
+cut off at the end shows by what this station remembers (`seals`), or by a line on paper.
+"""
+
+from __future__ import annotations
+
+import sqlite3
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.seals import (
+    KeyFolder,
+    SealState,
+    SealWord,
+    Seen,
+    Signature,
+    Signed,
+    StationKey,
+    judge_signature,
+    recall,
+    remember,
+    shown_key,
+    sign,
+)
+from ocmm_core.storage._checks import seal_fault
+from ocmm_core.storage._faults import damaged
+
+_LINE = "ocmm-job-1"
+
+ADOPTED = "adopted"
+"""Kind of the event by which somebody takes over what this station did not sign."""
+
+
+@dataclass(frozen=True, slots=True)
+class JobSeal:
+    """How far a job goes, and who says so.
+
+    Attributes
+    ----------
+    job_uuid
+        Of the job.
+    steps, head
+        Rows of the audit, and the hash of the last one.
+    state
+        Of the signature on the last row.
+    signature
+        That one; None where there is none.
+    unsigned
+        Rows at the beginning that nobody signed when they were stored.
+    missing
+        What this station has seen and is no longer there, as a sentence; empty where all is.
+    """
+
+    job_uuid: str
+    steps: int
+    head: str
+    state: SealState
+    signature: Signature | None = None
+    unsigned: int = 0
+    missing: str = ""
+
+    @property
+    def line(self) -> str:
+        """Return what proves the job on paper: its head with the signature; empty without one."""
+        if self.signature is None:
+            return ""
+        return ":".join(
+            (_LINE, self.job_uuid, str(self.steps), self.head, self.signature.key,
+             self.signature.value)
+        )  # fmt: skip
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Return what speaks against the job, in sentences."""
+        found = {
+            SealWord.SEALED: (),
+            SealWord.NOT_SIGNED: (
+                "The job is not signed: an earlier version made it, or its signatures were "
+                "removed. Whether it is as it was made is not known.",
+            ),
+            SealWord.UNKNOWN_KEY: (
+                "The job was signed by a station that this computer does not know "
+                f"(key {shown_key(self.state.fingerprint)}).",
+            ),
+            SealWord.FORGED: ("The signature of the job does not belong to it.",),
+        }[self.state.word]
+        return (*found, *([self.missing] if self.missing else []))
+
+
+def insert_seal(db: sqlite3.Connection, key: StationKey) -> tuple[int, str]:
+    """Sign the last row of the audit, in a transaction of the caller; return number and hash."""
+    steps, head = _last(db)
+    signature = sign(key, Signed.JOB, _content(steps, head))
+    db.execute("INSERT INTO seal VALUES (?, ?, ?)", (steps, signature.key, signature.value))
+    return steps, head
+
+
+def read_seal(db: sqlite3.Connection, path: Path, job_uuid: str, keys: KeyFolder) -> JobSeal:
+    """Return how far a job goes, and who says so.
+
+    Raises
+    ------
+    StorageError
+        A row of the signatures is none, or the ring of known keys cannot be read.
+    """
+    steps, head = _last(db)
+    # Also those that nothing is concluded from: what nobody could have stored is damage.
+    fault = seal_fault(db.execute("SELECT sequence, key, signature FROM seal"), steps)
+    if fault:
+        raise damaged(path, fault)
+    row = db.execute("SELECT key, signature FROM seal WHERE sequence = ?", (steps,)).fetchone()
+    signature = None if row is None else Signature(*row)
+    state = judge_signature(keys, Signed.JOB, _content(steps, head), signature)
+    (first,) = db.execute("SELECT coalesce(min(sequence), 0) FROM seal").fetchone()
+    return JobSeal(
+        job_uuid, steps, head, state, signature, max(first - 1, 0), _missing(db, job_uuid, steps)
+    )
+
+
+def check_line(db: sqlite3.Connection, job_uuid: str, line: str, keys: KeyFolder) -> str:
+    """Return in a sentence what a line from paper proves of the job.
+
+    Raises
+    ------
+    StorageError
+        It is of another job, says something else than the file, or nobody known signed it.
+    """
+    parts = line.strip().split(":")
+    if len(parts) != 6 or parts[0] != _LINE or not parts[2].isdecimal() or len(parts[2]) > 12:
+        raise InputError(
+            "job.line",
+            "This is not the line of a job report.",
+            "Scan the code of the report again.",
+        )
+    _, uuid, steps, head, key, signature = parts
+    state = judge_signature(keys, Signed.JOB, _content(int(steps), head), Signature(key, signature))
+    if not state.sound:
+        why = {
+            SealWord.UNKNOWN_KEY: f"signed by {state.signer}",
+        }.get(state.word, "not as it was signed")
+        raise StorageError(
+            "job.line_forged", f"The line on the report is {why}.", "Do not rely on that report."
+        )
+    if uuid != job_uuid:
+        raise StorageError(
+            "job.line_other", "The line on the report is about another job.", "Find its job file."
+        )
+    row = db.execute("SELECT hash FROM audit WHERE sequence = ?", (int(steps),)).fetchone()
+    if row is None or row[0] != head:
+        raise StorageError(
+            "job.line_differs",
+            f"The report was made from step {steps} of this job, which the file does not hold"
+            f"{'' if row is None else ' as it was then'}.",
+            "Restore the file from a backup; what it says now is not what was reported.",
+        )
+    (last,) = db.execute("SELECT max(sequence) FROM audit").fetchone()
+    more = last - int(steps)
+    after = f"; {more} step{'s' if more > 1 else ''} came after it" if more else ""
+    return f"The report was made from this job at step {steps}{after}. Signed by {state.signer}."
+
+
+def remember_job(job_uuid: str, steps: int, head: str, place: Path) -> None:
+    """Keep how far a job goes."""
+    remember(Seen(name=_name(job_uuid), count=steps, link=head, place=str(place)))
+
+
+def require_sealed(seal: JobSeal, path: Path) -> None:
+    """Refuse to go on with a job whose steps nobody here answers for.
+
+    Raises
+    ------
+    StorageError
+        A stranger signed it, or nobody, or steps of it are missing.
+    """
+    if not seal.doubts:
+        return
+    adopt = seal.state.word is SealWord.NOT_SIGNED or (seal.state.sound and bool(seal.missing))
+    raise StorageError(
+        "job.not_sealed",
+        f"{path}: nothing can be added to this job. {seal.doubts[0]}",
+        (
+            "Restore the newest copy of it. If this is the newest one, whoever answers for it can "
+            "take it over: ocmm audit adopt."
+            if adopt
+            else "It can be opened to look at. Start a new job to measure."
+        ),
+    )
+
+
+def _missing(db: sqlite3.Connection, job_uuid: str, steps: int) -> str:
+    seen = recall(_name(job_uuid))
+    if seen is None:
+        return ""
+    if seen.count > steps:
+        return (
+            f"{seen.count - steps} of {seen.count} steps that this computer has seen are missing "
+            "at the end: it is an older copy of the job, or its end was removed."
+        )
+    row = db.execute("SELECT hash FROM audit WHERE sequence = ?", (seen.count,)).fetchone()
+    if row is not None and row[0] == seen.link:
+        return ""
+    return f"Step {seen.count} is not the one that this computer has seen: the job was replaced."
+
+
+def _last(db: sqlite3.Connection) -> tuple[int, str]:
+    row = db.execute("SELECT sequence, hash FROM audit ORDER BY sequence DESC LIMIT 1").fetchone()
+    return (0, "") if row is None else (int(row[0]), str(row[1]))
+
+
+def _content(steps: int, head: str) -> bytes:
+    return b"%d %s" % (steps, head.encode())
+
+
+def _name(job_uuid: str) -> str:
+    return f"job {job_uuid}"

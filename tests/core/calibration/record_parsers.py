@@ -1,0 +1,29 @@
+"""Records and tables of a calibration, read from bytes and files."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+from ocmm_core.calibration.guided._table_text import TextTable, read_table
+from ocmm_core.calibration.records import CameraRecord, canonical, rig_from_record
+from ocmm_core.calibration.records._sealed import unseal
+from ocmm_core.camera import Rig
+from tests.core.calibration.made_records import make_record
+
+
+def sample_record() -> bytes:
+    """Return the content of a record of cameras."""
+    return canonical(make_record())
+
+
+def rig_of_content(content: bytes) -> Rig:
+    """Return the cameras of a record that somebody made by hand: the hash of it is right."""
+    digest = hashlib.sha256(content).hexdigest().encode()
+    sealed = b'{"content":' + content + b',"sha256":"' + digest + b'"}'
+    return rig_from_record(unseal(Path("record.json"), sealed, CameraRecord))
+
+
+def read_list(path: Path) -> TextTable:
+    """Return a table of named points."""
+    return read_table(path, ("name", "x"))

@@ -1,0 +1,133 @@
+"""Jobs that somebody forged: refused in one sentence, whatever stands in them, and soon."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sqlite3
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.cli.campaign import Kind, damaged_kinds, forged, job_kinds
+from ocmm_core.errors import StorageError
+from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.storage import JobFile, JobHead, guarded_connection, read_summary
+
+LONGEST_S = 5.0
+"""Processor time of one file; a recursive view would take for ever."""
+N_DAMAGED = 60
+
+MARKS = (
+    "observation",
+    "event.",
+    "seal.",
+    "signatures more",
+    "head.created_utc",
+    "head.operator",
+    "head.id",
+)
+TABLES = [kind for kind in job_kinds() if any(mark in kind.name for mark in MARKS)]
+OTHERS = (*MARKS, ".", "event '", "limit ")
+SCHEMAS = [kind for kind in job_kinds() if not any(mark in kind.name for mark in OTHERS)]
+
+
+@pytest.fixture
+def good(tmp_path: Path, head: JobHead, make_point: Callable[[int], MeasuredPoint]) -> Path:
+    """Return a closed job with three points, one of them annulled."""
+    path = tmp_path / "good.ocmm"
+    with JobFile.create(path, head) as job:
+        for number in (1, 2, 3):
+            job.append_point(make_point(number))
+        job.annul_point(2, "slipped")
+        job.append_event("note", "a text")
+    return path
+
+
+def told(path: Path) -> str:
+    """Read all of a job, and what is seen of it at a glance; return why it is refused, or nothing.
+
+    Anything but a StorageError with one short sentence about this file fails the test.
+    """
+    if path.is_file():
+        os.utime(path, (1e9, 1e9))
+    found = ""
+    try:
+        if path.is_file():
+            read_summary(path)
+    except StorageError as error:
+        found = error.what
+    try:
+        with JobFile.open(path) as job:
+            job.verify()
+            job.points(), job.annulled(), job.events(), job.taken_utc(), job.reference()
+            job.steps()
+            return ""
+    except StorageError as error:
+        found = error.what
+    assert str(path) in found
+    assert "\n" not in found
+    assert len(found) < len(str(path)) + 300
+    return found
+
+
+@pytest.mark.parametrize("kind", [*TABLES, *SCHEMAS], ids=lambda kind: kind.name)
+def test_a_forged_job_is_refused_in_one_sentence(good: Path, tmp_path: Path, kind: Kind) -> None:
+    path = tmp_path / "forged.ocmm"
+    kind.make(good, path)
+    begun = time.thread_time()
+    found = told(path)
+    assert time.thread_time() - begun < LONGEST_S
+    assert found or kind.harmless
+
+
+def test_a_damaged_job_is_refused_or_read(good: Path, tmp_path: Path) -> None:
+    refused = 0
+    for kind in damaged_kinds(N_DAMAGED, seed=1):
+        path = tmp_path / "damaged.ocmm"
+        kind.make(good, path)
+        refused += bool(told(path))
+    assert refused > N_DAMAGED / 2
+
+
+def test_a_forged_job_of_good_content_is_read(good: Path, tmp_path: Path) -> None:
+    # Otherwise the forger would be refused for his forging, and nothing else would be tested.
+    path = tmp_path / "forged.ocmm"
+    with forged(good, path) as db:
+        db.execute("UPDATE observation SET tip_radius = 1.25 WHERE number = 3")
+    with JobFile.open(path) as job:
+        # Nothing but the signature and the memory of this station speaks against it.
+        assert job.verify() == list(job.seal().doubts) != []
+        assert [point.tip_radius for point in job.points()] == [1.5003, 1.25]
+
+
+def test_a_statement_without_end_is_ended(good: Path) -> None:
+    with contextlib.closing(guarded_connection(good, "ro")) as db:
+        begun = time.thread_time()
+        with pytest.raises(sqlite3.OperationalError, match="interrupted"):
+            db.execute(
+                "WITH RECURSIVE more(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM more) "
+                "SELECT count(*) FROM more"
+            ).fetchall()
+        assert time.thread_time() - begun < LONGEST_S
+
+
+def test_a_dropped_trigger_is_no_reason_to_refuse(good: Path) -> None:
+    db = sqlite3.connect(good)
+    db.execute("DROP TRIGGER event_no_update")
+    db.close()
+    assert told(good) == ""
+
+
+def test_a_job_of_the_first_version_is_still_opened(good: Path) -> None:
+    db = sqlite3.connect(good, isolation_level=None)
+    db.execute("DROP TABLE reference_observation")
+    db.execute("DROP TABLE reference")
+    db.execute("DROP TABLE seal")
+    db.execute("PRAGMA user_version = 1")
+    db.close()
+    with JobFile.open(good) as job:
+        assert len(job.points()) == 2
+        assert [doubt[:22] for doubt in job.verify()] == ["The job is not signed:"]

@@ -1,0 +1,126 @@
+"""What stands still in the 3-D view is made once and painted a little at a time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QRectF, QSize
+from PySide6.QtGui import QColor, QFont, QImage, QPainter
+from PySide6.QtWidgets import QApplication
+
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import JobView, Target
+from ocmm_gui.app import make_application
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, text_font
+from ocmm_gui.views import Orbit, _scene_layer, job_items, paint_scene
+from ocmm_gui.views._contents import JobDrawing, target_items
+from ocmm_gui.views._scene import Lines
+from ocmm_gui.views._scene_layer import SceneLayer, StillScene
+from tests.gui.long_job import make_long_job
+
+THEME = THEMES[DEFAULT_THEME]
+SIZE = QSize(500, 300)
+
+
+@pytest.fixture(scope="module")
+def app() -> QApplication:
+    return make_application()
+
+
+@pytest.fixture(scope="module")
+def job(tmp_path_factory: pytest.TempPathFactory) -> JobView:
+    folder = tmp_path_factory.mktemp("scene")
+    return reopen_job(make_long_job(folder), folder, calibrations=folder).view
+
+
+def scene_of(job: JobView, azimuth: float = 0.7) -> StillScene:
+    items, reach = job_items(job, THEME)
+    start = Orbit(np.zeros(3), azimuth, 0.4, 10.0, np.array([0.0, 0.0, 1.0]))
+    orbit = start.fitted(reach, SIZE.width(), SIZE.height())
+    return StillScene(items, orbit, SIZE, 1.0, THEME.panel)
+
+
+def at_once(scene: StillScene, font: QFont) -> QImage:
+    image = QImage(SIZE, QImage.Format.Format_ARGB32_Premultiplied)
+    image.fill(QColor(scene.background))
+    painter = QPainter(image)
+    box = QRectF(0.0, 0.0, SIZE.width(), SIZE.height())
+    paint_scene(painter, scene.items, scene.orbit, box, font, scene.background)
+    painter.end()
+    return image
+
+
+def test_only_what_has_changed_is_made_again(job: JobView) -> None:
+    drawing = JobDrawing()
+    before, _ = drawing.items(job, THEME)
+    assert drawing.items(job, THEME)[0] is before
+    first, *others = job.features
+    less = replace(first, points=first.points[:-1])
+    after, reach = drawing.items(replace(job, features=(less, *others)), THEME)
+    alike = {id(item) for item in before} & {id(item) for item in after}
+    own, _ = JobDrawing().items(replace(job, features=(less,)), THEME)
+    assert len(after) - len(alike) <= len(own)
+    # The same is seen as by whoever draws all of it.
+    fresh, again = job_items(replace(job, features=(less, *others)), THEME)
+    assert [type(item) for item in after] == [type(item) for item in fresh]
+    np.testing.assert_array_equal(reach, again)
+
+
+def test_a_theme_and_a_chosen_point_change_what_is_seen(job: JobView) -> None:
+    drawing = JobDrawing()
+    before, _ = drawing.items(job, THEME)
+    other = next(theme for name, theme in THEMES.items() if name != DEFAULT_THEME)
+    assert drawing.items(job, other)[0] is not before
+    number = job.features[0].points[0].number
+    chosen, _ = drawing.items(job, THEME, number)
+    assert len(chosen) == len(before) + 2
+
+
+@pytest.mark.parametrize("slice_s", [10.0, 0.0])
+def test_the_picture_is_the_same_however_long_the_slices_are(
+    app: QApplication, job: JobView, monkeypatch: pytest.MonkeyPatch, slice_s: float
+) -> None:
+    monkeypatch.setattr(_scene_layer, "_SLICE_S", slice_s)
+    layer, scene, font = SceneLayer(app), scene_of(job), text_font(12)
+    told: list[None] = []
+    layer.changed.connect(lambda: told.append(None))
+    first, _ = layer.picture(scene, font)
+    wanted = at_once(scene, font)
+    assert (first == wanted) == (slice_s > 0.0)
+    for _ in range(10 * len(scene.items)):
+        app.processEvents()
+    assert layer.picture(scene, font)[0] == wanted
+    assert bool(told) == (slice_s == 0.0)
+    layer.deleteLater()
+
+
+def test_the_scene_before_is_shown_until_the_next_is_painted_if_the_eye_has_not_moved(
+    app: QApplication, job: JobView, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    layer, scene, font = SceneLayer(app), scene_of(job), text_font(12)
+    layer.picture(scene, font)
+    for _ in range(10 * len(scene.items)):
+        app.processEvents()
+    monkeypatch.setattr(_scene_layer, "_SLICE_S", 0.0)
+    before = at_once(scene, font)
+    more = replace(scene, items=scene.items[::-1])
+    assert layer.picture(more, font)[0] == before
+    turned = scene_of(job, 1.4)
+    assert layer.picture(turned, font)[0] not in (before, at_once(turned, font))
+    # Back to what is shown: nothing is painted again.
+    assert layer.picture(scene, font)[0] == before
+    layer.deleteLater()
+
+
+def test_the_next_point_of_a_line_has_a_ring_though_nobody_knows_its_side(job: JobView) -> None:
+    up = np.array([0.0, 0.0, 1.0])
+    place, tip = np.array([1.0, 2.0, 3.0]), np.array([1.0, 2.0, 60.0])
+    for normal, stems in ((up, 1), (np.zeros(3), 0)):
+        target = Target("E", place, normal, place + 3.0 * normal)
+        items = target_items(replace(job, target=target), tip, THEME, up)
+        lines = [item.segments for item in items if isinstance(item, Lines)]
+        assert len(lines) == 1 + stems
+        assert np.ptp(lines[-1][..., 2]) == pytest.approx(0.0, abs=1e-9)
+        assert np.linalg.norm(lines[-1][..., :2] - place[:2], axis=-1).min() > 1.0

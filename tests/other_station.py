@@ -1,0 +1,25 @@
+"""Another station on this computer: a key and a memory of its own."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+
+def forget_histories() -> None:
+    """Let this station forget how far every chain went, as one that never saw it."""
+    shutil.rmtree(Path(os.environ["XDG_STATE_HOME"]) / "ocmm" / "histories", ignore_errors=True)
+
+
+@contextmanager
+def other_station(folder: Path) -> Iterator[None]:
+    """Let what runs meanwhile be the program of another station, whose user is at home there."""
+    with pytest.MonkeyPatch.context() as patch:
+        for name in ("XDG_DATA_HOME", "XDG_STATE_HOME"):
+            patch.setenv(name, str(folder / name.lower()))
+        yield

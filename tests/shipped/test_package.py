@@ -1,0 +1,183 @@
+"""What the packages are made of holds together; installer/test.sh tries the packages themselves."""
+
+from __future__ import annotations
+
+import configparser
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from installer.bundle import kernels, pages
+from installer.locks import ROOT
+from ocmm_core.cli import app
+from tests.host import HANG_S
+
+_DEBIAN = ROOT / "installer" / "debian"
+_BUILD = (ROOT / "installer" / "build.sh").read_text(encoding="utf-8")
+_SCRIPTS = [_DEBIAN / name for name in ("preinst", "postinst", "prerm", "postrm")] + [
+    ROOT / "installer" / name for name in ("build.sh", "test.sh")
+]
+_AVX2 = "fpu avx avx2 bmi1 bmi2 f16c fma movbe popcnt sse4_2 abm"
+
+
+@pytest.mark.parametrize("script", _SCRIPTS, ids=lambda path: path.name)
+def test_a_shell_can_read_every_script(script: Path) -> None:
+    subprocess.run(["sh", "-n", str(script)], check=True, timeout=HANG_S)
+    assert os.access(script, os.X_OK)
+    assert re.search(r"^set -", script.read_text(encoding="utf-8"), re.M)
+
+
+def test_every_file_that_the_build_names_is_there() -> None:
+    named = set(re.findall(r"\binstaller/[\w./@-]*\w", _BUILD)) - {"installer/build.sh"}
+    assert len(named) > 8
+    for name in named:
+        assert (ROOT / name).exists(), name
+
+
+def test_the_service_starts_a_program_of_the_package() -> None:
+    """The build puts another program into the unit; what it looks for must be what stands there."""
+    changed = re.search(r"sed 's#\^(ExecStart=\S+ )#(ExecStart=\S+ )#'", _BUILD)
+    assert changed is not None
+    unit = (ROOT / "installer/linux/ocmm-acq@.service").read_text(encoding="utf-8")
+    assert unit.count(f"\n{changed[1]}-I -m ocmm_core.") == 1
+    assert changed[2] == "ExecStart=/opt/ocmm/ocmm "
+
+
+def test_the_desktop_entry_opens_jobs_and_the_window_takes_one() -> None:
+    entry = configparser.RawConfigParser(strict=True)
+    entry.optionxform = str  # type: ignore[assignment,method-assign] # as typeshed's own page says
+    entry.read(_DEBIAN / "ocmm.desktop", encoding="utf-8")
+    desktop = entry["Desktop Entry"]
+    assert desktop["Exec"] == "/opt/ocmm/ocmm -m ocmm_gui %f"
+    assert (_DEBIAN / f"{desktop['Icon']}.svg").is_file()
+    types = ElementTree.parse(_DEBIAN / "ocmm-mime.xml").getroot()  # noqa: S314 - our own file
+    space = "{http://www.freedesktop.org/standards/shared-mime-info}"
+    (kind,) = types.findall(f"{space}mime-type")
+    assert desktop["MimeType"] == f"{kind.get('type')};"
+    assert [one.get("pattern") for one in kind.findall(f"{space}glob")] == ["*.ocmm"]
+
+
+def test_the_icon_is_a_picture() -> None:
+    root = ElementTree.parse(_DEBIAN / "ocmm.svg").getroot()  # noqa: S314 - our own file
+    assert root.tag == "{http://www.w3.org/2000/svg}svg"
+
+
+def test_the_man_page_names_every_command() -> None:
+    import typer
+
+    page = pages.man_page(app)
+
+    def names(path: str, command: object) -> set[str]:
+        found = set()
+        for name, one in command.commands.items():  # type: ignore[attr-defined] # click's
+            if not one.hidden:
+                deeper = hasattr(one, "commands")
+                found |= names(f"{path} {name}", one) if deeper else {f"{path} {name}"}
+        return found
+
+    wanted = names("ocmm", typer.main.get_command(app))
+    assert len(wanted) > 40
+    assert set(re.findall(r'^\.SS "(.+)"$', page, re.M)) == wanted
+    assert "compile" not in page.split(".SH COMMANDS")[1].split(".SS")[0]
+    # Lines that begin with a dot are orders to the formatter.
+    orders = {line.split()[0] for line in page.splitlines() if line.startswith(".")}
+    assert orders == {".TH", ".SH", ".SS", ".PP", ".TP", ".B", ".BR"}
+    assert "ocmm-acq" in pages.bus_page()
+
+
+@pytest.mark.parametrize("shell", ["bash", "zsh", "fish"])
+def test_a_shell_completes_words(shell: str) -> None:
+    assert "_OCMM_COMPLETE" in pages.completion(shell)
+
+
+@pytest.mark.parametrize(
+    ("flags", "kind"),
+    [
+        ([_AVX2], kernels.AVX2),
+        ([f"{_AVX2} avx512f"], kernels.AVX2),
+        ([_AVX2.replace(" fma", "")], kernels.GENERIC),
+        ([_AVX2, "fpu sse2"], kernels.GENERIC),
+        ([], kernels.GENERIC),
+    ],
+)
+def test_a_processor_gets_the_kernels_that_it_can_run(flags: list[str], kind: str) -> None:
+    cpuinfo = "".join(f"processor\t: 0\nflags\t\t: {one}\n\n" for one in flags)
+    assert kernels.processor_kind(cpuinfo) == kind
+
+
+def test_a_program_of_the_package_starts_parts_of_ocmm_and_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "mine.py").write_text("print('mine')", encoding="utf-8")
+    code = "from installer.bundle.start import run_ocmm; run_ocmm()"
+
+    def said(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-c", code, *words],
+            cwd=tmp_path, capture_output=True, text=True, timeout=HANG_S, check=False,
+            env={**os.environ, "PYTHONPATH": f"{ROOT}{os.pathsep}{tmp_path}"},
+        )  # fmt: skip
+
+    window = said("-I", "-m", "ocmm_gui", "--help")
+    assert "usage: ocmm-window" in window.stdout, window.stderr
+    assert said("--version").stdout.startswith("ocmm ")
+    for words in (("-m", "mine"), ("-c", "print('mine')"), ("mine.py",)):
+        refused = said(*words)
+        assert "mine" not in refused.stdout
+        assert refused.returncode == 2, refused.stderr
+
+
+def test_after_unpacking_user_group_and_rights_are_there(tmp_path: Path) -> None:
+    """In a folder instead of a computer, by programs that write down what was asked of them."""
+    acq = tmp_path / "opt" / "ocmm" / "ocmm-acq"
+    acq.parent.mkdir(parents=True)
+    acq.write_text("", encoding="utf-8")
+    log = tmp_path / "log"
+    bin_ = tmp_path / "bin"
+    bin_.mkdir()
+    for name in ("getent", "groupadd", "useradd", "chown", "setcap", "systemctl"):
+        does = "exit 1" if name == "getent" else "exit 0"
+        (bin_ / name).write_text(f'#!/bin/sh\necho "{name} $*" >>{log}\n{does}\n', encoding="utf-8")
+        (bin_ / name).chmod(0o755)
+
+    def configured() -> list[str]:
+        log.write_text("", encoding="utf-8")
+        subprocess.run(
+            [str(_DEBIAN / "postinst"), "configure"], check=True, timeout=HANG_S,
+            env={"PATH": f"{bin_}:/usr/bin:/bin", "DPKG_ROOT": str(tmp_path)},
+        )  # fmt: skip
+        return log.read_text(encoding="utf-8").splitlines()
+
+    asked = configured()
+    assert "groupadd --system ocmm" in asked
+    assert any(line.startswith("useradd --system --gid ocmm") for line in asked)
+    owned = asked.index(f"chown root:ocmm {acq}")
+    # A change of the owner takes rights away.
+    assert asked[owned + 1] == f"setcap cap_net_admin,cap_net_raw,cap_sys_nice=ep {acq}"
+    assert acq.stat().st_mode & 0o777 == 0o750
+    settings = tmp_path / "etc" / "ocmm" / "bus.env"
+    settings.write_text("OCMM_INTERFACE=\n# mine\n", encoding="utf-8")
+    configured()
+    assert "# mine" in settings.read_text(encoding="utf-8")
+
+
+def test_removing_touches_nothing_of_the_users(tmp_path: Path) -> None:
+    for name in ("postrm", "prerm"):
+        text = (_DEBIAN / name).read_text(encoding="utf-8")
+        removed = re.findall(r"^\s*(?:rm|rmdir) .*$", text, re.M)
+        assert all("/etc/ocmm" in line and "home" not in line for line in removed)
+    kept = tmp_path / "home" / "user" / ".local" / "share" / "ocmm" / "keys" / "station.key"
+    kept.parent.mkdir(parents=True)
+    kept.write_text("key", encoding="utf-8")
+    (tmp_path / "etc" / "ocmm").mkdir(parents=True)
+    (tmp_path / "etc" / "ocmm" / "bus.env").write_text("OCMM_INTERFACE=\n", encoding="utf-8")
+    done = subprocess.run(
+        [str(_DEBIAN / "postrm"), "purge"], check=True, timeout=HANG_S, capture_output=True,
+        text=True, env={"PATH": "/usr/bin:/bin", "DPKG_ROOT": str(tmp_path)},
+    )  # fmt: skip
+    assert not (tmp_path / "etc" / "ocmm").exists()
+    assert kept.read_text(encoding="utf-8") == "key"
+    assert "stay" in done.stderr

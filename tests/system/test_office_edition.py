@@ -1,0 +1,180 @@
+"""The office edition: all but the camera bus, where there is no POSIX; see `without_posix`."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtGui import QImage
+
+from ocmm_core.documents import resource
+from tests.core.host.without_posix import MODULES, NAMES
+from tests.host import HANG_S, on_linux_only
+
+_ROOT = Path(__file__).resolve().parents[2]
+_HIDING = _ROOT / "tests" / "core" / "host" / "without_posix.py"
+# Rooms that are about Linux alone, and what they may name; nobody else may.
+_LINUX_ROOMS = (
+    "ocmm_core/host/", "ocmm_core/fieldbus/wire/", "ocmm_core/acquisition/bus_process/",
+    "ocmm_core/simulation/bus/", "ocmm_core/simulation/slave/", "ocmm_core/cli/campaign/",
+    "ocmm_core/doctor/", "ocmm_core/composition/_station_checks",
+)  # fmt: skip
+_ALL = """
+import importlib, pkgutil, sys
+count = 0
+for root in ("ocmm_core", "ocmm_gui"):
+    package = importlib.import_module(root)
+    for module in pkgutil.walk_packages(package.__path__, root + "."):
+        if not module.name.endswith(("__main__", "host._posix")):
+            importlib.import_module(module.name)
+            count += 1
+from ocmm_core.host import HOST
+print(type(HOST).__name__, count)
+"""
+_LEFT_OUT = re.compile(
+    r'"(?:[a-z_]*uuid|[a-z_]*utc|head|key|line|sha256|software_version|seconds)": "[^"]*"'
+)
+
+
+def _environment(folder: Path, *, without: bool) -> dict[str, str]:
+    home = folder / "home"
+    home.mkdir(parents=True, exist_ok=True)
+    path = [str(_ROOT)]
+    if without:
+        (folder / "hiding").mkdir(exist_ok=True)
+        shutil.copyfile(_HIDING, folder / "hiding" / "sitecustomize.py")
+        path.insert(0, str(folder / "hiding"))
+    return {
+        **os.environ,
+        "HOME": str(home), "XDG_DATA_HOME": str(home), "XDG_STATE_HOME": str(home),
+        "PYTHONPATH": os.pathsep.join(path), "QT_QPA_PLATFORM": "offscreen",
+    }  # fmt: skip
+
+
+def _run(
+    folder: Path, *arguments: object, without: bool = True
+) -> subprocess.CompletedProcess[str]:
+    folder.mkdir(parents=True, exist_ok=True)
+    return subprocess.run(
+        [sys.executable, *map(str, arguments)],
+        env=_environment(folder, without=without),
+        cwd=folder, capture_output=True, text=True, timeout=HANG_S, check=False,
+    )  # fmt: skip
+
+
+@on_linux_only
+def test_every_module_is_imported(tmp_path: Path) -> None:
+    done = _run(tmp_path, "-c", _ALL)
+    assert done.returncode == 0, done.stderr
+    name, count = done.stdout.split()
+    assert name == "WindowsHost"
+    assert int(count) > 600
+
+
+@on_linux_only
+def test_a_job_and_its_reports_are_those_of_linux(tmp_path: Path) -> None:
+    made: list[dict[str, str]] = []
+    for without in (False, True):
+        folder = tmp_path / f"{without}"
+        measured = _run(
+            folder, "-m", "ocmm_core.cli", "measure",
+            "--plan", resource("plans", "quick.toml"), "--out", folder / "out", "--seed", "3",
+            "--serial", "1", "--operator", "Ada", "--speed", "0", without=without,
+        )  # fmt: skip
+        assert measured.returncode == 0, measured.stderr
+        job = next((folder / "out").glob("*.ocmm"))
+        reported = _run(
+            folder, "-m", "ocmm_core.cli", "report", job, "--format", "all",
+            "--out", folder / "out", without=without,
+        )  # fmt: skip
+        assert reported.returncode == 0, reported.stderr
+        made.append({path.name: _steady(path) for path in sorted((folder / "out").iterdir())})
+    linux, office = made
+    assert office.keys() == linux.keys()
+    assert len(linux) > 10
+    assert {name for name in linux if linux[name] != office[name]} == set()
+
+
+def _steady(path: Path) -> str:
+    """Return what a file says beside times, names of this run, hashes and signatures."""
+    if path.name.endswith(("_job.csv", ".seal.json", ".ocmm", ".pdf", ".xlsx", ".qif", ".dfq")):
+        # Full of them; the values that they show are those of the files that are compared.
+        return ""
+    text = path.read_bytes().decode("utf-8", "surrogateescape")
+    if path.suffix == ".json":
+        json.loads(text)
+        text = _LEFT_OUT.sub("", text)
+    return text
+
+
+@on_linux_only
+def test_the_window_measures(tmp_path: Path) -> None:
+    picture = tmp_path / "window.png"
+    done = _run(
+        tmp_path / "run", "-m", "ocmm_gui", "--plan", resource("plans", "quick.toml"),
+        "--speed", "0", "--silent", "--size", "1280x720", "--out", tmp_path / "out",
+        "--quit-after", "8", "--screenshot", picture,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    assert QImage(str(picture)).width() == 1280
+    assert list((tmp_path / "out").glob("*.ocmm"))
+
+
+@on_linux_only
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ("demo", "--headless", "--source", "ethercat:virtual"),
+        ("bus", "scan", "--source", "ethercat:virtual"),
+        ("selftest", "reliability"),
+        ("station", "doctor", "--seconds", "0"),
+    ],
+)
+def test_what_needs_linux_says_so(tmp_path: Path, arguments: tuple[str, ...]) -> None:
+    done = _run(tmp_path / "run", "-m", "ocmm_core.cli", *arguments)
+    assert done.returncode == 2, done.stderr
+    assert "needs Linux; this computer runs another system." in " ".join(done.stderr.split())
+    assert "Traceback" not in done.stderr
+
+
+def _uses(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            yield from (name.name for name in node.names if name.name in MODULES)
+        elif isinstance(node, ast.ImportFrom) and node.module in MODULES:
+            yield node.module
+        elif isinstance(node, ast.ImportFrom) and node.module in NAMES:
+            hidden = NAMES[node.module].split()
+            yield from (f"{node.module}.{n.name}" for n in node.names if n.name in hidden)
+        elif (
+            isinstance(node, ast.Attribute)
+            and isinstance(node.value, ast.Name)
+            and node.attr in NAMES.get(node.value.id, "").split()
+        ):
+            yield f"{node.value.id}.{node.attr}"
+
+
+def test_no_other_room_names_what_only_posix_has() -> None:
+    found = {
+        f"{path.relative_to(_ROOT)}: {use}"
+        for root in ("ocmm_core", "ocmm_gui")
+        for path in (_ROOT / root).rglob("*.py")
+        if not str(path.relative_to(_ROOT)).startswith(_LINUX_ROOMS)
+        for use in _uses(path)
+    }
+    assert found == set()
+
+
+def test_a_use_would_be_found(tmp_path: Path) -> None:
+    source = tmp_path / "a.py"
+    source.write_text("import fcntl\nfrom os import fork\nimport os\nos.getuid()\nos.getpid()\n")
+    assert sorted(_uses(source)) == ["fcntl", "os.fork", "os.getuid"]
