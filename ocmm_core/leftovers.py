@@ -123,7 +123,7 @@ def clear_leftovers(folders: Iterable[Path]) -> int:
     there = Path(tempfile.gettempdir())
     count += clear(path for path in _in(there) if path.name.startswith(_SCRATCH))
     if count:
-        _log.warning("Temporary files and folders of killed programs removed: %d.", count)
+        _log.info("Temporary files and folders of killed programs removed: %d.", count)
     return count
 
 

@@ -160,7 +160,7 @@ class FrameRing:
         folder = HOST.shared_memory()
         orphans = clear(Path(folder or tempfile.gettempdir()).glob(f"{_PREFIX}*"))
         if orphans:
-            _log.warning("Frame rings of killed programs removed: %d.", orphans)
+            _log.info("Frame rings of killed programs removed: %d.", orphans)
         size = _DATA_OFFSET + capacity * frame_bytes
         head = np.zeros(_HEAD_WORDS, dtype="<i8")
         head[RingHeaderField.MAGIC], head[RingHeaderField.LAYOUT] = _MAGIC, _LAYOUT
