@@ -56,7 +56,6 @@ class _File(msgspec.Struct, frozen=True):
 
 def calibrations(computer: Computer) -> Answer:
     """Return when the calibrations end that were made last, of all rigs and probes."""
-    now = computer.calls.now()
     ends = [
         (_moment(one.valid_until_utc), f"{_WORDS[one.schema]} '{name}'")
         for name, one in _newest(computer)
@@ -69,20 +68,18 @@ def calibrations(computer: Computer) -> Answer:
             "Calibrate: ocmm calibrate cameras, then ocmm calibrate probe.",
         )
     until, what = min(ends)
-    day = f"{until:%Y-%m-%d}"
-    if now >= until:
-        return red(
-            "calibrations.expired", f"{what} expired on {day}.",
-            "Calibrate again; until then every verdict is NOT PROVEN.",
-        )  # fmt: skip
-    if now >= until - DUE_BEFORE:
-        return amber("calibrations.due", f"{what} ends on {day}.", "Calibrate before that day.")
-    return green(f"{len(ends)} in force, the first one until {day}.")
+    expired = red(
+        "calibrations.expired", f"{what} expired on {until:%Y-%m-%d}.",
+        "Calibrate again; until then every verdict is NOT PROVEN.",
+    )  # fmt: skip
+    due = amber(
+        "calibrations.due", f"{what} ends on {until:%Y-%m-%d}.", "Calibrate before that day."
+    )
+    return _by_date(computer, until, expired, due, len(ends))
 
 
 def certificates(computer: Computer) -> Answer:
     """Return when the certificates end of the artefacts that the calibrations rest on."""
-    now = computer.calls.now()
     newest: dict[tuple[str, str], datetime] = {}
     for _, record in _newest(computer):
         for one in record.artefacts:
@@ -95,16 +92,15 @@ def certificates(computer: Computer) -> Answer:
             "Calibrate with a certified artefact.",
         )
     (name, serial), until = min(newest.items(), key=lambda one: one[1])
-    day = f"{until:%Y-%m-%d}"
     what = f"The certificate of '{name}' (serial {serial})"
-    if now >= until:
-        return red(
-            "certificates.expired", f"{what} expired on {day}.",
-            "Have it calibrated: no calibration or verification with it is accepted.",
-        )  # fmt: skip
-    if now >= until - DUE_BEFORE:
-        return amber("certificates.due", f"{what} ends on {day}.", "Send it to be calibrated.")
-    return green(f"{len(newest)} in force, the first one until {day}.")
+    expired = red(
+        "certificates.expired", f"{what} expired on {until:%Y-%m-%d}.",
+        "Have it calibrated: no calibration or verification with it is accepted.",
+    )  # fmt: skip
+    due = amber(
+        "certificates.due", f"{what} ends on {until:%Y-%m-%d}.", "Send it to be calibrated."
+    )
+    return _by_date(computer, until, expired, due, len(newest))
 
 
 def key(computer: Computer) -> Answer:
@@ -160,6 +156,18 @@ def program(computer: Computer) -> Answer:
             "Install OCMM again; an upgrade was not finished.",
         )
     return green(f"OCMM {__version__}, Python {python_version()}.")
+
+
+def _by_date(
+    computer: Computer, until: datetime, expired: Answer, due: Answer, count: int
+) -> Answer:
+    """Return what is said of things of which the first one ends at ``until``."""
+    now = computer.calls.now()
+    if now >= until:
+        return expired
+    if now >= until - DUE_BEFORE:
+        return due
+    return green(f"{count} in force, the first one until {until:%Y-%m-%d}.")
 
 
 def _newest(computer: Computer) -> list[tuple[str, _Dates]]:

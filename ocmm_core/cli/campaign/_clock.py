@@ -13,7 +13,6 @@ import os
 import random
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import threading
@@ -23,7 +22,7 @@ from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from ocmm_core.calibration.records import State
-from ocmm_core.cli.campaign._faulty_disk import build, why_not_here, with_faults
+from ocmm_core.cli.campaign._faulty_disk import build, served, why_not_here
 from ocmm_core.cli.campaign._kills import measure_job
 from ocmm_core.cli.campaign._stores import SITES, Site, other_station
 from ocmm_core.cli.campaign._trials import NotRunError, Trial, forked
@@ -55,23 +54,10 @@ def clock(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
     if lacking:
         raise NotRunError(lacking)
     with tempfile.TemporaryDirectory() as name:
-        program = subprocess.Popen(  # noqa: S603 - this program again
-            [
-                sys.executable, "-c",
-                f"{PRELUDE}import ocmm_core.cli.campaign as campaign; "
-                f"campaign.{serve_clock.__name__}()",
-                json.dumps([seed, runs, sorted(done), name]),
-            ],
-            env=with_faults(build(Path(name), WRONG_CLOCK)), stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        assert program.stdout is not None  # noqa: S101 - it is a pipe
-        with program:
-            try:
-                for line in program.stdout:
-                    number, steps, found, note = json.loads(line)
-                    yield Trial("clock", seed, number, steps, found, note)
-            finally:
-                program.kill()
+        folder = Path(name)
+        library = build(folder, WRONG_CLOCK)
+        order = seed, runs, done, folder
+        yield from served("clock", library, serve_clock.__name__, order, PRELUDE)
 
 
 def serve_clock() -> None:
@@ -118,9 +104,7 @@ def _store(
     for _ in range(_STEPS):
         _jump(wrong, rng, until, looked)
         before = datetime.now(UTC)
-        deed = rng.choice(
-            ("look", "look", "look", "look anew", "look anew", "killed", "add", "verify")
-        )
+        deed = rng.choice(_DEEDS)
         if deed == "look anew":
             site = kind.opened(folder)
         elif deed == "killed":
@@ -259,10 +243,7 @@ def _jump(wrong: WrongClock, rng: random.Random, until: datetime, latest: dateti
     way = rng.random()
     if way < 0.4:
         moment = datetime.now(UTC) + _drawn(rng)
-        # A calendar has ends, and a file says nothing of the years beyond them.
-        wrong.set_to(
-            min(max(moment, datetime(1990, 1, 1, tzinfo=UTC)), datetime(2090, 1, 1, tzinfo=UTC))
-        )
+        wrong.set_to(min(max(moment, _FIRST), _LAST))
     elif way < 0.7:
         wrong.set_to(until + timedelta(seconds=rng.choice((-1.0, 1.0)) * rng.uniform(2.0, 900.0)))
     elif way < 0.9:

@@ -10,13 +10,12 @@ import errno
 import json
 import os
 import shutil
-import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
-from ocmm_core.cli.campaign._faulty_disk import CALLS, FaultyDisk, build, why_not_here, with_faults
+from ocmm_core.cli.campaign._faulty_disk import CALLS, FaultyDisk, build, served, why_not_here
 from ocmm_core.cli.campaign._trials import NotRunError, Trial, forked, read_numbers
 from ocmm_core.cli.campaign._work import WORKS, outcome_of
 from ocmm_core.errors import OcmmError
@@ -33,23 +32,9 @@ def faults(seed: int, runs: int, done: frozenset[int]) -> Iterator[Trial]:
     if lacking:
         raise NotRunError(lacking)
     with tempfile.TemporaryDirectory() as name:
-        library = build(Path(name))
-        program = subprocess.Popen(  # noqa: S603 - this program again
-            [
-                sys.executable, "-c",
-                f"import ocmm_core.cli.campaign as campaign; campaign.{serve_faults.__name__}()",
-                json.dumps([seed, runs, sorted(done), name]),
-            ],
-            env=with_faults(library), stdout=subprocess.PIPE, text=True,
-        )  # fmt: skip
-        assert program.stdout is not None  # noqa: S101 - it is a pipe
-        with program:
-            try:
-                for line in program.stdout:
-                    number, acknowledged, found, note = json.loads(line)
-                    yield Trial("faults", seed, number, acknowledged, found, note)
-            finally:
-                program.kill()
+        folder = Path(name)
+        order = seed, runs, done, folder
+        yield from served("faults", build(folder), serve_faults.__name__, order)
 
 
 def serve_faults() -> None:

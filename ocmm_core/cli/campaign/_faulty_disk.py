@@ -8,11 +8,15 @@ never happen: a file descriptor that is synced again after a sync of it has fail
 from __future__ import annotations
 
 import ctypes
+import json
 import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
+
+from ocmm_core.cli.campaign._trials import Trial
 
 CALLS = (
     "open", "write", "pwrite", "fsync", "fdatasync", "ftruncate", "rename", "link", "unlink",
@@ -164,6 +168,44 @@ def build(folder: Path, text: str = _SOURCE) -> Path:
 def with_faults(library: Path) -> dict[str, str]:
     """Return the environment of a program that has such a library before the system."""
     return {**os.environ, "LD_PRELOAD": str(library)}
+
+
+def served(
+    lane: str,
+    library: Path,
+    serve: str,
+    order: tuple[int, int, frozenset[int], Path],
+    prelude: str = "",
+) -> Iterator[Trial]:
+    """Give the trials of a lane that a program of its own does, with a library before its system.
+
+    Parameters
+    ----------
+    serve
+        The function on the face of this room that prints ``[number, acknowledged, found, note]`` of
+        each trial; its first argument is ``order``.
+    order
+        The seed, how many trials, those that are done, and a folder to work in.
+    prelude
+        What the program does first.
+    """
+    seed, runs, done, folder = order
+    program = subprocess.Popen(  # noqa: S603 - this program again
+        [
+            sys.executable, "-c",
+            f"{prelude}import ocmm_core.cli.campaign as campaign; campaign.{serve}()",
+            json.dumps([seed, runs, sorted(done), str(folder)]),
+        ],
+        env=with_faults(library), stdout=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    assert program.stdout is not None  # noqa: S101 - it is a pipe
+    with program:
+        try:
+            for line in program.stdout:
+                number, acknowledged, found, note = json.loads(line)
+                yield Trial(lane, seed, number, acknowledged, found, note)
+        finally:
+            program.kill()
 
 
 class FaultyDisk:
