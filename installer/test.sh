@@ -186,6 +186,8 @@ one_kill() {
     done
     wait "$started" 2>/dev/null
     before=$(inside dpkg-query -W -f='${Status}' ocmm)
+    # Whole as it is: the old version or the new one.
+    works=$(inside ocmm --version 2>&1)
     inside dpkg --configure -a
     how="dpkg --configure -a"
     # Where it was killed while it unpacked, dpkg wants the package again.
@@ -194,7 +196,8 @@ one_kill() {
         how="dpkg -i"
     fi
     said=$(inside ocmm --version)
-    echo "killed after $1 s: $before; mended by $how: $said"
+    echo "killed after $1 s: $before; $works; mended by $how: $said"
+    case $works in "ocmm "*) ;; *) return 1 ;; esac
     [ "$(inside dpkg-query -W -f='${Status}' ocmm)" = "install ok installed" ] && rights &&
         case $said in "ocmm "*) ;; *) false ;; esac
 }
