@@ -23,7 +23,7 @@ from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import DASHES, NoticeCentre
 from ocmm_gui.window import MainWindow
 from tests.gui.bus_reports import IN_ORDER, MISSING, BusStation, publish, station_on_bus
-from tests.host import HANG_MS
+from tests.host import BUSY, HANG_MS
 
 PATIENCE_MS = HANG_MS
 LIMIT_S = 1.0
@@ -80,7 +80,7 @@ def test_frames_that_stay_away_are_seen(bench: Bench, record_property: Record) -
     bench.bus.switch.silent = True
     seconds = bench.seconds_until("NOT READY")
     record_property("silence to NOT READY, ms", round(1000 * seconds))
-    assert seconds < LIMIT_S
+    assert seconds < BUSY * LIMIT_S
     assert bench.window.desk.readout.values() == (DASHES,) * 3
     assert "No new frames from the cameras" in bench.window.desk.guidance.trouble()
     bench.bus.switch.silent = False
@@ -94,7 +94,7 @@ def test_an_alarm_is_shown_in_its_own_words(
     publish(bench.bus.ring, MISSING)
     seconds = bench.seconds_until("NOT READY")
     record_property("report to NOT READY, ms", round(1000 * seconds))
-    assert seconds < LIMIT_S
+    assert seconds < BUSY * LIMIT_S
     assert bench.bridge.station.looks.live().reason == SENTENCE
     assert bench.bridge.station.looks.live().tip_world is None
     assert SENTENCE in bench.window.desk.guidance.trouble()

@@ -26,6 +26,7 @@ from ocmm_gui.operator import _job_sheet as job_sheet
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.results import ReportSheet
 from tests.gui.long_job import make_long_job
+from tests.host import BUSY
 
 if TYPE_CHECKING:
     from tests.gui.conftest import Bench, OpenWindow
@@ -138,7 +139,7 @@ def test_the_window_answers_while_a_job_is_opened_and_a_report_is_written(
     record_property("worst_ms", f"{1e3 * max(heart.latencies):.1f}")
     assert opened >= 100
     assert len(heart.latencies) >= 300
-    assert p99 <= MAX_P99_S
+    assert p99 <= BUSY * MAX_P99_S
 
 
 def _banner(bench: Bench) -> list[Notice]:
@@ -248,7 +249,7 @@ def test_opening_is_shown_given_up_and_told_where_it_fails(
     begun = time.monotonic()
     results.open_file(long_job)
     bench.window.close()
-    assert time.monotonic() - begun < 2.0
+    assert time.monotonic() - begun < BUSY * 2.0
 
 
 def _spy(monkeypatch: pytest.MonkeyPatch, name: str, owner: object) -> list[str]:

@@ -10,7 +10,7 @@ from PySide6.QtCore import QObject, Qt, Signal
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.storage import JobFile
-from tests.host import HANG_MS
+from tests.host import BUSY, HANG_MS
 
 if TYPE_CHECKING:
     from tests.gui.conftest import OpenWindow
@@ -24,7 +24,7 @@ def test_closing_while_measuring_takes_less_than_two_seconds_and_loses_no_point(
     seen = sum(len(feature.points) for feature in bench.bridge.shown.job.features)
     begun = time.monotonic()
     bench.window.close()
-    assert time.monotonic() - begun < 2.0
+    assert time.monotonic() - begun < BUSY * 2.0
     assert not bench.window.isVisible()
     with JobFile.open(bench.built.job_path) as job:
         assert len(job.points()) >= seen
@@ -59,7 +59,6 @@ def test_the_event_loop_answers_while_points_arrive(qtbot: QtBot, open_window: O
         feedback.asked.emit(time.perf_counter())
         qtbot.wait(5)
     latencies.sort()
-    # The limit of the benchmark is 50 ms at 8 kHz on an idle machine; this is only a smoke test
-    # on one that may be busy.
-    assert latencies[int(0.95 * len(latencies))] < 0.2
+    # The limit of the benchmark is 50 ms at 8 kHz.
+    assert latencies[int(0.95 * len(latencies))] < BUSY * 0.05
     assert bench.window.isVisible()

@@ -34,6 +34,7 @@ from tests.core.features.exact_touches import (
     shape_touches,
     touches,
 )
+from tests.host import BUSY
 
 T_WORLD_FROM_PART = RigidTransform(
     rotation_from_vector(np.array([0.4, -0.7, 1.1])), np.array([120.0, -80.0, 950.0])
@@ -237,7 +238,7 @@ def test_another_process_gives_the_same_numbers_tells_and_ends_when_asked() -> N
     with pytest.raises(MeasuringError, match="cancelled"):
         simulate_elsewhere(task, long, lambda what, share: enough.set(), enough.is_set)
     # Starting takes seconds on a busy computer; a run to the end would take minutes.
-    assert time.monotonic() - begun < 40.0
+    assert time.monotonic() - begun < BUSY * 3.0
 
 
 def test_giving_up_ends_it_between_blocks() -> None:

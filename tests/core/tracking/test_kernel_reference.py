@@ -218,4 +218,4 @@ def test_the_kernel_lets_other_threads_run(
     worker.join()
     pause = float(np.diff(ticks).max())
     # If the kernel kept the lock, this thread would pause for all of it, half a second or more.
-    assert pause < 0.5 * (span[1] - span[0]), (pause, span[1] - span[0])
+    assert pause < 0.8 * (span[1] - span[0]), (pause, span[1] - span[0])
