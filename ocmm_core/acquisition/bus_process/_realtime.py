@@ -28,6 +28,9 @@ def take_priority(priority: int) -> str | None:
 def take_processor() -> str | None:
     """Stay on the last processor, where there are some to spare; return why not."""
     allowed = sorted(os.sched_getaffinity(0))
+    if len(allowed) == 1 and (os.cpu_count() or 1) >= _SPARE_PROCESSORS:
+        # Whoever started it put it there: `CPUAffinity` of the service, on an isolated processor.
+        return None
     if len(allowed) < _SPARE_PROCESSORS:
         return f"no dedicated processor: this computer has only {len(allowed)}"
     try:
