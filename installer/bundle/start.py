@@ -2,7 +2,7 @@
 
 OCMM starts parts of itself as ``sys.executable -m MODULE``. In the package that is the program
 ``ocmm``, so it understands these words, for modules of OCMM alone. ``ocmm-acq`` holds rights and
-understands nothing: it is the bus process.
+understands one word: it is the bus process, or measures how late that would wake up.
 """
 
 from __future__ import annotations
@@ -38,6 +38,10 @@ def run_ocmm() -> None:
 
 
 def run_ocmm_acq() -> None:
-    """Be the bus process."""
+    """Be the bus process, or the measurement of the doctor that needs its rights."""
     multiprocessing.freeze_support()
-    runpy.run_module("ocmm_core.acquisition.bus_process._start", run_name="__main__")
+    module = "ocmm_core.acquisition.bus_process._start"
+    if sys.argv[1:2] == ["--wake"] and len(sys.argv) == 4:
+        del sys.argv[1]
+        module = "ocmm_core.doctor._wake"
+    runpy.run_module(module, run_name="__main__")

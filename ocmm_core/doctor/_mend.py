@@ -136,8 +136,14 @@ def can_undo(computer: Computer) -> bool:
 
 
 def may_mend(computer: Computer) -> bool:
-    """Return whether this user may change the computer."""
-    return os.access(computer.root, os.W_OK)
+    """Return whether this user may change the computer: as much as keep what was before.
+
+    The root itself says nothing: a station's system is read-only, with a layer over some folders.
+    """
+    folder = computer.place(UNDO_FILE).parent
+    while not folder.exists():
+        folder = folder.parent
+    return os.access(folder, os.W_OK)
 
 
 def _made(computer: Computer, change: SystemChange, there: str, wanted: str) -> Mended:

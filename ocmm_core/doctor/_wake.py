@@ -44,6 +44,8 @@ GOOD_P999_US = 500.0
 WATCHDOG_US = 100_000.0
 """A camera that hears nothing for so long leaves operation (register 0x0420, as it comes)."""
 _START_S = 60.0
+_LONGEST_S = 3600.0
+"""Who may start this may have the rights by it: not for longer than anybody measures."""
 _MODULE = "ocmm_core.doctor._wake"
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -195,16 +197,26 @@ def _measured(computer: Computer, seconds: float) -> WakeTimes:
         core = bus_core(computer)
     except NotAskedError:
         core = None
-    interpreter = bus_command()[0]
-    # What has rights takes no code from the present folder or the environment.
-    alone = ["-I"] if interpreter != sys.executable else []
-    command = [interpreter, *alone, "-m", _MODULE, str(seconds), str(-1 if core is None else core)]
+    command = wake_command(bus_command(), seconds, -1 if core is None else core)
     return answer_of(command, seconds, WakeTimes)
+
+
+def wake_command(bus: Sequence[str], seconds: float, core: int) -> list[str]:
+    """Return what measures with the rights of the bus process, from the command that starts that.
+
+    In a package this is one program that knows no modules, but this measurement by its name.
+    """
+    program, asked = bus[0], [str(seconds), str(core)]
+    if len(bus) == 1:
+        return [program, "--wake", *asked]
+    # What has rights takes no code from the present folder or the environment.
+    alone = ["-I"] if program != sys.executable else []
+    return [program, *alone, "-m", _MODULE, *asked]
 
 
 def main() -> None:
     """Measure, and print it as JSON."""
-    times = measure_wakes(float(sys.argv[1]), int(sys.argv[2]))
+    times = measure_wakes(min(float(sys.argv[1]), _LONGEST_S), int(sys.argv[2]))
     sys.stdout.write(msgspec.json.encode(times).decode())
 
 

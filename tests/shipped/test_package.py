@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import configparser
+import json
 import os
 import re
 import subprocess
@@ -15,7 +16,7 @@ import pytest
 from installer.bundle import kernels, pages
 from installer.locks import ROOT
 from ocmm_core.cli import app
-from tests.host import HANG_S
+from tests.host import HANG_S, on_linux_only
 
 _DEBIAN = ROOT / "installer" / "debian"
 _BUILD = (ROOT / "installer" / "build.sh").read_text(encoding="utf-8")
@@ -128,6 +129,29 @@ def test_a_program_of_the_package_starts_parts_of_ocmm_and_nothing_else(tmp_path
         refused = said(*words)
         assert "mine" not in refused.stdout
         assert refused.returncode == 2, refused.stderr
+
+
+@on_linux_only
+def test_the_program_with_rights_understands_one_word(tmp_path: Path) -> None:
+    code = "from installer.bundle.start import run_ocmm_acq; run_ocmm_acq()"
+
+    def said(*words: str) -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-c", code, *words],
+            cwd=tmp_path, capture_output=True, text=True, timeout=HANG_S, check=False,
+            env={**os.environ, "PYTHONPATH": str(ROOT)},
+        )  # fmt: skip
+
+    times = said("--wake", "0.05", "-1")
+    assert json.loads(times.stdout)["cycles"] == 50, times.stderr
+    for words in (
+        ("--wake", "0.05"),
+        ("-m", "ocmm_gui"),
+        ("-I", "-m", "ocmm_core.doctor._wake", "1", "-1"),
+    ):
+        refused = said(*words)
+        assert refused.returncode == 2, refused.stderr
+        assert refused.stdout == ""
 
 
 def test_after_unpacking_user_group_and_rights_are_there(tmp_path: Path) -> None:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import msgspec
@@ -12,7 +14,16 @@ from ocmm_core.doctor import Computer, Light, SystemChange, can_undo, examine, m
 from ocmm_core.doctor._changes import UNDO_FILE, ChangeKind, is_allowed
 from ocmm_core.errors import InputError, InternalError, StorageError
 from tests.core.doctor.fake_computer import CPU, LIMITS, SETTINGS, good_computer, put
+from tests.host import HANG_S, on_linux_only, private_mounts
 
+_REPOSITORY = Path(__file__).resolve().parents[3]
+_MAY = """
+import sys
+from pathlib import Path
+from ocmm_core.doctor import Computer, may_mend, this_computer
+import dataclasses
+print(may_mend(dataclasses.replace(this_computer(), root=Path(sys.argv[1]))))
+"""
 MENDED = ("governor", "idle", "interrupts", "coalescing", "offloads", "memory")
 
 
@@ -29,6 +40,25 @@ def spoiled_computer(root: Path) -> Computer:
     put(computer, f"{SETTINGS}/adaptive-rx", "on\n")
     put(computer, "/proc/self/limits", LIMITS.format("8388608"))
     return computer
+
+
+@on_linux_only
+def test_a_station_with_a_read_only_system_is_put_right_too(tmp_path: Path) -> None:
+    """What says whether a user may is the place where it keeps what was before, not the root."""
+    (tmp_path / "var/lib").mkdir(parents=True)
+    spread = f"mount --bind {tmp_path} {tmp_path} && mount -o remount,bind,ro {tmp_path}"
+    layer = f"mount -t tmpfs tmpfs {tmp_path}/var/lib"
+
+    def may(mounts: str) -> str:
+        return subprocess.run(
+            [*private_mounts(), "sh", "-c", f'{mounts} && exec "$@"', "sh",
+             sys.executable, "-c", _MAY, str(tmp_path)],
+            capture_output=True, text=True, timeout=HANG_S, cwd=_REPOSITORY, check=True,
+        ).stdout  # fmt: skip
+
+    assert may("true") == "True\n"
+    assert may(spread) == "False\n"
+    assert may(f"{spread} && {layer}") == "True\n"
 
 
 def everything_in(root: Path) -> dict[str, tuple[int, bytes]]:

@@ -18,7 +18,7 @@ from ocmm_core.doctor import (
     part,
     wake_check,
 )
-from ocmm_core.doctor._wake import WakeTimes, judge_wakes
+from ocmm_core.doctor._wake import WakeTimes, judge_wakes, wake_command
 from tests.core.doctor.fake_computer import good_computer
 from tests.host import HANG_S, on_linux_only
 
@@ -84,6 +84,16 @@ def test_this_computer_is_measured_in_a_process_of_its_own(tmp_path: Path) -> No
     answer = wake_check(0.2).check(good_computer(tmp_path))
     assert answer.figures["cycles"] == 200.0
     assert 0.0 < answer.figures["p50_us"] <= answer.figures["p999_us"] <= answer.figures["max_us"]
+
+
+def test_it_is_measured_by_the_program_that_is_the_bus_process() -> None:
+    granted = ["/opt/python-ocmm", "-I", "-m", "ocmm_core.acquisition.bus_process._start"]
+    asked = ["-m", "ocmm_core.doctor._wake", "2.0", "3"]
+    assert wake_command(granted, 2.0, 3) == ["/opt/python-ocmm", "-I", *asked]
+    assert wake_command([sys.executable, "-I", "-m", "x"], 2.0, 3) == [sys.executable, *asked]
+    # In a package, which knows no modules.
+    installed = "/opt/ocmm/ocmm-acq"
+    assert wake_command([installed], 2.0, -1) == [installed, "--wake", "2.0", "-1"]
 
 
 @on_linux_only
