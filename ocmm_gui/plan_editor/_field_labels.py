@@ -48,6 +48,10 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
             later("Projection plane of circles and slots; or empty"),
         ),
         "compensation": (later("Probe side by"), later("Empty: as in the plan")),
+        "targets": (
+            later("Targets, mm"),
+            later("Where to touch, from a model; empty: spread over the sizes"),
+        ),
         "text": (later("Instruction"), later("Instruction shown at this step")),
         "picture": (later("Picture"), later("Picture file beside the plan; Shift+F7 attaches one")),
         "free": (

@@ -14,13 +14,12 @@ from ocmm_core.inspection.plan import (
     Plan,
     add_feature,
     features_from_csv,
-    features_from_step,
     with_alignment,
 )
+from ocmm_core.inspection.step import STEP_ENDINGS, read_model
 from ocmm_gui.kit import Worker, WorkLine, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
 
-_MODELS = (".step", ".stp")
 _FRAME = ".toml"
 _LIMIT_MM = 0.1
 
@@ -54,19 +53,21 @@ def with_file(
     """
     if path.suffix.lower() == _FRAME:
         return _with_frame(plan, path, relocate=relocate)
-    if path.suffix.lower() in _MODELS:
-        found = features_from_step(path, given_up=given_up)
+    left_out = 0
+    if path.suffix.lower() in STEP_ENDINGS:
+        model = read_model(path, given_up=given_up)
+        found, left_out = model.features, sum(count for _, count in model.why_not())
     else:
         found = features_from_csv(path)
     more = plan
     for feature in found:
         more = add_feature(more, feature)
-    return Imported(
-        plan,
-        more,
-        ItemKey("features", found[0].name),
-        tr("%n features added from {name}.", "", len(found)).format(name=path.name),
-    )
+    said = tr("%n features added from {name}.", "", len(found)).format(name=path.name)
+    if left_out:
+        said += " " + tr(
+            "%n surfaces left out: fillets, text, narrow or free-form faces.", "", left_out
+        )
+    return Imported(plan, more, ItemKey("features", found[0].name), said)
 
 
 def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:

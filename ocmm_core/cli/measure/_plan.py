@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
 plan_app = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
 
-STEP_ENDINGS = (".step", ".stp")
 
 NameOption = Annotated[str | None, typer.Option("--name", help="Name of the plan.")]
 PartNameOption = Annotated[str | None, typer.Option("--part", help="Name of the part.")]
@@ -72,17 +71,35 @@ def import_(
     name: NameOption = None,
     part: PartNameOption = None,
     overwrite: OverwriteOption = False,
+    ball: Annotated[
+        float, typer.Option(min=0.1, max=100.0, help="Diameter of the ball, mm; of a model only.")
+    ] = 6.0,
+    whole: Annotated[
+        bool, typer.Option("--all", help="Of a model: fillets, text and narrow faces too.")
+    ] = False,
 ) -> None:
     """Make a plan of the features of a table or of the surfaces of a model.
 
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
-    side, points, text. A decimal comma needs semicolons between the columns.
+    side, points, text. A decimal comma needs semicolons between the columns. The features of a
+    model get targets on its trimmed faces; what is left out is told with the reason.
     """
-    from ocmm_core.inspection.plan import features_from_csv, features_from_step
+    from ocmm_core.inspection.plan import features_from_csv
+    from ocmm_core.inspection.step import STEP_ENDINGS, read_model
 
-    is_step = file.suffix.lower() in STEP_ENDINGS
-    features = features_from_step(file) if is_step else features_from_csv(file)
-    _write(features, output, name, part, overwrite=overwrite)
+    if file.suffix.lower() not in STEP_ENDINGS:
+        _write(features_from_csv(file), output, name, part, overwrite=overwrite)
+        return
+    model = read_model(file, ball)
+    more = tuple(one.feature for one in model.left_out) if whole else ()
+    _write((*model.features, *more), output, name, part, overwrite=overwrite)
+    console = make_console()
+    if whole and more:
+        console.print(f"{len(more)} of these have no targets on their faces:", highlight=False)
+    elif model.why_not():
+        console.print("Left out (--all takes the first three kinds, too):", highlight=False)
+    for why, count in model.why_not():
+        console.print(f"{count:5}  {why}", highlight=False)
 
 
 def warnings_of(plan: Plan, folder: Path) -> list[str]:

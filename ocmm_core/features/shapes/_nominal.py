@@ -54,6 +54,9 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     projection
         Circle, ellipse, slot and rectangle: the plane feature along whose normal the points are
         projected before the outline is fitted in it.
+    targets
+        mm, part frame: where to touch plane, cylinder, cone, sphere or torus, the first ones first;
+        empty: spread over the shape by its sizes, as if it had no holes.
     """
 
     name: str
@@ -75,6 +78,7 @@ class NominalFeature(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     picture: str = ""
     free: bool = False
     compensation: Literal["", "approach", "pulled", "shank", "nominal"] = ""
+    targets: tuple[Vector3, ...] = ()
 
 
 CRITERIA = {

@@ -21,6 +21,8 @@ from ocmm_core.inspection.evaluation._nearness import Nearness
 from ocmm_core.inspection.evaluation._places import Places
 
 _OUTLINE = 200
+_ON_IT_MM = 0.05
+"""A target that is farther from the surface is one of another surface."""
 
 PlacesOf: TypeAlias = Callable[[NominalFeature, Float, Float, float, int], Places]
 """From a feature, its point (3,), its direction (3,), 1 or -1 for outer or inner, and a count."""
@@ -77,7 +79,14 @@ SURFACES = {
 
 
 def places_of(nominal: NominalFeature, count: int) -> Places:
-    """Return ``count`` places spread over the nominal surface."""
+    """Return ``count`` places on the nominal surface.
+
+    Those that the plan names, fewer where it names fewer; where it names none, or where one of
+    them is not on the surface any more, because the surface was changed since, spread over it.
+    """
+    named = _named(nominal, count)
+    if named is not None:
+        return named
     axis, centre = unit(np.array(nominal.direction)), np.array(nominal.point)
     return SURFACES[nominal.shape].places(nominal, centre, axis, _sign(nominal), count)
 
@@ -90,6 +99,18 @@ def nearness(nominal: NominalFeature, ball: Float, radius: float) -> Nearness:
     """
     arm, axis = ball - np.array(nominal.point), unit(np.array(nominal.direction))
     return SURFACES[nominal.shape].nearness(nominal, arm, axis, _sign(nominal), radius)
+
+
+def _named(nominal: NominalFeature, count: int) -> Places | None:
+    """Return the places that the plan names; None where there are none to be used."""
+    if not nominal.targets:
+        return None
+    points = np.array(nominal.targets)
+    # As small a ball as can be: the surface itself is asked for.
+    found = [nearness(nominal, point, 0.0) for point in points]
+    if not all(one.gap <= _ON_IT_MM for one in found):
+        return None
+    return Places(points[:count], np.array([one.normal for one in found])[:count])
 
 
 def _sign(nominal: NominalFeature) -> float:

@@ -1,12 +1,12 @@
 """The plan: its document, its checks, its changes, and what fills it.
 
-In: a TOML document, a table in text, a STEP file, or what was measured on a master part.
+In: a TOML document, a table in text, or what was measured on a master part.
 Out: a checked plan, and TOML that reads back to the same plan.
 
 Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
 (what speaks against a plan), `_edit` (changes: a plan in, another one out), `_shelf` (plans of a
-folder), `_picture`. It is filled by `_csv`, `_teach`, or `_step` with `_step_worker` in a process
-of its own. `_stored_plan` reads the plan of a job file.
+folder), `_picture`. It is filled by `_csv` and `_teach`. `_stored_plan` reads the plan of a job
+file.
 It must not know points or sessions.
 """
 
@@ -45,7 +45,6 @@ if TYPE_CHECKING:
         load_plan,
     )
     from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
-    from ocmm_core.inspection.plan._step import features_from_step
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._stored_plan import stored_plan
     from ocmm_core.inspection.plan._teach import taught_plan
@@ -63,7 +62,6 @@ else:
         _picture="carry_pictures with_picture without_file",
         _plan="MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
         _shelf="PlanSummary plan_card list_plans",
-        _step="features_from_step",
         _step_checks="step_fault",
         _stored_plan="stored_plan",
         _teach="taught_plan",
@@ -84,7 +82,6 @@ __all__ = [
     "check_plan",
     "climate_for",
     "features_from_csv",
-    "features_from_step",
     "list_plans",
     "load_plan",
     "material_expansion",

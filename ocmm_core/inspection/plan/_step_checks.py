@@ -7,6 +7,10 @@ from pathlib import PurePosixPath, PureWindowsPath
 from ocmm_core.features.shapes import NominalFeature, Shape
 
 LONGEST_TEXT = 500
+WITH_TARGETS = (Shape.PLANE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TORUS)
+"""Shapes whose surface says at any place which way it looks."""
+MOST_TARGETS = 1000
+FARTHEST_MM = 1e6
 PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")
 
 
@@ -23,6 +27,9 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
     fault = picture_fault(feature.picture)
     if fault:
         return "picture", fault
+    fault = targets_fault(feature)
+    if fault:
+        return "targets", fault
     method = feature.compensation or by_plan
     shape = feature.shape.value.lower()
     # The axis of the probe stands on a face; along a bore it says nothing about the wall.
@@ -34,6 +41,20 @@ def step_fault(feature: NominalFeature, by_plan: str) -> tuple[str, str] | None:
     if method == "nominal" and feature.shape is Shape.LINE:
         return "compensation", f"is 'nominal', but the plan does not say which way a {shape} faces"
     return None
+
+
+def targets_fault(feature: NominalFeature) -> str:
+    """Return what is wrong with the targets of a feature; empty where nothing is."""
+    if not feature.targets:
+        return ""
+    if feature.shape not in WITH_TARGETS:
+        words = ", ".join(shape.value.lower() for shape in WITH_TARGETS)
+        return f"is only for: {words}"
+    if len(feature.targets) > MOST_TARGETS:
+        return f"has {len(feature.targets)} places; at most {MOST_TARGETS}"
+    if not all(abs(value) <= FARTHEST_MM for target in feature.targets for value in target):
+        return f"has a place farther away than {FARTHEST_MM:g} mm"
+    return ""
 
 
 def picture_fault(picture: str) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 
 from ocmm_core.alignment import DatumAlignment, DatumReferenceFrame
 from ocmm_core.documents import resource
-from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.errors import InputError, StorageError
 from ocmm_core.features.measured import Intersection, Offset, actual_features
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
@@ -23,7 +22,6 @@ from ocmm_core.inspection.plan import (
     add_construction,
     add_feature,
     features_from_csv,
-    features_from_step,
     load_plan,
     move_item,
     new_plan,
@@ -37,7 +35,6 @@ from ocmm_core.inspection.plan._file import plan_text
 from ocmm_core.inspection.plan._step_checks import picture_fault
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.inspection.test_guidance import BALL, point_at
-from tests.host import needs_package
 
 PLANS = sorted(resource("plans").glob("*.toml"))
 
@@ -226,99 +223,3 @@ def test_nominals_are_taught_in_the_part_frame() -> None:
     assert taught.features == [true]
     with pytest.raises(InputError, match="part frame"):
         taught_plan(plan, actual, None)
-
-
-def test_a_file_that_is_no_model_is_refused(tmp_path: Path) -> None:
-    path = tmp_path / "a.step"
-    path.write_text("no model")
-    with pytest.raises(InputError, match="not a STEP file"):
-        features_from_step(path)
-
-
-def test_without_the_extra_a_model_is_refused_with_what_to_install(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    # As if it were missing, also where it is installed; the reading process has the same path.
-    (tmp_path / "OCP.py").write_text("raise ImportError\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    path = tmp_path / "a.step"
-    path.write_text("ISO-10303-21;\n")
-    with pytest.raises(InputError, match="extra"):
-        features_from_step(path)
-
-
-def test_reading_a_model_can_be_given_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    # A reader that never comes back; the reading process has the same path.
-    (tmp_path / "OCP.py").write_text("import time\ntime.sleep(600)\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    path = tmp_path / "a.step"
-    path.write_text("ISO-10303-21;\n")
-    asked: list[int] = []
-
-    def given_up() -> bool:
-        asked.append(1)
-        return len(asked) > 3
-
-    with pytest.raises(InputError, match="cancelled"):
-        features_from_step(path, given_up=given_up)
-    assert multiprocessing.active_children() == []
-
-
-@pytest.mark.parametrize(
-    ("reader", "words"),
-    [
-        (
-            "import os\nprint('noise', flush=True)\nos.kill(os.getpid(), 11)\n",
-            r"failed on it \(SIGSEGV\)",
-        ),
-        ("import os\nos._exit(1)\n", "failed on it"),
-        ("held = bytearray(2_000_000_000)\n", "more than 1.5 GB of memory"),
-        ("raise ValueError('contains no shape')\n", "contains no shape"),
-        ("raise OSError('nobody foresaw this')\n", "Reading the STEP file"),
-    ],
-)
-def test_a_reader_that_fails_is_told_by_its_own_sentence(
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capfd: pytest.CaptureFixture[str],
-    reader: str,
-    words: str,
-) -> None:
-    # In the place of the extra; the reading process has the same path.
-    (tmp_path / "OCP.py").write_text(reader)
-    monkeypatch.syspath_prepend(tmp_path)
-    path = tmp_path / "a.step"
-    path.write_text("ISO-10303-21;\n")
-    with pytest.raises(OcmmError, match=words):
-        features_from_step(path)
-    assert multiprocessing.active_children() == []
-    assert capfd.readouterr() == ("", "")
-
-
-def test_surfaces_of_a_model_become_features(tmp_path: Path) -> None:
-    needs_package("OCP", "the extra 'step'")
-    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
-    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
-    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
-    from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
-
-    box = BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), 100.0, 60.0, 20.0).Shape()
-    axis = gp_Ax2(gp_Pnt(20, 10, -1), gp_Dir(0, 0, 1))
-    bored = BRepAlgoAPI_Cut(box, BRepPrimAPI_MakeCylinder(axis, 6.0, 30.0).Shape()).Shape()
-    path = tmp_path / "block.step"
-    writer = STEPControl_Writer()
-    writer.Transfer(bored, STEPControl_AsIs)
-    writer.Write(str(path))
-    features = {feature.name: feature for feature in features_from_step(path)}
-    bore = features["CYLINDER_1"]
-    assert (bore.point, bore.diameter, bore.length) == ((20.0, 10.0, 10.0), 12.0, 20.0)
-    assert bore.side == "inner"
-    planes = [item for item in features.values() if item.shape is Shape.PLANE]
-    assert len(planes) == 6
-    # Normals leave the material.
-    middle = np.array([50.0, 30.0, 10.0])
-    for plane in planes:
-        assert (np.array(plane.point) - middle) @ np.array(plane.direction) > 0.0
-    path.write_text(path.read_text()[:2000])
-    with pytest.raises(InputError):
-        features_from_step(path)

@@ -1,0 +1,85 @@
+"""What the reading process tells the program that asked, as JSON."""
+
+from __future__ import annotations
+
+import msgspec
+
+Triple = tuple[float, float, float]
+
+
+class StepFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A surface of the model: one face, or the faces of one round surface.
+
+    Attributes
+    ----------
+    shape
+        Word of `features.shapes.Shape`.
+    point, direction, across
+        mm and unit: middle of the face, normal out of the material or axis, and direction of its
+        length.
+    radius, second, half_angle
+        As in `features.shapes.element`, mm and rad.
+    low, high
+        mm: extent along ``direction`` from ``point`` for round faces, along ``across`` for planes.
+    width
+        mm: extent of a plane square to ``across``.
+    inner
+        The material is outside.
+    """
+
+    shape: str
+    point: Triple
+    direction: Triple
+    across: Triple = (1.0, 0.0, 0.0)
+    radius: float = 0.0
+    second: float = 0.0
+    half_angle: float = 0.0
+    low: float = 0.0
+    high: float = 0.0
+    width: float = 0.0
+    inner: bool = False
+
+
+class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A surface with the places on it where a ball can touch.
+
+    Attributes
+    ----------
+    face
+        Its shape, place and size.
+    targets
+        mm, on the trimmed faces, each as far as can be from those before it.
+    against
+        Why it is no feature to begin with, as a part of a sentence; empty where it is one.
+    """
+
+    face: StepFace
+    targets: tuple[Triple, ...] = ()
+    against: str = ""
+
+
+class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What the reading sends: nothing that a damaged process sends becomes more than that.
+
+    Attributes
+    ----------
+    doing
+        What is being read now; more answers follow. It says where a reader ended that ended badly.
+    surfaces
+        Those of the model; none where there is a fault.
+    others
+        How many faces have another kind of surface, by its word.
+    fault
+        What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
+    remedy
+        What to do about a fault, where that is not to export the model again.
+    error
+        Code, what and remedy of what is wrong with the program.
+    """
+
+    doing: str = ""
+    surfaces: tuple[StepSurface, ...] = ()
+    others: dict[str, int] = msgspec.field(default_factory=dict)
+    fault: str = ""
+    remedy: str = ""
+    error: tuple[str, str, str] | None = None

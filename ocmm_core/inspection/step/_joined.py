@@ -1,0 +1,224 @@
+"""Faces that are one surface come together, and each surface gets places where a ball can touch.
+
+Two bores on one axis stay two; two halves of one bore become one. Needs no OCP.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ocmm_core.features.shapes import Shape
+from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.inspection.step._answer import StepFace, StepSurface
+from ocmm_core.inspection.step._raw_faces import RawFace, Rim
+
+_SAME_MM, _SAME_RAD = 1e-4, 1e-6
+_LEAST_TURN = np.radians(170.0)
+"""A round surface that spans less is a fillet and no feature to begin with."""
+_NARROW_GAP = np.radians(20.0)
+EDGE_MM = 1.0
+"""No target lies nearer to an edge: a hand is no more exact."""
+_HOLLOW = -0.1
+"""An edge is one that falls away where the normal beyond it leans back by more than this."""
+_SPARE = 2
+"""So many times the usual points are placed, for who wants more."""
+
+
+def surfaces_of(faces: Sequence[RawFace], ball_radius: float) -> list[StepSurface]:
+    """Return the surfaces of faces, with targets for a ball.
+
+    Parameters
+    ----------
+    ball_radius
+        mm.
+    """
+    groups = _groups(faces)
+    hollow = _hollow_rims(faces, groups)
+    return [_surface([faces[i] for i in group], [hollow[i] for i in group], ball_radius)
+            for group in groups]  # fmt: skip
+
+
+def _groups(faces: Sequence[RawFace]) -> list[list[int]]:
+    """Return which faces are one surface, in the order of the first of each."""
+    owner = list(range(len(faces)))
+
+    def root(index: int) -> int:
+        while owner[index] != index:
+            index = owner[index]
+        return index
+
+    round_ones = [index for index, one in enumerate(faces) if one.face.shape != "Plane"]
+    points = np.array([faces[index].face.point for index in round_ones]).reshape(-1, 3)
+    near = cKDTree(points).query_pairs(_SAME_MM) if round_ones else ()
+    for i, j in sorted((round_ones[a], round_ones[b]) for a, b in near):
+        if _is_same(faces[i].face, faces[j].face) and _is_whole(faces[i], faces[j]):
+            owner[max(root(i), root(j))] = min(root(i), root(j))
+    groups: dict[int, list[int]] = {}
+    for index in range(len(faces)):
+        groups.setdefault(root(index), []).append(index)
+    return list(groups.values())
+
+
+def _is_same(one: StepFace, other: StepFace) -> bool:
+    """Return whether two round faces at one point would be one surface, were they not trimmed."""
+    if (one.shape, one.inner) != (other.shape, other.inner):
+        return False
+    turned = float(np.linalg.norm(np.cross(one.direction, other.direction)))
+    if one.shape == "Sphere":
+        turned = 0.0
+    sizes = np.subtract((one.radius, one.second), (other.radius, other.second))
+    return (
+        turned < _SAME_RAD
+        and bool(np.abs(sizes).max() < _SAME_MM)
+        and abs(one.half_angle - other.half_angle) < _SAME_RAD
+    )
+
+
+def _is_whole(one: RawFace, other: RawFace) -> bool:
+    """Return whether nothing lies between two faces along their axis, where they have one."""
+    if one.face.shape not in ("Cylinder", "Cone"):
+        return True
+    low, high = max(one.face.low, other.face.low), min(one.face.high, other.face.high)
+    if high - low > _SAME_MM:
+        return True
+    # One ends where the other begins: only an edge that both have makes them one.
+    return any(_is_one_edge(a, b) for a in one.rims for b in other.rims)
+
+
+def _is_one_edge(one: Rim, other: Rim) -> bool:
+    return bool(np.abs(_mark(one) - _mark(other)).max() < _SAME_MM)
+
+
+def _mark(rim: Rim) -> Float:
+    """Return what an edge is known by, (7,), mm: its middle, that of its ends, their distance."""
+    first, last = rim.line[0], rim.line[-1]
+    middle = rim.line[len(rim.line) // 2]
+    return np.array([*middle, *(0.5 * (first + last)), np.linalg.norm(last - first)])
+
+
+def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> list[list[Float]]:
+    """Return for each face the edges that a target must keep away from: first those that fall away.
+
+    The rest, where the material goes on or rises beyond, comes second. Seams, and edges between
+    faces of one surface, are none.
+    """
+    group_of = {index: number for number, group in enumerate(groups) for index in group}
+    owners = [(i, rim) for i, one in enumerate(faces) for rim in one.rims]
+    kept: list[list[Float]] = [[np.empty((0, 2, 3)), np.empty((0, 2, 3))] for _ in faces]
+    if not owners:
+        return kept
+    marks = np.array([_mark(rim) for _, rim in owners])
+    for number, near in enumerate(cKDTree(marks).query_ball_point(marks, _SAME_MM)):
+        index, rim = owners[number]
+        beyond = [other for other in near if other != number]
+        if any(group_of[owners[other][0]] == group_of[index] for other in beyond):
+            continue
+        falls = bool(beyond) and all(
+            _falls_away(faces[index], rim, owners[other][1]) for other in beyond
+        )
+        stretches = np.stack([rim.line[:-1], rim.line[1:]], axis=1)
+        place = 0 if falls else 1
+        kept[index][place] = np.concatenate([kept[index][place], stretches])
+    return kept
+
+
+def _falls_away(face: RawFace, rim: Rim, beyond: Rim) -> bool:
+    """Return whether the material ends at an edge: the face beyond looks away from this one."""
+    half = len(rim.line) // 2
+    middle = rim.line[half]
+    along = rim.line[half + 1] - rim.line[half - 1]
+    inward = np.cross(rim.normal, along)
+    length = float(np.linalg.norm(inward))
+    if length == 0.0 or not len(face.places):
+        return False
+    inward /= length
+    nearest = face.places[int(np.argmin(np.linalg.norm(face.places - middle, axis=1)))]
+    if float(inward @ (nearest - middle)) < 0.0:
+        inward = -inward
+    return float(beyond.normal @ inward) < _HOLLOW
+
+
+def _surface(
+    group: Sequence[RawFace], hollow: Sequence[Sequence[Float]], ball_radius: float
+) -> StepSurface:
+    face = _joined([one.face for one in group])
+    places = np.concatenate([one.places for one in group])
+    falls = np.concatenate([both[0] for both in hollow])
+    rises = np.concatenate([both[1] for both in hollow])
+    wanted = Shape(face.shape).spec.usual_points
+    against = _against(face, places, ball_radius)
+    if against:
+        return StepSurface(face=face, against=against)
+    to_falls, to_rises = _distances(places, falls), _distances(places, rises)
+    wide = ball_radius + EDGE_MM
+    free = places[np.minimum(to_falls, to_rises) >= wide]
+    if len(free) < wanted:
+        free = places[(to_falls >= EDGE_MM) & (to_rises >= wide)]
+    if len(free) < wanted:
+        return StepSurface(
+            face=face,
+            against=f"a ball of {2.0 * ball_radius:g} mm has no room for {wanted} points",
+        )
+    targets = _spread(free, _SPARE * wanted)
+    return StepSurface(face=face, targets=tuple((x, y, z) for x, y, z in targets.tolist()))
+
+
+def _joined(faces: Sequence[StepFace]) -> StepFace:
+    """Return the faces of one surface as one."""
+    first = faces[0]
+    if first.shape not in ("Cylinder", "Cone"):
+        return first
+    low, high = min(one.low for one in faces), max(one.high for one in faces)
+    return msgspec.structs.replace(first, low=low, high=high)
+
+
+def _against(face: StepFace, places: Float, ball_radius: float) -> str:
+    if not len(places):
+        return "no place lies inside its edges"
+    if face.shape == "Plane":
+        return ""
+    if _turn(face, places) < _LEAST_TURN:
+        return "it spans less than half a turn, as a fillet does"
+    tube = face.second if face.shape == "Torus" else face.radius
+    if face.inner and 0.0 < tube <= ball_radius:
+        return f"a ball of {2.0 * ball_radius:g} mm does not fit into it"
+    return ""
+
+
+def _turn(face: StepFace, places: Float) -> float:
+    """Return how much of the turn about the axis a surface spans, rad, but for narrow gaps."""
+    across, up = perpendicular_pair(np.array(face.direction))
+    arms = places - np.array(face.point)
+    angles = np.sort(np.arctan2(arms @ up, arms @ across))
+    gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+    # Places stand in rows along the axis, so most gaps are none at all.
+    step = float(np.median(gaps[gaps > _SAME_RAD])) if (gaps > _SAME_RAD).any() else 0.0
+    wide = gaps > max(1.5 * step, _NARROW_GAP)
+    return float(gaps[~wide].sum() + step * np.count_nonzero(wide))
+
+
+def _distances(places: Float, stretches: Float) -> Float:
+    """Return how far places (n, 3) are from the nearest of stretches (m, 2, 3), mm."""
+    nearest = np.full(len(places), np.inf)
+    for start, end in stretches:
+        along = end - start
+        length = float(along @ along)
+        arms = places - start
+        share = np.clip(arms @ along / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(places))
+        nearest = np.minimum(nearest, np.linalg.norm(arms - share[:, None] * along, axis=1))
+    return nearest
+
+
+def _spread(places: Float, count: int) -> Float:
+    """Return some of the places, each as far as can be from those before it."""
+    nearest = np.linalg.norm(places - places.mean(axis=0), axis=1)
+    chosen = [int(np.argmax(nearest))]
+    nearest = np.linalg.norm(places - places[chosen[0]], axis=1)
+    while len(chosen) < min(count, len(places)):
+        chosen.append(int(np.argmax(nearest)))
+        nearest = np.minimum(nearest, np.linalg.norm(places - places[chosen[-1]], axis=1))
+    return places[chosen]

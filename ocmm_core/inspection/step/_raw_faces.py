@@ -1,0 +1,356 @@
+"""Faces of a STEP file as numbers: their surface, places on them and their edges; needs OCP."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.step._answer import StepFace, Triple
+
+_DEFLECTION_MM = 0.02
+"""Edges become lines that are off by no more."""
+_BEND_RAD = 0.1
+_FEW, _MORE, _MOST = 400, 3600, 14_400
+"""Places that are tried on a face: more where few of them lie inside its edges."""
+_ENOUGH = 60
+_THIN = 1.0 / 40.0
+
+
+class UnusableModelError(ValueError):
+    """A model without a surface that can be probed, and what to do about it."""
+
+    def __init__(self, what: str, remedy: str) -> None:
+        super().__init__(what)
+        self.what, self.remedy = what, remedy
+
+
+@dataclass(frozen=True, slots=True)
+class Rim:
+    """An edge of a face.
+
+    Attributes
+    ----------
+    line
+        (n, 3), mm: points along it.
+    normal
+        (3,): normal out of the material in its middle, on this face.
+    """
+
+    line: Float
+    normal: Float
+
+
+@dataclass(frozen=True, slots=True)
+class RawFace:
+    """A face with what lies inside its edges.
+
+    Attributes
+    ----------
+    face
+        Its surface, as if it were not trimmed.
+    places
+        (n, 3), mm: on the surface and inside the edges.
+    rims
+        Its edges; seams of the surface itself stand twice.
+    """
+
+    face: StepFace
+    places: Float
+    rims: tuple[Rim, ...]
+
+
+def as_numbers(number: Any) -> float:
+    """Return a number of numpy as one of Python."""
+    return float(number)
+
+
+def read_faces(
+    path: str, doing: Callable[[str], None]
+) -> tuple[tuple[RawFace, ...], dict[str, int]]:
+    """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
+
+    Placements of assemblies are applied; the library turns all units into millimetres.
+
+    Raises
+    ------
+    ImportError
+        The extra is not installed.
+    ValueError
+        The file is not complete, or holds nothing that can be used.
+    """
+    from OCP.BRep import BRep_Tool
+
+    shape = _shape_of(path, doing)
+    faces = list(_explored(shape, "FACE"))
+    surface_of = _static(BRep_Tool, "Surface")
+    # To ask a face without a surface for its kind ends the process.
+    with_surface = [face for face in faces if surface_of(face) is not None]
+    if faces and not with_surface:
+        msg = f"it is a tessellated model: {len(faces)} faces, and none has an exact surface"
+        raise UnusableModelError(
+            msg, "Export the model with exact geometry (B-rep), not tessellated (mesh)."
+        )
+    found: list[RawFace] = []
+    others: Counter[str] = Counter()
+    if len(with_surface) < len(faces):
+        others["tessellated"] = len(faces) - len(with_surface)
+    for number, face in enumerate(with_surface, start=1):
+        doing(f"face {number} of {len(with_surface)}")
+        kind, raw = _raw_face(face)
+        if raw is None:
+            others[kind] += 1
+        else:
+            found.append(raw)
+    return tuple(found), dict(others)
+
+
+def _shape_of(path: str, doing: Callable[[str], None]) -> Any:
+    from OCP.IFSelect import IFSelect_RetDone
+    from OCP.STEPControl import STEPControl_Reader
+
+    doing("the text of the file")
+    reader = STEPControl_Reader()
+    if reader.ReadFile(path) != IFSelect_RetDone:
+        msg = "not a complete STEP file"
+        raise ValueError(msg)
+    doing("the shapes of the file")
+    reader.TransferRoots()
+    shape = reader.OneShape()
+    if shape is None or shape.IsNull():
+        msg = "contains no shape"
+        raise ValueError(msg)
+    return shape
+
+
+def _static(owner: Any, name: str) -> Any:
+    """Return a static method; versions of the library call it with and without a suffix."""
+    return getattr(owner, f"{name}_s", None) or getattr(owner, name)
+
+
+def _explored(shape: Any, kind: str) -> Any:
+    import OCP.TopAbs as TopAbs
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    cast = _static(TopoDS, kind.capitalize())
+    explorer = TopExp_Explorer(shape, getattr(TopAbs, f"TopAbs_{kind}"))
+    while explorer.More():
+        yield cast(explorer.Current())
+        explorer.Next()
+
+
+def _raw_face(face: Any) -> tuple[str, RawFace | None]:
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    surface = BRepAdaptor_Surface(face, True)
+    reverse = face.Orientation() == TopAbs_REVERSED
+    kind = str(surface.GetType()).rpartition("GeomAbs_")[2].rstrip(">: 0123456789")
+    as_said = _face(surface, reverse)
+    if as_said is None:
+        return kind, None
+    _check(as_said)
+    loops, rims = _edges(face, surface, reverse)
+    places = _places(surface, loops)
+    return kind, RawFace(as_said, places, rims)
+
+
+def _check(face: StepFace) -> None:
+    """Refuse sizes and places without end; such a number is none in JSON either."""
+    sizes = (face.radius, face.second, face.half_angle, face.low, face.high, face.width)
+    if not np.isfinite([*sizes, *face.point, *face.direction, *face.across]).all():
+        msg = f"the size or place of a {face.shape} is not a number"
+        raise ValueError(msg)
+
+
+def _edges(face: Any, surface: Any, reverse: bool) -> tuple[Float, tuple[Rim, ...]]:
+    """Return all edges as stretches (n, 2, 2) of the surface's own parameters, and in space."""
+    from OCP.BRepAdaptor import BRepAdaptor_Curve2d
+    from OCP.gp import gp_Pnt
+
+    point = gp_Pnt()
+    stretches: list[Float] = []
+    rims: list[Rim] = []
+    for edge in _explored(face, "EDGE"):
+        curve = BRepAdaptor_Curve2d(edge, face)
+        first, last = curve.FirstParameter(), curve.LastParameter()
+        steps = _steps(edge, first, last)
+        uv = np.array([(p.X(), p.Y()) for p in (curve.Value(float(t)) for t in steps)])
+        stretches.append(np.stack([uv[:-1], uv[1:]], axis=1))
+        line = np.empty((len(uv), 3))
+        for row, (u, v) in enumerate(uv):
+            surface.D0(u, v, point)
+            line[row] = point.X(), point.Y(), point.Z()
+        if np.linalg.norm(np.diff(line, axis=0), axis=1).sum() < _DEFLECTION_MM:
+            # The tip of a cone or the pole of a sphere: an edge for the parameters alone.
+            continue
+        middle = uv[len(uv) // 2]
+        rims.append(Rim(line, _normal(surface, middle[0], middle[1], reverse)[1]))
+    return np.concatenate(stretches) if stretches else np.empty((0, 2, 2)), tuple(rims)
+
+
+def _steps(edge: Any, first: float, last: float) -> Float:
+    """Return parameters along an edge between which it is nearly straight, an odd number."""
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepAdaptor import BRepAdaptor_Curve
+    from OCP.GCPnts import GCPnts_TangentialDeflection
+
+    count = 3
+    if not _static(BRep_Tool, "Degenerated")(edge):
+        bent = GCPnts_TangentialDeflection(BRepAdaptor_Curve(edge), _BEND_RAD, _DEFLECTION_MM)
+        count = max(bent.NbPoints() | 1, 3)
+    return np.linspace(first, last, count)
+
+
+def _places(surface: Any, loops: Float) -> Float:
+    """Return places (n, 3), mm, inside the edges: more are tried where few of them are."""
+    from OCP.gp import gp_Pnt
+
+    if not len(loops):
+        return np.empty((0, 3))
+    low, high = loops.reshape(-1, 2).min(axis=0), loops.reshape(-1, 2).max(axis=0)
+    inside = np.empty((0, 2))
+    for count in (_FEW, _MORE, _MOST):
+        grid = _grid(surface, low, high, count)
+        inside = grid[_inside(grid, loops)]
+        if len(inside) >= _ENOUGH:
+            break
+    point = gp_Pnt()
+    places = np.empty((len(inside), 3))
+    for row, (u, v) in enumerate(inside):
+        surface.D0(u, v, point)
+        places[row] = point.X(), point.Y(), point.Z()
+    return places
+
+
+def _grid(surface: Any, low: Float, high: Float, count: int) -> Float:
+    """Return some ``count`` pairs of parameters, in space about as far apart in both directions."""
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    point, by_u, by_v = gp_Pnt(), gp_Vec(), gp_Vec()
+    middle = 0.5 * (low + high)
+    surface.D1(middle[0], middle[1], point, by_u, by_v)
+    sides = (high - low) * [by_u.Magnitude(), by_v.Magnitude()]
+    sides = np.maximum(sides, _THIN * max(float(sides.max()), 1e-9))
+    rows = max(3, round(float(np.sqrt(count * sides[0] / sides[1]))))
+    columns = max(3, round(count / rows))
+    u = low[0] + (high[0] - low[0]) * (np.arange(rows) + 0.5) / rows
+    v = low[1] + (high[1] - low[1]) * (np.arange(columns) + 0.5) / columns
+    return np.stack(np.meshgrid(u, v, indexing="ij"), axis=-1).reshape(-1, 2)
+
+
+def _inside(grid: Float, loops: Float) -> Any:
+    """Return which pairs lie inside closed loops: a ray from there crosses them an odd time."""
+    crossed = np.zeros(len(grid), dtype=np.int64)
+    for (u0, v0), (u1, v1) in loops:
+        if v0 == v1:
+            continue
+        spans = (grid[:, 1] >= min(v0, v1)) & (grid[:, 1] < max(v0, v1))
+        at = u0 + (u1 - u0) * (grid[:, 1] - v0) / (v1 - v0)
+        crossed += spans & (at > grid[:, 0])
+    return crossed % 2 == 1
+
+
+def _face(surface: Any, reverse: bool) -> StepFace | None:
+    from OCP.GeomAbs import (
+        GeomAbs_Cone,
+        GeomAbs_Cylinder,
+        GeomAbs_Plane,
+        GeomAbs_Sphere,
+        GeomAbs_Torus,
+    )
+
+    kind = surface.GetType()
+    u0, u1 = surface.FirstUParameter(), surface.LastUParameter()
+    v0, v1 = surface.FirstVParameter(), surface.LastVParameter()
+    middle, normal = _normal(surface, 0.5 * (u0 + u1), 0.5 * (v0 + v1), reverse)
+    if kind == GeomAbs_Plane:
+        across = _vector(surface.Plane().Position().XDirection())
+        return StepFace(
+            shape="Plane", point=_tuple(middle), direction=_tuple(normal), across=_tuple(across),
+            low=-0.5 * (u1 - u0), high=0.5 * (u1 - u0), width=v1 - v0,
+        )  # fmt: skip
+    if kind == GeomAbs_Cylinder:
+        return _cylinder(surface, middle, normal, v0, v1)
+    if kind == GeomAbs_Cone:
+        return _cone(surface, middle, normal, v0, v1)
+    if kind == GeomAbs_Sphere:
+        ball = surface.Sphere()
+        centre, axis = _vector(ball.Location()), _vector(ball.Position().Direction())
+        return StepFace(
+            shape="Sphere", point=_tuple(centre), direction=_tuple(axis), radius=ball.Radius(),
+            inner=float(normal @ (middle - centre)) < 0.0,
+        )  # fmt: skip
+    if kind == GeomAbs_Torus:
+        ring = surface.Torus()
+        centre, axis = _vector(ring.Location()), _vector(ring.Position().Direction())
+        arm = middle - centre
+        flat = arm - (arm @ axis) * axis
+        core = centre + ring.MajorRadius() * flat / np.linalg.norm(flat)
+        return StepFace(
+            shape="Torus", point=_tuple(centre), direction=_tuple(axis), radius=ring.MajorRadius(),
+            second=ring.MinorRadius(), inner=float(normal @ (middle - core)) < 0.0,
+        )  # fmt: skip
+    return None
+
+
+def _cylinder(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> StepFace:
+    cylinder = surface.Cylinder()
+    axis, start = _vector(cylinder.Axis().Direction()), _vector(cylinder.Location())
+    sense = _sense(axis)
+    # All faces of one cylinder get the same point: that of the axis nearest to the origin.
+    foot = start - (start @ axis) * axis
+    ends = sorted(float(start @ axis + v) * sense for v in (v0, v1))
+    arm = middle - foot
+    return StepFace(
+        shape="Cylinder", point=_tuple(foot), direction=_tuple(sense * axis),
+        radius=cylinder.Radius(), low=ends[0], high=ends[1],
+        inner=float(normal @ (arm - (arm @ axis) * axis)) < 0.0,
+    )  # fmt: skip
+
+
+def _cone(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> StepFace:
+    """Return a cone by its tip, which all its faces have in common; its axis leads out of it."""
+    cone = surface.Cone()
+    half = cone.SemiAngle()
+    axis, start = _vector(cone.Axis().Direction()), _vector(cone.Location())
+    axis = axis if half > 0.0 else -axis
+    tip = start - cone.RefRadius() / np.tan(abs(half)) * axis
+    sense = 1.0 if half > 0.0 else -1.0
+    far = cone.RefRadius() / np.sin(abs(half))
+    ends = sorted(float((far + sense * v) * np.cos(half)) for v in (v0, v1))
+    arm = middle - tip
+    return StepFace(
+        shape="Cone", point=_tuple(tip), direction=_tuple(axis), half_angle=abs(half), low=ends[0],
+        high=ends[1], inner=float(normal @ (arm - (arm @ axis) * axis)) < 0.0,
+    )  # fmt: skip
+
+
+def _normal(surface: Any, u: float, v: float, reverse: bool) -> tuple[Float, Float]:
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    point, by_u, by_v = gp_Pnt(), gp_Vec(), gp_Vec()
+    surface.D1(u, v, point, by_u, by_v)
+    normal = np.cross(_vector(by_u), _vector(by_v))
+    length = np.linalg.norm(normal)
+    normal = normal / length if length > 0.0 else normal
+    return _vector(point), -normal if reverse else normal
+
+
+def _sense(axis: Float) -> float:
+    largest = int(np.argmax(np.abs(np.round(axis, 6))))
+    return 1.0 if axis[largest] > 0.0 else -1.0
+
+
+def _vector(triple: Any) -> Float:
+    return np.array([triple.X(), triple.Y(), triple.Z()])
+
+
+def _tuple(vector: Float) -> Triple:
+    x, y, z = (float(value) for value in vector)
+    return (x, y, z)
