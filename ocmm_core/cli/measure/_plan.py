@@ -97,7 +97,8 @@ def import_(
     if whole and more:
         console.print(f"{len(more)} of these have no targets on their faces:", highlight=False)
     elif model.why_not():
-        console.print("Left out (--all takes the first three kinds, too):", highlight=False)
+        how = "; --all takes all but free-form and tessellated faces" if model.left_out else ""
+        console.print(f"Left out{how}:", highlight=False)
     for why, count in model.why_not():
         console.print(f"{count:5}  {why}", highlight=False)
 
