@@ -39,6 +39,9 @@ _NAMED_MM = 250.0
 """In a wider view the names of the LEDs would cover each other."""
 
 _CALM = 1.6
+_CHASE = 1.4
+"""So much more room a view takes that the ball has left: it will go on, and a view that moves with
+it cannot be read."""
 _OVERVIEW_ASPECT = 1.25
 _KEY_TURN = np.radians(10.0)
 
@@ -95,8 +98,9 @@ class PointView(QWidget):
         if len(self._probe):
             first_sight = not len(self._probe_reach)
             self._probe_reach = self._probe
-            if first_sight and self._follows:
-                self._fit()
+            # The ball is the last of them. Who moves it looks for it first of all.
+            if self._follows and (first_sight or not self.shows(self._probe[-1:])):
+                self._fit(_CHASE)
         self.update()
 
     def show_job(self, job: JobView) -> None:
@@ -112,6 +116,15 @@ class PointView(QWidget):
         self._chosen = number
         if self._job is not None:
             self.show_job(self._job)
+
+    def projected(self, places: Float) -> Float:
+        """Return where places (n, 3), mm, world, are in the picture, (n, 2), px."""
+        return self._orbit.project(places, float(self.width()), float(self.height()))[:, :2]
+
+    def shows(self, places: Float) -> bool:
+        """Return whether places (n, 3), mm, world, all lie in the picture."""
+        seen = self.projected(places)
+        return bool(((seen > 0.0) & (seen < (self.width(), self.height()))).all())
 
     def fit(self) -> None:
         """Show the whole work, and keep doing so."""
@@ -268,16 +281,14 @@ class PointView(QWidget):
         self._orbit = self._orbit.zoomed(factor)
         self.update()
 
-    def _fit(self) -> None:
+    def _fit(self, margin: float = 1.15) -> None:
         reach = np.concatenate([self._job_reach, self._probe_reach])
         if not len(reach):
             return
         width, height = float(self.width()), float(self.height())
-        wanted = self._orbit.fitted(reach, width, height)
-        places = self._orbit.project(reach, width, height)[:, :2]
-        inside = bool(((places > 0.0) & (places < (width, height))).all())
+        wanted = self._orbit.fitted(reach, width, height, margin)
         # A view that moves with every point is no help: it stays while it shows all, large enough.
-        if not inside or self._orbit.radius > _CALM * wanted.radius:
+        if not self.shows(reach) or self._orbit.radius > _CALM * wanted.radius:
             self._orbit = wanted
 
     def _paint_triad(self, painter: QPainter, box: QRectF) -> None:
