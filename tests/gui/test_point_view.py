@@ -47,7 +47,8 @@ def live_at(tip_world: Float, origin_world: Float) -> LiveView:
         spots=np.full((2, 6, 2), np.nan), slot_leds=np.full((2, 6), -1), frame_counter=1,
         time_s=0.0, frames_per_second=8000.0,
         acquisition=AcquisitionStatus(
-            AcquisitionState.RUNNING, StopReason.NONE, "", *[0] * 8
+            AcquisitionState.RUNNING, StopReason.NONE, "", elapsed=0, good=0, late=0, lost=0, bad=0,
+            frames=0, frames_lost=0, overrun=0,
         ),
     )  # fmt: skip
 
