@@ -1,0 +1,58 @@
+"""``ocmm plan import``: a table or a model becomes a plan, and what is left out is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from ocmm_core.features.shapes import Shape
+from ocmm_core.inspection.plan import load_plan
+from tests.core.cli.conftest import Ocmm
+from tests.core.inspection.test_step_model import MODELS, NIST, written
+from tests.host import needs_package, not_run
+
+TABLE = "name,shape,x,y,z,diameter,side\nTOP,Plane,0,0,0,,\nBORE,Circle,1,2,3,9.5,inner\n"
+
+
+def test_a_table_becomes_a_plan_and_no_file_is_lost(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    table, plan = tmp_path / "table.csv", tmp_path / "plan.toml"
+    table.write_text(TABLE, encoding="utf-8")
+    assert "2 features" in ocmm_here("plan", "import", table, "-o", plan).stdout
+    assert [feature.name for feature in load_plan(plan).features] == ["TOP", "BORE"]
+    refused = ocmm_here("plan", "import", table, "-o", plan)
+    assert refused.returncode == 2
+    assert "already exists" in refused.stderr
+    assert ocmm_here("plan", "import", table, "-o", plan, "--overwrite").returncode == 0
+
+
+def test_a_model_becomes_a_plan_with_what_is_left_out(
+    ocmm_here: Ocmm, tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    needs_package("OCP", "the extra 'step'")
+    model, plan = written(tmp_path / "shaft.STP", MODELS["stepped shaft"][0]()), tmp_path / "a.toml"
+    done = ocmm_here("plan", "import", model, "-o", plan)
+    assert done.returncode == 0, done.stderr
+    assert "5 features." in done.stdout
+    assert "2  a ball of 6 mm has no room for 9 points" in done.stdout
+    assert all(feature.targets for feature in load_plan(plan).features)
+    # A smaller ball gets onto the shoulders; a larger one is no reason to touch the air.
+    done = ocmm_here("plan", "import", model, "-o", plan, "--overwrite", "--ball", "2")
+    assert "Left out" not in done.stdout
+    assert len(load_plan(plan).features) == 7
+    ocmm_here("plan", "import", model, "-o", plan, "--overwrite", "--all")
+    loaded = load_plan(plan).features
+    assert len(loaded) == 7
+    assert [feature.shape for feature in loaded if not feature.targets] == [Shape.PLANE] * 2
+
+
+def test_a_tessellated_model_is_refused_with_what_to_do(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    path = NIST / "nist_ftc_08_asme1_ap242-e1-tg.stp"
+    if not path.exists():
+        not_run("the models of NIST are not here")
+    refused = ocmm_here("plan", "import", path, "-o", tmp_path / "a.toml")
+    assert refused.returncode == 2
+    assert "tessellated model: 273 faces" in refused.stderr
+    assert "Export the model with exact geometry" in refused.stderr
+    assert not (tmp_path / "a.toml").exists()
