@@ -4,13 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import pytest
-
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.plan import load_plan
 from tests.core.cli.conftest import Ocmm
-from tests.core.inspection.test_step_model import MODELS, NIST, written
-from tests.host import needs_package, not_run
+from tests.core.inspection.test_step_model import MODELS, TESSELLATED, written
+from tests.host import needs_package
 
 TABLE = "name,shape,x,y,z,diameter,side\nTOP,Plane,0,0,0,,\nBORE,Circle,1,2,3,9.5,inner\n"
 
@@ -26,9 +24,7 @@ def test_a_table_becomes_a_plan_and_no_file_is_lost(ocmm_here: Ocmm, tmp_path: P
     assert ocmm_here("plan", "import", table, "-o", plan, "--overwrite").returncode == 0
 
 
-def test_a_model_becomes_a_plan_with_what_is_left_out(
-    ocmm_here: Ocmm, tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_model_becomes_a_plan_with_what_is_left_out(ocmm_here: Ocmm, tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
     model, plan = written(tmp_path / "shaft.STP", MODELS["stepped shaft"][0]()), tmp_path / "a.toml"
     done = ocmm_here("plan", "import", model, "-o", plan)
@@ -46,11 +42,11 @@ def test_a_model_becomes_a_plan_with_what_is_left_out(
     assert [feature.shape for feature in loaded if not feature.targets] == [Shape.PLANE] * 2
 
 
-def test_a_tessellated_model_is_refused_with_what_to_do(ocmm_here: Ocmm, tmp_path: Path) -> None:
+def test_a_tessellated_model_is_refused_with_what_to_do(
+    ocmm_here: Ocmm, tmp_path: Path, reference: Path
+) -> None:
     needs_package("OCP", "the extra 'step'")
-    path = NIST / "nist_ftc_08_asme1_ap242-e1-tg.stp"
-    if not path.exists():
-        not_run("the models of NIST are not here")
+    path = reference / "step" / TESSELLATED
     refused = ocmm_here("plan", "import", path, "-o", tmp_path / "a.toml")
     assert refused.returncode == 2
     assert "tessellated model: 273 faces" in refused.stderr
