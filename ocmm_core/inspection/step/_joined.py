@@ -9,6 +9,7 @@ from collections.abc import Sequence
 
 import msgspec
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from ocmm_core.features.shapes import Shape
@@ -147,12 +148,13 @@ def _surface(
 ) -> StepSurface:
     face = _joined([one.face for one in group])
     places = np.concatenate([one.places for one in group])
-    falls = np.concatenate([both[0] for both in hollow])
-    rises = np.concatenate([both[1] for both in hollow])
     wanted = Shape(face.shape).spec.usual_points
     against = _against(face, places, ball_radius)
     if against:
         return StepSurface(face=face, against=against)
+    places = places[_ball_fits(face, places, ball_radius)]
+    falls = np.concatenate([both[0] for both in hollow])
+    rises = np.concatenate([both[1] for both in hollow])
     to_falls, to_rises = _distances(places, falls), _distances(places, rises)
     wide = ball_radius + EDGE_MM
     free = places[np.minimum(to_falls, to_rises) >= wide]
@@ -187,6 +189,19 @@ def _against(face: StepFace, places: Float, ball_radius: float) -> str:
     if face.inner and 0.0 < tube <= ball_radius:
         return f"a ball of {2.0 * ball_radius:g} mm does not fit into it"
     return ""
+
+
+def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.bool_]:
+    """Return at which places a ball touches no other side of the same surface.
+
+    Near the tip of a hollow cone, such as the end of a drilled hole, its centre would lie beyond
+    the axis. It stays as far from there as a hand is exact.
+    """
+    if face.shape != "Cone" or not face.inner:
+        return np.ones(len(places), dtype=np.bool_)
+    heights = (places - np.array(face.point)) @ np.array(face.direction)
+    from_axis = heights * np.tan(face.half_angle) - ball_radius * np.cos(face.half_angle)
+    return from_axis >= EDGE_MM
 
 
 def _turn(face: StepFace, places: Float) -> float:

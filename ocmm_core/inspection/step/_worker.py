@@ -35,8 +35,15 @@ def read_step(path: str, ball_radius: float, to: Connection) -> None:
     def tell(answer: StepAnswer) -> None:
         to.send_bytes(msgspec.json.encode(answer, enc_hook=as_numbers))
 
+    doing = "the start of the library"
+
+    def now(what: str) -> None:
+        nonlocal doing
+        doing = what
+        tell(StepAnswer(doing=what))
+
     try:
-        answer = _read(path, ball_radius, lambda doing: tell(StepAnswer(doing=doing)))
+        answer = _read(path, ball_radius, now)
     except ImportError:
         answer = StepAnswer(fault="MISSING")
     except UnusableModelError as error:
@@ -45,10 +52,10 @@ def read_step(path: str, ball_radius: float, to: Connection) -> None:
         answer = StepAnswer(fault=str(error))
     except MemoryError:
         answer = StepAnswer(
-            fault=f"reading it takes more than {_MOST_BYTES / 1e9:.1f} GB of memory"
+            fault=f"reading it takes more than {_MOST_BYTES / 1e9:.1f} GB of memory (at {doing})"
         )
     except Exception as error:
-        told = contained(error, "Reading the STEP file")
+        told = contained(error, f"Reading the STEP file (at {doing})")
         answer = StepAnswer(error=(told.code, told.what, told.remedy))
     try:
         tell(answer)

@@ -86,6 +86,35 @@ def test_a_ball_needs_room() -> None:
     assert "does not fit" in surface.against
 
 
+def drilled_end(half_deg: float, radius: float) -> RawFace:
+    """Return the end of a drilled hole about z, opening upwards, without its outer edge."""
+    half = np.radians(half_deg)
+    angles = np.radians(np.arange(0.0, 360.0, 9.0))
+    round_it = np.stack([np.cos(angles), np.sin(angles), np.full(40, 1.0 / np.tan(half))], axis=1)
+    radii = np.linspace(0.1, radius, 60)
+    face = StepFace(
+        shape="Cone", point=(0.0, 0.0, 0.0), direction=(0.0, 0.0, 1.0), half_angle=half, low=0.0,
+        high=radius / np.tan(half), inner=True,
+    )  # fmt: skip
+    return RawFace(face, (radii[:, None, None] * round_it).reshape(-1, 3), ())
+
+
+@pytest.mark.parametrize("half_deg", [45.0, 59.0])
+def test_no_target_is_so_near_to_the_tip_of_a_drilled_hole_that_the_ball_touches_opposite(
+    half_deg: float,
+) -> None:
+    half = np.radians(half_deg)
+    (surface,) = surfaces_of([drilled_end(half_deg, 15.0)], 3.0)
+    points = np.array(surface.targets)
+    from_axis = np.linalg.norm(points[:, :2], axis=1)
+    assert len(points) == 2 * Shape.CONE.spec.usual_points
+    # Centre of the ball: along the normal, which leads to the axis.
+    assert (from_axis - 3.0 * np.cos(half)).min() >= EDGE_MM - 1e-9
+    # The whole end is narrower: the ball would touch all round its rim.
+    (surface,) = surfaces_of([drilled_end(half_deg, 3.0 * np.cos(half) + 0.9)], 3.0)
+    assert "no room for" in surface.against
+
+
 def test_targets_are_far_from_edges_and_from_each_other() -> None:
     (surface,) = surfaces_of([round_face(0, 60, 0, 180), round_face(0, 60, 180, 360)], 3.0)
     points = np.array(surface.targets)
@@ -182,7 +211,10 @@ def test_reading_a_model_can_be_given_up(tmp_path: Path, monkeypatch: pytest.Mon
         ("import os\nos._exit(1)\n", "failed on it"),
         ("held = bytearray(2_000_000_000)\n", "more than 1.5 GB of memory"),
         ("raise ValueError('contains no shape')\n", "contains no shape"),
-        ("raise OSError('nobody foresaw this')\n", "Reading the STEP file"),
+        (
+            "raise OSError('nobody foresaw this')\n",
+            r"Reading the STEP file \(at the start of the library\) failed",
+        ),
     ],
 )
 def test_a_reader_that_fails_is_told_by_its_own_sentence(
