@@ -74,7 +74,9 @@ def read_faces(
 ) -> tuple[tuple[RawFace, ...], dict[str, int]]:
     """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
 
-    Placements of assemblies are applied; the library turns all units into millimetres.
+    Faces of no solid are construction geometry where there are solids: in the air, or inside the
+    part. They are counted. Placements of assemblies are applied; the library turns all units into
+    millimetres.
 
     Raises
     ------
@@ -86,7 +88,7 @@ def read_faces(
     from OCP.BRep import BRep_Tool
 
     shape = _shape_of(path, doing)
-    faces = list(_explored(shape, "FACE"))
+    faces, loose = _faces_of_parts(shape)
     surface_of = _static(BRep_Tool, "Surface")
     # To ask a face without a surface for its kind ends the process.
     with_surface = [face for face in faces if surface_of(face) is not None]
@@ -97,6 +99,8 @@ def read_faces(
         )
     found: list[RawFace] = []
     others: Counter[str] = Counter()
+    if loose:
+        others["construction geometry"] = loose
     if len(with_surface) < len(faces):
         others["tessellated"] = len(faces) - len(with_surface)
     for number, face in enumerate(with_surface, start=1):
@@ -132,13 +136,26 @@ def _static(owner: Any, name: str) -> Any:
     return getattr(owner, f"{name}_s", None) or getattr(owner, name)
 
 
-def _explored(shape: Any, kind: str) -> Any:
+def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:
+    """Return the faces of the solids, and how many others there are; all where no solid is."""
+    solids = list(_explored(shape, "SOLID"))
+    if not solids:
+        return list(_explored(shape, "FACE")), 0
+    return (
+        [face for solid in solids for face in _explored(solid, "FACE")],
+        sum(1 for _ in _explored(shape, "FACE", but_in="SOLID")),
+    )
+
+
+def _explored(shape: Any, kind: str, but_in: str = "SHAPE") -> Any:
+    """Return an iterator over the parts of a kind, but for those inside parts of another kind."""
     import OCP.TopAbs as TopAbs
     from OCP.TopExp import TopExp_Explorer
     from OCP.TopoDS import TopoDS
 
     cast = _static(TopoDS, kind.capitalize())
-    explorer = TopExp_Explorer(shape, getattr(TopAbs, f"TopAbs_{kind}"))
+    wanted, avoided = getattr(TopAbs, f"TopAbs_{kind}"), getattr(TopAbs, f"TopAbs_{but_in}")
+    explorer = TopExp_Explorer(shape, wanted, avoided)
     while explorer.More():
         yield cast(explorer.Current())
         explorer.Next()

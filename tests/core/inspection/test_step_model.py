@@ -350,18 +350,63 @@ def written(path: Path, shape: Any, unit: str = "MM") -> Path:
 
 
 def off_mm(path: Path, points: Sequence[tuple[float, float, float]]) -> Float:
-    """Return how far points are from the model, by the library's own search."""
+    """Return how far points are from the faces of the solids, by the library's own search.
+
+    A solid itself would say 0 for every point inside the material.
+    """
+    import OCP.TopAbs as TopAbs
+    from OCP.BRep import BRep_Builder
     from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
     from OCP.gp import gp_Pnt
     from OCP.STEPControl import STEPControl_Reader
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS_Compound
 
     reader = STEPControl_Reader()
     reader.ReadFile(str(path))
     reader.TransferRoots()
-    shape = reader.OneShape()
+    faces, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(faces)
+    solids = TopExp_Explorer(reader.OneShape(), TopAbs.TopAbs_SOLID)
+    while solids.More():
+        of_solid = TopExp_Explorer(solids.Current(), TopAbs.TopAbs_FACE)
+        while of_solid.More():
+            builder.Add(faces, of_solid.Current())
+            of_solid.Next()
+        solids.Next()
     vertices = [BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex() for point in points]
-    return np.array([BRepExtrema_DistShapeShape(vertex, shape).Value() for vertex in vertices])
+    return np.array([BRepExtrema_DistShapeShape(vertex, faces).Value() for vertex in vertices])
+
+
+def test_the_search_of_the_library_sees_a_target_inside_the_material(tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    path = written(tmp_path / "block.step", _block())
+    np.testing.assert_allclose(off_mm(path, [(50, 30, 10), (50, 30, 20), (50, 30, 25)]), [10, 0, 5])
+
+
+def test_faces_of_no_solid_are_construction_geometry(tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.gp import gp_Dir, gp_Pln, gp_Pnt
+    from OCP.TopoDS import TopoDS_Compound
+
+    def beside(*shapes: Any) -> Any:
+        compound, builder = TopoDS_Compound(), BRep_Builder()
+        builder.MakeCompound(compound)
+        for one in shapes:
+            builder.Add(compound, one)
+        return compound
+
+    plane = gp_Pln(gp_Pnt(50, 30, 10), gp_Dir(0, 0, 1))
+    middle = BRepBuilderAPI_MakeFace(plane, -80.0, 80.0, -80.0, 80.0).Face()
+    model = read_model(written(tmp_path / "a.step", beside(_block(), middle)))
+    assert len(model.features) == 6
+    assert ("its surface is of the kind construction geometry", 1) in model.why_not()
+    # A model of faces alone is a part of sheet.
+    model = read_model(written(tmp_path / "b.step", beside(middle)))
+    assert len(model.features) == 1
 
 
 @pytest.mark.parametrize("name", MODELS)
