@@ -93,7 +93,8 @@ def read_faces(
     # To ask a face without a surface for its kind ends the process.
     with_surface = [face for face in faces if surface_of(face) is not None]
     if faces and not with_surface:
-        msg = f"it is a tessellated model: {len(faces)} faces, and none has an exact surface"
+        count = len(faces) + loose
+        msg = f"it is a tessellated model: {count} faces, and none of a part has an exact surface"
         raise UnusableModelError(
             msg, "Export the model with exact geometry (B-rep), not tessellated (mesh)."
         )
