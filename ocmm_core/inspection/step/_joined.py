@@ -201,7 +201,8 @@ def _ball_fits(face: StepFace, places: Float, ball_radius: float) -> NDArray[np.
         return np.ones(len(places), dtype=np.bool_)
     heights = (places - np.array(face.point)) @ np.array(face.direction)
     from_axis = heights * np.tan(face.half_angle) - ball_radius * np.cos(face.half_angle)
-    return from_axis >= EDGE_MM
+    fits: NDArray[np.bool_] = from_axis >= EDGE_MM
+    return fits
 
 
 def _turn(face: StepFace, places: Float) -> float:
