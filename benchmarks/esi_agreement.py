@@ -21,8 +21,8 @@ from ocmm_core.simulation.bus import HOST, FaultRig
 
 CAMERAS = (CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2))
 _PROGRAM = Path(__file__).with_name("second_master.py")
-_TRIES = 3
-_PATIENCE_S = 40.0
+_TRIES = 6
+_PATIENCE_S = 100.0
 
 
 def number(text: str | None) -> int:

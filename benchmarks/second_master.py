@@ -18,7 +18,9 @@ import msgspec
 import pysoem
 
 _CYCLES = 5
-_PATIENCE_S = 3.0
+_PATIENCE_S = 60.0
+_WATCHDOG_S = 6.0
+_EXCHANGE_MS = 30
 _OUTPUT_ASSIGNMENT, _INPUT_ASSIGNMENT = 0x1C12, 0x1C13
 _IDENTITY, _NAME = 0x1018, 0x1008
 _OP_TRIES = 40
@@ -91,10 +93,11 @@ def with_kickcat(interface: str) -> list[FoundCamera]:
     """Bring the cameras to operation with KickCAT."""
     patience = timedelta(seconds=_PATIENCE_S)
     link = kickcat.create_link(interface, "")
-    # It waits this long for its second, absent interface in every exchange.
-    link.set_timeout(timedelta(milliseconds=10))
+    # It waits this long for its second, absent interface in every exchange, and not longer for the
+    # cameras: shorter, and a computer that pauses breaks its reading of the memory of a camera.
+    link.set_timeout(timedelta(milliseconds=_EXCHANGE_MS))
     bus = kickcat.Bus(link)
-    bus.init(patience)
+    bus.init(timedelta(seconds=_WATCHDOG_S))
     bus.create_mapping()
     bus.request_state(kickcat.State.SAFE_OP)
     bus.wait_for_state(kickcat.State.SAFE_OP, patience)

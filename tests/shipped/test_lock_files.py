@@ -83,7 +83,7 @@ def test_the_extra_and_the_development_set_agree() -> None:
 
 def test_the_extra_is_installed_with_hashes_wherever_it_is_named() -> None:
     recipe = f"--require-hashes -r {STEP.name}"
-    for place in ("README.md", "docs/plans.md", "ocmm_core/inspection/plan/_step.py"):
+    for place in ("README.md", "docs/plans.md", "ocmm_core/inspection/step/_model.py"):
         text = (ROOT / place).read_text(encoding="utf-8")
         assert recipe in re.sub(r'"\s+"', "", text), place
         assert "ocmm[step]" not in text, place
