@@ -213,16 +213,27 @@ def _edges(face: Any, surface: Any, reverse: bool) -> tuple[Float, tuple[Rim, ..
 
 
 def _steps(edge: Any, first: float, last: float) -> Float:
-    """Return parameters along an edge between which it is nearly straight, an odd number."""
+    """Return parameters along an edge between which it is nearly straight, an odd number.
+
+    Of a spline they stand closer where it bends, or where its parameter runs fast: evenly, the
+    line would leave the edge there. An edge of two faces gets the same ones on both.
+    """
     from OCP.BRep import BRep_Tool
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_TangentialDeflection
 
-    count = 3
+    steps = np.array([first, last])
     if not _static(BRep_Tool, "Degenerated")(edge):
         bent = GCPnts_TangentialDeflection(BRepAdaptor_Curve(edge), _BEND_RAD, _DEFLECTION_MM)
-        count = max(bent.NbPoints() | 1, 3)
-    return np.linspace(first, last, count)
+        count = bent.NbPoints()
+        if count > 2:
+            steps = np.array([bent.Parameter(index) for index in range(1, count + 1)])
+            steps[0], steps[-1] = first, last
+    if len(steps) % 2 == 0:
+        # The one in the middle is needed, see Rim.
+        half = len(steps) // 2
+        steps = np.insert(steps, half, 0.5 * (steps[half - 1] + steps[half]))
+    return steps
 
 
 def _places(surface: Any, loops: Float) -> Float:

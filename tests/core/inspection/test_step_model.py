@@ -309,6 +309,39 @@ def _ball() -> Any:
     return _with(_block(), _moved(BRepPrimAPI_MakeSphere(25.0).Shape(), 50.0, 30.0, 30.0))
 
 
+def _bent_outline() -> Any:
+    """Return a curve in a plane that makes its turn in a thousandth of its parameter."""
+    import OCP.collections as held
+    from OCP.Geom import Geom_BSplineCurve
+    from OCP.gp import gp_Pnt
+
+    places = ((20, 10, 0), (20, 45, 0), (60, 45, 0), (80, 10, 0))
+    poles = held.Array1_gp_Pnt(1, 4)
+    for index, place in enumerate(places, start=1):
+        poles.SetValue(index, gp_Pnt(*map(float, place)))
+    knots, often = held.Array1_double(1, 3), held.Array1_int(1, 3)
+    for index, (knot, times) in enumerate(((0.0, 3), (0.001, 1), (1.0, 3)), start=1):
+        knots.SetValue(index, knot)
+        often.SetValue(index, times)
+    return Geom_BSplineCurve(poles, knots, often, 2)
+
+
+def _bent_pocket() -> Any:
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeEdge,
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakeWire,
+    )
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    bent = BRepBuilderAPI_MakeEdge(_bent_outline()).Edge()
+    shut = BRepBuilderAPI_MakeEdge(gp_Pnt(80, 10, 0), gp_Pnt(20, 10, 0)).Edge()
+    outline = BRepBuilderAPI_MakeFace(BRepBuilderAPI_MakeWire(bent, shut).Wire()).Face()
+    tool = BRepPrimAPI_MakePrism(outline, gp_Vec(0, 0, 30)).Shape()
+    return _without(_block(), _moved(tool, 0, 0, -5))
+
+
 X = (1, 0, 0)
 MODELS: dict[str, tuple[Make, dict[str, int]]] = {
     # Plane counts the faces with room for nine points of a ball of 6 mm.
@@ -481,3 +514,32 @@ def test_a_tessellated_model_is_told_as_one(reference: Path) -> None:
     with pytest.raises(InputError, match="tessellated model: 273 faces") as refused:
         read_model(reference / "step" / TESSELLATED)
     assert "B-rep" in refused.value.remedy
+
+
+def test_an_edge_is_followed_where_it_bends_in_a_small_part_of_its_parameter(
+    tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
+    needs_package("OCP", "the extra 'step'")
+    from ocmm_core.inspection.step._raw_faces import read_faces
+
+    path = written(tmp_path / "pocket.step", _bent_pocket())
+    faces, _ = read_faces(str(path), lambda _: None)
+    curve = _bent_outline()
+    # Close in both parts of the parameter.
+    steps = np.concatenate([np.linspace(0.0, 0.001, 500), np.linspace(0.001, 1.0, 500)])
+    truth = np.array([(p.X(), p.Y()) for p in (curve.Value(float(t)) for t in steps)])
+    tops = [one for one in faces if one.face.shape == "Plane" and one.face.direction[2] > 0.9]
+    (rim,) = [rim for rim in tops[0].rims if len(rim.line) > 3]
+    off = _from_line(truth, rim.line[:, :2])
+    record_property("edge off by at most, mm", f"{off.max():.4f}")
+    # As is asked of the library, and as much again, because its deflection is an estimate.
+    assert off.max() < 0.04
+
+
+def _from_line(points: Float, line: Float) -> Float:
+    """Return how far points (n, 2) are from a line (m, 2)."""
+    start, along = line[:-1], np.diff(line, axis=0)
+    arms = points[:, None] - start
+    share = np.clip((arms * along).sum(-1) / (along * along).sum(-1), 0.0, 1.0)
+    away: Float = np.linalg.norm(arms - share[..., None] * along, axis=-1).min(axis=1)
+    return away
