@@ -20,7 +20,14 @@ import pysoem
 _CYCLES = 5
 _PATIENCE_S = 60.0
 _WATCHDOG_S = 6.0
+"""KickCAT sets it at the cameras; it holds 6.5 s at most."""
 _EXCHANGE_MS = 30
+"""KickCAT waits so long for the cameras, and in every exchange for its second, absent interface.
+
+With less, a computer that pauses breaks its reading of the memory of a camera.
+"""
+NOT_STARTED = "KickCAT could not start the bus"
+"""How it begins what it says where it did not get so far as to ask a camera for a state."""
 _OUTPUT_ASSIGNMENT, _INPUT_ASSIGNMENT = 0x1C12, 0x1C13
 _IDENTITY, _NAME = 0x1018, 0x1008
 _OP_TRIES = 40
@@ -93,11 +100,13 @@ def with_kickcat(interface: str) -> list[FoundCamera]:
     """Bring the cameras to operation with KickCAT."""
     patience = timedelta(seconds=_PATIENCE_S)
     link = kickcat.create_link(interface, "")
-    # It waits this long for its second, absent interface in every exchange, and not longer for the
-    # cameras: shorter, and a computer that pauses breaks its reading of the memory of a camera.
     link.set_timeout(timedelta(milliseconds=_EXCHANGE_MS))
     bus = kickcat.Bus(link)
-    bus.init(timedelta(seconds=_WATCHDOG_S))
+    try:
+        bus.init(timedelta(seconds=_WATCHDOG_S))
+    except RuntimeError as error:
+        message = f"{NOT_STARTED}: {error}"
+        raise RuntimeError(message) from error
     bus.create_mapping()
     bus.request_state(kickcat.State.SAFE_OP)
     bus.wait_for_state(kickcat.State.SAFE_OP, patience)

@@ -11,13 +11,13 @@ import msgspec
 import pytest
 
 from benchmarks.esi_agreement import differences
-from benchmarks.second_master import FoundCamera, Mapped
+from benchmarks.second_master import NOT_STARTED, FoundCamera, Mapped
 from tests.host import HANG_S, needs_package, not_run, private_network
 
 # Two processes must answer each other within a millisecond: not beside other tests.
 pytestmark = pytest.mark.timing
 
-# The time limits of KickCAT are its own; what it says where every try met one of them.
+# The time limits of its start are KickCAT's own; what it says where every try met one of them.
 _TOO_LATE = ("Timeout", "Error while fetching eeprom data")
 _ROOT = Path(__file__).resolve().parents[2]
 
@@ -38,7 +38,8 @@ def test_a_second_master_agrees_with_the_esi_file(master: str, tmp_path: Path) -
     )
     assert done.returncode == 0, done.stderr
     found = msgspec.json.decode(out.read_bytes())
-    if len(found) == 1 and found[0].endswith(_TOO_LATE):
+    # Only the start, which pysoem makes too: a camera that does not reach a state fails the test.
+    if len(found) == 1 and NOT_STARTED in found[0] and found[0].endswith(_TOO_LATE):
         not_run(f"this host pauses for longer than {master} waits: {found[0]}")
     assert found == []
 
