@@ -222,13 +222,11 @@ def _steps(edge: Any, first: float, last: float) -> Float:
     from OCP.BRepAdaptor import BRepAdaptor_Curve
     from OCP.GCPnts import GCPnts_TangentialDeflection
 
-    steps = np.array([first, last])
+    inner: list[float] = []
     if not _static(BRep_Tool, "Degenerated")(edge):
         bent = GCPnts_TangentialDeflection(BRepAdaptor_Curve(edge), _BEND_RAD, _DEFLECTION_MM)
-        count = bent.NbPoints()
-        if count > 2:
-            steps = np.array([bent.Parameter(index) for index in range(1, count + 1)])
-            steps[0], steps[-1] = first, last
+        inner = [bent.Parameter(index) for index in range(2, bent.NbPoints())]
+    steps = np.array([first, *inner, last])
     if len(steps) % 2 == 0:
         # The one in the middle is needed, see Rim.
         half = len(steps) // 2
