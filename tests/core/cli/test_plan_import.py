@@ -7,7 +7,7 @@ from pathlib import Path
 from ocmm_core.features.shapes import Shape
 from ocmm_core.inspection.plan import load_plan
 from tests.core.cli.conftest import Ocmm
-from tests.core.inspection.test_step_model import MODELS, TESSELLATED, written
+from tests.core.inspection.step_models import MODELS, TESSELLATED, written
 from tests.host import needs_package
 
 TABLE = "name,shape,x,y,z,diameter,side\nTOP,Plane,0,0,0,,\nBORE,Circle,1,2,3,9.5,inner\n"

@@ -1,0 +1,187 @@
+"""Models made with the library of the extra ``step``, and how far points are from one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+
+TESSELLATED = "nist_ftc_08_asme1_ap242-e1-tg.stp"
+"""In the folder ``step`` of the reference data."""
+Make = Callable[[], Any]
+
+
+def block(length: float = 100.0, width: float = 60.0, height: float = 20.0) -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox
+    from OCP.gp import gp_Pnt
+
+    return BRepPrimAPI_MakeBox(gp_Pnt(0, 0, 0), length, width, height).Shape()
+
+
+def _rod(at: Sequence[float], along: Sequence[float], radius: float, length: float) -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    return BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(*at), gp_Dir(*along)), radius, length).Shape()
+
+
+def _without(body: Any, *tools: Any) -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+
+    for tool in tools:
+        body = BRepAlgoAPI_Cut(body, tool).Shape()
+    return body
+
+
+def _with(body: Any, *more: Any) -> Any:
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Fuse
+
+    for one in more:
+        body = BRepAlgoAPI_Fuse(body, one).Shape()
+    return body
+
+
+def _moved(body: Any, x: float, y: float, z: float) -> Any:
+    from OCP.gp import gp_Trsf, gp_Vec
+    from OCP.TopLoc import TopLoc_Location
+
+    motion = gp_Trsf()
+    motion.SetTranslation(gp_Vec(x, y, z))
+    return body.Moved(TopLoc_Location(motion))
+
+
+def _assembly() -> Any:
+    from OCP.BRep import BRep_Builder
+    from OCP.TopoDS import TopoDS_Compound
+
+    compound, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(compound)
+    part = _without(block(), _rod((50, 30, -1), (0, 0, 1), 12, 30))
+    builder.Add(compound, part)
+    builder.Add(compound, _moved(part, 300.0, 0.0, 50.0))
+    return compound
+
+
+def _cone() -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCone
+
+    return BRepPrimAPI_MakeCone(40.0, 15.0, 60.0).Shape()
+
+
+def _torus() -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeTorus
+
+    return BRepPrimAPI_MakeTorus(50.0, 12.0).Shape()
+
+
+def _ball() -> Any:
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+
+    return _with(block(), _moved(BRepPrimAPI_MakeSphere(25.0).Shape(), 50.0, 30.0, 30.0))
+
+
+def bent_outline() -> Any:
+    """Return a curve in a plane that makes its turn in a thousandth of its parameter."""
+    import OCP.collections as held
+    from OCP.Geom import Geom_BSplineCurve
+    from OCP.gp import gp_Pnt
+
+    places = ((20, 10, 0), (20, 45, 0), (60, 45, 0), (80, 10, 0))
+    poles = held.Array1_gp_Pnt(1, 4)
+    for index, place in enumerate(places, start=1):
+        poles.SetValue(index, gp_Pnt(*map(float, place)))
+    knots, often = held.Array1_double(1, 3), held.Array1_int(1, 3)
+    for index, (knot, times) in enumerate(((0.0, 3), (0.001, 1), (1.0, 3)), start=1):
+        knots.SetValue(index, knot)
+        often.SetValue(index, times)
+    return Geom_BSplineCurve(poles, knots, often, 2)
+
+
+def bent_pocket() -> Any:
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeEdge,
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakeWire,
+    )
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Pnt, gp_Vec
+
+    bent = BRepBuilderAPI_MakeEdge(bent_outline()).Edge()
+    shut = BRepBuilderAPI_MakeEdge(gp_Pnt(80, 10, 0), gp_Pnt(20, 10, 0)).Edge()
+    outline = BRepBuilderAPI_MakeFace(BRepBuilderAPI_MakeWire(bent, shut).Wire()).Face()
+    tool = BRepPrimAPI_MakePrism(outline, gp_Vec(0, 0, 30)).Shape()
+    return _without(block(), _moved(tool, 0, 0, -5))
+
+
+X = (1, 0, 0)
+MODELS: dict[str, tuple[Make, dict[str, int]]] = {
+    # Plane counts the faces with room for nine points of a ball of 6 mm.
+    "block": (block, {"Plane": 6}),
+    "bored": (lambda: _without(block(), _rod((20, 20, -1), (0, 0, 1), 6, 30)),
+              {"Plane": 6, "Cylinder": 1}),
+    "large hole": (lambda: _without(block(100, 100, 20), _rod((50, 50, -1), (0, 0, 1), 40, 30)),
+                   {"Plane": 6, "Cylinder": 1}),
+    "clevis": (lambda: _without(block(100, 60, 60), _moved(block(80, 60, 60), 10, 0, 20),
+                                _rod((-1, 30, 40), X, 10, 102)), {"Cylinder": 2}),
+    "three lugs": (lambda: _without(block(160, 60, 60), _moved(block(40, 60, 60), 20, 0, 20),
+                                    _moved(block(40, 60, 60), 90, 0, 20),
+                                    _rod((-1, 30, 40), X, 10, 162)), {"Cylinder": 3}),
+    "stepped shaft": (lambda: _with(_rod((0, 0, 0), X, 20, 40), _rod((40, 0, 0), X, 15, 40),
+                                    _rod((80, 0, 0), X, 20, 40)), {"Cylinder": 3}),
+    "crossed bores": (lambda: _without(block(), _rod((50, 30, -1), (0, 0, 1), 8, 30),
+                                       _rod((50, -1, 10), (0, 1, 0), 5, 62)), {"Cylinder": 3}),
+    "slotted bore": (lambda: _without(block(100, 60, 40), _rod((50, 30, -1), (0, 0, 1), 20, 50),
+                                      _moved(block(100, 8, 40), 0, 26, 0)), {"Cylinder": 1}),
+    "cone": (_cone, {"Cone": 1, "Plane": 2}),
+    "torus": (_torus, {"Torus": 1}),
+    "ball on a block": (_ball, {"Sphere": 1}),
+    "assembly": (_assembly, {"Cylinder": 2, "Plane": 12}),
+}  # fmt: skip
+
+
+def written(path: Path, shape: Any, unit: str = "MM") -> Path:
+    """Write a model; Interface_Static speaks for the whole process."""
+    from OCP.Interface import Interface_Static
+    from OCP.STEPControl import STEPControl_AsIs, STEPControl_Writer
+
+    set_word = getattr(Interface_Static, "SetCVal_s", None) or Interface_Static.SetCVal
+    writer = STEPControl_Writer()
+    set_word("write.step.unit", unit)
+    writer.Transfer(shape, STEPControl_AsIs)
+    writer.Write(str(path))
+    set_word("write.step.unit", "MM")
+    return path
+
+
+def off_mm(path: Path, points: Sequence[tuple[float, float, float]]) -> Float:
+    """Return how far points are from the faces of the solids, by the library's own search.
+
+    A solid itself would say 0 for every point inside the material.
+    """
+    import OCP.TopAbs as TopAbs
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeVertex
+    from OCP.BRepExtrema import BRepExtrema_DistShapeShape
+    from OCP.gp import gp_Pnt
+    from OCP.STEPControl import STEPControl_Reader
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS_Compound
+
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(path))
+    reader.TransferRoots()
+    faces, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(faces)
+    solids = TopExp_Explorer(reader.OneShape(), TopAbs.TopAbs_SOLID)
+    while solids.More():
+        of_solid = TopExp_Explorer(solids.Current(), TopAbs.TopAbs_FACE)
+        while of_solid.More():
+            builder.Add(faces, of_solid.Current())
+            of_solid.Next()
+        solids.Next()
+    vertices = [BRepBuilderAPI_MakeVertex(gp_Pnt(*point)).Vertex() for point in points]
+    return np.array([BRepExtrema_DistShapeShape(vertex, faces).Value() for vertex in vertices])
