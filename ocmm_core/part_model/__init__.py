@@ -17,12 +17,13 @@ if TYPE_CHECKING:
         NO_COLOUR,
         ModelFace,
         PartModel,
+        PlacedPart,
         SplineSurface,
         Triangles,
     )
 else:
     __getattr__ = door(
-        __name__, _part_model="ModelFace NO_COLOUR PartModel SplineSurface Triangles"
+        __name__, _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles"
     )
 
-__all__ = ["NO_COLOUR", "ModelFace", "PartModel", "SplineSurface", "Triangles"]
+__all__ = ["NO_COLOUR", "ModelFace", "PartModel", "PlacedPart", "SplineSurface", "Triangles"]

@@ -8,7 +8,7 @@ from typing import TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, RigidTransform
 
 Triangles: TypeAlias = NDArray[np.int32]
 """Array (n, 3): rows of vertices, counter-clockwise seen from outside the material."""
@@ -122,3 +122,23 @@ class PartModel:
         """Return the least and the greatest coordinates, (2, 3), mm."""
         corners: Float = np.stack([self.vertices.min(axis=0), self.vertices.max(axis=0)])
         return corners
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PlacedPart:
+    """The nominal part where it is thought to be.
+
+    Attributes
+    ----------
+    model
+        In its own frame, which is that of the nominals of the plan.
+    T_world_from_model
+        Where it is.
+    is_rough
+        Nothing that was measured tells where the part is, or not all that the alignment of the plan
+        needs: whatever shows the part says so.
+    """
+
+    model: PartModel
+    T_world_from_model: RigidTransform
+    is_rough: bool

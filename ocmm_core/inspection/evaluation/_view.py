@@ -13,6 +13,7 @@ from ocmm_core.acquisition.frames import AcquisitionStatus
 from ocmm_core.features.shapes import Fit, Shape
 from ocmm_core.geometry import Float, Int
 from ocmm_core.measuring import MeasuredPoint, Refusal
+from ocmm_core.part_model import PlacedPart
 from ocmm_core.tolerances.decisions import (
     NO_VERDICT,
     CharacteristicResult,
@@ -311,6 +312,8 @@ class JobView:
         nothing else here.
     simulated
         Some of it came from a virtual rig: every screen, page and file says so.
+    placed_part
+        The nominal part by the CAD model of the plan; None where the plan names none.
     part_verdict
         The verdict on the part. This and what `verdict_of` returns are made of ``features`` and
         ``characteristics`` whenever a view is made, so that they cannot say anything else.
@@ -337,6 +340,7 @@ class JobView:
     redo: str = ""
     looked_at: str = ""
     simulated: bool = False
+    placed_part: PlacedPart | None = None
     part_verdict: PartVerdict = field(init=False)
     _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
 
