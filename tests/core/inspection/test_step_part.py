@@ -68,13 +68,14 @@ def tried(face: ModelFace, count: int) -> tuple[Float, Float, float]:
 def mesh_areas(part: PartModel) -> Float:
     a, b, c = (part.vertices[part.triangles[:, corner]] for corner in range(3))
     areas = 0.5 * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-    return np.bincount(part.triangle_faces, areas, len(part.faces))
+    return np.bincount(part.triangle_faces, areas, len(part.faces)).astype(np.float64)
 
 
 def flat_normals(part: PartModel) -> Float:
     a, b, c = (part.vertices[part.triangles[:, corner]] for corner in range(3))
     flat = np.cross(b - a, c - a)
-    return flat / np.maximum(np.linalg.norm(flat, axis=1), 1e-12)[:, None]
+    unit: Float = flat / np.maximum(np.linalg.norm(flat, axis=1), 1e-12)[:, None]
+    return unit
 
 
 def volume(part: PartModel) -> float:
