@@ -4,8 +4,10 @@ In: a `PartModel`, from where it is seen, and the colours of its vertices. Out: 
 colours of its pixels, how near each is to the eye, and which face it shows.
 
 Read `_mesh` (what is painted, whole and coarser), `_canvas` (a picture and what lies behind it),
-`_rendering` (one painted into the other, a slice at a time). Compiled are `_raster_kernel` (triangles) and `_line_kernel` (edges, outlines, translucent
-polygons); `_arrays` has the types of both. It must not know plans, features or the window.
+`_rendering` (one painted into the other, a slice at a time), `_side` (from where a place is seen).
+Compiled are `_raster_kernel` (triangles) and `_line_kernel` (edges, outlines, polygons); `_arrays`
+has the types of both.
+It must not know plans, features or the window.
 """
 
 from __future__ import annotations
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
         blend_flat,
         is_hidden,
     )
+    from ocmm_core.rendering._side import choose_side
 else:
     __getattr__ = door(
         __name__,
@@ -32,6 +35,7 @@ else:
         _canvas="Canvas",
         _mesh="RenderMesh coarser face_colours mesh_of",
         _rendering="RenderMode RenderStyle Rendering blend_flat is_hidden",
+        _side="choose_side",
     )
 
 __all__ = [
@@ -43,6 +47,7 @@ __all__ = [
     "RenderStyle",
     "Rendering",
     "blend_flat",
+    "choose_side",
     "coarser",
     "face_colours",
     "is_hidden",

@@ -11,8 +11,6 @@ from ocmm_core.geometry import Float, Int
 from ocmm_core.part_model import PartModel
 from ocmm_core.rendering._arrays import Colours, FaceNumbers
 
-_CELLS = 160
-"""The first coarser mesh has cells of this part of the part's diagonal."""
 _COARSER = 1.4
 _FEWEST_CELLS = 8
 
@@ -76,11 +74,15 @@ def coarser(mesh: RenderMesh, most: int) -> RenderMesh:
         return mesh
     low = mesh.vertices.min(axis=0)
     diagonal = float(np.linalg.norm(mesh.vertices.max(axis=0) - low))
-    cells = float(_CELLS)
-    found = _clustered(mesh, low, diagonal / cells)
-    while len(found.triangles) > most and cells > _FEWEST_CELLS:
-        cells /= _COARSER
-        found = _clustered(mesh, low, diagonal / cells)
+    a, b, c = (mesh.vertices[mesh.triangles[:, corner]] for corner in range(3))
+    area = 0.5 * float(np.linalg.norm(np.cross(b - a, c - a), axis=1).sum())
+    # A surface goes through some 1.5 cells for each face of a cell that would cover it, and each
+    # gives two triangles.
+    cell = np.sqrt(3.0 * area / max(most, 1))
+    found = _clustered(mesh, low, cell)
+    while len(found.triangles) > most and cell < diagonal / _FEWEST_CELLS:
+        cell *= _COARSER
+        found = _clustered(mesh, low, cell)
     return found
 
 

@@ -32,8 +32,9 @@ from ocmm_gui.views._contents import (
     reference_items,
     target_items,
 )
-from ocmm_gui.views._scene import Dots, Item, Lines, Orbit, ScenePainter, Tag, paint_scene
+from ocmm_gui.views._scene import Dots, Item, Lines, Orbit, Tag
 from ocmm_gui.views._scene_layer import SceneLayer, StillScene
+from ocmm_gui.views._scene_painter import ScenePainter, paint_scene
 
 _NAMED_MM = 250.0
 """In a wider view the names of the LEDs would cover each other."""
@@ -175,8 +176,8 @@ class PointView(QWidget):
         painter.drawRoundedRect(frame, 6, 6)
         inside = frame.adjusted(2, 2, -2, -2)
         font = text_font(12)
-        picture, words = self._layer.picture(self._still_scene(inside), font)
-        painter.drawImage(inside.topLeft(), picture)
+        seen = self._layer.picture(self._still_scene(inside), font)
+        painter.drawImage(inside.topLeft(), seen.image)
         named = self._orbit.radius < _NAMED_MM
         tip = None if self._live is None else self._live.tip_world
         moving = (
@@ -184,7 +185,7 @@ class PointView(QWidget):
             *reference_items(self._live, theme, named=named),
             *probe_items(self._probe, self._body, theme, named=named),
         )
-        ScenePainter(moving, self._orbit, inside, font, theme.panel, words).paint(painter)
+        ScenePainter(moving, self._orbit, inside, font, theme.panel).paint(painter)
         rig = Lines(self._rig_lines, theme.muted, 1.0)
         self._paint_triad(painter, inside)
         side = min(190.0, 0.24 * inside.width(), 0.34 * inside.height())
