@@ -67,6 +67,10 @@ class OrbitView(Painted):
 
     def _moved(self, orbit: Orbit) -> None:
         """Look from another place, because somebody wants to."""
+        self._moved_to(orbit)
+
+    def _moved_to(self, orbit: Orbit) -> None:
+        """Look from another place; more of it may follow."""
         self._orbit = orbit
         self._moving.start()
         self.update()

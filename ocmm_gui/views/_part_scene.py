@@ -177,3 +177,12 @@ def part_colour(theme: Theme) -> str:
 def edge_colour(theme: Theme) -> str:
     """Return the colour of edges: they are seen on faces and on the background."""
     return theme.text if QColor(theme.panel).lightness() > 128 else "#e8eef4"
+
+
+def blended(first: str, second: str, share: float) -> str:
+    """Return a colour between two, with so much of the second, 0 to 1."""
+    one, two = QColor(first), QColor(second)
+    channels = (
+        (one.red(), two.red()), (one.green(), two.green()), (one.blue(), two.blue())
+    )  # fmt: skip
+    return "#" + "".join(f"{round(a + share * (b - a)):02x}" for a, b in channels)

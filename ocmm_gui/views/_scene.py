@@ -160,6 +160,27 @@ class Orbit:
         """Return the view from the same side with another place (3,), mm, in the middle."""
         return replace(self, target=target)
 
+    def looking_from(self, side: Float) -> Orbit:
+        """Return the view from a side (3,), unit, world, as near to it as an upright one can be."""
+        right, up, out = (replace(self, azimuth=0.0, elevation=0.0).axes() @ side).tolist()
+        limit = float(MAX_ELEVATION)
+        elevation = min(max(float(np.arcsin(np.clip(up, -1.0, 1.0))), -limit), limit)
+        # Straight from above every azimuth will do, and none is better than the one that is there.
+        flat = float(np.hypot(right, out))
+        azimuth = float(np.arctan2(right, out)) if flat > 1e-3 else self.azimuth
+        return replace(self, azimuth=azimuth, elevation=elevation)
+
+    def toward(self, other: Orbit, share: float) -> Orbit:
+        """Return a view on the way to another one, which is reached with a share of one."""
+        turn = (other.azimuth - self.azimuth + np.pi) % (2.0 * np.pi) - np.pi
+        return replace(
+            other,
+            target=self.target + share * (other.target - self.target),
+            azimuth=other.azimuth - (1.0 - share) * turn,
+            elevation=self.elevation + share * (other.elevation - self.elevation),
+            radius=self.radius * (other.radius / self.radius) ** share,
+        )
+
     def is_like(self, other: Orbit) -> bool:
         """Return whether nobody could tell the two apart."""
         return (

@@ -39,10 +39,10 @@ def picture(qtbot: QtBot, block: PartModel) -> PartPicture:
 
 def painted(widget: PartPicture) -> QImage:
     """Return the picture once the slices of it are all painted."""
-    image = widget.grab().toImage()
+    widget.grab()
     while not widget.is_painted():
         QApplication.processEvents()
-        image = widget.grab().toImage()
+        widget.grab()
     return widget.grab().toImage()
 
 
