@@ -3,9 +3,9 @@
 In: nothing but the tables here. Out: what master, software camera, ESI file and page all use.
 
 Read `_camera_objects` (the object dictionary) with `_object_entries` and `_profile_objects`,
-`_camera_slave` (process data and configuration), `_identity` (which device is which camera),
-`_intrinsics` (the block of data in a camera), `_diagnosis`, `_esi`, and `_object_page`, which
-writes docs/camera_objects.md.
+`_camera_slave` (process data and configuration), `_controller` (EEPROM and clock), `_identity`
+(which device is which camera), `_intrinsics` (the block of data in a camera), `_diagnosis`, `_esi`,
+and `_object_page`, which writes docs/camera_objects.md.
 It must not know sockets, cycles or the virtual rig.
 """
 
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
         COUNTER_MODULUS,
         DATA_CRC,
         DATA_CRC_AT,
-        DC_ACTIVATE,
         DEFAULT_FRAME_PERIOD_NS,
         DEVICE_NAME,
         FRAME_DTYPE,
@@ -60,8 +59,6 @@ if TYPE_CHECKING:
         OUTPUT_STRUCT,
         PRODUCT_CODE,
         REVISION,
-        SII_BYTES,
-        SII_CONFIGURATION,
         SM_INPUTS,
         SM_MAILBOX_IN,
         SM_MAILBOX_OUT,
@@ -85,6 +82,16 @@ if TYPE_CHECKING:
         decode_spots,
         encode_frames,
         require_raw,
+    )
+    from ocmm_core.fieldbus.device._controller import (
+        CLOCK_MODES,
+        CONTROLLERS,
+        DC_ACTIVATE,
+        DEVICE_GROUP,
+        PHYSICAL_PORTS,
+        SII_BYTES,
+        SII_CONFIGURATION,
+        ClockMode,
     )
     from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
     from ocmm_core.fieldbus.device._identity import CameraIdentity, FoundDevice, assign
@@ -117,13 +124,16 @@ else:
         ),
         _camera_slave=(
             "COUNTER_MODULUS CameraConfig CameraMode CameraStatus Control DATA_CRC DATA_CRC_AT "
-            "DC_ACTIVATE DEFAULT_FRAME_PERIOD_NS DEVICE_NAME DataType FRAMES_PER_CYCLE "
-            "FRAME_DTYPE HEADER_STRUCT Header INPUT_DTYPE INPUT_PDOS INPUT_START MAILBOX_BYTES "
+            "DEFAULT_FRAME_PERIOD_NS DEVICE_NAME DataType FRAMES_PER_CYCLE FRAME_DTYPE "
+            "HEADER_STRUCT Header INPUT_DTYPE INPUT_PDOS INPUT_START MAILBOX_BYTES "
             "MAILBOX_IN_START MAILBOX_OUT_START N_SLOTS OUTPUT_DTYPE OUTPUT_PDO OUTPUT_START "
-            "OUTPUT_STRUCT PRODUCT_CODE Pdo REVISION SII_BYTES SII_CONFIGURATION SM_INPUTS "
-            "SM_MAILBOX_IN SM_MAILBOX_OUT SM_OUTPUTS SUBPIXELS SYNC0_NS SYNC1_NS SYNC_MANAGERS "
-            "VENDOR_ID VENDOR_NAME Window check_data_crc data_crc decode_spots encode_frames "
-            "require_raw"
+            "OUTPUT_STRUCT PRODUCT_CODE Pdo REVISION SM_INPUTS SM_MAILBOX_IN SM_MAILBOX_OUT "
+            "SM_OUTPUTS SUBPIXELS SYNC0_NS SYNC1_NS SYNC_MANAGERS VENDOR_ID VENDOR_NAME Window "
+            "check_data_crc data_crc decode_spots encode_frames require_raw"
+        ),
+        _controller=(
+            "CLOCK_MODES CONTROLLERS DC_ACTIVATE DEVICE_GROUP PHYSICAL_PORTS SII_BYTES "
+            "SII_CONFIGURATION ClockMode"
         ),
         _diagnosis="DATA_BYTES DiagnosisMessage",
         _identity="CameraIdentity FoundDevice assign",
@@ -141,7 +151,9 @@ __all__ = [
     "BLOB_BYTES",
     "CALIBRATION",
     "CHUNK_BYTES",
+    "CLOCK_MODES",
     "CONFIGURATION",
+    "CONTROLLERS",
     "COUNTERS",
     "COUNTER_MODULUS",
     "DATA_BYTES",
@@ -149,6 +161,7 @@ __all__ = [
     "DATA_CRC_AT",
     "DC_ACTIVATE",
     "DEFAULT_FRAME_PERIOD_NS",
+    "DEVICE_GROUP",
     "DEVICE_NAME",
     "ERROR_REGISTER",
     "FRAMES_PER_CYCLE",
@@ -175,6 +188,7 @@ __all__ = [
     "OUTPUT_START",
     "OUTPUT_STRUCT",
     "OUTPUT_SYNC",
+    "PHYSICAL_PORTS",
     "PRODUCT_CODE",
     "REVISION",
     "SII_BYTES",
@@ -205,6 +219,7 @@ __all__ = [
     "CameraIdentity",
     "CameraMode",
     "CameraStatus",
+    "ClockMode",
     "Control",
     "DataType",
     "DiagnosisMessage",

@@ -206,13 +206,6 @@ SYNC_MANAGERS = (
 )
 SYNC0_NS, SYNC1_NS = DEFAULT_FRAME_PERIOD_NS, 875_000
 """Default periods of the clock's two signals: SYNC0 exposes, SYNC1 ends the bus cycle."""
-SII_BYTES = 4096
-"""Size of the EEPROM."""
-SII_CONFIGURATION = struct.pack("<7H", 0x0005, 0, 0, 0, 0, 0, 0)
-"""Its first words without station alias: what the controller loads at power-on."""
-DC_ACTIVATE = 0x0700
-"""What a master writes into the activation register (0x0980) for both signals."""
-
 DATA_CRC = struct.Struct("<I")
 DATA_CRC_AT = HEADER_STRUCT.size - DATA_CRC.size
 """Where the check sum of the input stands in it."""

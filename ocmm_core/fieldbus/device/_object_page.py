@@ -37,6 +37,7 @@ from ocmm_core.fieldbus.device._camera_slave import (
     Control,
     Pdo,
 )
+from ocmm_core.fieldbus.device._controller import CONTROLLERS, SYNC_PULSE_NS
 from ocmm_core.fieldbus.device._diagnosis import MESSAGE_BYTES
 from ocmm_core.fieldbus.device._esi import ESI_FILE, esi_document, type_name
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
@@ -148,6 +149,7 @@ def object_page() -> str:
         (
             _HEAD,
             _process_data(),
+            _eeprom(),
             _FLOW,
             _COMMANDS,
             _ERRORS,
@@ -196,6 +198,27 @@ def _process_data() -> str:
             "just before this one, bit 2 a spot is overexposed, bit 3 the probe felt a blow; it\n"
             "stays set for a second, so that a cycle that is lost does not hide it.\n",
             f"Control: bit {Control.STREAM.bit_length() - 1} the acknowledgement is valid.\n",
+        )
+    )
+
+
+def _eeprom() -> str:
+    rows = (
+        (
+            item.controller, f"{item.pdi_control:#06x}", f"{item.pdi_configuration:#06x}",
+            f"{SYNC_PULSE_NS // 10:#06x}", f"`{item.content.hex(' ', 2).upper()}`",
+        )
+        for item in CONTROLLERS
+    )  # fmt: skip
+    titles = ("Controller", "Word 0", "Word 1", "Word 2", "ConfigData")
+    return "\n".join(
+        (
+            "## EEPROM\n",
+            "Words 0 to 6 are loaded at power-on: connection of the processor and units of the\n"
+            "clock (0x0140), pins (0x0150), length of a pulse (0x0982, in 10 ns). Without word 1\n"
+            "an ET1100 makes SYNC0 an input, and without bit 10 of word 0 it gives none out. The\n"
+            "file has the words of the first row; with another controller take those of its row.\n",
+            _table(titles, rows),
         )
     )
 
