@@ -91,8 +91,15 @@ the flags of the first frame behind the gap, and counts in 0xA000:01.
 
 A master must check, before it uses a block: working counter, AL state, `data_crc`, that
 `cycle_counter` advanced, `boot_counter`, `config_crc`, and that `start_ns` and `counter` fit.
-`data_crc` is the CRC-32 (ISO 3309, as in zlib) of all {INPUT_DTYPE.itemsize} input bytes with
-`data_crc` itself as zero.
+`data_crc` is the CRC-32 (ISO 3309, as in zlib) of the serial number (4 bytes) and then all
+{INPUT_DTYPE.itemsize} input bytes with `data_crc` itself as zero. So an input that reaches the
+place of another camera is known as not its own. `cycle_counter` goes on by one at each renewal;
+where it went on by more than half of its range it has gone back. What only the firmware can do
+wrong (a changed input with its check sum; counter and time of another exposure) no master can see.
+
+Cameras of revision 0x00020000 are still read: byte 17 is their `cycle_counter` (8 bits), bytes 18
+and 19 their status, and the check sum is that of the input alone. Swapped inputs of two such
+cameras, and inputs 57 to 199 cycles old, look like good ones.
 
 `config_crc` is CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF) of the values of 0x8000:01 to
 :05 and then 0x8001:01 to :{4 * N_SLOTS:02X}, in this order and with their own lengths

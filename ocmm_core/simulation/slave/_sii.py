@@ -8,20 +8,20 @@ from ocmm_core.fieldbus.device import (
     CLOCK_MODES,
     DEVICE_GROUP,
     DEVICE_NAME,
-    INPUT_PDOS,
     MAILBOX_BYTES,
     MAILBOX_IN_START,
     MAILBOX_OUT_START,
+    NEWEST_LAYOUT,
     OUTPUT_PDO,
     PHYSICAL_PORTS,
     PRODUCT_CODE,
-    REVISION,
     SII_BYTES,
     SII_CONFIGURATION,
     SM_INPUTS,
     SM_OUTPUTS,
     VENDOR_ID,
     ClockMode,
+    InputLayout,
     Pdo,
 )
 from ocmm_core.fieldbus.device import INPUT_START as INPUT_START
@@ -37,7 +37,7 @@ _MANDATORY, _FIXED = 0x0001, 0x0010
 """Of a PDO: every master maps it, and its content cannot be changed."""
 
 
-def sii_image(serial: int, alias: int) -> bytes:
+def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> bytes:
     """Return the content of the EEPROM.
 
     Parameters
@@ -46,11 +46,13 @@ def sii_image(serial: int, alias: int) -> bytes:
         Serial number of the camera.
     alias
         Station alias, 1 to 65535.
+    layout
+        Of its inputs, and by that its revision.
     """
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", _crc8(head))
-    head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, REVISION, serial)
+    head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, layout.revision, serial)
     head += bytes(8 + 8)
     head += struct.pack(
         "<HHHHH",
@@ -68,7 +70,7 @@ def sii_image(serial: int, alias: int) -> bytes:
     body += _category(
         _CATEGORY_SYNC_MANAGERS, b"".join(struct.pack("<HHBBBB", *sm) for sm in SYNC_MANAGERS)
     )
-    body += b"".join(_pdo(_CATEGORY_TX_PDO, pdo, SM_INPUTS, strings) for pdo in INPUT_PDOS)
+    body += b"".join(_pdo(_CATEGORY_TX_PDO, pdo, SM_INPUTS, strings) for pdo in layout.input_pdos)
     body += _pdo(_CATEGORY_RX_PDO, OUTPUT_PDO, SM_OUTPUTS, strings)
     body += _category(_CATEGORY_CLOCK, b"".join(_clock(mode, strings) for mode in CLOCK_MODES))
     # Strings come first, and are known last.
