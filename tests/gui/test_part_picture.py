@@ -16,7 +16,7 @@ from ocmm_core.rendering import NO_FACE, RenderMode
 from ocmm_gui.kit import THEMES
 from ocmm_gui.views import PartPicture
 from ocmm_gui.views._part_scene import MOVING_TRIANGLES, PartDrawing
-from tests.part_models import PartMaker
+from tests.made_parts import PartMaker
 
 TOP = 5
 

@@ -21,7 +21,7 @@ from ocmm_core.rendering import (
     is_hidden,
     mesh_of,
 )
-from tests.part_models import PartMaker
+from tests.made_parts import PartMaker
 
 WIDTH, HEIGHT = 320, 200
 EDGE, FILL, BASE = "#ff0000", "#ffffff", "#8090a0"
