@@ -53,7 +53,7 @@ class JudgedValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     superseded
         A retest stands in its place; it stays in the record and on paper.
     retest
-        It belongs to a retest.
+        Zero for the first measurement, 1 for the first retest, and so on.
     """
 
     quantity: str
@@ -68,7 +68,7 @@ class JudgedValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     limit_mm: float
     verdict: Verdict
     superseded: bool = False
-    retest: bool = False
+    retest: int = 0
 
 
 class QuantityResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

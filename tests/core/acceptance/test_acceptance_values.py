@@ -183,7 +183,8 @@ def test_l_dia_of_five_attitudes_is_as_chance_has_it() -> None:
             centres[i, k] = 1e3 * sphere_values(points).centre
         found[i] = location_value(centres[i])
     assert found.mean() == pytest.approx(3.20, rel=_SHARE)
-    assert np.quantile(found, 0.95) == pytest.approx(4.72, rel=_SHARE)
+    # 60,000 sets of five Gaussian centres of these deviations give 4.634; 4.72 was printed.
+    assert np.quantile(found, 0.95) == pytest.approx(4.634, rel=_SHARE)
     assert centres.std(axis=(0, 1)) == pytest.approx([0.705, 0.704, 1.114], rel=_SHARE)
 
 
