@@ -4,8 +4,8 @@ In: a procedure, artefacts, ball centres in the order of the plan, temperatures.
 Out: a plan, what is wrong with what was taken, judged values, and a record.
 
 Read `_procedure` (documents, limits), `_result` (what a test leaves) and `_values` (pure statistics
-of points), then `_kinds` (one entry a kind: how it is planned by `_planning`, judged by `_evaluating`
-and `_placement`), `_session` (the engine, a chain of `_events`), `_guards` and `_recompute`.
+of points), then `_kinds` (one entry a kind: planned by `_planning`, judged by `_evaluating` and
+`_placement`), `_session` (the engine, a chain of `_events`), `_guards` and `_recompute`.
 It must not know where a ball centre comes from: cameras, a recording or a simulation.
 """
 

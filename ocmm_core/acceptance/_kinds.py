@@ -117,11 +117,11 @@ def _sets(at: Situation) -> Retest:
     again = []
     for key in outside:
         position, item = (int(one) for one in key.split("/"))
-        one = at.plan[position]
-        ends = (one.points_world[0], one.points_world[1 + one.items.index(item)])
+        root = at.plan[position]
+        ends = (root.points_world[0], root.points_world[1 + root.items.index(item)])
         again.append(
             msgspec.structs.replace(
-                _again(one, position),
+                _again(root, position),
                 points_world=ends,
                 items=(item,),
                 repeats=numbers.retest_repeats,

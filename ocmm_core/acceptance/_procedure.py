@@ -54,7 +54,7 @@ class _Numbers(
     """Numbers of one kind of test."""
 
 
-class LengthTest(_Numbers, tag="length"):
+class LengthTest(_Numbers, frozen=True, kw_only=True, tag="length"):
     """Lengths along lines in the volume (VDI/VDE 2634 part 1): E.
 
     Attributes
@@ -75,7 +75,7 @@ class LengthTest(_Numbers, tag="length"):
     angle_deg: float
 
 
-class SphereTest(_Numbers, tag="sphere"):
+class SphereTest(_Numbers, frozen=True, kw_only=True, tag="sphere"):
     """A sphere probed with rings of points at some places (ISO 10360-5): P_Form, P_Size.
 
     Attributes
@@ -99,7 +99,7 @@ class SphereTest(_Numbers, tag="sphere"):
     match_deg: float
 
 
-class LocationTest(_Numbers, tag="location"):
+class LocationTest(_Numbers, frozen=True, kw_only=True, tag="location"):
     """One sphere in several attitudes of the probe (L_Dia of ISO 10360-12, -5)."""
 
     lean_deg: float
@@ -108,7 +108,7 @@ class LocationTest(_Numbers, tag="location"):
     diameter: tuple[float, float]
 
 
-class E0Test(_Numbers, tag="e0"):
+class E0Test(_Numbers, frozen=True, kw_only=True, tag="e0"):
     """Calibrated lengths, repeated, in several positions (ISO 10360-2): E0, R0.
 
     Attributes
@@ -134,7 +134,7 @@ class E0Test(_Numbers, tag="e0"):
     angle_deg: float
 
 
-class SpatTest(_Numbers, tag="spat"):
+class SpatTest(_Numbers, frozen=True, kw_only=True, tag="spat"):
     """The ball in a cone while the probe turns (ASME B89.4.22): SPAT_max, SPAT_2s."""
 
     points: int
@@ -142,14 +142,14 @@ class SpatTest(_Numbers, tag="spat"):
     spread_deg: float
 
 
-class VolumetricTest(_Numbers, tag="volumetric"):
+class VolumetricTest(_Numbers, frozen=True, kw_only=True, tag="volumetric"):
     """One length in many placements (ASME B89.4.22): V_max, V_range, V_2RMS."""
 
     placements: int
     octants: int
 
 
-class DiameterTest(_Numbers, tag="diameter"):
+class DiameterTest(_Numbers, frozen=True, kw_only=True, tag="diameter"):
     """The effective diameter of a sphere (ASME B89.4.22): D_eff."""
 
     rings: tuple[tuple[float, int, float], ...]
@@ -157,7 +157,7 @@ class DiameterTest(_Numbers, tag="diameter"):
     diameter: tuple[float, float]
 
 
-class PlateTest(_Numbers, tag="plate"):
+class PlateTest(_Numbers, frozen=True, kw_only=True, tag="plate"):
     """Thickness and coplanarity of a plate (the thesis, Table 5): Thickness, Coplanarity.
 
     Attributes
@@ -172,7 +172,7 @@ class PlateTest(_Numbers, tag="plate"):
     size: tuple[float, float]
 
 
-class BallTest(_Numbers, tag="ball"):
+class BallTest(_Numbers, frozen=True, kw_only=True, tag="ball"):
     """A ball measured several times (the thesis, Tables 6 to 8): P_Size, P_Form, L_Dia."""
 
     points: int
@@ -180,7 +180,7 @@ class BallTest(_Numbers, tag="ball"):
     diameter: tuple[float, float]
 
 
-class InterimTest(_Numbers, tag="interim"):
+class InterimTest(_Numbers, frozen=True, kw_only=True, tag="interim"):
     """Two spheres that stay at the machine, in 90 seconds: Interim_L, Interim_D."""
 
     points: int

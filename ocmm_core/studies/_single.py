@@ -151,7 +151,7 @@ class LinearityStudy:
 
 
 def linearity_study(
-    references: Sequence[float], results: Sequence[Sequence[float]]
+    references: Sequence[float], results: Sequence[Sequence[float] | Float]
 ) -> LinearityStudy:
     """Return how the bias changes over the range.
 

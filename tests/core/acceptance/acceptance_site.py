@@ -13,7 +13,6 @@ from ocmm_core.acceptance import (
     AcceptanceSession,
     Instrument,
     PlannedPosition,
-    Procedure,
     Stage,
     UsedArtefact,
     find_procedure,
@@ -78,6 +77,8 @@ class Machine:
 
     Attributes
     ----------
+    seed, now, celsius
+        Of the noise, and what clock and thermometer show.
     sigma
         Noise of a ball centre per axis, mm.
     scale
@@ -102,8 +103,8 @@ class Machine:
         first = np.array(position.points_world[0])
         # About its first point, so that the artefact stays where it should be.
         point = first + scale * (point - first)
-        noise: Float = self.sigma * self.rng.standard_normal(3)
-        return point + noise
+        seen: Float = point + self.sigma * self.rng.standard_normal(3)
+        return seen
 
     def step(self, session: AcceptanceSession) -> str:
         view = session.view
@@ -116,7 +117,3 @@ class Machine:
     def run(self, session: AcceptanceSession) -> None:
         while session.view.current >= 0:
             assert self.step(session) == ""
-
-
-def finished_name(procedure: Procedure) -> str:
-    return procedure.id

@@ -107,9 +107,11 @@ def test_the_smallest_ball_is_that_of_a_search() -> None:
         points = rng.standard_normal((5, 3))
         found = smallest_ball(points)[1]
         searched = minimize(
-            lambda c, at: np.linalg.norm(at - c, axis=1).max(), points.mean(axis=0),
-            args=(points,), method="Nelder-Mead", options={"xatol": 1e-9, "fatol": 1e-9},
-        )  # fmt: skip
+            lambda c, at=points: float(np.linalg.norm(at - c, axis=1).max()),
+            points.mean(axis=0),
+            method="Nelder-Mead",
+            options={"xatol": 1e-9, "fatol": 1e-9},
+        )
         assert np.linalg.norm(points - smallest_ball(points)[0], axis=1).max() <= found + 1e-9
         # The search may stop above the least, never below it.
         assert found <= searched.fun + 1e-9
