@@ -21,6 +21,7 @@ from lxml import etree
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
+from ocmm_core.export.aqdef._reader import read_transfer
 from ocmm_core.export.report import (
     ReportData,
     clean_text,
@@ -28,7 +29,6 @@ from ocmm_core.export.report import (
     polyworks_profile,
     read_report,
 )
-from ocmm_core.export.report._aqdef import read_transfer
 from ocmm_core.export.report._names import check_file_stem, spreadsheet_text
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.export.sample_report import (
@@ -77,7 +77,9 @@ def test_the_transfer_file_is_as_agreed_to_the_byte(tmp_path: Path) -> None:
     (values,) = [line for line in lines if b"\x14" in line]
     first, *_, last = values.split(b"\x0f")
     assert first.split(b"\x14")[:3] == [b"20.0025", b"0", b"02.03.2026/07:10:04"]
-    assert first.split(b"\x14")[6] == "Zoë Müller".encode("cp1252")
+    # The operator stands in the catalogue, the value has the number of the entry.
+    assert first.split(b"\x14")[6] == b"1"
+    assert "K4092/1 Zoë Müller".encode("cp1252") in lines
     # No number stands in for one that is missing.
     assert last.split(b"\x14")[:2] == [b"", b"256"]
 

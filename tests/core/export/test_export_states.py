@@ -19,6 +19,7 @@ from lxml import etree
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import EXPORTERS, preview, preview_text
+from ocmm_core.export.aqdef._reader import read_transfer
 from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.report import (
     Profile,
@@ -27,7 +28,6 @@ from ocmm_core.export.report import (
     polyworks_profile,
     read_report,
 )
-from ocmm_core.export.report._aqdef import read_transfer
 from ocmm_core.export.report._tables import (
     FEATURE_COLUMNS,
     JOB_STATE,
