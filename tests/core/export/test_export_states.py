@@ -109,7 +109,10 @@ def words_of(path: Path) -> list[str]:
     content = path.read_bytes()
     if path.suffix == ".xlsx":
         book = openpyxl.load_workbook(path)
-        book["Job"].delete_cols(1)
+        front = book["Verdict"]
+        first = next(row for row in front.iter_rows() if row[0].value == "Item")[0].row
+        for row in front.iter_rows(min_row=first):
+            row[0].value = None
         cells = [cell.value for one in book for row in one.iter_rows() for cell in row]
         return [cell for cell in cells if isinstance(cell, str)]
     if path.suffix == ".qif":
