@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
     from ocmm_core.export.report._json_file import JSON
-    from ocmm_core.export.report._json_schema import read_report
+    from ocmm_core.export.report._json_schema import ReportFile, read_report
     from ocmm_core.export.report._names import check_file_stem, check_name, clean_text, one_line
     from ocmm_core.export.report._paper_facts import (
         CLAUSES,
@@ -72,7 +72,7 @@ else:
         _exporter="Exporter ReportFormat",
         _head="head_table",
         _json_file="JSON",
-        _json_schema="read_report",
+        _json_schema="ReportFile read_report",
         _names="check_file_stem check_name clean_text one_line",
         _paper_facts=(
             "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations report_number "
@@ -108,6 +108,7 @@ __all__ = [
     "Particulars",
     "Profile",
     "ReportData",
+    "ReportFile",
     "ReportFormat",
     "ReportTemplate",
     "ReportedFeature",
