@@ -51,11 +51,14 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         mm, on the trimmed faces, each as far as can be from those before it.
     against
         Why it is no feature to begin with, as a part of a sentence; empty where it is one.
+    numbers
+        Of the faces that it is made of, see `ModelFace`.
     """
 
     face: StepFace
     targets: tuple[Triple, ...] = ()
     against: str = ""
+    numbers: tuple[int, ...] = ()
 
 
 class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -73,6 +76,8 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
     remedy
         What to do about a fault, where that is not to export the model again.
+    part_bytes
+        Length of the part, which is sent next, in the form of `ocmm_core.part_model`; 0 for none.
     error
         Code, what and remedy of what is wrong with the program.
     """
@@ -82,4 +87,5 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     others: dict[str, int] = msgspec.field(default_factory=dict)
     fault: str = ""
     remedy: str = ""
+    part_bytes: int = 0
     error: tuple[str, str, str] | None = None
