@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import msgspec
 
+from ocmm_core.inspection.pmi import Pmi
+
 Triple = tuple[float, float, float]
 
 
@@ -51,11 +53,14 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         mm, on the trimmed faces, each as far as can be from those before it.
     against
         Why it is no feature to begin with, as a part of a sentence; empty where it is one.
+    faces
+        Numbers of its faces in the file, where they are known.
     """
 
     face: StepFace
     targets: tuple[Triple, ...] = ()
     against: str = ""
+    faces: tuple[int, ...] = ()
 
 
 class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -69,6 +74,8 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         Those of the model; none where there is a fault.
     others
         How many faces have another kind of surface, by its word.
+    pmi, face_words
+        What the file says of tolerances, and the kind of surface of its faces by their number.
     fault
         What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
     remedy
@@ -80,6 +87,8 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     doing: str = ""
     surfaces: tuple[StepSurface, ...] = ()
     others: dict[str, int] = msgspec.field(default_factory=dict)
+    pmi: Pmi | None = None
+    face_words: dict[int, str] = msgspec.field(default_factory=dict)
     fault: str = ""
     remedy: str = ""
     error: tuple[str, str, str] | None = None

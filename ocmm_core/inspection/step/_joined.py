@@ -29,18 +29,29 @@ _SPARE = 2
 """So many times the usual points are placed, for who wants more."""
 
 
-def surfaces_of(faces: Sequence[RawFace], ball_radius: float) -> list[StepSurface]:
+def surfaces_of(
+    faces: Sequence[RawFace], ball_radius: float, numbers: Sequence[int] = ()
+) -> list[StepSurface]:
     """Return the surfaces of faces, with targets for a ball.
 
     Parameters
     ----------
     ball_radius
         mm.
+    numbers
+        Of all faces of the file, in its order.
     """
     groups = _groups(faces)
     hollow = _hollow_rims(faces, groups)
-    return [_surface([faces[i] for i in group], [hollow[i] for i in group], ball_radius)
-            for group in groups]  # fmt: skip
+    found = [_surface([faces[i] for i in group], [hollow[i] for i in group], ball_radius)
+             for group in groups]  # fmt: skip
+    known = [[faces[i].order for i in group] for group in groups]
+    return [
+        msgspec.structs.replace(
+            one, faces=tuple(numbers[k] for k in orders if 0 <= k < len(numbers))
+        )
+        for one, orders in zip(found, known, strict=True)
+    ]
 
 
 def _groups(faces: Sequence[RawFace]) -> list[list[int]]:

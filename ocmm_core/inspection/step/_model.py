@@ -7,7 +7,7 @@ import signal
 import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -17,6 +17,7 @@ import numpy as np
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface
 from ocmm_core.inspection.step._worker import read_step
 
@@ -59,11 +60,21 @@ class StepModel:
         Surfaces with a reason against them, such as fillets, engraved text and narrow faces.
     others
         How many faces have another kind of surface, by its word.
+    pmi
+        What the file says of tolerances; None where it was not read.
+    faces
+        Names of the surfaces (of both lists) that a face of the file is in, by its number; several
+        where a part stands in an assembly more than once.
+    face_words
+        Kind of surface of every face of the file, by its number.
     """
 
     features: tuple[NominalFeature, ...]
     left_out: tuple[LeftOut, ...]
     others: dict[str, int]
+    pmi: Pmi | None = None
+    faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    face_words: dict[int, str] = field(default_factory=dict)
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -196,15 +207,20 @@ def _model(path: Path, said: StepAnswer) -> StepModel:
     counts: Counter[str] = Counter()
     features: list[NominalFeature] = []
     left_out: list[LeftOut] = []
+    faces: dict[int, tuple[str, ...]] = {}
     for surface in (*chosen, *(one for one in said.surfaces if one.against)):
         shape = surface.face.shape
         counts[shape] += 1
         feature = _feature(surface, f"{shape.upper()}_{counts[shape]}")
+        for number in surface.faces:
+            faces[number] = (*faces.get(number, ()), feature.name)
         if surface.against:
             left_out.append(LeftOut(feature, surface.against))
         else:
             features.append(feature)
-    return StepModel(tuple(features), tuple(left_out), dict(said.others))
+    return StepModel(
+        tuple(features), tuple(left_out), dict(said.others), said.pmi, faces, said.face_words
+    )
 
 
 def _feature(surface: StepSurface, name: str) -> NominalFeature:

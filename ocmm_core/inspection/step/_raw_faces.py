@@ -11,6 +11,7 @@ import numpy as np
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step._answer import StepFace, Triple
+from ocmm_core.inspection.step._face_order import FaceOrder
 
 _DEFLECTION_MM = 0.02
 """Edges become lines that are off by no more."""
@@ -57,11 +58,14 @@ class RawFace:
         (n, 3), mm: on the surface and inside the edges.
     rims
         Its edges; seams of the surface itself stand twice.
+    order
+        Which face of the file it is, from 0; negative where that is not known.
     """
 
     face: StepFace
     places: Float
     rims: tuple[Rim, ...]
+    order: int = -1
 
 
 def as_numbers(number: Any) -> float:
@@ -87,7 +91,7 @@ def read_faces(
     """
     from OCP.BRep import BRep_Tool
 
-    shape = _shape_of(path, doing)
+    shape, order = _shape_of(path, doing)
     faces, loose = _faces_of_parts(shape)
     surface_of = _static(BRep_Tool, "Surface")
     # To ask a face without a surface for its kind ends the process.
@@ -106,7 +110,7 @@ def read_faces(
         others["tessellated"] = len(faces) - len(with_surface)
     for number, face in enumerate(with_surface, start=1):
         doing(f"face {number} of {len(with_surface)}")
-        kind, raw = _raw_face(face)
+        kind, raw = _raw_face(face, order.of(face))
         if raw is None:
             others[kind] += 1
         else:
@@ -114,7 +118,7 @@ def read_faces(
     return tuple(found), dict(others)
 
 
-def _shape_of(path: str, doing: Callable[[str], None]) -> Any:
+def _shape_of(path: str, doing: Callable[[str], None]) -> tuple[Any, FaceOrder]:
     from OCP.IFSelect import IFSelect_RetDone
     from OCP.STEPControl import STEPControl_Reader
 
@@ -129,7 +133,7 @@ def _shape_of(path: str, doing: Callable[[str], None]) -> Any:
     if shape is None or shape.IsNull():
         msg = "contains no shape"
         raise ValueError(msg)
-    return shape
+    return shape, FaceOrder(reader)
 
 
 def _static(owner: Any, name: str) -> Any:
@@ -162,7 +166,7 @@ def _explored(shape: Any, kind: str, but_in: str = "SHAPE") -> Any:
         explorer.Next()
 
 
-def _raw_face(face: Any) -> tuple[str, RawFace | None]:
+def _raw_face(face: Any, order: int) -> tuple[str, RawFace | None]:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.TopAbs import TopAbs_REVERSED
 
@@ -175,7 +179,7 @@ def _raw_face(face: Any) -> tuple[str, RawFace | None]:
     _check(as_said)
     loops, rims = _edges(face, surface, reverse)
     places = _places(surface, loops)
-    return kind, RawFace(as_said, places, rims)
+    return kind, RawFace(as_said, places, rims, order)
 
 
 def _check(face: StepFace) -> None:

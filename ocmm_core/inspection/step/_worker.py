@@ -8,13 +8,16 @@ from __future__ import annotations
 
 import os
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
 import msgspec
 
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
+from ocmm_core.inspection.pmi import read_pmi
 from ocmm_core.inspection.step._answer import StepAnswer
+from ocmm_core.inspection.step._face_order import order_fault
 from ocmm_core.inspection.step._joined import surfaces_of
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, as_numbers, read_faces
 
@@ -65,8 +68,18 @@ def read_step(path: str, ball_radius: float, to: Connection) -> None:
 
 def _read(path: str, ball_radius: float, doing: Any) -> StepAnswer:
     faces, others = read_faces(path, doing)
+    doing("the tolerances of the model")
+    pmi, texts = read_pmi(Path(path).read_text(encoding="utf-8", errors="replace"))
+    fault = order_fault(faces, texts)
+    if fault:
+        pmi = msgspec.structs.replace(pmi, fault=pmi.fault or fault)
+        texts = ()
     doing("placing targets")
-    return StepAnswer(surfaces=tuple(surfaces_of(faces, ball_radius)), others=others)
+    numbers = [text.number for text in texts]
+    return StepAnswer(
+        surfaces=tuple(surfaces_of(faces, ball_radius, numbers)), others=others, pmi=pmi,
+        face_words={text.number: text.shape for text in texts},
+    )  # fmt: skip
 
 
 def _be_silent() -> None:
