@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Sequence
+from itertools import zip_longest
 
 import msgspec
 import numpy as np
@@ -15,9 +16,13 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.drawing._account import AccountItem, RefusedError
 from ocmm_core.inspection.drawing._context import Context
 from ocmm_core.inspection.pmi import Datum, DatumReference, DatumTarget, Tolerance
-from ocmm_core.inspection.plan import add_construction, with_alignment
+from ocmm_core.inspection.plan import NAME_PATTERN, add_construction, add_feature, with_alignment
 
 _OPPOSITE = -1.0 + 1e-9
+_SAME_PLANE_MM = 1e-3
+_LEAST_EACH = 3
+_MOST = 100
+"""Points on each face of a datum of several, and targets of it."""
 
 
 class Frames:
@@ -148,22 +153,57 @@ class Frames:
             return features[0].name
         if len(features) == 2 and _face_away(*features):
             return self._middle(datum.name, features)
+        if _are_one_plane(features):
+            return self._whole_plane(datum.name, features)
         names = ", ".join(feature.name for feature in features[:4])
         more = ", …" if len(features) > 4 else ""
         raise RefusedError(f"it is made of {len(features)} surfaces ({names}{more}), not supported")
 
+    def _whole_plane(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
+        """Return the plane of several faces that lie in one, which the plan gets.
+
+        It is touched on all of them in turn.
+        """
+        name = self._free(letter)
+        rows = zip_longest(*(feature.targets for feature in features))
+        targets = tuple(place for row in rows for place in row if place is not None)
+        points = max(features[0].points, min(len(targets), _LEAST_EACH * len(features)))
+        whole = msgspec.structs.replace(
+            features[0], name=name, targets=targets[:_MOST], points=points, length=0.0, width=0.0,
+            text=f"Datum {letter}: {len(features)} faces in one plane",
+        )  # fmt: skip
+        try:
+            self._context.changed(add_feature(self._context.plan, whole))
+        except InputError as error:
+            raise RefusedError(f"its faces cannot be one plane: {error.what}") from error
+        return name
+
+    def _free(self, letter: str) -> str:
+        name = f"DATUM_{letter}"
+        if name in self._context.plan.shapes or not NAME_PATTERN.fullmatch(name):
+            raise RefusedError(f"the plan has a feature {name} already, or it is no name")
+        return name
+
     def _middle(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
         """Return the middle plane of two opposite faces, which the plan gets."""
         plan = self._context.plan
-        name = f"DATUM_{letter}"
-        if name in plan.shapes:
-            raise RefusedError(f"the plan has a feature {name} already")
+        name = self._free(letter)
         middle = Bisector(name=name, features=tuple(feature.name for feature in features))
         try:
             self._context.changed(add_construction(plan, middle))
         except InputError as error:
             raise RefusedError(f"its middle plane cannot be made: {error.what}") from error
         return name
+
+
+def _are_one_plane(features: Sequence[NominalFeature]) -> bool:
+    """Return whether features are planes with targets that lie in one and look the same way."""
+    if any(one.shape is not Shape.PLANE or not one.targets for one in features):
+        return False
+    first = np.array(features[0].direction)
+    arms = np.array([one.point for one in features]) - features[0].point
+    alike = all(float(first @ one.direction) > -_OPPOSITE for one in features)
+    return alike and bool(np.abs(arms @ first).max() < _SAME_PLANE_MM)
 
 
 def _face_away(first: NominalFeature, second: NominalFeature) -> bool:
