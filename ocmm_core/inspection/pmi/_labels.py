@@ -11,6 +11,7 @@ from ocmm_core.inspection.pmi._items import Annotation
 from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, plain, refs
 
 _LINKS = ("DRAUGHTING_MODEL_ITEM_ASSOCIATION", "DRAUGHTING_MODEL_ITEM_ASSOCIATION_WITH_PLACEHOLDER")
+_SAYS = "PMI representation to presentation link"
 _STANDARD = re.compile(r"ASME Y14\.5(?:\.1)?M?(?:-\d{4})?|ISO (?:1101|8015|5459|2768)\b(?::\d{4})?")
 _ITEMS = ("DIMENSION", "ANGULAR_SIZE", "ANGULAR_LOCATION", "DATUM", "PLACED_DATUM")
 _LONGEST = 300
@@ -22,24 +23,28 @@ class Labels:
     def __init__(self, file: Part21) -> None:
         self._file = file
         self._about: dict[int, list[int]] = {}
+        self._said: dict[int, list[int]] = {}
         for word in _LINKS:
             for number in file.all_of(word):
                 try:
                     definition = file.reference(number, 2, word)
+                    is_link = plain(file.argument(number, 0, word)) == _SAYS
                     shown = refs(file.argument(number, 4, word))
                 except BadEntityError:
                     continue
                 for callout in shown:
                     self._about.setdefault(callout, []).append(definition)
+                    if is_link:
+                        self._said.setdefault(callout, []).append(definition)
         self.names = self._names()
 
     def _names(self) -> dict[int, str]:
         """Return the labels of items by their number."""
         found: dict[int, str] = {}
-        for callout, about in self._about.items():
+        for callout in self._about:
             name = self._name(callout)
-            for number in about:
-                if name and self._is_item(number):
+            for number in self._shown(callout):
+                if name:
                     found.setdefault(number, name)
         return found
 
@@ -56,7 +61,7 @@ class Labels:
             item = Annotation(entity=number, name=self._name(number) or f"annotation #{number}")
             about = self._about.get(number, [])
             try:
-                shows = tuple(one for one in about if self._is_item(one))
+                shows = self._shown(number)
                 on = [one for one in about if self._is_aspect(one)]
                 item = msgspec.structs.replace(
                     item, shows=shows, own_aspect=any(one not in of_items for one in on)
@@ -70,6 +75,15 @@ class Labels:
                 item = msgspec.structs.replace(item, fault=str(error))
             found.append(item)
         return tuple(found)
+
+    def _shown(self, callout: int) -> tuple[int, ...]:
+        """Return the items that a callout is the picture of.
+
+        A file that says so has another link to the aspect that the leader ends at, which may be
+        that of a datum; then only the first one counts.
+        """
+        about = self._said.get(callout) or self._about.get(callout, [])
+        return tuple(dict.fromkeys(one for one in about if self._is_item(one)))
 
     def standards(self) -> tuple[str, ...]:
         """Return the standards of tolerancing that texts of the file name."""
