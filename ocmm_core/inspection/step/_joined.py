@@ -29,29 +29,18 @@ _SPARE = 2
 """So many times the usual points are placed, for who wants more."""
 
 
-def surfaces_of(
-    faces: Sequence[RawFace], ball_radius: float, numbers: Sequence[int] = ()
-) -> list[StepSurface]:
+def surfaces_of(faces: Sequence[RawFace], ball_radius: float) -> list[StepSurface]:
     """Return the surfaces of faces, with targets for a ball.
 
     Parameters
     ----------
     ball_radius
         mm.
-    numbers
-        Of all faces of the file, in its order.
     """
     groups = _groups(faces)
     hollow = _hollow_rims(faces, groups)
-    found = [_surface([faces[i] for i in group], [hollow[i] for i in group], ball_radius)
-             for group in groups]  # fmt: skip
-    known = [[faces[i].order for i in group] for group in groups]
-    return [
-        msgspec.structs.replace(
-            one, faces=tuple(numbers[k] for k in orders if 0 <= k < len(numbers))
-        )
-        for one, orders in zip(found, known, strict=True)
-    ]
+    return [_surface([faces[i] for i in group], [hollow[i] for i in group], ball_radius)
+            for group in groups]  # fmt: skip
 
 
 def _groups(faces: Sequence[RawFace]) -> list[list[int]]:
@@ -160,9 +149,10 @@ def _surface(
     face = _joined([one.face for one in group])
     places = np.concatenate([one.places for one in group])
     wanted = Shape(face.shape).spec.usual_points
+    numbers = tuple(one.number for one in group)
     against = _against(face, places, ball_radius)
     if against:
-        return StepSurface(face=face, against=against)
+        return StepSurface(face=face, against=against, numbers=numbers)
     places = places[_ball_fits(face, places, ball_radius)]
     falls = np.concatenate([both[0] for both in hollow])
     rises = np.concatenate([both[1] for both in hollow])
@@ -175,9 +165,14 @@ def _surface(
         return StepSurface(
             face=face,
             against=f"a ball of {2.0 * ball_radius:g} mm has no room for {wanted} points",
+            numbers=numbers,
         )
     targets = _spread(free, _SPARE * wanted)
-    return StepSurface(face=face, targets=tuple((x, y, z) for x, y, z in targets.tolist()))
+    return StepSurface(
+        face=face,
+        targets=tuple((x, y, z) for x, y, z in targets.tolist()),
+        numbers=numbers,
+    )
 
 
 def _joined(faces: Sequence[StepFace]) -> StepFace:
