@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         STRETCH,
         Feet,
         SearchedFace,
+        followed_feet,
         nearest_feet,
         searched_face,
     )
@@ -38,7 +39,9 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _nearest="EDGE_MM Feet RIVAL_MM STRETCH SearchedFace nearest_feet searched_face",
+        _nearest=(
+            "EDGE_MM Feet RIVAL_MM STRETCH SearchedFace followed_feet nearest_feet searched_face"
+        ),
         _nominal_face="NominalFace face_fault nominal_face searched",
         _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles",
         _spline="bezier_surface normals_at places_at",
@@ -59,6 +62,7 @@ __all__ = [
     "Triangles",
     "bezier_surface",
     "face_fault",
+    "followed_feet",
     "nearest_feet",
     "nominal_face",
     "normals_at",

@@ -40,8 +40,9 @@ STRETCH = 0.1
 """Least part of a shift along the surface that arrives at the foot, seen from the point."""
 
 _STEPS = 60
-_SETTLED = 1e-13
-"""Step of a foot, as part of the size of the surface, after which it stays."""
+_SETTLED = 1e-9
+"""Step of a foot, as part of the size of the surface, after which it stays: what is left of Newton's
+step is its square, and a distance answers to the square of that."""
 _SAME = 1e-4
 """mm: feet that are nearer to each other are one."""
 _CHUNK = 512
@@ -168,6 +169,29 @@ def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
     ]
     names = Feet.__dataclass_fields__
     return Feet(*(np.concatenate([getattr(chunk, name) for chunk in chunks]) for name in names))
+
+
+def followed_feet(points: Points3, faces: Sequence[SearchedFace], before: Feet) -> Feet:
+    """Return the feet of points that moved a little, from their feet before.
+
+    For the steps of a search: it looks at no other face and asks nothing of edges and rivals, and
+    its result is to be checked by `nearest_feet`. What had no foot inside is searched for again.
+    """
+    lost = np.flatnonzero(before.faces < 0)
+    found = {name: getattr(before, name).copy() for name in Feet.__dataclass_fields__}
+    for i, face in enumerate(faces):
+        rows = np.flatnonzero(before.faces == i)
+        if not len(rows):
+            continue
+        at, feet = _newton(face.surface, points[rows], before.parameters[rows])
+        normals = normals_at(face.surface, at) * (1.0 if face.outward else -1.0)
+        found["parameters"][rows], found["feet"][rows], found["normals"][rows] = at, feet, normals
+        found["distances"][rows] = np.einsum("ni,ni->n", points[rows] - feet, normals)
+    if len(lost):
+        again = nearest_feet(points[lost], faces)
+        for name in found:
+            found[name][lost] = getattr(again, name)
+    return Feet(**found)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -395,8 +419,8 @@ def _newton(surface: BezierSurface, points: Points3, start: Float) -> tuple[Floa
         square = np.sum((then.at - points[moving]) ** 2, axis=1)
         moved = np.linalg.norm(then.at - now.at, axis=1)
         done = moved <= _SETTLED * max(surface.size, 1.0)
-        better = square <= squares[moving] * (1.0 + 1e-15)
-        # Where nothing comes nearer any more rounding is reached.
+        # Rounding of the squares hides steps of some nanometres.
+        better = square <= squares[moving] * (1.0 + 1e-13) + 1e-26
         tiny = np.max(np.abs(step) / span, axis=1) < 1e-12
         rows = moving[better]
         parameters[rows], squares[rows], places[rows] = (

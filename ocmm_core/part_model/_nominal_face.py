@@ -100,6 +100,8 @@ def face_fault(face: NominalFace) -> str | None:
         return "poles, knots and degrees do not belong together"
     if any(len(loop) < 6 or len(loop) % 2 for loop in face.loops):
         return "a loop has fewer than three corners, or half of one"
+    if not all(np.all(np.isfinite(loop)) for loop in face.loops):
+        return "a corner of a loop is not finite"
     try:
         made = searched(face)
     except InputError as error:
