@@ -5,7 +5,6 @@ from __future__ import annotations
 import msgspec
 
 from ocmm_core.inspection.pmi import Pmi
-
 Triple = tuple[float, float, float]
 
 
