@@ -18,7 +18,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.step._asking import STEP_ENDINGS
+    from ocmm_core.inspection.step._asking import (
+        STEP_ENDINGS,
+        STEP_SETUP,
+        STEP_SIZE_MB,
+        has_step,
+    )
     from ocmm_core.inspection.step._model import (
         USUAL_BALL_MM,
         LeftOut,
@@ -29,15 +34,18 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _asking="STEP_ENDINGS",
+        _asking="STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
         _model="LeftOut StepModel USUAL_BALL_MM read_model read_part",
     )
 
 __all__ = [
     "STEP_ENDINGS",
+    "STEP_SETUP",
+    "STEP_SIZE_MB",
     "USUAL_BALL_MM",
     "LeftOut",
     "StepModel",
+    "has_step",
     "read_model",
     "read_part",
 ]
