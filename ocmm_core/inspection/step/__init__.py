@@ -23,7 +23,21 @@ if TYPE_CHECKING:
         StepModel,
         read_model,
     )
+    from ocmm_core.inspection.step._request import StepRequest, setting_of, usual_request
 else:
-    __getattr__ = door(__name__, _model="LeftOut STEP_ENDINGS StepModel USUAL_BALL_MM read_model")
+    __getattr__ = door(
+        __name__,
+        _model="LeftOut STEP_ENDINGS StepModel USUAL_BALL_MM read_model",
+        _request="StepRequest setting_of usual_request",
+    )
 
-__all__ = ["STEP_ENDINGS", "USUAL_BALL_MM", "LeftOut", "StepModel", "read_model"]
+__all__ = [
+    "STEP_ENDINGS",
+    "USUAL_BALL_MM",
+    "LeftOut",
+    "StepModel",
+    "StepRequest",
+    "read_model",
+    "setting_of",
+    "usual_request",
+]

@@ -17,7 +17,8 @@ import numpy as np
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface
+from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface, Triple
+from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.inspection.step._worker import read_step
 
 STEP_ENDINGS = (".step", ".stp", ".p21")
@@ -41,10 +42,13 @@ class LeftOut:
         What it would be; without targets.
     why
         Part of a sentence.
+    faces
+        Numbers of its faces, from 1 in the order of the file.
     """
 
     feature: NominalFeature
     why: str
+    faces: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +63,21 @@ class StepModel:
         Surfaces with a reason against them, such as fillets, engraved text and narrow faces.
     others
         How many faces have another kind of surface, by its word.
+    faces
+        Numbers of the faces of each of ``features``, from 1 in the order of the file.
+    held
+        For each of ``features`` how the probe is held at its targets: rotation vectors, rad, frame
+        of the model from that of the probe. Empty where nobody asked.
+    ways
+        For each of ``features`` the straight way along the normal, mm, that is free at a target.
     """
 
     features: tuple[NominalFeature, ...]
     left_out: tuple[LeftOut, ...]
     others: dict[str, int]
+    faces: tuple[tuple[int, ...], ...] = ()
+    held: tuple[tuple[Triple, ...], ...] = ()
+    ways: tuple[tuple[float, ...], ...] = ()
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -77,6 +91,9 @@ def read_model(
     ball_mm: float = USUAL_BALL_MM,
     timeout_s: float = TIMEOUT_S,
     given_up: Callable[[], bool] = lambda: False,
+    *,
+    request: StepRequest | None = None,
+    told: Callable[[str], None] = lambda _: None,
 ) -> StepModel:
     """Return the planes, cylinders, cones, spheres and tori of a model, in its own frame.
 
@@ -92,6 +109,11 @@ def read_model(
         After so long the reading is given up.
     given_up
         Asked some twenty times a second; the reading ends within a moment then.
+    request
+        Probe, cameras and placement, by which targets are chosen; its ball goes before ``ball_mm``.
+        Without it the ball alone is asked whether it has room.
+    told
+        Called with what is being read.
 
     Raises
     ------
@@ -102,12 +124,16 @@ def read_model(
     path = Path(path)
     if not read_bytes(path).lstrip().startswith(b"ISO-10303-21"):
         raise _error(path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}.")
+    wanted = request or StepRequest(ball_mm=ball_mm)
+    # What is wrong with its documents is said here and not by another process.
+    setting_of(wanted)
     context = multiprocessing.get_context("spawn")
     answer, asked = context.Pipe(duplex=False)
-    worker = context.Process(target=read_step, args=(str(path), 0.5 * ball_mm, asked), daemon=True)
+    arguments = (str(path), msgspec.json.encode(wanted), asked)
+    worker = context.Process(target=read_step, args=arguments, daemon=True)
     worker.start()
     asked.close()
-    reading = _Reading(path, answer, given_up, time.monotonic() + timeout_s, timeout_s)
+    reading = _Reading(path, answer, given_up, told, time.monotonic() + timeout_s, timeout_s)
     said = None
     try:
         said = reading.last()
@@ -133,11 +159,12 @@ class _Reading:
         path: Path,
         answer: Connection,
         given_up: Callable[[], bool],
+        told: Callable[[str], None],
         until: float,
         limit: float,
     ) -> None:
         self._path, self._answer, self._given_up = path, answer, given_up
-        self._until, self._limit = until, limit
+        self._told, self._until, self._limit = told, until, limit
         self._doing = "the start of the library"
 
     def last(self) -> StepAnswer | None:
@@ -158,6 +185,7 @@ class _Reading:
             if not said.doing:
                 return said
             self._doing = said.doing
+            self._told(said.doing)
 
     def failed(self, ended: int | None) -> InputError:
         """Return what a reader failed on that ended without an answer."""
@@ -201,10 +229,17 @@ def _model(path: Path, said: StepAnswer) -> StepModel:
         counts[shape] += 1
         feature = _feature(surface, f"{shape.upper()}_{counts[shape]}")
         if surface.against:
-            left_out.append(LeftOut(feature, surface.against))
+            left_out.append(LeftOut(feature, surface.against, surface.numbers))
         else:
             features.append(feature)
-    return StepModel(tuple(features), tuple(left_out), dict(said.others))
+    return StepModel(
+        tuple(features),
+        tuple(left_out),
+        dict(said.others),
+        tuple(one.numbers for one in chosen),
+        tuple(one.held for one in chosen),
+        tuple(one.ways for one in chosen),
+    )
 
 
 def _feature(surface: StepSurface, name: str) -> NominalFeature:

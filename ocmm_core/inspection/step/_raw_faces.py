@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from ocmm_core.geometry import Float
+from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.step._answer import StepFace, Triple
+from ocmm_core.inspection.step._solid_mesh import mesh_of
 
 _DEFLECTION_MM = 0.02
 """Edges become lines that are off by no more."""
@@ -57,11 +58,39 @@ class RawFace:
         (n, 3), mm: on the surface and inside the edges.
     rims
         Its edges; seams of the surface itself stand twice.
+    number
+        From 1, in the order of the file.
     """
 
     face: StepFace
     places: Float
     rims: tuple[Rim, ...]
+    number: int = 0
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RawModel:
+    """What there is of a model.
+
+    Attributes
+    ----------
+    faces
+        Those with a plane, cylinder, cone, sphere or torus.
+    others
+        How many others there are, by their kind.
+    triangles, owners, deflection_mm
+        Mesh of all faces (n, 3, 3), mm; the face of each triangle (n,), from 0, by its number less
+        one; and how far it is off.
+    n_faces
+        How many faces there are.
+    """
+
+    faces: tuple[RawFace, ...]
+    others: dict[str, int]
+    triangles: Float
+    owners: Int
+    deflection_mm: float
+    n_faces: int
 
 
 def as_numbers(number: Any) -> float:
@@ -69,9 +98,7 @@ def as_numbers(number: Any) -> float:
     return float(number)
 
 
-def read_faces(
-    path: str, doing: Callable[[str], None]
-) -> tuple[tuple[RawFace, ...], dict[str, int]]:
+def read_faces(path: str, doing: Callable[[str], None]) -> RawModel:
     """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
 
     Faces of no solid are construction geometry where there are solids: in the air, or inside the
@@ -104,14 +131,18 @@ def read_faces(
         others["construction geometry"] = loose
     if len(with_surface) < len(faces):
         others["tessellated"] = len(faces) - len(with_surface)
-    for number, face in enumerate(with_surface, start=1):
-        doing(f"face {number} of {len(with_surface)}")
+    for number, face in enumerate(faces, start=1):
+        if surface_of(face) is None:
+            continue
+        doing(f"face {number} of {len(faces)}")
         kind, raw = _raw_face(face)
         if raw is None:
             others[kind] += 1
         else:
-            found.append(raw)
-    return tuple(found), dict(others)
+            found.append(replace(raw, number=number))
+    doing("the mesh")
+    triangles, owners, deflection = mesh_of(shape, faces)
+    return RawModel(tuple(found), dict(others), triangles, owners, deflection, len(faces))
 
 
 def _shape_of(path: str, doing: Callable[[str], None]) -> Any:

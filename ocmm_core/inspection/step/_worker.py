@@ -7,27 +7,30 @@ comes back, the program that asked goes on, and knows what was being read.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
 from multiprocessing.connection import Connection
-from typing import Any
 
 import msgspec
 
+from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
+from ocmm_core.inspection.reach import Reach, make_obstacle
 from ocmm_core.inspection.step._answer import StepAnswer
-from ocmm_core.inspection.step._joined import surfaces_of
+from ocmm_core.inspection.step._joined import bore_axes, surfaces_of
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, as_numbers, read_faces
+from ocmm_core.inspection.step._request import StepRequest, setting_of
 
 _MOST_BYTES = 1_500_000_000
 
 
-def read_step(path: str, ball_radius: float, to: Connection) -> None:
+def read_step(path: str, asked: bytes, to: Connection) -> None:
     """Send what is being done, and at last the surfaces or a sentence that says why there are none.
 
     Parameters
     ----------
-    ball_radius
-        mm: of the ball that is to touch them.
+    asked
+        A `StepRequest` as JSON: with what the surfaces are to be touched.
     """
     _be_silent()
     HOST.limit_memory(_MOST_BYTES)
@@ -43,9 +46,11 @@ def read_step(path: str, ball_radius: float, to: Connection) -> None:
         tell(StepAnswer(doing=what))
 
     try:
-        answer = _read(path, ball_radius, now)
+        answer = _read(path, msgspec.json.decode(asked, type=StepRequest), now)
     except ImportError:
         answer = StepAnswer(fault="MISSING")
+    except InputError as error:
+        answer = StepAnswer(fault=error.what, remedy=error.remedy)
     except UnusableModelError as error:
         answer = StepAnswer(fault=error.what, remedy=error.remedy)
     except ValueError as error:
@@ -63,10 +68,16 @@ def read_step(path: str, ball_radius: float, to: Connection) -> None:
         to.close()
 
 
-def _read(path: str, ball_radius: float, doing: Any) -> StepAnswer:
-    faces, others = read_faces(path, doing)
+def _read(path: str, asked: StepRequest, doing: Callable[[str], None]) -> StepAnswer:
+    model = read_faces(path, doing)
     doing("placing targets")
-    return StepAnswer(surfaces=tuple(surfaces_of(faces, ball_radius)), others=others)
+    radius = 0.5 * asked.ball_mm
+    reach = None
+    if len(model.triangles):
+        part = make_obstacle(model.triangles, model.owners, model.n_faces, model.deflection_mm)
+        reach = Reach(part, radius, setting_of(asked), bore_axes(model.faces))
+    surfaces = surfaces_of(model.faces, radius, reach, doing)
+    return StepAnswer(surfaces=tuple(surfaces), others=model.others)
 
 
 def _be_silent() -> None:
