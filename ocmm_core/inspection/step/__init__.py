@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.inspection.step._choice import Choice, Offer, chosen, offers_of
     from ocmm_core.inspection.step._model import (
         STEP_ENDINGS,
         USUAL_BALL_MM,
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _choice="Choice Offer chosen offers_of",
         _model="LeftOut STEP_ENDINGS StepModel USUAL_BALL_MM read_model",
         _request="StepRequest setting_of usual_request",
     )
@@ -34,9 +36,13 @@ else:
 __all__ = [
     "STEP_ENDINGS",
     "USUAL_BALL_MM",
+    "Choice",
     "LeftOut",
+    "Offer",
     "StepModel",
     "StepRequest",
+    "chosen",
+    "offers_of",
     "read_model",
     "setting_of",
     "usual_request",
