@@ -20,7 +20,7 @@ class Offer:
     feature
         What it becomes; without targets where something stands against it.
     faces
-        Numbers of its faces, from 1 in the order of the file.
+        Numbers of its faces, see `ModelFace`.
     against
         Why it is not chosen to begin with, as a part of a sentence; empty where it is.
     """
@@ -62,8 +62,7 @@ class Choice:
 
 def offers_of(model: StepModel) -> tuple[Offer, ...]:
     """Return all that a model offers: first what is chosen to begin with."""
-    faces = model.faces or ((),) * len(model.features)
-    good = [Offer(one, of_it) for one, of_it in zip(model.features, faces, strict=True)]
+    good = [Offer(one, how.faces) for one, how in zip(model.features, model.reached, strict=True)]
     return (*good, *(Offer(one.feature, one.faces, one.why) for one in model.left_out))
 
 
@@ -81,7 +80,9 @@ def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
     known = {offer.feature.shape.value.lower() for offer in offers}
     for kind in choice.kinds:
         if kind.lower() not in known:
-            raise _error(f"no surface is of the kind '{kind}'; there are {', '.join(sorted(known))}")
+            raise _error(
+                f"no surface is of the kind '{kind}'; there are {', '.join(sorted(known))}"
+            )
     taken = tuple(offer for offer in offers if _fits(offer, choice))
     if not taken:
         raise _error("no surface fits the choice")

@@ -65,6 +65,25 @@ def usual_request(
     return StepRequest(ball_mm=ball, probe=str(probe), rig=str(rig))
 
 
+def up_of(word: str) -> Triple:
+    """Return the direction that a word such as ``+z``, ``-y`` or ``x`` names.
+
+    Raises
+    ------
+    InputError
+        It names no axis.
+    """
+    sign, axis = (word[0], word[1:]) if word[:1] in ("+", "-") else ("+", word)
+    if axis.lower() not in ("x", "y", "z"):
+        raise InputError(
+            "plan.placement",
+            f"'{word}' is no axis of the model.",
+            "Give the axis that points up: +x, -x, +y, -y, +z or -z.",
+        )
+    x, y, z = ((-1.0 if sign == "-" else 1.0) * (axis.lower() == one) + 0.0 for one in "xyz")
+    return (x, y, z)
+
+
 def setting_of(request: StepRequest) -> Setting | None:
     """Return probe, cameras and placement of a request; None where the ball alone is asked for.
 

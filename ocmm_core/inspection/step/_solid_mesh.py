@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ocmm_core.geometry import Float, Int
+from ocmm_core.inspection.reach import Obstacle, make_obstacle
+from ocmm_core.inspection.step._library import static
 
 DEFLECTION_MM = 0.04
 _BEND_RAD = 0.35
@@ -14,15 +17,15 @@ _LARGE_MM, _LARGE_PART = 800.0, 5e-5
 """A part longer than this gets a coarser mesh, by this part of its length."""
 
 
-def mesh_of(shape: Any, faces: list[Any]) -> tuple[Float, Int, float]:
-    """Return triangles (n, 3, 3), mm, the face of each (n,), from 0, and how far they are off, mm.
+def mesh_of(shape: Any, faces: Sequence[Any]) -> Obstacle | None:
+    """Return the faces of a model as something to run into; None where no mesh can be made.
 
     Parameters
     ----------
     shape
         The model.
     faces
-        Its faces, in order.
+        Its faces with a surface, in order: the obstacle counts them from 0.
     """
     from OCP.Bnd import Bnd_Box
     from OCP.BRep import BRep_Tool
@@ -31,11 +34,11 @@ def mesh_of(shape: Any, faces: list[Any]) -> tuple[Float, Int, float]:
     from OCP.TopLoc import TopLoc_Location
 
     box = Bnd_Box()
-    (getattr(BRepBndLib, "Add_s", None) or BRepBndLib.Add)(shape, box)
+    static(BRepBndLib, "Add")(shape, box)
     longest = float(np.sqrt(box.SquareExtent()))
     deflection = max(DEFLECTION_MM, _LARGE_PART * longest if longest > _LARGE_MM else 0.0)
     BRepMesh_IncrementalMesh(shape, deflection, False, _BEND_RAD, False)
-    of_face = getattr(BRep_Tool, "Triangulation_s", None) or BRep_Tool.Triangulation
+    of_face = static(BRep_Tool, "Triangulation")
     triangles: list[Float] = []
     owners: list[Int] = []
     for number, face in enumerate(faces):
@@ -54,5 +57,5 @@ def mesh_of(shape: Any, faces: list[Any]) -> tuple[Float, Int, float]:
         triangles.append(nodes[rows.reshape(-1, 3) - 1])
         owners.append(np.full(len(triangles[-1]), number, dtype=np.int64))
     if not triangles:
-        return np.empty((0, 3, 3)), np.empty(0, dtype=np.int64), deflection
-    return np.concatenate(triangles), np.concatenate(owners), deflection
+        return None
+    return make_obstacle(np.concatenate(triangles), np.concatenate(owners), len(faces), deflection)
