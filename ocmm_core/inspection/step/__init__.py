@@ -1,15 +1,14 @@
 """Features of a plan from the surfaces of a STEP file; needs the extra ``step``.
 
-In: a STEP file, the ball, and if wanted probe, cameras and placement. Out: features with targets on the trimmed faces, and
-what is none, with the reason; the part itself, as mesh and faces.
+In: a STEP file, the ball, and if wanted probe, cameras and placement. Out: features with targets
+on the trimmed faces, and what is none, with the reason; the part itself, as mesh and faces.
 
-Read `_model` (what is asked for, and what comes back), `_asking` and `_worker` (the process that
-reads, from both sides), `_library`, `_document` (the file as the library has it), `_raw_faces`
-(faces as numbers), `_joined` (which faces are one surface, where a ball can touch it), `_placed` (which places are targets), `_request` (by which
-probe and cameras), `_solid_mesh` (what it could run into), `_choice` (what is taken),
-`_surface_splines`, `_part` (the part), `_face_order` (which faces tolerances are of), `_answer`
-(what the process tells). It must not know what a
-plan is.
+Read `_model` (what is asked for, and what comes back), `_request` (by which probe and cameras),
+`_choice` (what is taken), `_asking` and `_worker` (the process that reads, from both sides),
+`_library`, `_document` (the file as the library has it), `_raw_faces` (faces as numbers), `_joined`
+(which faces are one surface, where a ball can touch it), `_placed` (which places are targets),
+`_solid_mesh` (what a probe could run into), `_surface_splines`, `_part` (the part), `_face_order`
+(which faces tolerances are of), `_answer` (what the process tells). It must not know plans.
 """
 
 from __future__ import annotations
