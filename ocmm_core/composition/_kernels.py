@@ -67,6 +67,11 @@ ocmm_core.features.zones._kernel
 ocmm_core.tolerances.monte_carlo._refit_kernel
     refit i f2 f i1 f2 f1 f2 f2 f1
 
+ocmm_core.inspection.reach._tree_kernel
+    grow f3 f2 i2 i1
+ocmm_core.inspection.reach._search_kernel
+    search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 b1 f2 i2 i1 i2 f1
+
 ocmm_core.tracking._reference_filter
     _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1
 ocmm_core.tracking.kernels._follow_kernel
