@@ -16,12 +16,12 @@ _DEEPEST = 30
 _STATEMENT = re.compile(r"#\s*+(\d++)\s*+=\s*+((?:[^;'#]++|#|'[^']*+')*+);")
 _COMMENT = re.compile(r"'(?:[^']|'')*+'|(/\*.*?\*/)", re.DOTALL)
 _HEAD = re.compile(r"[A-Z_0-9]+")
-_RECORD = re.compile(r"([A-Z][A-Z_0-9]*)\s*\(")
 _TOKEN = re.compile(
     r"\s*(?:(?P<text>'(?:[^']|'')*+')|#\s*(?P<ref>\d+)|\.(?P<word>[A-Z_0-9a-z]+)\."
     r"|(?P<number>[+-]?\d+(?:\.\d*)?(?:[Ee][+-]?\d+)?)|(?P<name>[A-Z_][A-Z_0-9]*)"
     r'|(?P<binary>"[0-9A-F]*")|(?P<mark>[(),$*]))'
 )
+_OUTLINE = re.compile(r"'(?:[^']|'')*+'|[()]|[A-Z][A-Z_0-9]*+(?=\s*+\()")
 _WIDE = re.compile(r"\\X2\\([0-9A-Fa-f]*)\\X0\\|\\X4\\([0-9A-Fa-f]*)\\X0\\|\\X\\([0-9A-Fa-f]{2})")
 
 
@@ -48,7 +48,7 @@ class Typed(NamedTuple):
     values: tuple[Any, ...]
 
 
-Argument: TypeAlias = "Ref | Word | Typed | str | float | int | None | tuple[Any, ...]"
+Argument: TypeAlias = "Ref | Word | Typed | str | float | int | tuple[Any, ...] | None"
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,15 +215,12 @@ def _words(body: str) -> Iterator[str]:
             yield found[0]
         return
     # Parts of a complex entity stand beside each other; what stands inside is an argument.
-    depth, place = 0, 0
-    for found in re.finditer(r"'(?:[^']|'')*+'|[()]|[A-Z][A-Z_0-9]*+(?=\s*+\()", body):
-        token = found[0]
-        if token == "(":
-            depth += 1
-        elif token == ")":
-            depth -= 1
-        elif depth == 1 and token[0] != "'" and found.start() >= place:
-            yield token
+    depth = 0
+    for found in _OUTLINE.finditer(body):
+        sign = found[0]
+        depth += (sign == "(") - (sign == ")")
+        if depth == 1 and sign[0].isalpha():
+            yield sign
 
 
 def _records(body: str, number: int) -> dict[str, tuple[Argument, ...]]:

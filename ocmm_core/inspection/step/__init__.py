@@ -7,8 +7,7 @@ Read `_model` (what is asked for, and what comes back), `_asking` and `_worker` 
 reads, from both sides), `_library`, `_document` (the file as the library has it), `_raw_faces`
 (faces as numbers), `_joined` (which faces are one surface, where a ball can touch it),
 `_surface_splines`, `_part` (the part), `_face_order` (which faces tolerances are of), `_answer`
-(what the process tells). It must not know what a
-plan is.
+(what the process tells). It must not know what a plan is.
 """
 
 from __future__ import annotations
