@@ -98,8 +98,8 @@ else:
         _procedure="ClimateRule Mpe Procedure find_procedure load_procedure procedure_files",
         _recompute="differences load_record recompute recompute_tips save_record",
         _register=(
-            "ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister check_entry default_artefact_folder "
-            "load_artefact load_used used_bar used_sphere"
+            "ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister check_entry "
+            "default_artefact_folder load_artefact load_used used_bar used_sphere"
         ),
         _result=(
             "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "

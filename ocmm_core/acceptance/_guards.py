@@ -23,7 +23,7 @@ _FORM_SHARE = 0.20
 """Certified form of a sphere over the limit of form (ISO 10360-5)."""
 
 _READY = ("VALID", "DUE", "DESIGN")
-"""`DESIGN` is a virtual rig; real cameras have a record, or their source refuses to be measured with."""
+"""`DESIGN` is a virtual rig: real cameras have a record, or no points are taken with them."""
 
 _LARGEST_MM = 1e5
 

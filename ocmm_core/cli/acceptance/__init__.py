@@ -1,8 +1,9 @@
 """``ocmm acceptance``, ``ocmm artefact`` and ``ocmm msa``: is the instrument as good as it says.
 
-In: procedures, artefacts, a source of frames, jobs. Out: plans, sealed records, studies as tables.
+In: procedures, artefacts, frames, jobs. Out: plans, sealed records, studies as tables.
 
-Read `_acceptance` (tests) with `_report`, `_artefact` (the register) and `_msa` (studies from jobs).
+Read `_acceptance` (tests) with `_site`, `_run` and `_report`, `_artefact` (the register)
+and `_msa` (studies from jobs).
 It computes nothing itself: that is `acceptance` and `studies`.
 """
 
