@@ -6,7 +6,8 @@ what is none, with the reason; the part itself, as mesh and faces.
 Read `_model` (what is asked for, and what comes back), `_asking` and `_worker` (the process that
 reads, from both sides), `_library`, `_document` (the file as the library has it), `_raw_faces`
 (faces as numbers), `_joined` (which faces are one surface, where a ball can touch it),
-`_surface_splines`, `_part` (the part), `_answer` (what the process tells). It must not know what a
+`_surface_splines`, `_part` (the part), `_face_order` (which faces tolerances are of), `_answer`
+(what the process tells). It must not know what a
 plan is.
 """
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
+from ocmm_core.inspection.pmi import Pmi
 Triple = tuple[float, float, float]
 
 
@@ -72,6 +73,12 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         Those of the model; none where there is a fault.
     others
         How many faces have another kind of surface, by its word.
+    pmi
+        What the file says of tolerances.
+    face_entities
+        Number in the file of faces, by their own number.
+    face_words
+        Kind of surface of all faces of the file, by their number there.
     fault
         What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
     remedy
@@ -85,6 +92,9 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     doing: str = ""
     surfaces: tuple[StepSurface, ...] = ()
     others: dict[str, int] = msgspec.field(default_factory=dict)
+    pmi: Pmi | None = None
+    face_entities: dict[int, int] = msgspec.field(default_factory=dict)
+    face_words: dict[int, str] = msgspec.field(default_factory=dict)
     fault: str = ""
     remedy: str = ""
     part_bytes: int = 0

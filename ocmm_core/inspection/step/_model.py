@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
 from ocmm_core.part_model import PartModel
@@ -51,12 +52,22 @@ class StepModel:
         How many faces have another kind of surface, by its word.
     part
         The part itself, where it was asked for; its faces name the features that they belong to.
+    pmi
+        What the file says of tolerances; None where it was not read.
+    faces
+        Names of the surfaces (of both lists) that a face of the file is in, by its number there;
+        several where a part stands in an assembly more than once.
+    face_words
+        Kind of surface of every face of the file, by its number there.
     """
 
     features: tuple[NominalFeature, ...]
     left_out: tuple[LeftOut, ...]
     others: dict[str, int]
     part: PartModel | None = None
+    pmi: Pmi | None = None
+    faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    face_words: dict[int, str] = field(default_factory=dict)
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -145,8 +156,18 @@ def _model(path: Path, said: StepAnswer, part: PartModel | None) -> StepModel:
         else:
             features.append(feature)
     return StepModel(
-        tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners)
-    )
+        tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
+        _in_file(owners, said.face_entities), said.face_words,
+    )  # fmt: skip
+
+
+def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tuple[str, ...]]:
+    """Return the surfaces that each face of the file is in, by its number there."""
+    found: dict[int, tuple[str, ...]] = {}
+    for number, entity in entities.items():
+        if number in owners:
+            found[entity] = (*found.get(entity, ()), owners[number])
+    return found
 
 
 def _with_owners(part: PartModel | None, owners: dict[int, str]) -> PartModel | None:

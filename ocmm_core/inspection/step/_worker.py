@@ -19,9 +19,15 @@ from ocmm_core.failure import contained
 from ocmm_core.host import HOST
 from ocmm_core.inspection.step._answer import StepAnswer
 from ocmm_core.inspection.step._document import read_document
+from ocmm_core.inspection.step._face_order import tolerances_of
 from ocmm_core.inspection.step._joined import surfaces_of
 from ocmm_core.inspection.step._part import part_of
-from ocmm_core.inspection.step._raw_faces import UnusableModelError, as_numbers, faces_of
+from ocmm_core.inspection.step._raw_faces import (
+    UnusableModelError,
+    as_numbers,
+    faces_of,
+    faces_with_surface,
+)
 from ocmm_core.part_model import model_to_bytes
 
 _MOST_BYTES = 1_500_000_000
@@ -92,8 +98,15 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     answer, part = StepAnswer(), b""
     if wanted.ball_radius > 0.0:
         faces, others = faces_of(document.shape, doing)
+        pmi, entities, words = tolerances_of(
+            Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
+            faces_with_surface(document.shape)[0], faces, doing,
+        )  # fmt: skip
         doing("placing targets")
-        answer = StepAnswer(surfaces=tuple(surfaces_of(faces, wanted.ball_radius)), others=others)
+        answer = StepAnswer(
+            surfaces=tuple(surfaces_of(faces, wanted.ball_radius)), others=others, pmi=pmi,
+            face_entities=entities, face_words=words,
+        )  # fmt: skip
     if wanted.source_sha256:
         part = model_to_bytes(part_of(document, (Path(path).name, wanted.source_sha256), doing))
         answer = msgspec.structs.replace(answer, part_bytes=len(part))
