@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from ocmm_core.inspection.pmi import Pmi
+
 Triple = tuple[float, float, float]
 
 
