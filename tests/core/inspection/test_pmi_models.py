@@ -242,8 +242,9 @@ def toleranced(path: Path, shape: Any) -> Path:
     zone.SetType(kinds.XCAFDimTolObjects_GeomToleranceType_Flatness)
     zone.SetValue(0.05)
     XCAFDoc_GeomTolerance.Set_s(label).SetObject(zone)
-    Interface_Static.SetIVal_s("write.step.schema", 5)
     writer = STEPCAFControl_Writer()
+    # AP242; the word is known once there is a writer.
+    Interface_Static.SetIVal_s("write.step.schema", 5)
     writer.SetDimTolMode(True)
     writer.Transfer(document)
     writer.Write(str(path))
