@@ -16,6 +16,7 @@ import msgspec
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.inspection.step._answer import StepAnswer
+from ocmm_core.inspection.step._request import StepRequest
 from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 
@@ -35,14 +36,14 @@ class Asking:
 
 
 def ask(
-    path: Path, ball_radius: float, with_part: bool, asking: Asking
+    path: Path, request: StepRequest | None, with_part: bool, asking: Asking
 ) -> tuple[StepAnswer, PartModel | None]:
     """Return what a process reads from a STEP file, and the part where it is wanted.
 
     Parameters
     ----------
-    ball_radius
-        mm; 0 where no features are wanted.
+    request
+        What targets are chosen by; None where no features are wanted.
 
     Raises
     ------
@@ -54,7 +55,7 @@ def ask(
         raise step_error(
             path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}."
         )
-    wanted = Wanted(ball_radius, hashlib.sha256(content).hexdigest() if with_part else "")
+    wanted = Wanted(request, hashlib.sha256(content).hexdigest() if with_part else "")
     del content
     context = multiprocessing.get_context("spawn")
     answer, asked = context.Pipe(duplex=False)
