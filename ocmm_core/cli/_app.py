@@ -28,6 +28,7 @@ from ocmm_core.cli.campaign import selftest_app
 from ocmm_core.cli.measure import (
     align_command,
     align_plan_command,
+    certificate_app,
     compare_command,
     plan_app,
     recall_command,
@@ -116,6 +117,7 @@ app.add_typer(probe_app, name="probe")
 app.add_typer(plan_app, name="plan")
 app.add_typer(audit_app, name="audit")
 app.add_typer(key_app, name="key")
+app.add_typer(certificate_app, name="certificate")
 app.add_typer(station_app, name="station")
 calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)

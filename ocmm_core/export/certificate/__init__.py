@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.certificate._artefact import artefact_text
+    from ocmm_core.export.certificate._artefact import Expansion, artefact_text
     from ocmm_core.export.certificate._content import (
         Certificate,
         CertificateLine,
@@ -37,13 +37,13 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefact="artefact_text",
+        _artefact="Expansion artefact_text",
         _content=(
             "Certificate CertificateLine CertificateRun CertificateValue Conformity "
             "certificate_facts open_certificate_clauses"
         ),
         _dcc="dcc_bytes",
-        _from_records="certificate_of_cameras certificate_of_tip",
+        _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
         _seal="check_dcc_seal write_certificate",
     )
@@ -56,9 +56,11 @@ __all__ = [
     "Conformity",
     "Dcc",
     "DccQuantity",
+    "Expansion",
     "artefact_text",
     "certificate_facts",
     "certificate_of_cameras",
+    "certificate_of_folder",
     "certificate_of_tip",
     "check_dcc_seal",
     "dcc_bytes",

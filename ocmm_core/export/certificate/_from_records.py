@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from pathlib import Path
 
 from ocmm_core.calibration.records import (
     ArtefactUse,
@@ -28,6 +29,24 @@ _NUMBER_DIGITS = 16
 _MM, _PX, _ONE = "\\milli\\metre", "\\one", "\\one"
 _VDI = "modelled on VDI/VDE 2634 part 1"
 _SPHERE = "modelled on ISO 10360-5 and ASME B89.4.22"
+
+
+def certificate_of_folder(folder: Path, paper: Paper, tip: str = "") -> Certificate:
+    """Return the paper of what the records in a folder are about.
+
+    Parameters
+    ----------
+    tip
+        Of the probe; empty for cameras.
+
+    Raises
+    ------
+    OcmmError
+        There are no such records, or they were changed.
+    """
+    if tip:
+        return certificate_of_tip(ProbeStore(folder), tip, paper)
+    return certificate_of_cameras(CalibrationStore(folder), paper)
 
 
 def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate:
