@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._from_records import (
         certificate_of_cameras,
+        certificate_of_folder,
         certificate_of_tip,
     )
     from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
