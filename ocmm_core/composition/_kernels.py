@@ -15,7 +15,7 @@ import numba
 _TYPES = {
     "f": numba.float64, "s": numba.float32, "i": numba.int64, "U": numba.uint64,
     "u": numba.uint8, "w": numba.uint16, "b": numba.boolean,
-    "c": numba.complex128,
+    "c": numba.complex128, "j": numba.int32, "v": numba.uint32,
 }  # fmt: skip
 
 # A letter is a number of that type. With a digit it is an array of so many dimensions: row by row
@@ -68,6 +68,11 @@ ocmm_core.features.zones._kernel
 ocmm_core.tolerances.monte_carlo._refit_kernel
     refit i f2 f i1 f2 f1 f2 f2 f1
 
+ocmm_core.inspection.reach._tree_kernel
+    grow f3 f2 i2 i1
+ocmm_core.inspection.reach._search_kernel
+    search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 b1 f2 i2 i1 i2 f1
+
 ocmm_core.tracking._reference_filter
     _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1
 ocmm_core.tracking.kernels._follow_kernel
@@ -114,6 +119,16 @@ ocmm_core.calibration.pivot._shape_kernel
     add_moments f3 f2 f2
     average_turned f3 f1 f2 f2
     fit_turns f2 f3 f3 f2 f1
+
+ocmm_core.rendering._raster_kernel
+    hides f2 j2 f1 f1 f
+    project_mesh f2 f2 u2 f2 f1 f2 s2
+    raster f2 s2 j2 j1 i i s2 f s2 j2 v2
+ocmm_core.rendering._line_kernel
+    blend_polygon f2 i f f s2 v2
+    draw_lines f2 j1 i i f i f f f s2 v2
+    draw_outline s2 i i f i f v2
+    merge_layers v2 v2 i i f f
 """
 
 Signature = tuple[Any, ...]

@@ -93,6 +93,15 @@ class JobDrawing:
     def __init__(self) -> None:
         self._kept: dict[str, tuple[FeatureView, _Look, tuple[Item, ...], Float]] = {}
         self._items: tuple[Item, ...] = ()
+        self._reach: dict[str, Float] = {}
+
+    def reach(self, name: str = "") -> Float:
+        """Return the places (n, 3) that a feature reaches, points wanted on it too; of all without.
+
+        They are those of the job that was drawn last.
+        """
+        places = [part for key, part in self._reach.items() if not name or key == name]
+        return np.concatenate([np.empty((0, 3)), *places])
 
     def items(self, job: JobView, theme: Theme, chosen: int = 0) -> tuple[tuple[Item, ...], Float]:
         """Return the same as `job_items`; the very tuple of before where nothing has changed.
@@ -100,7 +109,7 @@ class JobDrawing:
         ``chosen`` is the number of the point that is to be seen at once.
         """
         items: list[Item] = []
-        reach: list[Float] = [np.empty((0, 3))]
+        self._reach = {}
         touched = [feature for feature in job.features if feature.points]
         last = max((feature.points[-1].number for feature in touched), default=0)
         # The active feature comes first: its name has the right of way.
@@ -115,11 +124,14 @@ class JobDrawing:
             )
             own, places = self._known(feature, look)
             items += own
-            reach.append(places)
+            self._reach[feature.name] = places
         if len(items) != len(self._items) or not all(map(is_, items, self._items)):
             self._items = tuple(items)
-        reach += [target.surface_world[None] for target in _wanted(job)]
-        return self._items, np.concatenate(reach)
+        targets = [target.surface_world for target in active_targets(job)]
+        if targets:
+            before = self._reach.get(job.active, np.empty((0, 3)))
+            self._reach[job.active] = np.concatenate([before, np.stack(targets)])
+        return self._items, self.reach()
 
     def _known(self, feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:
         kept = self._kept.get(feature.name)
@@ -179,7 +191,7 @@ def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item
     return items
 
 
-def _wanted(job: JobView) -> tuple[Target, ...]:
+def active_targets(job: JobView) -> tuple[Target, ...]:
     """Return where the active feature still wants points."""
     return next((item.targets for item in job.features if item.name == job.active), ())
 
@@ -194,7 +206,7 @@ def target_items(
     """
     if job is None:
         return ()
-    others = [target.surface_world for target in _wanted(job)]
+    others = [target.surface_world for target in active_targets(job)]
     items: list[Item] = []
     if others:
         items.append(Dots(np.stack(others), theme.panel, 9.0, theme.accent))
