@@ -1,11 +1,14 @@
-"""The nominal part as its CAD model has it: trimmed faces, mesh, edges.
+"""The nominal part as its CAD model has it: trimmed faces, mesh, edges, and how near they are.
 
 In: a `PartModel` as the reader of STEP files makes it, or its bytes. Out: bytes, a file, and the
-same model from these, without the library that read it; or one sentence that says what is wrong.
+same model from these, without the library that read it, or one sentence that says what is wrong;
+and the nearest places of its faces to points.
 
-Read `_part_model` (what there is of a part), `_checked_model` (whether it holds together),
-`_model_file` (as bytes),
-`_spline_points` (points of a face). It must not know plans, features or pictures.
+Read `_part_model` (what there is of a part), `_checked_model` (whether it holds together) and
+`_model_file` (as bytes); `_spline_points` and `_spline` compute with one surface, `_trimming` with
+its outline, `_patches` bounds how near it can be, `_nearest` finds the nearest place of trimmed
+faces. `_nominal_face` is a face as a plan holds it.
+It must not know plans, features or pictures.
 """
 
 from __future__ import annotations
@@ -24,6 +27,17 @@ if TYPE_CHECKING:
         read_model_file,
         write_model_file,
     )
+    from ocmm_core.part_model._nearest import (
+        EDGE_MM,
+        RIVAL_MM,
+        STRETCH,
+        Feet,
+        SearchedFace,
+        followed_feet,
+        nearest_feet,
+        searched_face,
+    )
+    from ocmm_core.part_model._nominal_face import NominalFace, face_fault, nominal_face, searched
     from ocmm_core.part_model._part_model import (
         NO_COLOUR,
         ModelFace,
@@ -32,6 +46,7 @@ if TYPE_CHECKING:
         SplineSurface,
         Triangles,
     )
+    from ocmm_core.part_model._spline import bezier_surface, normals_at, places_at
     from ocmm_core.part_model._spline_points import spline_frames, spline_points
 else:
     __getattr__ = door(
@@ -41,24 +56,44 @@ else:
             "LARGEST_MODEL MODEL_ENDING model_from_bytes model_to_bytes read_model_file "
             "write_model_file"
         ),
+        _nearest=(
+            "EDGE_MM Feet RIVAL_MM STRETCH SearchedFace followed_feet nearest_feet searched_face"
+        ),
+        _nominal_face="NominalFace face_fault nominal_face searched",
         _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles",
+        _spline="bezier_surface normals_at places_at",
         _spline_points="spline_frames spline_points",
     )
 
 __all__ = [
+    "EDGE_MM",
     "LARGEST_MODEL",
     "MODEL_ENDING",
     "MOST_FACES",
     "MOST_TRIANGLES",
     "NO_COLOUR",
+    "RIVAL_MM",
+    "STRETCH",
+    "Feet",
     "ModelFace",
+    "NominalFace",
     "PartModel",
     "PlacedPart",
+    "SearchedFace",
     "SplineSurface",
     "Triangles",
+    "bezier_surface",
+    "face_fault",
+    "followed_feet",
     "model_from_bytes",
     "model_to_bytes",
+    "nearest_feet",
+    "nominal_face",
+    "normals_at",
+    "places_at",
     "read_model_file",
+    "searched",
+    "searched_face",
     "spline_frames",
     "spline_points",
     "write_model_file",

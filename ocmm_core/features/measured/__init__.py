@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         actual_features,
     )
     from ocmm_core.features.measured._construct import (
+        Bisector,
         Construction,
         FitThrough,
         Intersection,
@@ -63,8 +64,8 @@ else:
         __name__,
         _actual="ActualFeature ResidualSlopes Touches actual_features",
         _construct=(
-            "Construction FitThrough Intersection Midpoint Offset PartOf in_order needed_features "
-            "probed_features"
+            "Bisector Construction FitThrough Intersection Midpoint Offset PartOf in_order "
+            "needed_features probed_features"
         ),
         _construct_checks="AXIAL CENTRED LONG construction_fault shapes_with",
         _construct_geometry="gauge_point",
@@ -89,6 +90,7 @@ __all__ = [
     "POSITION_LIMIT",
     "SIZE_LIMIT",
     "ActualFeature",
+    "Bisector",
     "Certificate",
     "Construction",
     "Convention",

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import msgspec
 
+from ocmm_core.inspection.pmi import Pmi
+
 Triple = tuple[float, float, float]
 
 
@@ -49,6 +51,11 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Its shape, place and size.
     targets
         mm, on the trimmed faces, each as far as can be from those before it.
+    held
+        How the probe is held at each target: rotation vector, rad, frame of the model from that of
+        the probe. Empty where nobody asked.
+    ways
+        mm: straight way along the normal that is free at each target.
     against
         Why it is no feature to begin with, as a part of a sentence; empty where it is one.
     numbers
@@ -57,6 +64,8 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     face: StepFace
     targets: tuple[Triple, ...] = ()
+    held: tuple[Triple, ...] = ()
+    ways: tuple[float, ...] = ()
     against: str = ""
     numbers: tuple[int, ...] = ()
 
@@ -72,6 +81,12 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         Those of the model; none where there is a fault.
     others
         How many faces have another kind of surface, by its word.
+    pmi
+        What the file says of tolerances.
+    face_entities
+        Number in the file of faces, by their own number.
+    face_words
+        Kind of surface of all faces of the file, by their number there.
     fault
         What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
     remedy
@@ -85,6 +100,9 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     doing: str = ""
     surfaces: tuple[StepSurface, ...] = ()
     others: dict[str, int] = msgspec.field(default_factory=dict)
+    pmi: Pmi | None = None
+    face_entities: dict[int, int] = msgspec.field(default_factory=dict)
+    face_words: dict[int, str] = msgspec.field(default_factory=dict)
     fault: str = ""
     remedy: str = ""
     part_bytes: int = 0

@@ -42,11 +42,14 @@ class StepDocument:
         `TDocStd_Document`.
     said
         By the face without its place.
+    reader
+        `STEPControl_Reader`, which knows the entities that shapes were made of.
     """
 
     shape: Any
     document: Any
     said: dict[SameShape, Said]
+    reader: Any = None
 
     def about(self, face: Any) -> Said:
         """Return what the file says of a face of ``shape``."""
@@ -91,7 +94,7 @@ def read_document(path: str, doing: Callable[[str], None]) -> StepDocument:
     shapes.GetFreeShapes(free)
     whole = _together([static(shapes, "GetShape")(label) for label in _items(free)])
     doing("names, colours and layers")
-    return StepDocument(whole, document, _all_said(document, shapes))
+    return StepDocument(whole, document, _all_said(document, shapes), reader)
 
 
 def _together(shapes: list[Any]) -> Any:

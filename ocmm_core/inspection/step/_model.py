@@ -4,14 +4,16 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface
+from ocmm_core.inspection.pmi import Pmi
+from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface, Triple
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
+from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.part_model import PartModel
 
 USUAL_BALL_MM = 6.0
@@ -31,10 +33,33 @@ class LeftOut:
         What it would be; without targets.
     why
         Part of a sentence.
+    faces
+        Numbers of its faces, see `ModelFace`.
     """
 
     feature: NominalFeature
     why: str
+    faces: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """How the targets of a feature are touched.
+
+    Attributes
+    ----------
+    faces
+        Numbers of the faces that the feature is made of, see `ModelFace`.
+    held
+        For each target how the probe is held: rotation vector, rad, frame of the model from that
+        of the probe. Empty where nobody asked.
+    ways
+        mm: straight way along the normal that is free at each target.
+    """
+
+    faces: tuple[int, ...] = ()
+    held: tuple[Triple, ...] = ()
+    ways: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +76,25 @@ class StepModel:
         How many faces have another kind of surface, by its word.
     part
         The part itself, where it was asked for; its faces name the features that they belong to.
+    pmi
+        What the file says of tolerances; None where it was not read.
+    faces
+        Names of the surfaces (of both lists) that a face of the file is in, by its number there;
+        several where a part stands in an assembly more than once.
+    face_words
+        Kind of surface of every face of the file, by its number there.
+    reached
+        For each of ``features`` how its targets are touched.
     """
 
     features: tuple[NominalFeature, ...]
     left_out: tuple[LeftOut, ...]
     others: dict[str, int]
     part: PartModel | None = None
+    pmi: Pmi | None = None
+    faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    face_words: dict[int, str] = field(default_factory=dict)
+    reached: tuple[Reached, ...] = ()
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -72,6 +110,7 @@ def read_model(
     given_up: Callable[[], bool] = lambda: False,
     progress: Callable[[str], None] = lambda _: None,
     with_part: bool = False,
+    request: StepRequest | None = None,
 ) -> StepModel:
     """Return the planes, cylinders, cones, spheres and tori of a model, in its own frame.
 
@@ -91,6 +130,9 @@ def read_model(
         Told what is being read, as a part of a sentence.
     with_part
         The part is made, too.
+    request
+        Probe, cameras and placement, by which targets are chosen; its ball goes before ``ball_mm``.
+        Without it the ball alone is asked whether it has room.
 
     Raises
     ------
@@ -100,7 +142,10 @@ def read_model(
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)
-    said, part = ask(path, 0.5 * ball_mm, with_part, asking)
+    request = request or StepRequest(ball_mm=ball_mm)
+    # What is wrong with its documents is said here and not by another process.
+    setting_of(request)
+    said, part = ask(path, request, with_part, asking)
     return _model(path, said, part)
 
 
@@ -116,7 +161,7 @@ def read_part(
     those of `read_model`.
     """
     path = Path(path)
-    _, part = ask(path, 0.0, True, Asking(timeout_s, given_up, progress))
+    _, part = ask(path, None, True, Asking(timeout_s, given_up, progress))
     if part is None:
         raise step_error(path, "no part was made of it", REMEDY)
     return part
@@ -141,12 +186,23 @@ def _model(path: Path, said: StepAnswer, part: PartModel | None) -> StepModel:
         feature = _feature(surface, f"{shape.upper()}_{counts[shape]}")
         owners.update(dict.fromkeys(surface.numbers, feature.name))
         if surface.against:
-            left_out.append(LeftOut(feature, surface.against))
+            left_out.append(LeftOut(feature, surface.against, surface.numbers))
         else:
             features.append(feature)
     return StepModel(
-        tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners)
-    )
+        tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
+        _in_file(owners, said.face_entities), said.face_words,
+        tuple(Reached(one.numbers, one.held, one.ways) for one in chosen),
+    )  # fmt: skip
+
+
+def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tuple[str, ...]]:
+    """Return the surfaces that each face of the file is in, by its number there."""
+    found: dict[int, tuple[str, ...]] = {}
+    for number, entity in entities.items():
+        if number in owners:
+            found[entity] = (*found.get(entity, ()), owners[number])
+    return found
 
 
 def _with_owners(part: PartModel | None, owners: dict[int, str]) -> PartModel | None:

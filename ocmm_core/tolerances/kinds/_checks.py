@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.part_model import face_fault
 from ocmm_core.tolerances.kinds._registry import KINDS
 from ocmm_core.tolerances.kinds._shape_groups import ALL
 from ocmm_core.tolerances.kinds._spec import Asked, Fault, KindSpec
@@ -44,7 +45,7 @@ def characteristic_fault(
     fault = _names_fault(asked, spec) or _limits_fault(item, spec)
     if fault is None and item.association:
         fault = spec.association_fault(asked)
-    for check in (_axis_fault, _zone_fault, _number_fault, _known_fault):
+    for check in (_axis_fault, _zone_fault, _number_fault, _known_fault, _faces_fault):
         fault = fault or check(asked, spec)
     for own in spec.checks:
         fault = fault or own(asked)
@@ -137,6 +138,18 @@ def _number_fault(asked: Asked, spec: KindSpec) -> Fault | None:
         return "offset", "goes with profiles only"
     if item.at and not ("at" in spec.takes and item.datums):
         return "at", "goes with the diameter of a cone only"
+    return None
+
+
+def _faces_fault(asked: Asked, spec: KindSpec) -> Fault | None:
+    faces = asked.item.faces
+    if faces and "faces" not in spec.takes:
+        return "faces", "go with the profile of a surface only"
+    for place, face in enumerate(faces):
+        if fault := face_fault(face):
+            return f"faces[{place}]", f"is no face of a model: {fault}"
+    if faces and not asked.item.datums and not asked.aligned:
+        return "faces", "need datums or an alignment, which say where the model is"
     return None
 
 

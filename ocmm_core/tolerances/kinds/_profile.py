@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from ocmm_core.alignment import AnyAlignment
+from ocmm_core.errors import FitError
 from ocmm_core.features.measured import ActualFeature
 from ocmm_core.features.shapes import DIRECTION, Shape, nominal_geometry
 from ocmm_core.geometry import Float, unit
@@ -17,9 +18,11 @@ from ocmm_core.tolerances.zones import (
     Characteristic,
     Evaluation,
     Frames,
+    ModelSurface,
     Surface,
     SurfacePoints,
     ZoneFrame,
+    free_frame,
     surface_points,
     surface_zone,
 )
@@ -42,6 +45,8 @@ def profile(
     FitError
         A feature has no points of its own, or the datums do not hold.
     """
+    if characteristic.faces:
+        return _against_model(characteristic, actual, frames)
     frame = frames.of_datums(characteristic.datums, characteristic.features)
     surfaces = [
         _surface(surface_points(actual[name]), frame, characteristic.offset)
@@ -51,6 +56,41 @@ def profile(
     if characteristic.offset:
         return replace(found, note=f"Zone offset by {characteristic.offset:+.4f} mm (UZ).")
     return found
+
+
+def _against_model(
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature], frames: Frames
+) -> Evaluation:
+    """Return the profile against faces of the model: of ball centres, less the ball.
+
+    Without datums it is where the greatest distance is smallest, from the part frame on.
+    """
+    features = [actual[name] for name in characteristic.features]
+    surface = ModelSurface(features, characteristic.faces, characteristic.offset)
+    count = len(surface.places)
+    if characteristic.datums:
+        frame = frames.of_datums(characteristic.datums, characteristic.features)
+        needed = frame.motions.shape[1] + 1
+    else:
+        part = frames.of_part(characteristic.name).T_frame_from_world
+        frame, needed = free_frame(part, surface.world.mean(axis=0)), 7
+    if count < needed:
+        raise FitError(
+            "characteristic.few_points",
+            f"{characteristic.name} has {count} points, which any surface fits: its place is open "
+            f"in {needed - 1} motions.",
+            "Take more points, or name datums.",
+        )
+    numbers = ", ".join(str(face.number) for face in characteristic.faces)
+    note = f"Against face{'s' if len(characteristic.faces) > 1 else ''} {numbers} of the model."
+    if characteristic.offset:
+        note += f" Zone offset by {characteristic.offset:+.4f} mm (UZ)."
+    return replace(surface_zone([surface], frame), note=note)
+
+
+def _from_part_frame(characteristic: Characteristic) -> bool:
+    """Return whether the alignment says where the search for the smallest zone begins."""
+    return bool(characteristic.faces) and not characteristic.datums
 
 
 def _surface(measured: SurfacePoints, frame: ZoneFrame, offset: float) -> Surface:
@@ -102,7 +142,8 @@ KINDS = (
         shapes=OF_A_SURFACE,
         features=(1, 1000),
         datums=(0, 3),
-        takes=frozenset({"offset"}),
+        takes=frozenset({"faces", "offset"}),
+        in_part=_from_part_frame,
         datums_make_frame=True,
         own_form=True,
         probed="all",

@@ -216,7 +216,7 @@ class KindSpec:
     features: tuple[int, int] = (1, 1)
     datums: tuple[int, int] = (0, 0)
     datum_shapes: tuple[Shape, ...] = ALL
-    takes: frozenset[Literal["axis", "at", "length", "modifier", "offset"]] = frozenset()
+    takes: frozenset[Literal["axis", "at", "faces", "length", "modifier", "offset"]] = frozenset()
     zones: tuple[Zone, ...] = ()
     zone_of: Callable[[Characteristic | None, Shape | None, tuple[Shape, ...]], Zone] | None = None
     association_fault: Check = no_association

@@ -4,7 +4,8 @@ In: measured features and the frame. Out: widths of zones, axes and centres, loc
 its gradient by the points.
 
 Read `_characteristic` (what a plan says) and `_evaluation` (what is known before uncertainty),
-then `_surface` (points under the ball), `_derived` (centres, axes), `_zone_frame` and
+then `_surface` (points under the ball), `_model_surface` (ball centres against faces of the
+model), `_derived` (centres, axes), `_zone_frame` and
 `_frames` (where a zone stands), `_zones`, `_minimax` and `_associated` (smallest ones),
 `_two_point` (local sizes), `_points` (how many points are enough).
 It is the first room of tolerances and must not know a single kind.
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked
     from ocmm_core.tolerances.zones._frames import Frames, HeldFrame, Keep, no_part_frame
+    from ocmm_core.tolerances.zones._model_surface import ModelSurface
     from ocmm_core.tolerances.zones._points import points_note
     from ocmm_core.tolerances.zones._surface import (
         SurfacePoints,
@@ -50,6 +52,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.zones._zones import (
         DerivedPoint,
         Surface,
+        TouchedSurface,
         derived_zone,
         form_noise,
         surface_zone,
@@ -66,11 +69,15 @@ else:
         ),
         _evaluation="Evaluation FormNoise Ranked",
         _frames="Frames HeldFrame Keep no_part_frame",
+        _model_surface="ModelSurface",
         _points="points_note",
         _surface="SurfacePoints kept_offset least_squares own_fit surface_points",
         _two_point="across_slot around between_faces",
         _zone_frame="BEST_FIT ZoneFrame free_frame moved_geometry",
-        _zones="DerivedPoint Surface derived_zone form_noise surface_zone vector_evaluation",
+        _zones=(
+            "DerivedPoint Surface TouchedSurface derived_zone form_noise surface_zone "
+            "vector_evaluation"
+        ),
     )
 
 __all__ = [
@@ -86,10 +93,12 @@ __all__ = [
     "Frames",
     "HeldFrame",
     "Keep",
+    "ModelSurface",
     "Ranked",
     "Section",
     "Surface",
     "SurfacePoints",
+    "TouchedSurface",
     "ZoneFrame",
     "across_slot",
     "around",

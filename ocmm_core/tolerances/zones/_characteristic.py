@@ -6,6 +6,8 @@ from typing import Literal
 
 import msgspec
 
+from ocmm_core.part_model import NominalFace
+
 Association = Literal[
     "",
     "least squares",
@@ -64,6 +66,9 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     at
         mm: distance from the datum plane, along its normal, at which the diameter of a cone is
         taken.
+    faces
+        Of the model, for the profile of a surface: what every ball centre is held against. Without
+        them it is the nominal surface of each feature.
     """
 
     name: str
@@ -81,3 +86,4 @@ class Characteristic(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     length: float = 0.0
     offset: float = 0.0
     at: float = 0.0
+    faces: tuple[NominalFace, ...] = ()

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -26,6 +27,54 @@ _FOLLOWED = 1e-7
 """Effect of a motion, against the strongest, below which it does nothing."""
 _SETTLED = 1e-5
 """Motion, mm, after which the small motions of the program are taken anew about the new place."""
+
+
+class TouchedSurface(Protocol):
+    """Touches of a surface and what it should be."""
+
+    @property
+    def world(self) -> Float:
+        """Return the places (n, 3), mm, world, whose distances count."""
+        ...
+
+    @property
+    def places(self) -> Sequence[int]:
+        """Return what rows call the points."""
+        ...
+
+    def deviations(self, points: Float) -> tuple[Float, Float]:
+        """Return deviations (n,), mm, from true geometry, and their normals (n, 3).
+
+        Parameters
+        ----------
+        points
+            (n, 3): `world` in the frame of the zone.
+        """
+        ...
+
+    def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
+        """Return the same where the zone has come to rest; FitError where it is no number.
+
+        Parameters
+        ----------
+        rotation
+            (3, 3): from the world to the frame of the zone.
+        """
+        ...
+
+    def pull_back(self, weights: Float, normals: Float) -> Rows:
+        """Return the gradient, one row, of the sum of every place times its weight.
+
+        Parameters
+        ----------
+        weights, normals
+            (n, 3), world.
+        """
+        ...
+
+    def by_radius(self, normals: Float) -> Float:
+        """Return how deviations (n,) answer to the ball; normals (n, 3) are those in the world."""
+        ...
 
 
 @dataclass(frozen=True, slots=True)
@@ -47,6 +96,34 @@ class Surface:
     nominal: Float
     offset: float = 0.0
 
+    @property
+    def world(self) -> Float:
+        """Return the contact points (n, 3), mm, world."""
+        return self.measured.points
+
+    @property
+    def places(self) -> Sequence[int]:
+        """Return what rows call the points."""
+        return own_fit(self.measured.feature)[0].places
+
+    def deviations(self, points: Float) -> tuple[Float, Float]:
+        """Return deviations (n,), mm, and normals (n, 3) of points in the frame of the zone."""
+        distance, normal = nominal_distances(self.shape, self.nominal, points)
+        return distance - _outwards(self) * self.offset, normal
+
+    def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
+        """Return the same: an element has one nearest place everywhere."""
+        return self.deviations(points)
+
+    def pull_back(self, weights: Float, normals: Float) -> Rows:
+        """Return the gradient of the sum of every contact point times its weight (n, 3), world."""
+        return self.measured.pull_back(weights)
+
+    def by_radius(self, normals: Float) -> Float:
+        """Return how deviations (n,) answer to the ball."""
+        answers: Float = -np.sum(normals * self.measured.normals, axis=1)
+        return answers
+
 
 @dataclass(frozen=True, slots=True)
 class DerivedPoint:
@@ -64,16 +141,26 @@ class DerivedPoint:
     by_coordinates: Rows
 
 
-def surface_zone(surfaces: Sequence[Surface], frame: ZoneFrame) -> Evaluation:
-    """Return twice the greatest distance of surface points from true geometry."""
-    worlds = [surface.measured.points for surface in surfaces]
+def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evaluation:
+    """Return twice the greatest distance of surface points from true geometry.
 
-    def distances(at: ZoneFrame) -> tuple[Float, Float, Float]:
+    Raises
+    ------
+    FitError
+        The search does not come to rest, or a distance is none to measure with.
+    """
+    worlds = [surface.world for surface in surfaces]
+
+    def distances(at: ZoneFrame, *, checked: bool = False) -> tuple[Float, Float, Float]:
         values, normals = [], []
         for surface, world in zip(surfaces, worlds, strict=True):
             points = at.T_frame_from_world.apply(world)
-            distance, normal = nominal_distances(surface.shape, surface.nominal, points)
-            values.append(distance - _outwards(surface) * surface.offset)
+            distance, normal = (
+                surface.checked(points, at.T_frame_from_world.rotation)
+                if checked
+                else surface.deviations(points)
+            )
+            values.append(distance)
             normals.append(normal)
         at_points = at.T_frame_from_world.apply(np.vstack(worlds))
         return np.concatenate(values), np.vstack(normals), at_points
@@ -94,20 +181,19 @@ def surface_zone(surfaces: Sequence[Surface], frame: ZoneFrame) -> Evaluation:
         if not len(scale) or float(np.abs(smallest.motion).max()) < _SETTLED:
             break
 
-    values, normals, points = distances(frame)
-    weights = 2.0 * smallest.shares[:, None] * normals
+    values, normals, points = distances(frame, checked=True)
+    normals_world = normals @ frame.T_frame_from_world.rotation
+    weights = 2.0 * smallest.shares[:, None] * normals_world
     twists = np.hstack([np.cross(points, normals), normals])
     gradient = 2.0 * smallest.shares @ twists @ frame.by_coordinates
     first = 0
     for surface in surfaces:
-        own = slice(first, first + len(surface.measured.points))
+        own = slice(first, first + len(surface.world))
         first = own.stop
-        gradient = gradient + surface.measured.pull_back(
-            weights[own] @ frame.T_frame_from_world.rotation
-        )
+        gradient = gradient + surface.pull_back(weights[own], normals_world[own])
     free = twists @ frame.motions
     rows = twists @ frame.by_coordinates
-    rows += _by_own_points(surfaces, normals @ frame.T_frame_from_world.rotation)
+    rows += _by_own_points(surfaces, normals_world)
     return Evaluation(
         2.0 * smallest.value,
         gradient,
@@ -144,12 +230,15 @@ def form_noise(distances: Float, by_coordinates: Rows, free: Float) -> FormNoise
     )
 
 
-def _by_own_points(surfaces: Sequence[Surface], normals: Float) -> Rows:
+def _by_own_points(surfaces: Sequence[TouchedSurface], normals: Float) -> Rows:
     """Return how distances answer to their own ball centres and the ball, n rows."""
-    touched = [own_fit(surface.measured.feature)[0].places for surface in surfaces]
-    outward = np.vstack([surface.measured.normals for surface in surfaces])
-    own = Rows.of_own_points([place for places in touched for place in places], normals)
-    return own.with_radius(-np.sum(normals * outward, axis=1))
+    places = [place for surface in surfaces for place in surface.places]
+    by_radius, first = [], 0
+    for surface in surfaces:
+        own = slice(first, first + len(surface.world))
+        first = own.stop
+        by_radius.append(surface.by_radius(normals[own]))
+    return Rows.of_own_points(places, normals).with_radius(np.concatenate(by_radius))
 
 
 def derived_zone(

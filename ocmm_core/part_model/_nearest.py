@@ -1,0 +1,492 @@
+"""The nearest point of trimmed faces, exactly, and when it is none to measure with.
+
+Boxes around flat pieces of the surface say how near each piece can be (`_patches`). From the most
+promising one Newton's method goes to a foot; every piece whose box is not farther than that foot
+and a rival's margin is tried, too, so that a nearer place of another face, or of the other side of
+a fold, is not missed. What is left out is farther by proof.
+
+At a foot the arm of the point is square to both tangents. Newton's step is that of half the square
+of the distance; where its matrix is not positive definite (beyond a centre of curvature) the
+products of the tangents take its place, steps that do not come nearer are shortened, and a side of
+the surface holds what would leave it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, Int, Points3
+from ocmm_core.part_model._part_model import ModelFace
+from ocmm_core.part_model._patches import Patches, patches_of
+from ocmm_core.part_model._spline import (
+    BezierSurface,
+    Derivatives,
+    bezier_surface,
+    curvatures_at,
+    derivatives_at,
+    normals_at,
+)
+from ocmm_core.part_model._trimming import Trimming, trimming_of
+
+RIVAL_MM = 0.1
+"""A second foot that is not farther than the first by more leaves open which one was touched."""
+EDGE_MM = 0.05
+"""A foot nearer to an edge than this is on it: outlines are no more exact."""
+STRETCH = 0.1
+"""Least part of a shift along the surface that arrives at the foot, seen from the point."""
+
+_STEPS = 60
+_SETTLED = 1e-9
+"""Step of a foot, as part of the size of the surface, after which it stays: what is left of Newton's
+step is its square, and a distance answers to the square of that."""
+_SAME = 1e-4
+"""mm: feet that are nearer to each other are one."""
+_CHUNK = 512
+
+Bool = np.ndarray[tuple[int], np.dtype[np.bool_]]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class SearchedFace:
+    """A face made ready for the search: its surface, outline and pieces inside the outline."""
+
+    number: int
+    outward: bool
+    surface: BezierSurface
+    trimming: Trimming
+    patches: Patches
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Feet:
+    """The nearest places of faces to n points.
+
+    Attributes
+    ----------
+    faces
+        (n,): places in the faces that were searched; -1 where only an edge is near.
+    parameters
+        (n, 2): of the foot on the surface of its face.
+    feet
+        (n, 3), mm.
+    normals
+        (n, 3), unit: out of the material; on an edge towards the point.
+    distances
+        (n,), mm: positive outside the material. Of the trimmed face, also where the foot is on an
+        edge; the sign there is that of the face beside it.
+    curvatures
+        (n, 2), 1/mm: positive where the material bends away (a shaft).
+    edge_gaps
+        (n,), mm: from the foot to the nearest edge.
+    rivals
+        (n,), mm: how much farther the next foot is; infinite without one within `RIVAL_MM`.
+    on_edge
+        (n,): the nearest place is on an edge, or not told from one.
+    stretches
+        (n,): part of a shift of the point along the surface that its foot does not follow inversely:
+        one plus distance times curvature, the least; zero in a centre of curvature.
+    """
+
+    faces: Int
+    parameters: Float
+    feet: Points3
+    normals: Points3
+    distances: Float
+    curvatures: Float
+    edge_gaps: Float
+    rivals: Float
+    on_edge: Bool
+    stretches: Float
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Return why a distance is none to measure with, for each point; empty where it is."""
+        return tuple(
+            "the nearest place is on an edge of the face"
+            if edge
+            else "two places of the face are nearly as near"
+            if rival <= RIVAL_MM
+            else "the point is near or beyond the centre of curvature of the face"
+            if stretch < STRETCH
+            else ""
+            for edge, rival, stretch in zip(self.on_edge, self.rivals, self.stretches, strict=True)
+        )
+
+
+def searched_face(face: ModelFace) -> SearchedFace:
+    """Return a face made ready for `nearest_feet`.
+
+    Raises
+    ------
+    InputError
+        The model holds no surface of it, or one that is no spline.
+    """
+    if face.spline is None:
+        raise InputError(
+            "model.no_surface",
+            f"The model holds no surface of face {face.number}.",
+            "Choose another face, or export the model with surfaces.",
+        )
+    surface = bezier_surface(face.spline)
+    trimming = trimming_of(surface, face.loops)
+    patches = patches_of(surface)
+    inside = trimming.crosses(patches.low, patches.high)
+    inside |= trimming.holds(0.5 * (patches.low + patches.high))
+    return SearchedFace(
+        face.number, face.outward, surface, trimming, patches.kept(np.flatnonzero(inside))
+    )
+
+
+def nearest_feet(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
+    """Return the nearest places of trimmed faces.
+
+    Parameters
+    ----------
+    points
+        (n, 3), mm, frame of the model.
+    faces
+        At least one.
+
+    Raises
+    ------
+    InputError
+        A point is not finite, or there is no face.
+    """
+    points = np.asarray(points, dtype=np.float64).reshape(-1, 3)
+    if not faces or not np.all(np.isfinite(points)):
+        raise InputError(
+            "model.nearest",
+            "A nearest place is asked for without a face, or of a point that is not finite.",
+            "Name at least one face of the model.",
+        )
+    chunks = [
+        _nearest(points[first : first + _CHUNK], faces)
+        for first in range(0, max(len(points), 1), _CHUNK)
+    ]
+    names = Feet.__dataclass_fields__
+    return Feet(*(np.concatenate([getattr(chunk, name) for chunk in chunks]) for name in names))
+
+
+def followed_feet(points: Points3, faces: Sequence[SearchedFace], before: Feet) -> Feet:
+    """Return the feet of points that moved a little, from their feet before.
+
+    For the steps of a search: it looks at no other face and asks nothing of edges and rivals, and
+    its result is to be checked by `nearest_feet`. What had no foot inside is searched for again.
+    """
+    lost = np.flatnonzero(before.faces < 0)
+    found = {name: getattr(before, name).copy() for name in Feet.__dataclass_fields__}
+    for i, face in enumerate(faces):
+        rows = np.flatnonzero(before.faces == i)
+        if not len(rows):
+            continue
+        at, feet = _newton(face.surface, points[rows], before.parameters[rows])
+        normals = normals_at(face.surface, at) * (1.0 if face.outward else -1.0)
+        found["parameters"][rows], found["feet"][rows], found["normals"][rows] = at, feet, normals
+        found["distances"][rows] = np.einsum("ni,ni->n", points[rows] - feet, normals)
+    if len(lost):
+        again = nearest_feet(points[lost], faces)
+        for name in found:
+            found[name][lost] = getattr(again, name)
+    return Feet(**found)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Found:
+    """Feet that were found: k rows of point, face, parameters, place and distance."""
+
+    points: Int
+    faces: Int
+    parameters: Float
+    feet: Float
+    distances: Float
+
+    @classmethod
+    def joined(cls, parts: Sequence[_Found]) -> _Found:
+        return cls(*(np.concatenate([getattr(part, name) for part in parts])
+                     for name in cls.__dataclass_fields__))  # fmt: skip
+
+
+def _nearest(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
+    n = len(points)
+    edge, edge_place, edge_face = _edges_near(points, faces)
+    # First of each face its nearest piece, which gives a distance that others must come below.
+    least = [_bounds(points, face) for face in faces]
+    found = [_first(points, i, face, bounds) for i, (face, bounds) in enumerate(zip(faces, least))]
+    best = edge.copy()
+    for own in found:
+        np.minimum.at(best, own.points, own.distances)
+    margin = best + RIVAL_MM
+    found += [
+        _others(points, i, face, bounds, margin)
+        for i, (face, bounds) in enumerate(zip(faces, least))
+    ]
+    all_feet = _Found.joined(found)
+    order = np.lexsort((all_feet.distances, all_feet.points))
+    all_feet = _Found(*(getattr(all_feet, name)[order] for name in _Found.__dataclass_fields__))
+    firsts = np.full(n, -1)
+    firsts[all_feet.points[::-1]] = np.arange(len(order))[::-1]
+    has = firsts >= 0
+    return _feet(points, faces, all_feet, firsts, has, (edge, edge_place, edge_face))
+
+
+def _feet(
+    points: Points3,
+    faces: Sequence[SearchedFace],
+    found: _Found,
+    firsts: Int,
+    has: Bool,
+    edges: tuple[Float, Float, Int],
+) -> Feet:
+    n = len(points)
+    edge, edge_place, edge_face = edges
+    number = np.where(has, found.faces[firsts] if len(found.faces) else 0, -1).astype(np.int64)
+    parameters = np.full((n, 2), np.nan)
+    feet, distances = edge_place.copy(), edge.copy()
+    own = firsts[has]
+    parameters[has], inner = found.parameters[own], found.distances[own]
+    # Nearer than every foot inside: an edge. A foot on the edge itself is as near.
+    nearer = np.zeros(n, dtype=bool)
+    nearer[has] = edge[has] < inner - 1e-9
+    use = has.copy()
+    use[has] &= ~nearer[has]
+    feet[use], distances[use] = found.feet[firsts[use]], found.distances[firsts[use]]
+    number[~use] = -1
+    normals, curvatures = np.zeros((n, 3)), np.full((n, 2), np.nan)
+    gaps = np.zeros(n)
+    for i, face in enumerate(faces):
+        rows = np.flatnonzero(use & (number == i))
+        if not len(rows):
+            continue
+        sign = 1.0 if face.outward else -1.0
+        normals[rows] = sign * normals_at(face.surface, parameters[rows])
+        curvatures[rows] = curvatures_at(face.surface, parameters[rows], normals[rows])
+        gaps[rows] = face.trimming.nearest_edge(feet[rows])[0]
+    arms = points - feet
+    side = np.einsum("ni,ni->n", arms, normals)
+    for row in np.flatnonzero(~use):
+        normals[row], side[row] = _beside_edge(points[row], faces[edge_face[row]], feet[row])
+    signed = np.where(side < 0.0, -distances, distances)
+    stretches = np.min(1.0 + signed[:, None] * curvatures, axis=1)
+    rivals = _rivals(found, firsts, use, n)
+    # An edge elsewhere that is nearly as near. Beside a foot on a flat face it lies within what
+    # the circle about the point allows.
+    near_edge = np.linalg.norm(edge_place - feet, axis=1)
+    usual = 1.5 * np.sqrt(2.0 * distances * RIVAL_MM + RIVAL_MM**2)
+    elsewhere = use & (edge - distances < RIVAL_MM) & (near_edge > usual)
+    rivals[elsewhere] = np.minimum(rivals[elsewhere], np.maximum(edge - distances, 0.0)[elsewhere])
+    return Feet(
+        number, parameters, feet, normals, signed, curvatures, gaps, rivals,
+        ~use | (gaps < EDGE_MM), np.where(use, stretches, 0.0),
+    )  # fmt: skip
+
+
+def _rivals(found: _Found, firsts: Int, use: Bool, n: int) -> Float:
+    rivals = np.full(n, np.inf)
+    rows = np.flatnonzero(use[found.points])
+    point = found.points[rows]
+    first = firsts[point]
+    apart = np.linalg.norm(found.feet[rows] - found.feet[first], axis=1) > _SAME
+    more = found.distances[rows] - found.distances[first]
+    near = apart & (more <= RIVAL_MM)
+    np.minimum.at(rivals, point[near], more[near])
+    return rivals
+
+
+def _beside_edge(point: Float, face: SearchedFace, foot: Float) -> tuple[Float, float]:
+    """Return a direction from an edge to a point, out of the material, and on which side it is."""
+    start = _place_near(face, foot)
+    normal = normals_at(face.surface, start[None])[0] * (1.0 if face.outward else -1.0)
+    arm = point - foot
+    side = float(arm @ normal)
+    length = float(np.linalg.norm(arm))
+    if length < 1e-12:
+        return normal, 0.0
+    return arm / length * (1.0 if side >= 0.0 else -1.0), side
+
+
+def _place_near(face: SearchedFace, place: Float) -> Float:
+    patches = face.patches
+    if not len(patches.low):
+        return 0.5 * (face.surface.low + face.surface.high)
+    all_ = np.arange(len(patches.low))
+    bounds = patches.at_least(np.broadcast_to(place, (len(all_), 3)), all_)
+    start = np.argmin(bounds)
+    middle = 0.5 * (patches.low[start] + patches.high[start])
+    found: Float = _newton(face.surface, place[None], middle[None])[0][0]
+    return found
+
+
+def _edges_near(points: Points3, faces: Sequence[SearchedFace]) -> tuple[Float, Float, Int]:
+    distance = np.full(len(points), np.inf)
+    place, owner = np.full((len(points), 3), np.inf), np.zeros(len(points), dtype=np.int64)
+    for i, face in enumerate(faces):
+        own, at = face.trimming.nearest_edge(points)
+        nearer = own < distance
+        distance[nearer], place[nearer], owner[nearer] = own[nearer], at[nearer], i
+    return distance, place, owner
+
+
+def _bounds(points: Points3, face: SearchedFace) -> Float:
+    """Return how near the ball about every patch can be, (n, k), mm."""
+    middles = face.patches.middles
+    centre = middles.mean(axis=0) if len(middles) else np.zeros(3)
+    a, b = points - centre, middles - centre
+    squares = np.sum(a * a, axis=1)[:, None] - 2.0 * a @ b.T + np.sum(b * b, axis=1)
+    # What the difference of great squares loses is less than this.
+    lost = 1e-6 * (1.0 + np.sqrt(np.abs(squares).max(initial=0.0)))
+    bounds: Float = np.sqrt(np.maximum(squares, 0.0)) - face.patches.radii - lost
+    return bounds
+
+
+def _first(points: Points3, number: int, face: SearchedFace, bounds: Float) -> _Found:
+    """Return the feet from the nearest pieces of a face."""
+    if not bounds.shape[1]:
+        return _none()
+    rows = np.arange(len(points))
+    most = min(8, bounds.shape[1])
+    near = np.argpartition(bounds, most - 1, axis=1)[:, :most]
+    boxes = face.patches.at_least(
+        np.repeat(points, most, axis=0), near.ravel()
+    ).reshape(-1, most)  # fmt: skip
+    start = near[rows, np.argmin(boxes, axis=1)]
+    return _to_feet(points, number, face, rows, start)
+
+
+def _others(
+    points: Points3, number: int, face: SearchedFace, bounds: Float, margin: Float
+) -> _Found:
+    """Return the feet from all pieces of a face that may be nearer than the margins (n,)."""
+    rows, patches = np.nonzero(bounds < margin[:, None])
+    near = face.patches.at_least(points[rows], patches) < margin[rows]
+    return _to_feet(points, number, face, rows[near], patches[near])
+
+
+def _to_feet(points: Points3, number: int, face: SearchedFace, rows: Int, patches: Int) -> _Found:
+    if not len(rows):
+        return _none()
+    start = 0.5 * (face.patches.low[patches] + face.patches.high[patches])
+    parameters, places = _newton(face.surface, points[rows], start)
+    distances = np.linalg.norm(places - points[rows], axis=1)
+    inside = face.trimming.holds(_nudged(face.surface, parameters))
+    return _Found(
+        rows[inside], np.full(np.count_nonzero(inside), number), parameters[inside],
+        places[inside], distances[inside],
+    )  # fmt: skip
+
+
+def _nudged(surface: BezierSurface, parameters: Float) -> Float:
+    """Return parameters (m, 2) with those on a side of the surface moved inwards a trifle.
+
+    Rays count a side of the outline that runs along the surface's own to one side of it only.
+    """
+    span = 1e-9 * (surface.high - surface.low)
+    return np.clip(parameters, surface.low + span, surface.high - span)
+
+
+def _none() -> _Found:
+    return _Found(
+        np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64), np.zeros((0, 2)),
+        np.zeros((0, 3)), np.zeros(0),
+    )  # fmt: skip
+
+
+def _newton(surface: BezierSurface, points: Points3, start: Float) -> tuple[Float, Float]:
+    """Return parameters (m, 2) and places (m, 3) of feet near a start (m, 2)."""
+    low, high = surface.low, surface.high
+    span = high - low
+    parameters = start.copy()
+    now = derivatives_at(surface, parameters)
+    squares = np.sum((now.at - points) ** 2, axis=1)
+    places = now.at.copy()
+    moving = np.arange(len(points))
+    damping = np.zeros(len(points))
+    for _ in range(_STEPS):
+        if not len(moving):
+            break
+        own = parameters[moving]
+        step = _step(now, points[moving], own, damping[moving], surface)
+        # No step leaves a quarter of the range: where tangents are short, Newton would jump.
+        longest = np.max(np.abs(step) / (0.25 * span), axis=1)
+        step = step / np.maximum(longest, 1.0)[:, None]
+        ahead = _within(surface, own + step)
+        then = derivatives_at(surface, ahead)
+        square = np.sum((then.at - points[moving]) ** 2, axis=1)
+        moved = np.linalg.norm(then.at - now.at, axis=1)
+        done = moved <= _SETTLED * max(surface.size, 1.0)
+        # Rounding of the squares hides steps of some nanometres.
+        better = square <= squares[moving] * (1.0 + 1e-13) + 1e-26
+        tiny = np.max(np.abs(step) / span, axis=1) < 1e-12
+        rows = moving[better]
+        parameters[rows], squares[rows], places[rows] = (
+            ahead[better], square[better], then.at[better]
+        )  # fmt: skip
+        damping[rows] = np.where(damping[rows] < 1e-3, 0.0, 0.1 * damping[rows])
+        worse = moving[~better]
+        damping[worse] = np.maximum(4.0 * damping[worse], 1e-2)
+        keep = ~(done & better) & ~tiny
+        now = _chosen(then, now, better, keep)
+        moving = moving[keep]
+    return parameters, places
+
+
+def _chosen(then: Derivatives, now: Derivatives, better: Bool, keep: Bool) -> Derivatives:
+    pick = better[:, None]
+    return Derivatives(
+        *(
+            np.where(pick, getattr(then, name), getattr(now, name))[keep]
+            for name in ("at", "u", "v", "uu", "uv", "vv")
+        )
+    )
+
+
+def _step(
+    now: Derivatives, points: Points3, parameters: Float, damping: Float, surface: BezierSurface
+) -> Float:
+    arms = now.at - points
+    gradient = np.stack([np.sum(arms * now.u, axis=1), np.sum(arms * now.v, axis=1)], axis=1)
+    uu, uv, vv = (
+        np.sum(first * second, axis=1)
+        for first, second in ((now.u, now.u), (now.u, now.v), (now.v, now.v))
+    )
+    a = uu + np.sum(arms * now.uu, axis=1)
+    b = uv + np.sum(arms * now.uv, axis=1)
+    c = vv + np.sum(arms * now.vv, axis=1)
+    trusted = (a > 0.05 * uu) & (c > 0.05 * vv) & (a * c - b * b > 0.01 * (uu * vv - uv * uv))
+    a, b, c = np.where(trusted, a, uu), np.where(trusted, b, uv), np.where(trusted, c, vv)
+    tiny = 1e-300 + 1e-14 * (a + c)
+    a, c = a * (1.0 + damping) + tiny, c * (1.0 + damping) + tiny
+    # What a side of the surface holds moves along it only.
+    for axis in range(2):
+        if surface.closed[axis]:
+            continue
+        at, g = parameters[:, axis], gradient[:, axis]
+        held = ((at <= surface.low[axis]) & (g > 0.0)) | ((at >= surface.high[axis]) & (g < 0.0))
+        gradient[held, axis] = 0.0
+        b = np.where(held, 0.0, b)
+    determinant = a * c - b * b
+    safe = np.where(determinant > 0.0, determinant, a * c)
+    off = np.where(determinant > 0.0, b, 0.0)
+    step: Float = -np.stack(
+        [
+            (c * gradient[:, 0] - off * gradient[:, 1]) / safe,
+            (a * gradient[:, 1] - off * gradient[:, 0]) / safe,
+        ],
+        axis=1,
+    )
+    return step
+
+
+def _within(surface: BezierSurface, parameters: Float) -> Float:
+    low, high = surface.low, surface.high
+    found = parameters.copy()
+    for axis, closed in enumerate(surface.closed):
+        if closed:
+            span = high[axis] - low[axis]
+            found[:, axis] = low[axis] + np.mod(found[:, axis] - low[axis], span)
+        else:
+            found[:, axis] = np.clip(found[:, axis], low[axis], high[axis])
+    return found

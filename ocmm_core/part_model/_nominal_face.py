@@ -1,0 +1,139 @@
+"""A face of the model as a plan holds it: exact, and readable without the model and its library.
+
+A profile refers to a surface. The plan holds that surface itself, and so does every job that is
+measured by it: neither a file that was changed since nor a library that is not installed alters
+what a result says.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import lru_cache
+
+import msgspec
+import numpy as np
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_core.part_model._nearest import SearchedFace, searched_face
+from ocmm_core.part_model._part_model import ModelFace, SplineSurface
+
+MOST_NUMBERS = 200_000
+"""Numbers of a face in a plan: some 3 MB of text."""
+MOST_DEGREE = 25
+"""The highest degree that models are written with."""
+
+
+class NominalFace(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One trimmed face; lengths in mm, frame of the nominals.
+
+    Attributes
+    ----------
+    number
+        Of the face in the model, from 1.
+    degree_u, degree_v, knots_u, knots_v
+        Of the rational B-spline; knots with repetitions.
+    poles
+        x, y, z and weight of one pole after the other, those along v first.
+    loops
+        Outline and holes, each u, v of one corner after the other; empty: the whole surface.
+    outward
+        The normal du x dv leaves the material.
+    """
+
+    number: int
+    degree_u: int
+    degree_v: int
+    knots_u: tuple[float, ...]
+    knots_v: tuple[float, ...]
+    poles: tuple[float, ...]
+    loops: tuple[tuple[float, ...], ...] = ()
+    outward: bool = True
+
+
+def nominal_face(face: ModelFace) -> NominalFace:
+    """Return a face of the model as a plan holds it.
+
+    Raises
+    ------
+    InputError
+        The model holds no surface of it, or it is too large for a plan.
+    """
+    if face.spline is None:
+        raise InputError(
+            "model.no_surface",
+            f"The model holds no surface of face {face.number}.",
+            "Choose another face, or export the model with surfaces.",
+        )
+    spline = face.spline
+    poles = np.concatenate([spline.poles, spline.weights[..., None]], axis=-1)
+    made = NominalFace(
+        number=face.number,
+        degree_u=spline.degree_u,
+        degree_v=spline.degree_v,
+        knots_u=tuple(spline.knots_u.tolist()),
+        knots_v=tuple(spline.knots_v.tolist()),
+        poles=tuple(poles.ravel().tolist()),
+        loops=tuple(tuple(loop.ravel().tolist()) for loop in face.loops),
+        outward=face.outward,
+    )
+    fault = face_fault(made)
+    if fault is not None:
+        raise InputError(
+            "model.face",
+            f"Face {face.number} of the model cannot be part of a plan: {fault}.",
+            "Choose another face.",
+        )
+    return made
+
+
+def face_fault(face: NominalFace) -> str | None:
+    """Return what is wrong with a face, or None."""
+    count = len(face.poles) + len(face.knots_u) + len(face.knots_v)
+    count += sum(len(loop) for loop in face.loops)
+    if count > MOST_NUMBERS:
+        return f"it has {count} numbers, at most {MOST_NUMBERS} are taken"
+    if not (1 <= face.degree_u <= MOST_DEGREE and 1 <= face.degree_v <= MOST_DEGREE):
+        return f"a degree is not 1 to {MOST_DEGREE}"
+    nu, nv = len(face.knots_u) - face.degree_u - 1, len(face.knots_v) - face.degree_v - 1
+    if nu < 2 or nv < 2 or len(face.poles) != 4 * nu * nv:
+        return "poles, knots and degrees do not belong together"
+    if any(len(loop) < 6 or len(loop) % 2 for loop in face.loops):
+        return "a loop has fewer than three corners, or half of one"
+    if not all(np.all(np.isfinite(loop)) for loop in face.loops):
+        return "a corner of a loop is not finite"
+    try:
+        made = searched(face)
+    except InputError as error:
+        return error.what
+    return None if len(made.patches.low) else "nothing of its surface is inside its outline"
+
+
+@lru_cache(maxsize=64)
+def searched(face: NominalFace) -> SearchedFace:
+    """Return a face made ready for `nearest_feet`; kept, as a job asks for it at every touch.
+
+    Raises
+    ------
+    InputError
+        It is no rational B-spline.
+    """
+    return searched_face(model_face(face))
+
+
+def model_face(face: NominalFace) -> ModelFace:
+    """Return a face of a plan as the model has it."""
+    nu, nv = len(face.knots_u) - face.degree_u - 1, len(face.knots_v) - face.degree_v - 1
+    poles = np.array(face.poles, dtype=np.float64).reshape(nu, nv, 4)
+    spline = SplineSurface(
+        poles[..., :3].copy(), poles[..., 3].copy(), np.array(face.knots_u),
+        np.array(face.knots_v), face.degree_u, face.degree_v,
+    )  # fmt: skip
+    loops = tuple(_corners(loop) for loop in face.loops)
+    return ModelFace(
+        face.number, "BSplineSurface", spline=spline, outward=face.outward, loops=loops
+    )
+
+
+def _corners(numbers: Sequence[float]) -> Float:
+    return np.array(numbers, dtype=np.float64).reshape(-1, 2)

@@ -1,0 +1,249 @@
+"""Rational B-splines as Bezier patches: places, derivatives, normals and curvatures.
+
+A knot span of a tensor product is one Bezier patch. Its poles are the values of the blossom of the
+spline (L. Ramshaw, Blossoming: a connect-the-dots approach to splines, 1987) at the ends of the
+span: pole j of degree p is f(a, ..., a, b, ..., b) with b j times. Of a patch everything follows
+from Bernstein polynomials, and the hull of its poles holds it, which is what bounds rest on.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float, Int
+from ocmm_core.part_model._part_model import SplineSurface
+
+_FLAT = 1e-12
+"""Length of a tangent, as part of the size of the surface, below which it has no direction."""
+_INWARDS = 1e-6
+"""Part of the range of a parameter by which a pole of the surface is left to find its normal."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class BezierSurface:
+    """A surface by its knot spans.
+
+    Attributes
+    ----------
+    poles
+        (a, b, p + 1, q + 1, 4) of a by b spans: weight times place, mm, and the weight.
+    breaks_u, breaks_v
+        (a + 1,) and (b + 1,), rising: where the spans meet.
+    closed_u, closed_v
+        Its opposite sides are the same line: a parameter goes on there from the beginning.
+    size
+        mm: diagonal of the box of its poles.
+    """
+
+    poles: Float
+    breaks_u: Float
+    breaks_v: Float
+    closed_u: bool
+    closed_v: bool
+    size: float
+
+    @property
+    def low(self) -> Float:
+        """Return the least parameters (2,)."""
+        return np.array([self.breaks_u[0], self.breaks_v[0]])
+
+    @property
+    def high(self) -> Float:
+        """Return the greatest parameters (2,)."""
+        return np.array([self.breaks_u[-1], self.breaks_v[-1]])
+
+    @property
+    def closed(self) -> tuple[bool, bool]:
+        """Return in which parameters it is closed."""
+        return self.closed_u, self.closed_v
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Derivatives:
+    """Places (m, 3), mm, of m parameters, and the derivatives by them."""
+
+    at: Float
+    u: Float
+    v: Float
+    uu: Float
+    uv: Float
+    vv: Float
+
+
+def bezier_surface(spline: SplineSurface) -> BezierSurface:
+    """Return a spline by its knot spans.
+
+    Raises
+    ------
+    InputError
+        Numbers of poles, knots and degrees do not belong together, knots fall, or a weight is not
+        positive.
+    """
+    _check(spline)
+    weighted = np.concatenate(
+        [spline.poles * spline.weights[..., None], spline.weights[..., None]], axis=-1
+    )
+    breaks_u, by_u, from_u = _spans(spline.knots_u, spline.degree_u)
+    breaks_v, by_v, from_v = _spans(spline.knots_v, spline.degree_v)
+    rows = from_u[:, None] + np.arange(spline.degree_u + 1)
+    columns = from_v[:, None] + np.arange(spline.degree_v + 1)
+    own = weighted[rows[:, None, :, None], columns[None, :, None, :]]
+    poles = np.einsum("aik,abklc,bjl->abijc", by_u, own, by_v)
+    places = spline.poles.reshape(-1, 3)
+    size = float(np.linalg.norm(np.ptp(places, axis=0)))
+    near = 1e-9 * max(size, 1e-9)
+    sides = poles[..., :3] / poles[..., 3:]
+    closed_u = float(np.abs(sides[0, :, 0] - sides[-1, :, -1]).max()) < near
+    closed_v = float(np.abs(sides[:, 0, :, 0] - sides[:, -1, :, -1]).max()) < near
+    return BezierSurface(poles, breaks_u, breaks_v, closed_u, closed_v, size)
+
+
+def derivatives_at(surface: BezierSurface, parameters: Float) -> Derivatives:
+    """Return places and derivatives at parameters (m, 2) within the surface's range."""
+    a, bernstein_u = _bernstein(surface.breaks_u, surface.poles.shape[2] - 1, parameters[:, 0])
+    b, bernstein_v = _bernstein(surface.breaks_v, surface.poles.shape[3] - 1, parameters[:, 1])
+    own = surface.poles[a, b]
+    rows = np.einsum("mai,mijc->majc", bernstein_u, own)
+    found = np.einsum("majc,mbj->mabc", rows, bernstein_v)
+    weights, places = found[..., 3], found[..., :3]
+    w = weights[:, 0, 0, None]
+    at = places[:, 0, 0] / w
+    wu, wv = weights[:, 1, 0, None], weights[:, 0, 1, None]
+    u = (places[:, 1, 0] - wu * at) / w
+    v = (places[:, 0, 1] - wv * at) / w
+    uu = (places[:, 2, 0] - 2.0 * wu * u - weights[:, 2, 0, None] * at) / w
+    vv = (places[:, 0, 2] - 2.0 * wv * v - weights[:, 0, 2, None] * at) / w
+    uv = (places[:, 1, 1] - wu * v - wv * u - weights[:, 1, 1, None] * at) / w
+    return Derivatives(at, u, v, uu, uv, vv)
+
+
+def places_at(surface: BezierSurface, parameters: Float) -> Float:
+    """Return places (m, 3), mm, at parameters (m, 2)."""
+    return derivatives_at(surface, parameters).at
+
+
+def normals_at(surface: BezierSurface, parameters: Float) -> Float:
+    """Return unit normals (m, 3) along du x dv.
+
+    Where a side of the surface is one point (the pole of a sphere), the normal is that beside it.
+    """
+    found = derivatives_at(surface, parameters)
+    normals = np.cross(found.u, found.v)
+    lengths = np.linalg.norm(normals, axis=1)
+    flat = lengths <= _FLAT * surface.size * (
+        np.linalg.norm(found.u, axis=1) + np.linalg.norm(found.v, axis=1)
+    )
+    if np.any(flat):
+        middle = 0.5 * (surface.low + surface.high)
+        inwards = parameters[flat] + _INWARDS * (middle - parameters[flat])
+        beside = derivatives_at(surface, inwards)
+        normals[flat] = np.cross(beside.u, beside.v)
+        lengths[flat] = np.linalg.norm(normals[flat], axis=1)
+    units: Float = normals / np.maximum(lengths, 1e-300)[:, None]
+    return units
+
+
+def curvatures_at(surface: BezierSurface, parameters: Float, normals: Float) -> Float:
+    """Return the principal curvatures (m, 2), 1/mm, positive where the surface bends away.
+
+    Parameters
+    ----------
+    normals
+        (m, 3), unit, to the side that they are seen from: a ball seen from outside has 1 / radius.
+    """
+    found = derivatives_at(surface, parameters)
+    e, f, g = (
+        np.sum(first * second, axis=1)
+        for first, second in ((found.u, found.u), (found.u, found.v), (found.v, found.v))
+    )
+    # The surface bends away from the normal where its second derivatives point against it.
+    low, mixed, high = (
+        -np.sum(second * normals, axis=1) for second in (found.uu, found.uv, found.vv)
+    )
+    area = e * g - f * f
+    safe = np.where(area > 0.0, area, np.inf)
+    mean = (e * high - 2.0 * f * mixed + g * low) / (2.0 * safe)
+    gauss = (low * high - mixed * mixed) / safe
+    root = np.sqrt(np.maximum(mean * mean - gauss, 0.0))
+    return np.stack([mean - root, mean + root], axis=1)
+
+
+def _check(spline: SplineSurface) -> None:
+    poles = spline.poles
+    wrong = ""
+    if poles.ndim != 3 or poles.shape[2] != 3 or spline.weights.shape != poles.shape[:2]:
+        wrong = "poles and weights do not belong together"
+    elif not (np.all(np.isfinite(poles)) and np.all(spline.weights > 0.0)):
+        wrong = "a pole is not finite, or a weight is not positive"
+    else:
+        for knots, degree, count in (
+            (spline.knots_u, spline.degree_u, poles.shape[0]),
+            (spline.knots_v, spline.degree_v, poles.shape[1]),
+        ):
+            if not 1 <= degree < count or knots.shape != (count + degree + 1,):
+                wrong = "poles, knots and degree do not belong together"
+            elif not np.all(np.diff(knots) >= 0.0) or not knots[count] > knots[degree]:
+                wrong = "the knots do not rise"
+    if wrong:
+        raise InputError(
+            "model.spline",
+            f"A surface of the model is no rational B-spline: {wrong}.",
+            "Read the model again.",
+        )
+
+
+def _spans(knots: Float, degree: int) -> tuple[Float, Float, Int]:
+    """Return breaks (k + 1,), from poles of the spline to those of each span, and its first pole.
+
+    The second is (k, p + 1, p + 1).
+    """
+    # Knots before and after the range belong to surfaces that are not clamped at their ends.
+    rising = np.flatnonzero(np.diff(knots) > 0.0)
+    spans = rising[(rising >= degree) & (rising < len(knots) - degree - 1)]
+    breaks = np.append(knots[spans], knots[spans[-1] + 1])
+    found = np.empty((len(spans), degree + 1, degree + 1))
+    for row, span in enumerate(spans.tolist()):
+        for pole in range(degree + 1):
+            # The blossom: de Boor's scheme with an argument of its own in each step.
+            values = np.eye(degree + 1)
+            for step in range(1, degree + 1):
+                argument = knots[span + 1] if step <= pole else knots[span]
+                for j in range(degree, step - 1, -1):
+                    low, high = knots[j + span - degree], knots[j + 1 + span - step]
+                    share = (argument - low) / (high - low)
+                    values[j] = (1.0 - share) * values[j - 1] + share * values[j]
+            found[row, pole] = values[degree]
+    return breaks, found, spans - degree
+
+
+def _bernstein(breaks: Float, degree: int, parameters: Float) -> tuple[Int, Float]:
+    """Return the span of each parameter, and polynomials with two derivatives (m, 3, p + 1)."""
+    spans = np.clip(np.searchsorted(breaks, parameters, side="right") - 1, 0, len(breaks) - 2)
+    width = breaks[spans + 1] - breaks[spans]
+    share = (parameters - breaks[spans]) / width
+    found = np.zeros((len(parameters), 3, degree + 1))
+    values = _polynomials(share, degree)
+    found[:, 0] = values
+    for order in (1, 2):
+        if degree < order:
+            break
+        lower = _polynomials(share, degree - order)
+        for _ in range(order):
+            # d b(i, p) = p (b(i - 1, p - 1) - b(i, p - 1))
+            wider = np.zeros((len(share), lower.shape[1] + 1))
+            wider[:, 1:] += lower
+            wider[:, :-1] -= lower
+            lower = wider * (wider.shape[1] - 1) / width[:, None]
+        found[:, order] = lower
+    return spans, found
+
+
+def _polynomials(share: Float, degree: int) -> Float:
+    places = np.arange(degree + 1)
+    counts = np.array([comb(degree, int(i)) for i in places], dtype=np.float64)
+    found: Float = counts * share[:, None] ** places * (1.0 - share)[:, None] ** (degree - places)
+    return found

@@ -1,0 +1,131 @@
+"""The outline of a trimmed face: what lies inside it, and how far its edges are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.part_model._spline import BezierSurface, places_at
+
+_SEAM = 1e-7
+"""Part of the range of a parameter within which a line lies on the side of the surface."""
+_CHUNK = 2_000_000
+_CHORD_MM = 0.002
+"""A stretch of an edge is halved until its chord is no farther from it than this, about."""
+_LONG = 0.1
+"""Part of the size of the surface from which on a stretch is halved at least `_AT_LEAST` times."""
+_AT_LEAST = 3
+_HALVINGS = 10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Trimming:
+    """The outline of a face.
+
+    Attributes
+    ----------
+    sides
+        (k, 2, 2): the sides of all loops in the parameters of the surface.
+    edges
+        (e, 2, 3), mm: the same as stretches in space, without seams and poles of the surface.
+    """
+
+    sides: Float
+    edges: Float
+
+    def holds(self, parameters: Float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """Return which parameters (m, 2) lie inside: a ray crosses the sides an odd time."""
+        inside = np.zeros(len(parameters), dtype=bool)
+        (u0, v0), (u1, v1) = self.sides[:, 0].T, self.sides[:, 1].T
+        slope = (u1 - u0) / np.where(v1 != v0, v1 - v0, np.inf)
+        step = max(_CHUNK // max(len(self.sides), 1), 1)
+        for first in range(0, len(parameters), step):
+            u, v = parameters[first : first + step].T
+            spans = (v0 > v[:, None]) != (v1 > v[:, None])
+            right = u[:, None] < u0 + slope * (v[:, None] - v0)
+            inside[first : first + step] = np.count_nonzero(spans & right, axis=1) % 2 == 1
+        return inside
+
+    def nearest_edge(self, points: Float) -> tuple[Float, Float]:
+        """Return distances (m,), mm, of points (m, 3) from the edges, and the places there.
+
+        Infinite where the face has no edge, as a whole sphere.
+        """
+        distances = np.full(len(points), np.inf)
+        places = np.full((len(points), 3), np.inf)
+        if not len(self.edges):
+            return distances, places
+        start, way = self.edges[:, 0], self.edges[:, 1] - self.edges[:, 0]
+        square = np.maximum(np.sum(way * way, axis=1), 1e-300)
+        step = max(_CHUNK // (4 * len(start)), 1)
+        for first in range(0, len(points), step):
+            arms = points[first : first + step, None] - start
+            share = np.clip(np.einsum("mki,ki->mk", arms, way) / square, 0.0, 1.0)
+            off = arms - share[..., None] * way
+            squares = np.einsum("mki,mki->mk", off, off)
+            best = np.argmin(squares, axis=1)
+            rows = np.arange(len(best))
+            distances[first : first + step] = np.sqrt(squares[rows, best])
+            places[first : first + step] = start[best] + share[rows, best, None] * way[best]
+        return distances, places
+
+    def crosses(self, low: Float, high: Float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
+        """Return which ranges of parameters, low and high (k, 2), a side may run through."""
+        found = np.zeros(len(low), dtype=bool)
+        least, most = self.sides.min(axis=1), self.sides.max(axis=1)
+        step = max(_CHUNK // max(len(self.sides), 1), 1)
+        for first in range(0, len(low), step):
+            own = slice(first, first + step)
+            apart = (least[None] > high[own, None]) | (most[None] < low[own, None])
+            found[own] = np.any(~apart.any(axis=2), axis=1)
+        return found
+
+
+def trimming_of(surface: BezierSurface, loops: tuple[Float, ...]) -> Trimming:
+    """Return the outline of a face; without loops its whole surface is the face."""
+    if not loops:
+        (u0, v0), (u1, v1) = surface.low, surface.high
+        loops = (np.array([[u0, v0], [u1, v0], [u1, v1], [u0, v1]]),)
+    sides = np.concatenate(
+        [np.stack([loop, np.roll(loop, -1, axis=0)], axis=1) for loop in loops]
+    ).astype(np.float64)
+    sides = sides[np.any(sides[:, 0] != sides[:, 1], axis=1)]
+    return Trimming(sides, _edges(surface, sides))
+
+
+def _edges(surface: BezierSurface, sides: Float) -> Float:
+    real = np.ones(len(sides), dtype=bool)
+    span = surface.high - surface.low
+    for axis, closed in enumerate(surface.closed):
+        if not closed:
+            continue
+        along = sides[..., axis]
+        for end in (surface.low[axis], surface.high[axis]):
+            # The surface goes on beyond its seam.
+            real &= ~np.all(np.abs(along - end) <= _SEAM * span[axis], axis=1)
+    starts, ends = sides[real, 0], sides[real, 1]
+    found = []
+    for round_ in range(_HALVINGS + 1):
+        a, b, middle = (
+            places_at(surface, np.clip(at, surface.low, surface.high))
+            for at in (starts, ends, 0.5 * (starts + ends))
+        )
+        # A quarter point as well: the middle of a wave lies on its chord.
+        at = np.clip(0.75 * starts + 0.25 * ends, surface.low, surface.high)
+        quarter = places_at(surface, at) - (0.75 * a + 0.25 * b)
+        off = np.linalg.norm(middle - 0.5 * (a + b), axis=1) + np.linalg.norm(quarter, axis=1)
+        long = np.linalg.norm(b - a, axis=1) > _LONG * surface.size
+        bent = (off > _CHORD_MM) | (long & (round_ < _AT_LEAST))
+        bent &= round_ < _HALVINGS
+        found.append(np.stack([a[~bent], b[~bent]], axis=1))
+        halves = 0.5 * (starts[bent] + ends[bent])
+        starts, ends = (
+            np.concatenate([starts[bent], halves]), np.concatenate([halves, ends[bent]])
+        )  # fmt: skip
+        if not len(starts):
+            break
+    stretches = np.concatenate(found)
+    lengths = np.linalg.norm(stretches[:, 1] - stretches[:, 0], axis=1)
+    return np.asarray(stretches[lengths > 1e-9 * max(surface.size, 1e-9)], dtype=np.float64)

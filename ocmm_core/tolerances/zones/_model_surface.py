@@ -1,0 +1,130 @@
+"""Touches of faces of the model: every ball centre against the nearest place of the faces.
+
+No element is associated with the points. The ball touches where the surface's own normal passes
+through its centre, so the deviation is the distance of the centre from the trimmed face less the
+radius. To first order it moves with the centre along the normal alone: the foot slides along the
+face, square to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature
+from ocmm_core.geometry import Float
+from ocmm_core.measuring import Rows
+from ocmm_core.part_model import (
+    Feet,
+    NominalFace,
+    followed_feet,
+    nearest_feet,
+    searched,
+)
+from ocmm_core.tolerances.zones._surface import own_fit
+
+FAR_MM = 5.0
+"""A point farther from the faces belongs to others, or the part does not lie as it is thought."""
+_SLANT = 0.5
+"""Cosine between approach and normal below which another face may have been touched."""
+
+
+class ModelSurface:
+    """Ball centres of one or more features against faces; all are searched at once.
+
+    Parameters
+    ----------
+    features
+        Whose touches they are.
+    faces
+        Of the plan, frame of the nominals.
+    offset
+        mm: how far the middle of the zone lies outside the faces, away from the material.
+    """
+
+    def __init__(
+        self,
+        features: Sequence[ActualFeature],
+        faces: Sequence[NominalFace],
+        offset: float = 0.0,
+    ) -> None:
+        touched = [own_fit(feature)[0] for feature in features]
+        self._offset = offset
+        self._faces = [searched(face) for face in faces]
+        self._feet: Feet | None = None
+        self._names = [
+            f"Point {number} of {feature.nominal.name}"
+            for feature, touches in zip(features, touched, strict=True)
+            for number in touches.numbers
+        ]
+        self._places = tuple(place for touches in touched for place in touches.places)
+        self._tips = np.vstack([touches.tips for touches in touched])
+        self._directions = np.vstack([touches.directions for touches in touched])
+        self._radii = np.concatenate(
+            [np.full(len(touches.tips), touches.tip_radius) for touches in touched]
+        )
+
+    @property
+    def world(self) -> Float:
+        """Return the ball centres (n, 3), mm, world."""
+        return self._tips
+
+    @property
+    def places(self) -> Sequence[int]:
+        """Return what rows call the points."""
+        return self._places
+
+    def deviations(self, points: Float) -> tuple[Float, Float]:
+        """Return deviations (n,), mm, and normals (n, 3), near the feet that were found before."""
+        if self._feet is None:
+            self._feet = nearest_feet(points, self._faces)
+        else:
+            self._feet = followed_feet(points, self._faces, self._feet)
+        return self._less_ball(self._feet)
+
+    def checked(self, points: Float, rotation: Float) -> tuple[Float, Float]:
+        """Return the same from a search over all faces.
+
+        Raises
+        ------
+        FitError
+            A nearest place is on an edge, not the only one, or not that of a touch.
+        """
+        self._feet = nearest_feet(points, self._faces)
+        values, normals = self._less_ball(self._feet)
+        along = np.einsum("ni,ni->n", self._directions @ rotation.T, normals)
+        off = values + self._offset
+        for name, unclear, value, cosine in zip(
+            self._names, self._feet.doubts, off.tolist(), along.tolist(), strict=True
+        ):
+            doubt = unclear
+            if abs(value) > FAR_MM:
+                doubt = f"it lies {value:+.1f} mm off the faces that the plan names"
+            elif not doubt and cosine < _SLANT:
+                doubt = f"it was approached {_degrees(cosine)} off the normal"
+            if doubt:
+                raise FitError(
+                    "characteristic.no_foot",
+                    f"{name} gives no deviation from the model: {doubt}.",
+                    "Touch again inside the face, square to it and away from edges and narrow "
+                    "hollows, or name the faces that were touched.",
+                )
+        return values, normals
+
+    def pull_back(self, weights: Float, normals: Float) -> Rows:
+        """Return the gradient of the sum of every ball centre, less the ball, times its weight."""
+        own = Rows.of_points(np.asarray(self.places), weights.ravel())
+        return own.with_radius(-float(np.sum(weights * normals)))
+
+    def by_radius(self, normals: Float) -> Float:
+        """Return how deviations (n,) answer to the ball."""
+        return np.full(len(normals), -1.0)
+
+    def _less_ball(self, feet: Feet) -> tuple[Float, Float]:
+        return feet.distances - self._radii - self._offset, feet.normals
+
+
+def _degrees(cosine: float) -> str:
+    return f"{np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))):.0f}°"
