@@ -11,7 +11,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.rendering._arrays import NO_FACE, NOWHERE, Depths, FaceNumbers, Pixmap
 
 _KEPT_PIXELS = 2_500_000
-"""Of a larger picture, 12 bytes each, the second layer is not kept; new memory costs milliseconds."""
+"""The second layer of a larger picture is not kept: 12 bytes a pixel."""
 
 
 @dataclass(slots=True, eq=False)
