@@ -2,8 +2,8 @@
 
 The probe is built anew as solids of the library (a ball, cones, prisms, posts), put where each
 target says that it is held, at the touch and where its way along the normal begins, and the least
-distance from the part is asked of `BRepExtrema`. Lines from LEDs to cameras likewise. Nothing of the
-mesh, of the tree of boxes and of the search is used. Needs the extra ``step``:
+distance from the part is asked of `BRepExtrema`. Lines from LEDs to cameras likewise. Nothing of
+the mesh, of the tree of boxes and of the search is used. Needs the extra ``step``:
 
     python -m benchmarks.reach --targets 1000 [model.stp ...]
 """
@@ -50,7 +50,7 @@ def run(paths: list[Path], share: int) -> int:
     rng = np.random.default_rng(SEED)
     request = usual_request()
     setting = setting_of(request)
-    assert setting is not None  # noqa: S101
+    assert setting is not None
     total = hits = unseen = 0
     nearest, fewest = np.inf, 99
     for path in paths:
@@ -66,7 +66,9 @@ def run(paths: list[Path], share: int) -> int:
             hits += gap <= 0.0
             unseen += seen < 4
             nearest, fewest = min(nearest, gap), min(fewest, seen)
-        print(f"{path.stem}: {len(rows)} targets in {read_s:.1f} s, {len(taken)} examined", flush=True)
+        print(
+            f"{path.stem}: {len(rows)} targets in {read_s:.1f} s, {len(taken)} examined", flush=True
+        )
     print(f"{hits} of {total} touch; least distance of stylus and body {nearest:.3f} mm")
     print(f"{unseen} of {total} show fewer than 4 LEDs to both cameras; fewest {fewest}")
     return int(hits > 0 or unseen > 0)
@@ -113,7 +115,7 @@ def _seen(part: Any, setting: Setting, turn: Float, centre: Float, middle: Float
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
     from OCP.gp import gp_Pnt
 
-    assert setting.rig is not None  # noqa: S101
+    assert setting.rig is not None
     pose = setting.pose(middle)
     leds_part = (setting.body.leds_probe - setting.body.tip_probe) @ turn.T + centre
     leds = pose.apply(leds_part)
@@ -138,7 +140,7 @@ def _probe(setting: Setting, pose: RigidTransform) -> list[Any]:
     from OCP.gp import gp_Trsf
 
     design = setting.design
-    assert design is not None  # noqa: S101
+    assert design is not None
     solids = [BRepPrimAPI_MakeSphere(setting.ball_radius - _BALL_SLACK_MM).Shape()]
     solids += [_section(design, section) for section in design.sections]
     across = np.cross(design.soft_probe, design.axis_probe)
