@@ -14,13 +14,18 @@ from time import perf_counter
 from PySide6.QtCore import QObject, QRectF, QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
-from ocmm_core.rendering import Canvas, blend_flat
+from ocmm_core.rendering import Canvas, RenderMode, blend_flat
 from ocmm_gui.views._part_scene import PartScene
 from ocmm_gui.views._scene import Face, Item, Orbit
 from ocmm_gui.views._scene_painter import Depth, ScenePainter
 
 _SLICE_S = 0.012
 """As long as a frame of a screen that is refreshed 80 times a second."""
+
+_ITEM_PX = 3.0
+"""Lines and marks that lie on the part and are seen at 70 degrees are so much deeper at its rim."""
+_THROUGH = 0.5
+"""What lies behind a transparent part keeps so much of its colour."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -108,15 +113,16 @@ class _Drawing:
     def _lay_part(self) -> None:
         """Put the painted part into the picture, with the flat fields that lie before or on it."""
         canvas, scene = self.canvas, self.scene
-        if canvas is None:
+        if canvas is None or scene.part is None:
             return
-        self._depth = Depth(canvas, self._scale, self._part.bias)
+        bias = _ITEM_PX * self._part.px_mm + scene.part.slack_mm
+        self._depth = Depth(canvas, self._scale, bias)
         projection = scene.orbit.projection(scene.size.width(), scene.size.height())
         for item in scene.items:
             if isinstance(item, Face):
                 corners = projection.apply(item.corners)
                 corners[:, :2] *= self._scale
-                blend_flat(canvas, corners, item.colour, item.alpha / 255.0, self._part.bias)
+                blend_flat(canvas, corners, item.colour, item.alpha / 255.0, bias)
         self._items = tuple(item for item in scene.items if not isinstance(item, Face))
         painted = QImage(
             canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
@@ -129,9 +135,11 @@ class _Drawing:
 
     def _begin_items(self) -> None:
         scene = self.scene
+        clear = scene.part is not None and scene.part.style.mode is RenderMode.TRANSPARENT
         self._left = ScenePainter(
-            self._items, scene.orbit, self._box, self._font, scene.background, depth=self._depth
-        )
+            self._items, scene.orbit, self._box, self._font, scene.background,
+            depth=self._depth, ghost=_THROUGH if clear else 0.0,
+        )  # fmt: skip
 
 
 class _Canvases:
