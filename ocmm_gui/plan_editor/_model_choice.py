@@ -117,6 +117,12 @@ class ModelChoice(QFrame):
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
         self._theme = theme
+        # The style's own empty box cannot be seen on a dark panel.
+        self.list.setStyleSheet(
+            f"QListView::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.muted};"
+            f" border-radius: 3px; }} QListView::indicator:checked {{ background: {theme.good};"
+            f" border-color: {theme.good}; }}"
+        )
         self._show_choice()
 
     def _is_chosen(self, row: int) -> bool:
@@ -191,6 +197,7 @@ class _OfferList(QListWidget):
         self.setAccessibleName(tr("Surfaces of the model"))
         self.setAccessibleDescription(tr("Space chooses, Return takes over, Esc goes back"))
         self.setUniformItemSizes(True)
+        self.setSpacing(2)
         self.setFont(text_font(14))
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
 
