@@ -37,7 +37,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Print how many targets touch or are not seen; code 1 where one does or is not."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models", nargs="*", type=Path)
-    parser.add_argument("--targets", type=int, default=1000, help="of all models together")
+    parser.add_argument(
+        "--targets", type=int, default=1000, help="of all models together, as many of each"
+    )
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         paths = options.models or _made(Path(folder))
@@ -97,7 +99,7 @@ def _normals(feature: NominalFeature) -> Float:
 
 
 def examined(part: Any, row: Row, setting: Setting, middle: Float) -> tuple[float, int]:
-    """Return the least distance of the probe from the part, mm, and how many LEDs both see."""
+    """Return the distance of stylus and body, mm, 0 where the ball hits; and LEDs both see."""
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 
     target, normal, held, way = row
@@ -105,7 +107,10 @@ def examined(part: Any, row: Row, setting: Setting, middle: Float) -> tuple[floa
     least = np.inf
     for back in (0.0, way):
         centre = target + (setting.ball_radius + back) * normal
-        for solid in _probe(setting, RigidTransform(turn, centre)):
+        ball, *others = _probe(setting, RigidTransform(turn, centre))
+        if BRepExtrema_DistShapeShape(ball, part).Value() <= 0.0:
+            least = 0.0
+        for solid in others:
             least = min(least, float(BRepExtrema_DistShapeShape(solid, part).Value()))
     return least, _seen(part, setting, turn, target + setting.ball_radius * normal, middle)
 
