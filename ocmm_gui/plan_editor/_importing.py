@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import msgspec
@@ -17,11 +17,15 @@ from ocmm_core.inspection.plan import (
     add_feature,
     features_from_csv,
     with_alignment,
+    with_model,
 )
 from ocmm_core.inspection.step import (
     STEP_ENDINGS,
+    STEP_SETUP,
+    STEP_SIZE_MB,
     Offer,
     StepModel,
+    has_step,
     offers_of,
     read_model,
     up_of,
@@ -107,15 +111,28 @@ def model_of(
     return ReadModel(path, model, offers_of(model), up)
 
 
-def with_offers(plan: Plan, read: ReadModel, taken: Sequence[Offer]) -> Imported:
+def with_offers(
+    plan: Plan, read: ReadModel, taken: Sequence[Offer], plan_file: Path | None
+) -> Imported:
     """Return the plan with what was chosen of a model.
+
+    Parameters
+    ----------
+    plan_file
+        Where the plan is, with its model beside it; None where it was never saved, and no model is
+        kept.
 
     Raises
     ------
+    StorageError
+        The model cannot be copied beside the plan.
     InputError
         The plan could not be measured with it.
     """
-    return _with_features(plan, read.path, [offer.feature for offer in taken])
+    found = _with_features(plan, read.path, [offer.feature for offer in taken])
+    if plan_file is None:
+        return found
+    return replace(found, plan=with_model(found.plan, plan_file, read.path, read.model.part))
 
 
 def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> Imported:
@@ -124,6 +141,15 @@ def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> I
         more = add_feature(more, feature)
     said = tr("%n features added from {name}.", "", len(found)).format(name=path.name)
     return Imported(plan, more, ItemKey("features", found[0].name), said)
+
+
+def what_is_missing() -> str:
+    """Return what has to be installed before a CAD model can be imported; empty for nothing."""
+    if has_step():
+        return ""
+    return tr("CAD models (STEP) need an extra of some {size} MB: {command}").format(
+        size=STEP_SIZE_MB, command=STEP_SETUP
+    )
 
 
 def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
@@ -184,6 +210,20 @@ class Importing(WorkLine):
 
         self._worker.do(
             work,
+            lambda found: self._done(given_up, found),
+            lambda error: self._not_done(given_up, error),
+        )
+
+    def take(
+        self, plan: Plan, model: ReadModel, taken: Sequence[Offer], plan_file: Path | None
+    ) -> None:
+        """Put what was chosen of a model into a plan; see `with_offers`."""
+        self._given_up.set()
+        given_up = self._given_up = threading.Event()
+        self._reads = True
+        self.begin(tr("Importing {name}.").format(name=model.path.name))
+        self._worker.do(
+            lambda: with_offers(plan, model, taken, plan_file),
             lambda found: self._done(given_up, found),
             lambda error: self._not_done(given_up, error),
         )

@@ -33,7 +33,7 @@ from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, later, panel, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
-from ocmm_gui.plan_editor._importing import Imported, Importing, ReadModel, with_offers
+from ocmm_gui.plan_editor._importing import Imported, Importing, ReadModel, what_is_missing
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._model_choice import ModelChoice
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, faulty_field
@@ -250,6 +250,8 @@ class PlanSheet(Sheet):
         """Ask for a file to import, or give up the one that is being read."""
         if not self.importing.give_up():
             self.source.ask(self._folder())
+            if missing := what_is_missing():
+                self.told.emit(missing)
 
     def import_file(self, path: Path) -> None:
         """Add the features of a table or of a model, or take the frame of a document."""
@@ -268,13 +270,9 @@ class PlanSheet(Sheet):
             self.importing.read(self.draft.plan, self._read.path, relocate=False, up=up)
 
     def _take_offers(self, taken: tuple[Offer, ...]) -> None:
-        plan, read = self.draft.plan, self._read
-        if read is None:
-            return
-        found = self.attempt(lambda: with_offers(plan, read, taken))
-        if found is not None:
+        if self._read is not None:
+            self.importing.take(self.draft.plan, self._read, taken, self.draft.path)
             self._show_editor()
-            self._on_imported(found)
 
     def _show_editor(self) -> None:
         self._read = None
