@@ -101,8 +101,8 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
             offer.feature.name, faces, f"{offer.size_mm:.3f}", count, escape(offer.against)
         )
     console.print(table, highlight=False)
-    for kind, count in model.others.items():
-        console.print(f"{count} faces of the kind {kind} can be no features.", highlight=False)
+    for kind, number in model.others.items():
+        console.print(f"{number} faces of the kind {kind} can be no features.", highlight=False)
 
 
 def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
