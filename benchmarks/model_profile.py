@@ -160,7 +160,7 @@ def _part(
         made = searched(face).surface
         u, v = np.meshgrid(*[(np.arange(_SIDE) + 0.5) / _SIDE] * 2)
         at = np.stack([u.ravel(), v.ravel()], axis=1) + rng.uniform(-0.06, 0.06, (_SIDE**2, 2))
-        names = []
+        names: list[str] = []
         for surface, normal in zip(places_at(made, at), normals_at(made, at), strict=True):
             names.append(f"F{face.number} {len(names) + 1}")
             nominal(names[-1], Shape.POINT, 1, surface, normal)
