@@ -1,4 +1,4 @@
-"""Does U of a profile against the model hold the true value in 94 to 97 of 100 cases?
+"""How often U of a profile against the model holds the true value; 94 to 97 % are asked for.
 
     python -m benchmarks.model_profile [--jobs N] [--seed S]
 
@@ -113,9 +113,7 @@ def run(seed: int, jobs: int) -> Count:
     return count
 
 
-def _known(
-    nominals: list[NominalFeature], points: list[MeasuredPoint]
-) -> dict[str, ActualFeature]:
+def _known(nominals: list[NominalFeature], points: list[MeasuredPoint]) -> dict[str, ActualFeature]:
     found = actual_features(nominals, points)
     return {name: item for name, item in found.items() if isinstance(item, ActualFeature)}
 

@@ -14,7 +14,14 @@ from ocmm_core.geometry import Float
 from ocmm_core.tolerances.decisions import U_LABEL
 from ocmm_gui.kit import text_font, verdict_colour
 from ocmm_gui.reports._canvas import INK, SMALL, Canvas, Style, paint_text
-from ocmm_gui.views import Orbit, job_items, paint_scene
+from ocmm_gui.views import (
+    SCALE_PX,
+    Orbit,
+    deviations_of,
+    job_items,
+    paint_scale,
+    paint_scene,
+)
 
 _BOLDER = 2.2
 _ROW = 52.0
@@ -43,7 +50,7 @@ def picture(canvas: Canvas, data: ReportData) -> None:
     if not len(reach):
         return
     height = 900.0
-    canvas.heading("The part as measured", height)
+    canvas.heading("The part as measured", height + 180.0)
 
     def paint(painter: QPainter, box: QRectF) -> None:
         painter.setPen(QPen(QColor(INK.border), 2.0))
@@ -59,6 +66,24 @@ def picture(canvas: Canvas, data: ReportData) -> None:
         painter.restore()
 
     canvas.draw(height, paint)
+    seen = deviations_of(data.view)
+    if not seen.whiskers:
+        return
+
+    def paint_bar(painter: QPainter, box: QRectF) -> None:
+        wide = box.adjusted(0.0, 10.0, -0.35 * box.width(), 0.0)
+        paint_scale(painter, wide, seen, INK, _BOLDER)
+
+    canvas.draw(SCALE_PX[1] * _BOLDER + 20.0, paint_bar)
+    without = [
+        item.name for item in data.view.features
+        if item.points and not any(item.name == whisker.feature for whisker in seen.whiskers)
+    ]  # fmt: skip
+    if without:
+        canvas.text(
+            f"Without a whisker, as no zone of their surface has a value: {', '.join(without)}.",
+            SMALL,
+        )
 
 
 def _best_view(reach: Float, up: Float, box: QRectF) -> Orbit:

@@ -4,7 +4,8 @@ In: spots with their labels, poses, points, features. Out: painted widgets; no g
 needed.
 
 Read `_scene` (a small 3-D scene: numpy projects, QPainter draws), `_shapes` (wire shapes in mm,
-world frame), `_contents` (what is shown), `_scene_layer` (what of it stands still), `_point_view`
+world frame), `_contents` (what is shown), `_deviations` (whiskers of touched
+places and their scale), `_scene_layer` (what of it stands still), `_point_view`
 (the 3-D view), `_camera_view` (spots of each camera), `_step_picture` (the picture of a step).
 It must not know the station or the bridge: it is given what it draws.
 """
@@ -19,6 +20,14 @@ if TYPE_CHECKING:
     from ocmm_gui.views import _shapes as shapes
     from ocmm_gui.views._camera_view import CameraViews
     from ocmm_gui.views._contents import job_items
+    from ocmm_gui.views._deviations import (
+        SCALE_PX,
+        deviation_colour,
+        deviation_items,
+        deviations_of,
+        paint_scale,
+        scale_words,
+    )
     from ocmm_gui.views._point_view import PointView, seen_from, upright
     from ocmm_gui.views._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag, paint_scene
     from ocmm_gui.views._step_picture import StepPicture, read_picture
@@ -27,6 +36,9 @@ else:
         __name__,
         _camera_view="CameraViews",
         _contents="job_items",
+        _deviations=(
+            "SCALE_PX deviation_colour deviation_items deviations_of paint_scale scale_words"
+        ),
         _point_view="PointView seen_from upright",
         _scene="Diamonds Dots Face Item Lines Orbit Tag paint_scene",
         _shapes="shapes",
@@ -34,6 +46,7 @@ else:
     )
 
 __all__ = [
+    "SCALE_PX",
     "CameraViews",
     "Diamonds",
     "Dots",
@@ -44,9 +57,14 @@ __all__ = [
     "PointView",
     "StepPicture",
     "Tag",
+    "deviation_colour",
+    "deviation_items",
+    "deviations_of",
     "job_items",
+    "paint_scale",
     "paint_scene",
     "read_picture",
+    "scale_words",
     "seen_from",
     "shapes",
     "upright",

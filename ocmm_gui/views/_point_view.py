@@ -32,6 +32,7 @@ from ocmm_gui.views._contents import (
     reference_items,
     target_items,
 )
+from ocmm_gui.views._deviations import SCALE_PX, paint_scale
 from ocmm_gui.views._scene import Dots, Item, Lines, Orbit, ScenePainter, Tag, paint_scene
 from ocmm_gui.views._scene_layer import SceneLayer, StillScene
 
@@ -187,6 +188,9 @@ class PointView(QWidget):
         ScenePainter(moving, self._orbit, inside, font, theme.panel, words).paint(painter)
         rig = Lines(self._rig_lines, theme.muted, 1.0)
         self._paint_triad(painter, inside)
+        wide, high = SCALE_PX
+        below = QRectF(inside.right() - wide - 10, inside.bottom() - high - 6, wide, high)
+        paint_scale(painter, below, self._drawing.deviations, theme)
         side = min(190.0, 0.24 * inside.width(), 0.34 * inside.height())
         wide = _OVERVIEW_ASPECT * side
         corner = QRectF(inside.right() - wide - 8, inside.top() + 8, wide, side)
