@@ -1,4 +1,4 @@
-"""Write the tables of the documentation that say what a registry says, and a schema.
+"""Write the tables of the documentation that say what a registry says, and schemas.
 
 ``python docs/make_tables.py`` puts each table between its marks; ``tests/core/test_docs_tables.py``
 compares them.
@@ -18,6 +18,7 @@ from ocmm_core.composition import SOURCES
 from ocmm_core.doctor import CHECKS, DoctorReport
 from ocmm_core.documents import write_atomic
 from ocmm_core.export import FORMATS
+from ocmm_core.export.report import ReportFile
 from ocmm_core.fieldbus.report import Alarm, AlarmResponse, AlarmSpec
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -168,7 +169,14 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
 """By the name in its marks: the page, from the root, and what stands between the marks."""
 
 
-DOCTOR_SCHEMA = "docs/doctor.schema.json"
+SCHEMAS: dict[str, type[msgspec.Struct]] = {
+    "docs/doctor.schema.json": DoctorReport,
+    "docs/report.schema.json": ReportFile,
+}
+"""JSON Schemas (draft 2020-12) of what the program prints and writes as JSON, from its types."""
+
+
+DRAFT = "https://json-schema.org/draft/2020-12/schema"
 
 
 def marked(page: str, name: str) -> re.Match[str]:
@@ -180,8 +188,14 @@ def marked(page: str, name: str) -> re.Match[str]:
     return found
 
 
+def schema_bytes(kind: type[msgspec.Struct]) -> bytes:
+    """Return the JSON Schema of a type as its file holds it."""
+    schema = {"$schema": DRAFT, **msgspec.json.schema(kind)}
+    return msgspec.json.format(msgspec.json.encode(schema, order="sorted"), indent=1) + b"\n"
+
+
 def main() -> None:
-    """Write all tables, and the schema of what ``ocmm station doctor --json`` prints."""
+    """Write all tables and schemas."""
     # `installer` stands beside this folder and is not installed.
     sys.path.insert(0, str(ROOT))
     for name, (path, text) in TABLES.items():
@@ -189,8 +203,8 @@ def main() -> None:
         place = marked(page, name)
         page = f"{page[: place.end(1)]}{text()}{page[place.start(3) :]}"
         write_atomic(ROOT / path, page.encode("utf-8"))
-    schema = msgspec.json.encode(msgspec.json.schema(DoctorReport), order="sorted")
-    write_atomic(ROOT / DOCTOR_SCHEMA, msgspec.json.format(schema, indent=1) + b"\n")
+    for path, kind in SCHEMAS.items():
+        write_atomic(ROOT / path, schema_bytes(kind))
 
 
 if __name__ == "__main__":

@@ -15,7 +15,7 @@ import numba
 _TYPES = {
     "f": numba.float64, "s": numba.float32, "i": numba.int64, "U": numba.uint64,
     "u": numba.uint8, "w": numba.uint16, "b": numba.boolean,
-    "c": numba.complex128,
+    "c": numba.complex128, "j": numba.int32, "v": numba.uint32,
 }  # fmt: skip
 
 # A letter is a number of that type. With a digit it is an array of so many dimensions: row by row
@@ -104,6 +104,16 @@ ocmm_core.camera._windows
     measure_windows w3 i2 w2 f2 f1 f2
     predict_windows f2 f1 i i i2
     report f2 f2 f2 u1
+
+ocmm_core.rendering._raster_kernel
+    hides f2 j2 f1 f1 f
+    project_mesh f2 f2 u2 f2 f1 f2 s2
+    raster f2 s2 j2 j1 i i s2 f s2 j2 v2
+ocmm_core.rendering._line_kernel
+    blend_polygon f2 i f f s2 v2
+    draw_lines f2 j1 i i f i f f f s2 v2
+    draw_outline s2 i i f i f v2
+    merge_layers v2 v2 i i f f
 
 ocmm_core.simulation.scene._exposure
     expose i i i i f2 f1 U U f f1 f2 w2

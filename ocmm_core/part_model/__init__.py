@@ -1,11 +1,13 @@
 """The nominal part as its CAD model has it: trimmed faces, mesh, edges, and how near they are.
 
-In: a `PartModel` as the reader of STEP files makes it. Out: the same from its file, without the
-library that read the model, and the nearest places of its faces to points.
+In: a `PartModel` as the reader of STEP files makes it, or its bytes. Out: bytes, a file, and the
+same model from these, without the library that read it, or one sentence that says what is wrong;
+and the nearest places of its faces to points.
 
-Read `_part_model` (what there is of a part). `_spline` computes with one surface, `_trimming` with
-its outline, `_patches` bounds how near it can be, and `_nearest` finds the nearest place of
-trimmed faces. `_nominal_face` is a face as a plan holds it.
+Read `_part_model` (what there is of a part), `_checked_model` (whether it holds together) and
+`_model_file` (as bytes); `_spline_points` and `_spline` compute with one surface, `_trimming` with
+its outline, `_patches` bounds how near it can be, `_nearest` finds the nearest place of trimmed
+faces. `_nominal_face` is a face as a plan holds it.
 It must not know plans, features or pictures.
 """
 
@@ -16,6 +18,15 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.part_model._checked_model import MOST_FACES, MOST_TRIANGLES
+    from ocmm_core.part_model._model_file import (
+        LARGEST_MODEL,
+        MODEL_ENDING,
+        model_from_bytes,
+        model_to_bytes,
+        read_model_file,
+        write_model_file,
+    )
     from ocmm_core.part_model._nearest import (
         EDGE_MM,
         RIVAL_MM,
@@ -36,19 +47,30 @@ if TYPE_CHECKING:
         Triangles,
     )
     from ocmm_core.part_model._spline import bezier_surface, normals_at, places_at
+    from ocmm_core.part_model._spline_points import spline_frames, spline_points
 else:
     __getattr__ = door(
         __name__,
+        _checked_model="MOST_FACES MOST_TRIANGLES",
+        _model_file=(
+            "LARGEST_MODEL MODEL_ENDING model_from_bytes model_to_bytes read_model_file "
+            "write_model_file"
+        ),
         _nearest=(
             "EDGE_MM Feet RIVAL_MM STRETCH SearchedFace followed_feet nearest_feet searched_face"
         ),
         _nominal_face="NominalFace face_fault nominal_face searched",
         _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles",
         _spline="bezier_surface normals_at places_at",
+        _spline_points="spline_frames spline_points",
     )
 
 __all__ = [
     "EDGE_MM",
+    "LARGEST_MODEL",
+    "MODEL_ENDING",
+    "MOST_FACES",
+    "MOST_TRIANGLES",
     "NO_COLOUR",
     "RIVAL_MM",
     "STRETCH",
@@ -63,10 +85,16 @@ __all__ = [
     "bezier_surface",
     "face_fault",
     "followed_feet",
+    "model_from_bytes",
+    "model_to_bytes",
     "nearest_feet",
     "nominal_face",
     "normals_at",
     "places_at",
+    "read_model_file",
     "searched",
     "searched_face",
+    "spline_frames",
+    "spline_points",
+    "write_model_file",
 ]

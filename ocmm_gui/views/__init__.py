@@ -3,10 +3,13 @@
 In: spots with their labels, poses, points, features. Out: painted widgets; no graphics card is
 needed.
 
-Read `_scene` (a small 3-D scene: numpy projects, QPainter draws), `_shapes` (wire shapes in mm,
-world frame), `_contents` (what is shown), `_deviations` (whiskers of touched
-places and their scale), `_scene_layer` (what of it stands still), `_point_view`
-(the 3-D view), `_camera_view` (spots of each camera), `_step_picture` (the picture of a step).
+Read `_scene` (a small 3-D scene, and how it is projected), `_labels` (where its words stand),
+`_scene_painter` (QPainter draws it), `_shapes` (wire shapes in mm, world frame), `_contents` (what
+is shown), `_deviations` (whiskers of touched places, and their scale); `_part_scene` (the nominal
+part), `_placed` (where it is), `_scene_layer` (what stands still); `_orbit_view` (what turns),
+`_easing` (calmly), `_following` (where the eye has to be), `_rig_sides`, `_view_dress` (what stands
+round a scene); `_part_picture` (the part by itself), `_point_view` (the 3-D view), `_camera_view`
+(spots of each camera), `_step_picture` (the picture of a step).
 It must not know the station or the bridge: it is given what it draws.
 """
 
@@ -28,8 +31,11 @@ if TYPE_CHECKING:
         paint_scale,
         scale_words,
     )
-    from ocmm_gui.views._point_view import PointView, seen_from, upright
-    from ocmm_gui.views._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag, paint_scene
+    from ocmm_gui.views._part_picture import PartPicture
+    from ocmm_gui.views._point_view import PointView
+    from ocmm_gui.views._rig_sides import seen_from, upright
+    from ocmm_gui.views._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
+    from ocmm_gui.views._scene_painter import paint_scene
     from ocmm_gui.views._step_picture import StepPicture, read_picture
 else:
     __getattr__ = door(
@@ -39,8 +45,11 @@ else:
         _deviations=(
             "SCALE_PX deviation_colour deviation_items deviations_of paint_scale scale_words"
         ),
-        _point_view="PointView seen_from upright",
-        _scene="Diamonds Dots Face Item Lines Orbit Tag paint_scene",
+        _part_picture="PartPicture",
+        _point_view="PointView",
+        _rig_sides="seen_from upright",
+        _scene="Diamonds Dots Face Item Lines Orbit Tag",
+        _scene_painter="paint_scene",
         _shapes="shapes",
         _step_picture="StepPicture read_picture",
     )
@@ -54,6 +63,7 @@ __all__ = [
     "Item",
     "Lines",
     "Orbit",
+    "PartPicture",
     "PointView",
     "StepPicture",
     "Tag",

@@ -98,6 +98,15 @@ class JobDrawing:
         self._deviations: tuple[Item, ...] = ()
         self._deviations_of: tuple[object, ...] = ()
         self.deviations = NO_DEVIATIONS
+        self._reach: dict[str, Float] = {}
+
+    def reach(self, name: str = "") -> Float:
+        """Return the places (n, 3) that a feature reaches, points wanted on it too; of all without.
+
+        They are those of the job that was drawn last.
+        """
+        places = [part for key, part in self._reach.items() if not name or key == name]
+        return np.concatenate([np.empty((0, 3)), *places])
 
     def items(self, job: JobView, theme: Theme, chosen: int = 0) -> tuple[tuple[Item, ...], Float]:
         """Return the same as `job_items`; the very tuple of before where nothing has changed.
@@ -105,7 +114,7 @@ class JobDrawing:
         ``chosen`` is the number of the point that is to be seen at once.
         """
         items: list[Item] = []
-        reach: list[Float] = [np.empty((0, 3))]
+        self._reach = {}
         touched = [feature for feature in job.features if feature.points]
         last = max((feature.points[-1].number for feature in touched), default=0)
         # The active feature comes first: its name has the right of way.
@@ -120,12 +129,15 @@ class JobDrawing:
             )
             own, places = self._known(feature, look)
             items += own
-            reach.append(places)
+            self._reach[feature.name] = places
         items += self._whiskers(job, theme)
         if len(items) != len(self._items) or not all(map(is_, items, self._items)):
             self._items = tuple(items)
-        reach += [target.surface_world[None] for target in _wanted(job)]
-        return self._items, np.concatenate(reach)
+        targets = [target.surface_world for target in _wanted(job)]
+        if targets:
+            before = self._reach.get(job.active, np.empty((0, 3)))
+            self._reach[job.active] = np.concatenate([before, np.stack(targets)])
+        return self._items, self.reach()
 
     def _whiskers(self, job: JobView, theme: Theme) -> tuple[Item, ...]:
         made_of = (*job.characteristics, job.held, theme)

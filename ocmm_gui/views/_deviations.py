@@ -1,8 +1,9 @@
 """Deviations of touched places: whiskers in the 3-D view, and the scale that says what they mean.
 
 The classes of the whiskers come from the core (`deviation_picture`); here they get a colour and a
-mark. Too much material is red with a diamond, too little is blue with a diamond: neither rests on
-telling red from green. What is within its limits and not accepted is amber, what is held back grey.
+mark. Too much material is red with a diamond, too little is blue with a diamond, within the limits
+and accepted is green with a filled end, within and not accepted amber with a hollow one, held back
+grey: nothing rests on telling red from green.
 """
 
 from __future__ import annotations
@@ -63,7 +64,12 @@ def deviation_items(picture: DeviationPicture, theme: Theme) -> tuple[Item, ...]
         outside = kind in _OUTSIDE
         items.append(Lines(segments, colour, 3.4 if outside else 2.4))
         ends = segments[:, 1]
-        items.append(Diamonds(ends, colour, 11.0) if outside else Dots(ends, colour, 5.0))
+        if outside:
+            items.append(Diamonds(ends, colour, 11.0))
+        else:
+            # A filled end is accepted, a hollow one is not.
+            filled = kind is DeviationClass.WITHIN
+            items.append(Dots(ends, colour if filled else theme.panel, 6.0, colour))
     worst = picture.worst
     if worst is not None:
         words = tr("{feature} {deviation:+.3f} mm").format(
@@ -93,6 +99,12 @@ def limit_words(picture: DeviationPicture) -> tuple[str, str, str]:
     if picture.limit is None:
         return tr("lower limit"), "0", tr("upper limit")
     return f"{-picture.limit:+.3f}", "0", f"{picture.limit:+.3f} mm"
+
+
+def scale_place(box: QRectF) -> QRectF:
+    """Return where the scale stands in a view: in the lower right corner."""
+    wide, high = min(SCALE_PX[0], box.width() - 220.0), SCALE_PX[1]
+    return QRectF(box.right() - wide - 10.0, box.bottom() - high - 4.0, wide, high)
 
 
 def paint_scale(

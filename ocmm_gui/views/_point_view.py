@@ -1,115 +1,121 @@
-"""The 3-D view: cameras, probe, measured points and fitted features."""
+"""The 3-D view: the part, what was measured on it, the probe and where it has to go."""
 
 from __future__ import annotations
 
 from operator import is_
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, QSize, Qt
-from PySide6.QtGui import (
-    QColor,
-    QKeyEvent,
-    QMouseEvent,
-    QPainter,
-    QPaintEvent,
-    QPen,
-    QWheelEvent,
-)
-from PySide6.QtWidgets import QSizePolicy, QWidget
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QPaintEvent
 
 from ocmm_core.camera import Rig
-from ocmm_core.geometry import Float
-from ocmm_core.inspection.evaluation import JobView, LiveView
+from ocmm_core.inspection.evaluation import JobView, LiveView, Target
+from ocmm_core.rendering import RenderMode
 from ocmm_core.tracking import ProbeBody
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, text_font, tr
+from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import (
     JobDrawing,
     grid_items,
-    grid_step,
     probe_items,
     probe_places,
     reference_items,
     target_items,
 )
-from ocmm_gui.views._deviations import SCALE_PX, paint_scale
-from ocmm_gui.views._scene import Dots, Item, Lines, Orbit, ScenePainter, Tag, paint_scene
+from ocmm_gui.views._deviations import paint_scale, scale_place
+from ocmm_gui.views._easing import Easing
+from ocmm_gui.views._following import Work, following, side_for
+from ocmm_gui.views._orbit_view import OrbitView
+from ocmm_gui.views._placed import PlacedScene
+from ocmm_gui.views._rig_sides import mean_distance, seen_from, upright
+from ocmm_gui.views._scene import Item, Lines, Orbit, Tag
 from ocmm_gui.views._scene_layer import SceneLayer, StillScene
+from ocmm_gui.views._scene_painter import ScenePainter
+from ocmm_gui.views._view_dress import (
+    OVERVIEW_ASPECT,
+    Overview,
+    grid_place,
+    paint_triad,
+    paint_words,
+    triad_place,
+    words_place,
+)
 
 _NAMED_MM = 250.0
 """In a wider view the names of the LEDs would cover each other."""
-
-_CALM = 1.6
-_CHASE = 1.4
-"""So much more room a view takes that the ball has left: it will go on, and a view that moves with
-it cannot be read."""
-_OVERVIEW_ASPECT = 1.25
-_KEY_TURN = np.radians(10.0)
+_BALL_PX = 13.0
+"""At least so much round the middle of the ball and of the next place is kept free of words."""
+_GHOST = 0.4
+_NO_PLACES = np.empty((0, 3))
 
 
-class PointView(QWidget):
-    """Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
+class PointView(OrbitView):
+    """Shows the work from where it can be seen, until somebody turns the view; F gives it back.
 
-    The view fits itself to the work until somebody turns it; the key F gives it back.
+    Orbit with the left button or the arrow keys, pan with the right one, zoom with the wheel.
 
     Parameters
     ----------
     rig, body
         What measures.
+    animated
+        It turns to another side in some tenths of a second, not at once.
     """
 
-    def __init__(self, rig: Rig, body: ProbeBody) -> None:
-        super().__init__()
-        self._rig = rig
+    def __init__(self, rig: Rig, body: ProbeBody, *, animated: bool = False) -> None:
+        up = upright(rig)
+        start = seen_from(rig, up)
+        super().__init__(
+            tr("3-D view"), (600, 420), (240, 160), start.fitted(rig.volume_world, 1.0, 1.0)
+        )
+        self.setAccessibleDescription(
+            tr("Arrow keys rotate the view, plus and minus zoom, F fits it to the part")
+        )
         self._body = body
-        self._theme = THEMES[DEFAULT_THEME]
         self._live: LiveView | None = None
-        self._probe = np.empty((0, 3))
+        self._probe = _NO_PLACES
         self._job: JobView | None = None
         self._chosen = 0
         self._drawing = JobDrawing()
         self._job_items: tuple[Item, ...] = ()
+        self._tags: tuple[Tag, ...] = ()
+        self._job_low: float | None = None
+        self._part = PlacedScene(self)
+        self._part.changed.connect(self.update)
+        self._mode = RenderMode.SHADED
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
         self._still: StillScene | None = None
         self._still_of: tuple[object, ...] = ()
-        self._job_reach = np.empty((0, 3))
-        self._job_low: float | None = None
-        self._probe_reach = np.empty((0, 3))
+        self._whole = self._active = _NO_PLACES
+        self._work = Work()
+        self._seen_target: Target | None = None
         self._follows = True
-        self._mouse: QPointF | None = None
-        up = upright(rig)
-        start = seen_from(rig, up)
-        self._orbit = start.fitted(rig.volume_world, 1.0, 1.0)
-        pyramids = [shapes.camera_pyramid(camera, 0.18 * _distance(rig)) for camera in rig.cameras]
+        self._easing = Easing(self, animated=animated)
+        self._easing.moved.connect(self._ease)
+        self._words: list[tuple[str, QRectF]] = []
+        self._kept_free: list[QRectF] = []
+        depth = 0.18 * mean_distance(rig)
+        pyramids = [shapes.camera_pyramid(camera, depth) for camera in rig.cameras]
         self._rig_lines = np.concatenate(pyramids)
         reach = np.concatenate([self._rig_lines.reshape(-1, 3), rig.volume_world])
-        self._overview = start.fitted(reach, _OVERVIEW_ASPECT, 1.0)
-        self.setAccessibleName(tr("3-D view"))
-        self.setAccessibleDescription(
-            tr("Arrow keys rotate the view, plus and minus zoom, F fits it to the part")
-        )
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
-        self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Expanding)
+        overview = start.fitted(reach, OVERVIEW_ASPECT, 1.0)
+        self._overview = Overview(rig, overview, self._rig_lines)
 
     def show_live(self, live: LiveView) -> None:
         """Show where the probe is; without a trusted pose it is not drawn."""
         self._live = live
         self._probe = probe_places(live, self._body)
         if len(self._probe):
-            first_sight = not len(self._probe_reach)
-            self._probe_reach = self._probe
-            # The ball is the last of them. Who moves it looks for it first of all.
-            if self._follows and (first_sight or not self.shows(self._probe[-1:])):
-                self._fit(_CHASE)
+            self._look_for_work()
         self.update()
 
     def show_job(self, job: JobView) -> None:
         """Show points and features as they stand."""
         self._job = job
+        self._part.place(job.placed_part)
         self._draw_job(job)
-        if self._follows:
-            self._fit()
+        self._look_for_work()
         self.update()
 
     def choose(self, number: int) -> None:
@@ -118,21 +124,15 @@ class PointView(QWidget):
         if self._job is not None:
             self.show_job(self._job)
 
-    def projected(self, places: Float) -> Float:
-        """Return where places (n, 3), mm, world, are in the picture, (n, 2), px."""
-        return self._orbit.project(places, float(self.width()), float(self.height()))[:, :2]
-
-    def shows(self, places: Float) -> bool:
-        """Return whether places (n, 3), mm, world, all lie in the picture."""
-        seen = self.projected(places)
-        return bool(((seen > 0.0) & (seen < (self.width(), self.height()))).all())
-
     def fit(self) -> None:
         """Show the whole work, and keep doing so."""
         self._follows = True
-        reach = np.concatenate([self._job_reach, self._probe_reach])
-        if len(reach):
-            self._orbit = self._orbit.fitted(reach, float(self.width()), float(self.height()))
+        self._seen_target = None
+        self._work = self._work_now()
+        orbit, _ = self._turned()
+        box = self._inside()
+        self._easing.stop()
+        self._orbit = following(orbit, self._work, box.width(), box.height(), turned=True)
         self.update()
 
     def close_up(self) -> None:
@@ -142,199 +142,172 @@ class PointView(QWidget):
             self._follows = False
             tips = np.stack([point.tip_world for point in feature.points])
             surface = np.stack([point.surface_world for point in feature.points])
-            size = (float(self.width()), float(self.height()))
-            self._orbit = self._orbit.fitted(np.concatenate([tips, surface]), *size, margin=1.6)
-            self.update()
+            places, box = np.concatenate([tips, surface]), self._inside()
+            wanted = self._orbit.fitted(places, box.width(), box.height(), margin=1.6)
+            self._easing.begin(self._orbit, wanted)
+
+    def next_mode(self) -> RenderMode:
+        """Paint the part in the next of its ways, and return which one that is."""
+        self._mode = self._mode.following
+        self.update()
+        return self._mode
 
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
-        self._theme = theme
+        super().set_theme(theme)
         if self._job is not None:
             self._draw_job(self._job)
-        self.update()
+
+    def work(self) -> Work:
+        """Return what the view keeps in its picture; for tests."""
+        return self._work
+
+    def sees(self, target: Target) -> bool:
+        """Return whether the view looks at the side of the part that a target is on; for tests."""
+        toward = self._orbit.axes()[2]
+        facing = float(toward @ target.normal_world)
+        return (facing > 0.0 or not np.any(target.normal_world)) and not self._part.hides(
+            target, toward
+        )
+
+    def words(self) -> list[tuple[str, QRectF]]:
+        """Return the words in the picture as painted last and where they stand, px; for tests."""
+        return list(self._words)
+
+    def kept_free(self) -> list[QRectF]:
+        """Return where no word may stand in the picture as painted last, px; for tests."""
+        return list(self._kept_free)
+
+    def is_painted(self) -> bool:
+        """Return whether what is shown is all there is to show; for tests and screenshots."""
+        return self._layer.is_done() and not self._easing.is_running()
+
+    def rough_words(self) -> str:
+        """Return what the picture says while nobody knows where the part is; empty where known."""
+        return tr("Part placed roughly until it is aligned") if self._part.is_rough() else ""
 
     def _draw_job(self, job: JobView) -> None:
-        self._job_items, self._job_reach = self._drawing.items(job, self._theme, self._chosen)
-        reach = self._job_reach @ self._orbit.up
-        self._job_low = float(reach.min()) if len(reach) else None
+        items, reach = self._drawing.items(job, self._theme, self._chosen)
+        if items is not self._job_items:
+            self._job_items = items
+            self._tags = tuple(item for item in items if isinstance(item, Tag))
+        self._whole = np.concatenate([reach, self._part.corners()])
+        self._active = np.concatenate(
+            [self._drawing.reach(job.active) if job.active else _NO_PLACES,
+             self._part.extent(job.active)]
+        )  # fmt: skip
+        heights = self._whole @ self._orbit.up
+        self._job_low = float(heights.min()) if len(heights) else None
 
-    def sizeHint(self) -> QSize:
-        """Return a size for the desk view."""
-        return QSize(600, 420)
+    def _work_now(self) -> Work:
+        ball, job = self._probe[-1:], self._job
+        target = None if job is None else job.target
+        return Work(ball, target, self._active, self._whole if len(self._whole) else self._probe)
 
-    def minimumSizeHint(self) -> QSize:
-        """Return the size below which nothing can be told apart."""
-        return QSize(240, 160)
+    def _look_for_work(self) -> None:
+        """Keep what is worked with in the picture: calmly, but at once if the ball has left it."""
+        self._work = self._work_now()
+        if not self._follows:
+            return
+        goal = self._easing.goal or self._orbit
+        orbit, turned = self._turned(goal)
+        box = self._inside()
+        wanted = following(orbit, self._work, box.width(), box.height(), turned=turned)
+        if wanted is not goal:
+            self._easing.begin(self._orbit, wanted)
+        if len(self._work.ball) and not self.shows(self._work.ball):
+            self._easing.finish()
+
+    def _turned(self, start: Orbit | None = None) -> tuple[Orbit, bool]:
+        """Return the view from where the next place is seen, and whether that is another side."""
+        orbit = self._orbit if start is None else start
+        target = self._work.target
+        if target is None or target is self._seen_target:
+            return orbit, False
+        self._seen_target = target
+        turned = side_for(orbit, target, lambda side: self._part.hides(target, side))
+        return turned, turned is not orbit
+
+    def _ease(self, orbit: Orbit) -> None:
+        self._moved_to(orbit)
+        if len(self._work.ball) and self._follows and not self.shows(self._work.ball):
+            self._easing.finish()
+
+    def _moved(self, orbit: Orbit) -> None:
+        self._follows = False
+        self._easing.stop()
+        super()._moved(orbit)
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the work, and the whole rig small in a corner."""
-        painter = QPainter(self)
-        theme = self._theme
-        frame = QRectF(self.rect()).adjusted(0.5, 0.5, -0.5, -0.5)
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(QColor(theme.panel))
-        painter.drawRoundedRect(frame, 6, 6)
-        inside = frame.adjusted(2, 2, -2, -2)
+        painter = self._painter()
+        theme, orbit = self._theme, self._orbit
+        self._paint_panel(painter)
+        inside = self._inside()
         font = text_font(12)
-        picture, words = self._layer.picture(self._still_scene(inside), font)
-        painter.drawImage(inside.topLeft(), picture)
-        named = self._orbit.radius < _NAMED_MM
+        seen = self._layer.picture(self._still_scene(inside), font)
+        painter.drawImage(inside.topLeft(), seen.image)
+        named = orbit.radius < _NAMED_MM
         tip = None if self._live is None else self._live.tip_world
+        next_place = target_items(self._job, tip, theme, orbit.up)
         moving = (
-            *target_items(self._job, tip, theme, self._orbit.up),
+            *(item for item in next_place if isinstance(item, Tag)),
+            *self._tags,
+            *(item for item in next_place if not isinstance(item, Tag)),
             *reference_items(self._live, theme, named=named),
             *probe_items(self._probe, self._body, theme, named=named),
         )
-        ScenePainter(moving, self._orbit, inside, font, theme.panel, words).paint(painter)
-        rig = Lines(self._rig_lines, theme.muted, 1.0)
-        self._paint_triad(painter, inside)
-        wide, high = SCALE_PX
-        below = QRectF(inside.right() - wide - 10, inside.bottom() - high - 6, wide, high)
-        paint_scale(painter, below, self._drawing.deviations, theme)
-        side = min(190.0, 0.24 * inside.width(), 0.34 * inside.height())
-        wide = _OVERVIEW_ASPECT * side
-        corner = QRectF(inside.right() - wide - 8, inside.top() + 8, wide, side)
-        painter.setPen(QPen(QColor(theme.border), theme.border_px))
-        painter.setBrush(QColor(theme.background))
-        painter.drawRoundedRect(corner, 4, 4)
-        volume = Lines(shapes.box(self._rig.volume_world), theme.border, 1.0)
-        work = Dots(self._probe, theme.accent, 5.0)
-        tags = tuple(
-            Tag(camera.centre_world, camera.name, theme.muted) for camera in self._rig.cameras
-        )
-        paint_scene(
-            painter, (volume, rig, work, *tags), self._overview, corner, text_font(10),
-            theme.background,
+        corner = self._overview.place(inside, self.projected(self._work.needed()))
+        free = self._free_of_words(inside, corner)
+        scene = ScenePainter(
+            moving, orbit, inside, font, theme.panel,
+            taken=[one.translated(-inside.topLeft()) for one in free],
+            depth=seen.depth, ghost=_GHOST,
         )  # fmt: skip
+        scene.paint(painter)
+        paint_triad(painter, inside, orbit, theme)
+        paint_scale(painter, scale_place(inside), self._drawing.deviations, theme)
+        if corner is not None:
+            self._overview.paint(painter, corner, self._probe, theme)
+        words = self.rough_words()
+        if words:
+            paint_words(painter, words_place(inside, words), words, theme)
+        self._kept_free = free
+        self._words = [(text, rect.translated(inside.topLeft())) for text, rect in scene.words]
+
+    def _free_of_words(self, inside: QRectF, corner: QRectF | None) -> list[QRectF]:
+        """Return where no word may stand: ball, next place, and what lies over the picture."""
+        free = [triad_place(inside), grid_place(inside)]
+        if self._drawing.deviations.whiskers:
+            free.append(scale_place(inside))
+        if corner is not None:
+            free.append(corner)
+        if words := self.rough_words():
+            free.append(words_place(inside, words))
+        scale = 0.5 * min(inside.width(), inside.height()) / self._orbit.radius
+        ball = max(_BALL_PX, scale * self._body.tip_radius)
+        target = self._work.target
+        places = [(self._work.ball, ball)]
+        if target is not None:
+            places.append((target.surface_world[None], _BALL_PX))
+        for where, half in places:
+            for x, y in self.projected(where).tolist():
+                free.append(QRectF(x - half, y - half, 2.0 * half, 2.0 * half))
+        return free
 
     def _still_scene(self, inside: QRectF) -> StillScene:
         """Return what does not move with the probe; the same object while it is the same."""
         theme, orbit, size = self._theme, self._orbit, inside.size().toSize()
         ratio = self.devicePixelRatioF()
-        made_of = (self._job_items, orbit, theme.name, self._job_low, size, ratio)
+        active = "" if self._job is None else self._job.active
+        part = self._part.part(theme, self._mode, active, moving=self.is_moving())
+        made_of = (self._job_items, orbit, part, theme.name, self._job_low, size, ratio)
         # Orbits and items hold arrays: they are the same, or they are others.
-        same = all(map(is_, made_of[:2], self._still_of[:2])) and made_of[2:] == self._still_of[2:]
+        same = all(map(is_, made_of[:3], self._still_of[:3])) and made_of[3:] == self._still_of[3:]
         if self._still is None or not same:
             rig = Lines(self._rig_lines, theme.muted, 1.0)
             grid = grid_items(orbit, self._job_low, theme)
-            items = (*grid, rig, *self._job_items)
-            self._still = StillScene(items, orbit, size, ratio, theme.panel)
+            plain = (item for item in self._job_items if not isinstance(item, Tag))
+            self._still = StillScene((*grid, rig, *plain), orbit, size, ratio, theme.panel, part)
             self._still_of = made_of
         return self._still
-
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin to turn or to move."""
-        self._mouse = event.position()
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Turn with the left button, move with another."""
-        if self._mouse is None:
-            return
-        delta = event.position() - self._mouse
-        self._mouse = event.position()
-        self._follows = False
-        if event.buttons() & Qt.MouseButton.LeftButton:
-            self._turn(-0.008 * delta.x(), 0.008 * delta.y())
-        else:
-            scale = 2.0 * self._orbit.radius / min(self.width(), self.height())
-            right, up, _ = self._orbit.axes()
-            moved = self._orbit.target - scale * (delta.x() * right - delta.y() * up)
-            self._orbit = Orbit(
-                moved, self._orbit.azimuth, self._orbit.elevation, self._orbit.radius,
-                self._orbit.up,
-            )  # fmt: skip
-            self.update()
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End turning."""
-        self._mouse = None
-
-    def mouseDoubleClickEvent(self, event: QMouseEvent) -> None:
-        """Fit the view to the work again."""
-        self.fit()
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom."""
-        self._zoom(0.999 ** event.angleDelta().y())
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Turn with the arrows, zoom with plus and minus."""
-        turns = {
-            Qt.Key.Key_Left: (-_KEY_TURN, 0.0),
-            Qt.Key.Key_Right: (_KEY_TURN, 0.0),
-            Qt.Key.Key_Up: (0.0, _KEY_TURN),
-            Qt.Key.Key_Down: (0.0, -_KEY_TURN),
-        }
-        key = Qt.Key(event.key())
-        if key in turns:
-            self._turn(*turns[key])
-        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
-            self._zoom(1.0 / 1.2)
-        elif key is Qt.Key.Key_Minus:
-            self._zoom(1.2)
-        else:
-            super().keyPressEvent(event)
-
-    def _turn(self, azimuth: float, elevation: float) -> None:
-        self._follows = False
-        self._orbit = self._orbit.turned(azimuth, elevation)
-        self.update()
-
-    def _zoom(self, factor: float) -> None:
-        self._follows = False
-        self._orbit = self._orbit.zoomed(factor)
-        self.update()
-
-    def _fit(self, margin: float = 1.15) -> None:
-        reach = np.concatenate([self._job_reach, self._probe_reach])
-        if not len(reach):
-            return
-        width, height = float(self.width()), float(self.height())
-        wanted = self._orbit.fitted(reach, width, height, margin)
-        # A view that moves with every point is no help: it stays while it shows all, large enough.
-        if not self.shows(reach) or self._orbit.radius > _CALM * wanted.radius:
-            self._orbit = wanted
-
-    def _paint_triad(self, painter: QPainter, box: QRectF) -> None:
-        axes = self._orbit.axes()
-        centre = QPointF(box.left() + 46, box.bottom() - 46)
-        painter.setFont(text_font(12))
-        painter.setPen(QColor(self._theme.muted))
-        painter.drawText(
-            QRectF(box.left() + 100, box.bottom() - 26, 200, 20),
-            Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-            tr("grid {grid_step:.0f} mm").format(grid_step=grid_step(self._orbit)),
-        )
-        painter.setFont(text_font(13, bold=True))
-        for name, direction in zip("XYZ", np.eye(3), strict=True):
-            x, y, _ = (axes @ direction).tolist()
-            end = QPointF(centre.x() + 30 * x, centre.y() - 30 * y)
-            painter.setPen(QPen(QColor(self._theme.text), 2.0))
-            painter.drawLine(centre, end)
-            place = QPointF(centre.x() + 41 * x, centre.y() - 41 * y)
-            painter.drawText(
-                QRectF(place.x() - 9, place.y() - 9, 18, 18), Qt.AlignmentFlag.AlignCenter, name
-            )
-
-
-def upright(rig: Rig) -> Float:
-    """Return the world axis that is upright: opposite to the sensors' columns, (3,), unit."""
-    columns = np.mean([camera.T_camera_from_world.rotation[1] for camera in rig.cameras], axis=0)
-    axis = int(np.argmax(np.abs(columns)))
-    up: Float = -np.sign(columns[axis]) * np.eye(3)[axis]
-    return up
-
-
-def seen_from(rig: Rig, up: Float) -> Orbit:
-    """Return a view from the cameras' side, turned and raised enough to see depth."""
-    start = Orbit(np.zeros(3), 0.0, 0.0, 200.0, up)
-    centre = rig.volume_world.mean(axis=0)
-    seat = np.mean([camera.centre_world for camera in rig.cameras], axis=0) - centre
-    right, _, outward = start.axes()
-    azimuth = float(np.arctan2(seat @ right, seat @ outward))
-    return start.turned(azimuth + np.radians(25.0), np.radians(25.0))
-
-
-def _distance(rig: Rig) -> float:
-    centre = rig.volume_world.mean(axis=0)
-    return float(np.mean([np.linalg.norm(c.centre_world - centre) for c in rig.cameras]))

@@ -1,19 +1,13 @@
-"""A small 3-D scene and its renderer: numpy projects, QPainter draws, no graphics card needed.
+"""A small 3-D scene: what there is in it, and how numpy projects it.
 
 The projection is orthographic, so that lengths can be compared by eye wherever they stand.
 """
 
 from __future__ import annotations
 
-import math
-from collections import deque
-from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from time import perf_counter
 
 import numpy as np
-from PySide6.QtCore import QLineF, QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPen, QPolygonF
 
 from ocmm_core.geometry import Float
 
@@ -162,6 +156,40 @@ class Orbit:
         """Return the view with ``radius`` times ``factor``, kept between 2 mm and 5 m."""
         return replace(self, radius=min(max(self.radius * factor, 2.0), 5000.0))
 
+    def about(self, target: Float) -> Orbit:
+        """Return the view from the same side with another place (3,), mm, in the middle."""
+        return replace(self, target=target)
+
+    def looking_from(self, side: Float) -> Orbit:
+        """Return the view from a side (3,), unit, world, as near to it as an upright one can be."""
+        right, up, out = (replace(self, azimuth=0.0, elevation=0.0).axes() @ side).tolist()
+        limit = float(MAX_ELEVATION)
+        elevation = min(max(float(np.arcsin(np.clip(up, -1.0, 1.0))), -limit), limit)
+        # Straight from above every azimuth will do, and none is better than the one that is there.
+        flat = float(np.hypot(right, out))
+        azimuth = float(np.arctan2(right, out)) if flat > 1e-3 else self.azimuth
+        return replace(self, azimuth=azimuth, elevation=elevation)
+
+    def toward(self, other: Orbit, share: float) -> Orbit:
+        """Return a view on the way to another one, which is reached with a share of one."""
+        turn = (other.azimuth - self.azimuth + np.pi) % (2.0 * np.pi) - np.pi
+        return replace(
+            other,
+            target=self.target + share * (other.target - self.target),
+            azimuth=other.azimuth - (1.0 - share) * turn,
+            elevation=self.elevation + share * (other.elevation - self.elevation),
+            radius=self.radius * (other.radius / self.radius) ** share,
+        )
+
+    def is_like(self, other: Orbit) -> bool:
+        """Return whether nobody could tell the two apart."""
+        return (
+            abs(self.azimuth - other.azimuth) + abs(self.elevation - other.elevation) < 1e-6
+            and abs(self.radius / other.radius - 1.0) < 1e-6
+            and float(np.abs(self.target - other.target).max()) < 1e-6 * self.radius
+            and self.up is other.up
+        )
+
     def fitted(self, points: Float, width: float, height: float, margin: float = 1.15) -> Orbit:
         """Return the view from the same side that shows all ``points`` (n, 3)."""
         axes = self.axes()
@@ -170,154 +198,3 @@ class Orbit:
         half = 0.5 * (high - low)[:2] * min(width, height) / np.array([width, height])
         target = axes.T @ (0.5 * (low + high))
         return replace(self, target=target, radius=max(margin * float(half.max()), 15.0))
-
-
-def paint_scene(
-    painter: QPainter, items: Iterable[Item], orbit: Orbit, box: QRectF, font: QFont, halo: str
-) -> None:
-    """Paint items at once; see `ScenePainter`."""
-    ScenePainter(items, orbit, box, font, halo).paint(painter)
-
-
-class ScenePainter:
-    """Paint faces, then lines, then dots, then words, at once or a few at a time.
-
-    Faces and dots are painted from far to near. A word that would cover another one is left out:
-    the first one stays.
-
-    Parameters
-    ----------
-    items
-        What is painted.
-    orbit
-        From where.
-    box
-        Where, px.
-    font, halo
-        Of the words, and the colour behind them.
-    taken
-        Where words stand already, px from the upper left corner of ``box``.
-
-    Attributes
-    ----------
-    taken
-        The same, with those that were painted.
-    """
-
-    def __init__(
-        self,
-        items: Iterable[Item],
-        orbit: Orbit,
-        box: QRectF,
-        font: QFont,
-        halo: str,
-        taken: Iterable[QRectF] = (),
-    ) -> None:
-        self._box, self._font, self._halo = box, font, halo
-        self._picture = orbit.projection(box.width(), box.height())
-        self.taken = list(taken)
-        items = tuple(items)
-        faces = [item for item in items if isinstance(item, Face)]
-        depth = [float(self._picture.apply(item.corners)[:, 2].mean()) for item in faces]
-        marks = [item for item in items if isinstance(item, Dots | Diamonds)]
-        self._left: deque[Item] = deque(
-            (
-                *(faces[k] for k in np.argsort(depth, kind="stable")),
-                *(item for item in items if isinstance(item, Lines) and len(item.segments)),
-                *(item for item in marks if len(item.points)),
-                *(item for item in items if isinstance(item, Tag)),
-            )
-        )
-
-    def paint(self, painter: QPainter, until_s: float = math.inf) -> bool:
-        """Paint what is left, until a time of `time.perf_counter`; return whether all is painted.
-
-        One item at least is painted.
-        """
-        painter.save()
-        painter.setClipRect(self._box)
-        painter.translate(self._box.topLeft())
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-        painter.setFont(self._font)
-        while self._left:
-            self._paint(painter, self._left.popleft())
-            if perf_counter() > until_s:
-                break
-        painter.restore()
-        return not self._left
-
-    def _paint(self, painter: QPainter, item: Item) -> None:
-        match item:
-            case Face():
-                self._paint_face(painter, item)
-            case Lines():
-                ends = self._picture.apply(item.segments)[..., :2].reshape(-1, 4)
-                painter.setPen(QPen(QColor(item.colour), item.width, c=Qt.PenCapStyle.RoundCap))
-                painter.drawLines([QLineF(*end) for end in ends.tolist()])
-            case Dots():
-                _paint_dots(painter, item, self._picture.apply(item.points))
-            case Diamonds():
-                _paint_diamonds(painter, item, self._picture.apply(item.points), self._halo)
-            case Tag():
-                x, y, _ = self._picture.apply(item.point).tolist()
-                _paint_tag(painter, item, QPointF(x, y), self._halo, self.taken)
-
-    def _paint_face(self, painter: QPainter, face: Face) -> None:
-        colour = QColor(face.colour)
-        colour.setAlpha(face.alpha)
-        # Their edges are drawn as lines: smoothing large translucent areas would only cost time.
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing, False)
-        painter.setPen(Qt.PenStyle.NoPen)
-        painter.setBrush(colour)
-        corners = self._picture.apply(face.corners)
-        painter.drawPolygon(QPolygonF([QPointF(x, y) for x, y, _ in corners.tolist()]))
-        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
-
-
-def _paint_dots(painter: QPainter, item: Dots, places: Float) -> None:
-    outline = QPen(QColor(item.outline), 1.2) if item.outline else QPen(Qt.PenStyle.NoPen)
-    painter.setPen(outline)
-    painter.setBrush(QColor(item.colour))
-    radius = 0.5 * item.size
-    for x, y, _ in places[np.argsort(places[:, 2])].tolist():
-        painter.drawEllipse(QPointF(x, y), radius, radius)
-
-
-def _paint_diamonds(painter: QPainter, item: Diamonds, places: Float, halo: str) -> None:
-    half = 0.5 * item.size
-    painter.setBrush(Qt.BrushStyle.NoBrush)
-    # The halo keeps the mark in sight on lines and dots of its own colour.
-    for pen in (QPen(QColor(halo), 6.0), QPen(QColor(item.colour), 2.6)):
-        painter.setPen(pen)
-        for x, y, _ in places.tolist():
-            painter.drawPolygon(
-                QPolygonF(
-                    [
-                        QPointF(x, y - half), QPointF(x + half, y),
-                        QPointF(x, y + half), QPointF(x - half, y),
-                    ]
-                )
-            )  # fmt: skip
-
-
-def _paint_tag(
-    painter: QPainter, item: Tag, place: QPointF, halo: str, taken: list[QRectF]
-) -> None:
-    metrics = painter.fontMetrics()
-    wide, high = metrics.horizontalAdvance(item.text) + 8.0, float(metrics.height())
-    for right, above in ((True, True), (True, False), (False, True), (False, False)):
-        x = place.x() + (8.0 if right else -8.0 - wide)
-        y = place.y() + (-high - 2.0 if above else 4.0)
-        box = QRectF(x, y, wide, high)
-        if not any(box.intersects(other) for other in taken):
-            break
-    else:
-        return
-    taken.append(box)
-    behind = QColor(halo)
-    behind.setAlpha(190)
-    painter.setPen(Qt.PenStyle.NoPen)
-    painter.setBrush(behind)
-    painter.drawRoundedRect(box, 3, 3)
-    painter.setPen(QColor(item.colour))
-    painter.drawText(box, Qt.AlignmentFlag.AlignCenter, item.text)

@@ -7,13 +7,17 @@ it; nobody notices that with a hundred features, which are painted at once.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from time import perf_counter
 
 from PySide6.QtCore import QObject, QRectF, QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
-from ocmm_gui.views._scene import Item, Orbit, ScenePainter
+from ocmm_core.rendering import Canvas, blend_flat
+from ocmm_gui.views._part_scene import PartScene
+from ocmm_gui.views._scene import Face, Item, Orbit
+from ocmm_gui.views._scene_painter import Depth, ScenePainter
 
 _SLICE_S = 0.012
 """As long as a frame of a screen that is refreshed 80 times a second."""
@@ -31,6 +35,8 @@ class StillScene:
         Of the picture, px of the window, and how many of the screen each of them has.
     background
         Its colour, which is also behind words.
+    part
+        The part, which may hide items; None for none.
     """
 
     items: tuple[Item, ...]
@@ -38,34 +44,115 @@ class StillScene:
     size: QSize
     ratio: float
     background: str
+    part: PartScene | None = None
 
     def is_seen_as(self, other: StillScene) -> bool:
         """Return whether the other scene is seen from the same place, in a picture of this size."""
         return self.orbit is other.orbit and self.size == other.size and self.ratio == other.ratio
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class StillPicture:
+    """A picture, and the depths of the part in it; None where it shows none."""
+
+    image: QImage
+    depth: Depth | None
+
+
 class _Drawing:
     """A picture, and what of its scene is left to paint."""
 
-    def __init__(self, scene: StillScene, font: QFont) -> None:
+    def __init__(self, scene: StillScene, font: QFont, canvases: _Canvases) -> None:
         self.scene = scene
+        self._font = font
         self.image = QImage(scene.size * scene.ratio, QImage.Format.Format_ARGB32_Premultiplied)
         self.image.setDevicePixelRatio(scene.ratio)
         self.image.fill(QColor(scene.background))
-        box = QRectF(0.0, 0.0, scene.size.width(), scene.size.height())
-        self.left = ScenePainter(scene.items, scene.orbit, box, font, scene.background)
+        self._box = QRectF(0.0, 0.0, scene.size.width(), scene.size.height())
+        self.canvas: Canvas | None = None
+        self._depth: Depth | None = None
+        self._items = scene.items
+        self._left: ScenePainter | None = None
+        part = scene.part
+        if part is not None:
+            scale = part.scale(scene.size, scene.ratio)
+            self.canvas = canvases.take(
+                max(round(scene.size.width() * scale), 1),
+                max(round(scene.size.height() * scale), 1),
+            )
+            self._scale = scale
+            self._part = part.rendering(scene.orbit, scene.size, self.canvas, scale)
+        else:
+            self._begin_items()
         self.is_done = False
 
     @property
-    def seen(self) -> tuple[QImage, list[QRectF]]:
-        """Return the picture as far as it is, and where words stand in it."""
-        return self.image, self.left.taken
+    def seen(self) -> StillPicture:
+        """Return the picture as far as it is."""
+        return StillPicture(self.image, self._depth)
 
     def go_on(self) -> None:
-        """Paint for a slice of time."""
+        """Paint for a slice of time; what is shown while the view moves is painted at once."""
+        moving = self.scene.part is not None and self.scene.part.moving
+        until = math.inf if moving else perf_counter() + _SLICE_S
+        if self._left is None:
+            if not self._part.go_on(until):
+                return
+            self._lay_part()
+            self._begin_items()
+        if self._left is not None:
+            painter = QPainter(self.image)
+            self.is_done = self._left.paint(painter, until)
+            painter.end()
+
+    def _lay_part(self) -> None:
+        """Put the painted part into the picture, with the flat fields that lie before or on it."""
+        canvas, scene = self.canvas, self.scene
+        if canvas is None:
+            return
+        self._depth = Depth(canvas, self._scale, self._part.bias)
+        projection = scene.orbit.projection(scene.size.width(), scene.size.height())
+        for item in scene.items:
+            if isinstance(item, Face):
+                corners = projection.apply(item.corners)
+                corners[:, :2] *= self._scale
+                blend_flat(canvas, corners, item.colour, item.alpha / 255.0, self._part.bias)
+        self._items = tuple(item for item in scene.items if not isinstance(item, Face))
+        painted = QImage(
+            canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
+            QImage.Format.Format_ARGB32_Premultiplied,
+        )  # fmt: skip
         painter = QPainter(self.image)
-        self.is_done = self.left.paint(painter, perf_counter() + _SLICE_S)
+        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
+        painter.drawImage(self._box, painted)
         painter.end()
+
+    def _begin_items(self) -> None:
+        scene = self.scene
+        self._left = ScenePainter(
+            self._items, scene.orbit, self._box, self._font, scene.background, depth=self._depth
+        )
+
+
+class _Canvases:
+    """Buffers for two pictures, one shown and one painted: new memory would cost milliseconds."""
+
+    def __init__(self) -> None:
+        self._free: list[Canvas] = []
+
+    def take(self, width: int, height: int) -> Canvas:
+        """Return one that nobody uses."""
+        for canvas in self._free:
+            if (canvas.width, canvas.height) == (width, height):
+                self._free.remove(canvas)
+                return canvas
+        self._free.clear()
+        return Canvas(width, height)
+
+    def give_back(self, canvas: Canvas | None) -> None:
+        """Say that it is no longer shown."""
+        if canvas is not None and len(self._free) < 2:
+            self._free.append(canvas)
 
 
 class SceneLayer(QObject):
@@ -84,27 +171,42 @@ class SceneLayer(QObject):
         super().__init__(parent)
         self._shown: _Drawing | None = None
         self._next: _Drawing | None = None
+        self._canvases = _Canvases()
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self._finish)
 
-    def picture(self, scene: StillScene, font: QFont) -> tuple[QImage, list[QRectF]]:
-        """Return the picture of a scene and where words stand in it, px.
+    def picture(self, scene: StillScene, font: QFont) -> StillPicture:
+        """Return the picture of a scene.
 
         While a new one is painted it is that of the scene before, if that was seen from the same
         place, else as much as is painted.
         """
         before = self._shown
         if before is not None and before.scene is scene:
-            self._next = None
+            self._drop_next()
             return before.seen
         drawing = self._next
         if drawing is None or drawing.scene is not scene:
-            drawing = self._next = _Drawing(scene, font)
+            self._drop_next()
+            drawing = self._next = _Drawing(scene, font, self._canvases)
             self._go_on()
         if drawing.is_done or before is None or not before.scene.is_seen_as(scene):
             return drawing.seen
         return before.seen
+
+    def is_done(self) -> bool:
+        """Return whether the picture that was asked for last is the one that is shown."""
+        return self._shown is not None and self._next is None
+
+    def canvas(self) -> Canvas | None:
+        """Return the buffers of the part that is shown; None where none is."""
+        return None if self._shown is None else self._shown.canvas
+
+    def _drop_next(self) -> None:
+        if self._next is not None:
+            self._canvases.give_back(self._next.canvas)
+            self._next = None
 
     def _go_on(self) -> None:
         """Paint a little more; what is done is shown."""
@@ -113,6 +215,8 @@ class SceneLayer(QObject):
             return
         drawing.go_on()
         if drawing.is_done:
+            if self._shown is not None:
+                self._canvases.give_back(self._shown.canvas)
             self._shown, self._next = drawing, None
         else:
             self._timer.start(0)

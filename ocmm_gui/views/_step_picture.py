@@ -17,7 +17,8 @@ from ocmm_core.features.shapes import (
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import Painted, literal, shape_word, text_font, tr
 from ocmm_gui.views import _shapes as shapes
-from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, paint_scene
+from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit
+from ocmm_gui.views._scene_painter import paint_scene
 
 _LARGEST_PX = 4000
 """A picture with a longer side is read at a smaller scale."""

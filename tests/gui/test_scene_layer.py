@@ -86,12 +86,12 @@ def test_the_picture_is_the_same_however_long_the_slices_are(
     layer, scene, font = SceneLayer(app), scene_of(job), text_font(12)
     told: list[None] = []
     layer.changed.connect(lambda: told.append(None))
-    first, _ = layer.picture(scene, font)
+    first = layer.picture(scene, font).image
     wanted = at_once(scene, font)
     assert (first == wanted) == (slice_s > 0.0)
     for _ in range(10 * len(scene.items)):
         app.processEvents()
-    assert layer.picture(scene, font)[0] == wanted
+    assert layer.picture(scene, font).image == wanted
     assert bool(told) == (slice_s == 0.0)
     layer.deleteLater()
 
@@ -106,11 +106,11 @@ def test_the_scene_before_is_shown_until_the_next_is_painted_if_the_eye_has_not_
     monkeypatch.setattr(_scene_layer, "_SLICE_S", 0.0)
     before = at_once(scene, font)
     more = replace(scene, items=scene.items[::-1])
-    assert layer.picture(more, font)[0] == before
+    assert layer.picture(more, font).image == before
     turned = scene_of(job, 1.4)
-    assert layer.picture(turned, font)[0] not in (before, at_once(turned, font))
+    assert layer.picture(turned, font).image not in (before, at_once(turned, font))
     # Back to what is shown: nothing is painted again.
-    assert layer.picture(scene, font)[0] == before
+    assert layer.picture(scene, font).image == before
     layer.deleteLater()
 
 

@@ -283,7 +283,12 @@ class EthercatSource:
     def _begin_session(self) -> None:
         """Take up the exposures that a bring-up started."""
         schedule = self._bus.schedule
-        self._records = [CameraPast(camera.name) for camera in self._settings.cameras]
+        self._records = [
+            CameraPast(camera.name, layout=layout, mark=layout.mark(camera.serial))
+            for camera, layout in zip(
+                self._settings.cameras, self._bus.session.layouts, strict=True
+            )
+        ]
         gap = self._exposures.begin(schedule, self._bus.session.start_host_ns)
         self._accounts.lost(gap)
         self._supervisor.brought_up(self._time.now_ns())

@@ -24,9 +24,13 @@ from ocmm_core.fieldbus.device import (
     FRAME_DTYPE,
     FRAMES_PER_CYCLE,
     HEADER_STRUCT,
+    INPUT_LAYOUTS,
+    NEWEST_LAYOUT,
+    NO_MARK,
     CameraStatus,
     Header,
-    check_data_crc,
+    InputLayout,
+    data_mark,
     decode_spots,
 )
 from ocmm_core.fieldbus.wire import Command, Datagram, decode_frame, frame_index, has_passed
@@ -40,6 +44,9 @@ _LAST_NS = 1 << 62
 """Of a bus clock that counts from 2000; nothing is later."""
 
 
+_WITHOUT_SERIAL = next(each for each in INPUT_LAYOUTS.values() if not each.says_serial)
+
+
 @dataclass(slots=True)
 class CameraAccount:
     """What became of the answers of one camera.
@@ -51,7 +58,9 @@ class CameraAccount:
     answers
         Process data that came back from it.
     damaged
-        With a wrong check sum.
+        With a wrong check sum, or that of another camera.
+    unproven
+        Before a second one had the same serial number in its check sum, where nothing else told it.
     idle
         While it was not in operation or not synchronised.
     repeated
@@ -69,6 +78,7 @@ class CameraAccount:
     name: str
     answers: int = 0
     damaged: int = 0
+    unproven: int = 0
     idle: int = 0
     repeated: int = 0
     contradicting: int = 0
@@ -123,10 +133,13 @@ class CaptureAccount:
 
 @dataclass(slots=True)
 class _Track:
-    """Where one camera is in its frames."""
+    """Where one camera is in its frames, and what its sound inputs show (`data_mark`)."""
 
     next_frame: int | None = None
     cycle_counter: int | None = None
+    serial: int | None = None
+    layouts: dict[int, InputLayout] = field(default_factory=dict)
+    suspected: int = NO_MARK
 
 
 class BusCapture:
@@ -260,10 +273,10 @@ class BusCapture:
     def _take_camera(self, place: int, content: bytes) -> bool:
         account, track = self.account.cameras[place], self._tracks[place]
         account.answers += 1
-        if not check_data_crc(content):
-            account.damaged += 1
+        layout = self._layout(place, data_mark(content))
+        if layout is None:
             return False
-        header = Header.decode(content)
+        header = layout.decode(content)
         if header.status & _RUNNING != _RUNNING:
             account.idle += 1
             return False
@@ -278,6 +291,26 @@ class BusCapture:
         if header.status & CameraStatus.OVERRUN:
             account.overruns += 1
         return self._take_frames(place, first, header, content)
+
+    def _layout(self, place: int, mark: int) -> InputLayout | None:
+        """Return the layout of a sound input; without a known serial number two must agree."""
+        account, track = self.account.cameras[place], self._tracks[place]
+        serial = self._listener.serial(self._areas[place].station)
+        if serial is not None and serial != track.serial:
+            track.serial = serial
+            track.layouts = {each.mark(serial): each for each in INPUT_LAYOUTS.values()}
+        layout = track.layouts.get(mark)
+        if layout is not None:
+            return layout
+        if serial is None and mark == track.suspected != NO_MARK:
+            track.layouts[mark] = NEWEST_LAYOUT if mark else _WITHOUT_SERIAL
+            return track.layouts[mark]
+        if serial is None and not track.layouts and mark != NO_MARK:
+            account.unproven += 1
+        else:
+            account.damaged += 1
+        track.suspected = mark
+        return None
 
     def _first_frame(self, header: Header) -> int | None:
         """Return the number of the header's first exposure; None where it contradicts itself."""
@@ -298,7 +331,7 @@ class BusCapture:
         if self._period_ns:
             for camera in self.account.cameras:
                 camera.restarts += 1
-            self._tracks = [_Track(cycle_counter=old.cycle_counter) for old in self._tracks]
+            self._tracks = [replace(old, next_frame=None) for old in self._tracks]
         self._start_ns, self._period_ns = start_ns, header.period_ns
         # A recording may begin in the middle of an acquisition.
         self._base = header.counter

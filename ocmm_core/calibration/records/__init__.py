@@ -18,7 +18,13 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.calibration.records._artefacts import LengthBar, Sphere, load_bar, load_sphere
+    from ocmm_core.calibration.records._artefacts import (
+        Artefact,
+        LengthBar,
+        Sphere,
+        load_bar,
+        load_sphere,
+    )
     from ocmm_core.calibration.records._camera_memory import (
         check_camera_temperature,
         compare_with_cameras,
@@ -104,7 +110,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefacts="LengthBar Sphere load_bar load_sphere",
+        _artefacts="Artefact LengthBar Sphere load_bar load_sphere",
         _camera_memory="compare_with_cameras check_camera_temperature write_to_cameras",
         _chain_seal="NAME",
         _events="Event EventKind TipEvent TipEventKind TipRecords judgements",
@@ -144,6 +150,7 @@ __all__ = [
     "TEXT_SCHEMA",
     "TIP_SCHEMA",
     "VERIFICATION_SCHEMA",
+    "Artefact",
     "ArtefactUse",
     "Blocker",
     "CalibrationInUse",

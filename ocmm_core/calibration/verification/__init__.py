@@ -17,6 +17,14 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.verification._limits import Limits
+    from ocmm_core.calibration.verification._line_planning import (
+        CORNER_NAMES,
+        LinePlanning,
+        PlannedLine,
+        corner_distances,
+        corners_of,
+        plan_lines,
+    )
     from ocmm_core.calibration.verification._procedure_verification import (
         LINES,
         RESULT,
@@ -31,6 +39,9 @@ else:
     __getattr__ = door(
         __name__,
         _limits="Limits",
+        _line_planning=(
+            "CORNER_NAMES LinePlanning PlannedLine corner_distances corners_of plan_lines"
+        ),
         _procedure_verification=(
             "LINES RESULT SEATS_AGAIN SEATS_FIRST SPHERES VerificationProcedure"
         ),
@@ -39,6 +50,7 @@ else:
     )
 
 __all__ = [
+    "CORNER_NAMES",
     "LINES",
     "PLACES",
     "RESULT",
@@ -46,6 +58,11 @@ __all__ = [
     "SEATS_FIRST",
     "SPHERES",
     "Limits",
+    "LinePlanning",
+    "PlannedLine",
     "VerificationProcedure",
+    "corner_distances",
+    "corners_of",
     "fit_sphere",
+    "plan_lines",
 ]

@@ -22,6 +22,7 @@ _CYCLE_NS = 1_000_000
 _MEANINGS = {
     "answers": "answers",
     "damaged": "  check sum wrong",
+    "unproven": "  before their serial number was told",
     "idle": "  not in operation",
     "repeated": "  repeated",
     "contradicting": "  contradicting",

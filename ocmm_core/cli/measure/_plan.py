@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import msgspec
 import typer
@@ -12,8 +12,11 @@ from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from ocmm_core.features.shapes import NominalFeature
     from ocmm_core.inspection.plan import Plan
+    from ocmm_core.inspection.step import StepModel
 
 
 plan_app = typer.Typer(no_args_is_help=True, help="Check, create and import plans.")
@@ -59,7 +62,7 @@ def new(
     first = NominalFeature(
         name="DATUM_A", shape=Shape.PLANE, points=usual_points(Shape.PLANE), point=(0.0, 0.0, 0.0)
     )
-    _write((first,), output, name, part, overwrite=overwrite)
+    _write(_plan((first,), output, name, part), output, overwrite=overwrite)
 
 
 @plan_app.command(name="import")
@@ -77,30 +80,72 @@ def import_(
     whole: Annotated[
         bool, typer.Option("--all", help="Of a model: fillets, text and narrow faces too.")
     ] = False,
+    tolerances: Annotated[
+        bool, typer.Option(help="Of a model (AP242): its tolerances too, with an account of all.")
+    ] = True,
+    general: Annotated[
+        str,
+        typer.Option(
+            help="General tolerance of sizes and distances of a model without their own: "
+            "iso2768-f, -m, -c or -v."
+        ),
+    ] = "",
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Of a model: what became of it as JSON.")
+    ] = False,
 ) -> None:
     """Make a plan of the features of a table or of the surfaces of a model.
 
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
     side, points, text. A decimal comma needs semicolons between the columns. The features of a
-    model get targets on its trimmed faces; what is left out is told with the reason.
+    model get targets on its trimmed faces; what is left out is told with the reason. Code 1: the
+    plan is written, and something of the model's tolerances was refused.
     """
+    from ocmm_core.cli.measure._account import account_json, print_account
+    from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
     from ocmm_core.inspection.plan import features_from_csv
     from ocmm_core.inspection.step import STEP_ENDINGS, read_model
 
     if file.suffix.lower() not in STEP_ENDINGS:
-        _write(features_from_csv(file), output, name, part, overwrite=overwrite)
+        _write(_plan(features_from_csv(file), output, name, part), output, overwrite=overwrite)
         return
+    general_of(general)
     model = read_model(file, ball)
     more = tuple(one.feature for one in model.left_out) if whole else ()
-    _write((*model.features, *more), output, name, part, overwrite=overwrite)
-    console = make_console()
-    if whole and more:
-        console.print(f"{len(more)} of these have no targets on their faces:", highlight=False)
+    plan = _plan((*model.features, *more), output, name, part)
+    account = None
+    if tolerances:
+        plan, account = plan_with_tolerances(plan, model, general)
+    _write(plan, output, overwrite=overwrite, silent=as_json)
+    if as_json:
+        typer.echo(account_json(account or Account(), _told(plan, output, model)))
+    else:
+        console = make_console()
+        _print_left_out(model, console, whole=whole)
+        if account is not None:
+            print_account(account, console)
+    if account is not None and not account.is_complete:
+        raise typer.Exit(1)
+
+
+def _print_left_out(model: StepModel, console: Console, *, whole: bool) -> None:
+    if whole and model.left_out:
+        count = len(model.left_out)
+        console.print(f"{count} of these have no targets on their faces:", highlight=False)
     elif model.why_not():
         how = "; --all takes all but free-form and tessellated faces" if model.left_out else ""
         console.print(f"Left out{how}:", highlight=False)
     for why, count in model.why_not():
         console.print(f"{count:5}  {why}", highlight=False)
+
+
+def _told(plan: Plan, output: Path, model: StepModel) -> dict[str, Any]:
+    return {
+        "plan": str(output),
+        "features": len(plan.features),
+        "characteristics": len(plan.characteristics),
+        "left_out": dict(model.why_not()),
+    }
 
 
 def warnings_of(plan: Plan, folder: Path) -> list[str]:
@@ -120,15 +165,17 @@ def warnings_of(plan: Plan, folder: Path) -> list[str]:
     return found
 
 
-def _write(
-    features: tuple[NominalFeature, ...],
-    output: Path,
-    name: str | None,
-    part: str | None,
-    *,
-    overwrite: bool,
-) -> None:
-    from ocmm_core.inspection.plan import check_plan, new_plan, save_plan
+def _plan(
+    features: tuple[NominalFeature, ...], output: Path, name: str | None, part: str | None
+) -> Plan:
+    from ocmm_core.inspection.plan import new_plan
+
+    empty = new_plan(name or output.stem, part or output.stem)
+    return msgspec.structs.replace(empty, features=list(features))
+
+
+def _write(plan: Plan, output: Path, *, overwrite: bool, silent: bool = False) -> None:
+    from ocmm_core.inspection.plan import check_plan, save_plan
 
     if output.exists() and not overwrite:
         raise InputError(
@@ -136,9 +183,9 @@ def _write(
             f"{output}: this file already exists.",
             "Choose another name, or give --overwrite.",
         )
-    plan = msgspec.structs.replace(
-        new_plan(name or output.stem, part or output.stem), features=list(features)
-    )
     check_plan(output, plan)
     save_plan(plan, output)
-    make_console().print(f"{output}: {len(features)} features.", highlight=False)
+    if not silent:
+        count = len(plan.characteristics)
+        told = f", {count} characteristics" if count else ""
+        make_console().print(f"{output}: {len(plan.features)} features{told}.", highlight=False)

@@ -1,11 +1,13 @@
-"""The data of a report, and its text, JSON, workbook, Q-DAS and PolyWorks files.
+"""The data of a report, and its text, JSON, workbook and PolyWorks files.
 
 In: an evaluated job and a profile. Out: one frozen `ReportData`, and bytes of files made from it.
 
 Read `_report_data` (all that a report can say) and `_exporter` (what every format can do).
 `_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
-`_json_file` with `_json_schema`, `_xlsx`, `_aqdef`. `_profile` says how text files are written.
-Every format has a reader of its own. It must not know the registry or QIF.
+`_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
+written.
+`_template` is whose paper it is and what no job knows, `_paper_facts` what a test report must say
+of itself. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
 """
 
 from __future__ import annotations
@@ -15,13 +17,23 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.report._aqdef import AQDEF
+    from ocmm_core.export.report._delimited import same_number
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
     from ocmm_core.export.report._json_file import JSON
-    from ocmm_core.export.report._json_schema import read_report
-    from ocmm_core.export.report._names import check_name, clean_text
+    from ocmm_core.export.report._json_schema import ReportFile, read_report
+    from ocmm_core.export.report._names import check_file_stem, check_name, clean_text, one_line
+    from ocmm_core.export.report._paper_facts import (
+        CLAUSES,
+        NOT_STATED,
+        PaperFact,
+        open_clauses,
+        paper_facts,
+        plan_deviations,
+        report_number,
+        statements,
+    )
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._profile import Profile, load_profile, polyworks_profile
     from ocmm_core.export.report._report_data import (
@@ -41,52 +53,89 @@ if TYPE_CHECKING:
         points_table,
         report_table,
     )
+    from ocmm_core.export.report._template import (
+        SECTIONS,
+        Paper,
+        Particulars,
+        ReportTemplate,
+        Section,
+        load_paper,
+        plain_paper,
+        standard_template,
+    )
     from ocmm_core.export.report._xlsx import XLSX
 else:
     __getattr__ = door(
         __name__,
-        _aqdef="AQDEF",
+        _delimited="same_number",
         _elements="Element",
         _exporter="Exporter ReportFormat",
         _head="head_table",
         _json_file="JSON",
-        _json_schema="read_report",
-        _names="check_name clean_text",
+        _json_schema="ReportFile read_report",
+        _names="check_file_stem check_name clean_text one_line",
+        _paper_facts=(
+            "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations report_number "
+            "statements"
+        ),
         _polyworks="POLYWORKS",
         _profile="Profile load_profile polyworks_profile",
         _report_data=(
             "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
         ),
         _tables="Cell Number Table Units features_table points_table report_table",
+        _template=(
+            "SECTIONS Paper Particulars ReportTemplate Section load_paper plain_paper "
+            "standard_template"
+        ),
         _xlsx="XLSX",
     )
 
 __all__ = [
-    "AQDEF",
+    "CLAUSES",
     "JSON",
+    "NOT_STATED",
     "POLYWORKS",
+    "SECTIONS",
     "XLSX",
     "Cell",
     "Element",
     "Exporter",
     "Instrument",
     "Number",
+    "Paper",
+    "PaperFact",
+    "Particulars",
     "Profile",
     "ReportData",
+    "ReportFile",
     "ReportFormat",
+    "ReportTemplate",
     "ReportedFeature",
     "ReportedResult",
+    "Section",
     "Table",
     "Units",
+    "check_file_stem",
     "check_name",
     "clean_text",
     "features_table",
     "head_table",
+    "load_paper",
     "load_profile",
+    "one_line",
+    "open_clauses",
+    "paper_facts",
+    "plain_paper",
+    "plan_deviations",
     "points_table",
     "polyworks_profile",
     "read_report",
     "report_data",
+    "report_number",
     "report_of_job",
     "report_table",
+    "same_number",
+    "standard_template",
+    "statements",
 ]

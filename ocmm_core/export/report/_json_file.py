@@ -25,6 +25,7 @@ from ocmm_core.export.report._json_schema import (
     JobPart,
     Matrix,
     ObservationPart,
+    PaperFactPart,
     PartVerdictPart,
     ReportFile,
     ResultPart,
@@ -35,6 +36,7 @@ from ocmm_core.export.report._json_schema import (
     read_report,
 )
 from ocmm_core.export.report._names import check_name, clean_text
+from ocmm_core.export.report._paper_facts import paper_facts
 from ocmm_core.export.report._profile import Profile
 from ocmm_core.export.report._report_data import ReportData, ReportedFeature, ReportedResult
 from ocmm_core.export.report._tables import (
@@ -160,6 +162,10 @@ def _file(data: ReportData) -> ReportFile:
                 reason=clean_text(reason),
             )
             for point, reason in data.taken_back
+        ),
+        head=tuple(
+            PaperFactPart(group=fact.group, clause=fact.clause, name=fact.name, value=fact.value)
+            for fact in paper_facts(data)
         ),
     )
 

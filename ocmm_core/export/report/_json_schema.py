@@ -185,12 +185,22 @@ class TakenBackPart(_Part, frozen=True, kw_only=True):
     reason: str
 
 
+class PaperFactPart(_Part, frozen=True, kw_only=True):
+    """A line of the head of the report: heading, clause of ISO/IEC 17025 that asks for it, text."""
+
+    group: str
+    clause: str
+    name: str
+    value: str
+
+
 class ReportFile(_Part, frozen=True, kw_only=True):
     """The whole file.
 
     ``state`` has what the report must not be taken for: SIMULATED, INCOMPLETE, IN DOUBT or
-    UNCALIBRATED. It, ``part_verdict`` and ``seal`` are missing in files of versions that did not
-    say them.
+    UNCALIBRATED. ``head`` is what the report says of laboratory, customer, item, measurement and
+    instruments; "not stated" where nobody knows. These, ``part_verdict`` and ``seal`` are missing
+    in files of versions that did not say them.
     """
 
     schema: str
@@ -211,6 +221,7 @@ class ReportFile(_Part, frozen=True, kw_only=True):
     observations: tuple[ObservationPart, ...]
     taken_back: tuple[TakenBackPart, ...]
     seal: SealPart | None = None
+    head: tuple[PaperFactPart, ...] = ()
 
 
 def read_report(content: bytes) -> ReportFile:

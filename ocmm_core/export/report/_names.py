@@ -64,8 +64,13 @@ def check_file_stem(name: str) -> str:
 
 def clean_text(text: str) -> str:
     """Return free text on one line, without control characters and half characters."""
+    return one_line(text)[:_LONGEST]
+
+
+def one_line(text: str) -> str:
+    """Return free text as `clean_text`, however long it is."""
     kept = "".join(" " if unicodedata.category(sign) in _NO_TEXT else sign for sign in text)
-    return " ".join(kept.split())[:_LONGEST]
+    return " ".join(kept.split())
 
 
 def spreadsheet_text(text: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from ocmm_core import __version__
@@ -12,6 +12,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_core.export.report._elements import Element as Element
 from ocmm_core.export.report._elements import element_of_fit, element_of_nominal
 from ocmm_core.export.report._names import check_file_stem
+from ocmm_core.export.report._template import Paper, plain_paper
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import RigidTransform
 from ocmm_core.inspection.archive import ReopenedJob
@@ -153,6 +154,8 @@ class ReportData:
         Version of the program that reports; that of the program that measured is in ``head``.
     seal
         How far the job goes, and who signed it; None where nobody knows.
+    paper
+        Whose paper it is, and what no job file knows; set with ``dataclasses.replace``.
     """
 
     view: JobView
@@ -172,6 +175,7 @@ class ReportData:
     explanations: tuple[Explanation, ...] = ()
     written_by: str = __version__
     seal: JobSeal | None = None
+    paper: Paper = field(default_factory=plain_paper)
 
     @property
     def job(self) -> str:

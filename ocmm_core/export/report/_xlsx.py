@@ -1,6 +1,9 @@
-"""The report as a workbook: the verdict on the front sheet, then four sheets of typed cells.
+"""The report as a workbook: the verdict and the job on the front sheet, then three of typed cells.
 
 What the job must not be taken for (simulated, incomplete) stands above the table of every sheet.
+Every sheet prints as it is: on A4, as wide as a page, with its heads on every page and the number
+of the page in the foot. The columns that say the same in every row stand behind those that are
+printed.
 
 Text is written as text, whatever it begins with: nothing in the workbook is a formula, a link or a
 guess (xlsxwriter's ``strings_to_*`` are off). Numbers are numbers, shown with the digits of the
@@ -10,7 +13,7 @@ profile. What was written is read back from the archive itself, cell by cell.
 from __future__ import annotations
 
 import io
-import re
+import math
 import textwrap
 import zipfile
 from collections.abc import Mapping, Sequence
@@ -32,18 +35,39 @@ from ocmm_core.export.report._tables import (
     points_table,
     report_table,
 )
+from ocmm_core.export.report._xlsx_reader import read_workbook
 from ocmm_core.tolerances.decisions import Verdict
 
 if TYPE_CHECKING:
     import xlsxwriter
     from xlsxwriter.worksheet import Worksheet
 
-_SPACE = "{http://schemas.openxmlformats.org/spreadsheetml/2006/main}"
-_ESCAPED = re.compile(r"_x005F(_x[0-9A-Fa-f]{4}_)")
 _WIDEST = 60
 _FRONT = "Verdict"
 _FRONT_SIGNS = 100
 """In a line of the front sheet."""
+_FRONT_WIDTHS = (32, 82)
+
+_A4 = 9
+_ROWS_A_PAGE = 95
+"""Of a long table: letters are then as high as in a telephone book, and still read."""
+
+PRINTED = {
+    "Characteristics": (
+        "Name", "Control", "Features", "Datums", "Nominal", "TolLower", "TolUpper", "Measured",
+        "Deviation", "Uncertainty", "Unit", "OutTol", "Bonus", "Verdict",
+    ),
+    "Features": (
+        "Name", "Type", "Component", "X", "Y", "Z", "I", "J", "K", "Diameter", "Length", "Width",
+        "Angle", "Form", "RMS", "NbPoints", "CoordinateSystem", "Unit", "Verdict",
+    ),
+    "Points": (
+        "Name", "X", "Y", "Z", "I", "J", "K", "Feature", "Number", "Taken", "Flag",
+    ),
+}  # fmt: skip
+"""Columns on paper by the name of the sheet; the others of its table stand to the right of them."""
+
+_UPRIGHT = frozenset({_FRONT, "Points"})
 _COLOURS: dict[Verdict | None, tuple[str, str]] = {
     Verdict.CONFORM: ("#006100", "#C6EFCE"),
     Verdict.NOT_CONFORM: ("#9C0006", "#FFC7CE"),
@@ -51,8 +75,6 @@ _COLOURS: dict[Verdict | None, tuple[str, str]] = {
 """Of the letters and of the cell."""
 _UNDECIDED = ("#7F4F00", "#FFEB9C")
 _WARNING = "#B45309"
-_MOST_BYTES = 200_000_000
-"""More than any sheet that was written here; a reader has a limit."""
 
 
 def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
@@ -91,22 +113,53 @@ def _write_front(book: xlsxwriter.Workbook, data: ReportData) -> None:
     )
     warned = book.add_format({"bold": True, "font_size": 20, "font_color": _WARNING})
     plain = book.add_format({"font_size": 14, "quote_prefix": True})
+    bold = book.add_format({"bold": True, "valign": "top"})
+    value = book.add_format({"text_wrap": True, "valign": "top", "align": "left"})
+    # A text that looks like a formula stays text also when somebody edits its cell.
+    quoted = book.add_format(
+        {"text_wrap": True, "valign": "top", "align": "left", "quote_prefix": True}
+    )
     lines = _front_lines(data)
-    sheet.set_column(0, 0, 110)
+    for column, width in enumerate(_FRONT_WIDTHS):
+        sheet.set_column(column, column, width)
     sheet.set_row(0, 60)
+    sheet.merge_range(0, 0, 0, 1, "", large)
     sheet.write_string(0, 0, lines[0], large)
     for row, line in enumerate(lines[1:], start=1):
         is_state = row <= len(data.states)
         sheet.set_row(row, 30 if is_state else 20)
         sheet.write_string(row, 0, line, warned if is_state else plain)
+    for row, (name, told) in enumerate(_job_rows(data), start=len(lines)):
+        sheet.write_string(row, 0, str(name), bold)
+        if isinstance(told, int):
+            sheet.write_number(row, 1, told, value)
+        elif told:
+            sheet.write_string(row, 1, str(told), quoted if _looks_computed(str(told)) else value)
+    sheet.fit_to_pages(1, 0)
+
+
+def _job_rows(data: ReportData) -> tuple[tuple[Cell, ...], ...]:
+    """Return what the front sheet says of the whole job below its verdict."""
+    table = head_table(data)
+    return (table.columns, *table.rows)
+
+
+def _looks_computed(text: str) -> bool:
+    return text.lstrip()[:1] in ("=", "+", "-", "@")
 
 
 def _write_table(book: xlsxwriter.Workbook, data: ReportData, table: Table) -> None:
     """Write a table on a sheet of its own, below the states of the job."""
     sheet = _new_sheet(book, data, table.title)
-    bold = book.add_format({"bold": True})
+    heads = {
+        side: book.add_format(
+            {"bold": True, "bottom": 1, "align": side, "indent": int(side == "left")}
+        )
+        for side in ("left", "right")
+    }
+    text = book.add_format({"indent": 1})
     # A text that looks like a formula stays text also when somebody edits its cell.
-    plain = book.add_format({"quote_prefix": True})
+    quoted = book.add_format({"indent": 1, "quote_prefix": True})
     digits = {
         count: book.add_format({"num_format": "0." + "0" * count if count else "0"})
         for count in range(10)
@@ -117,7 +170,8 @@ def _write_table(book: xlsxwriter.Workbook, data: ReportData, table: Table) -> N
         sheet.write_string(row, 0, line, warned)
     top = len(above)
     for column, name in enumerate(table.columns):
-        sheet.write_string(top, column, name, bold)
+        counts = any(isinstance(row[column], Number | int) for row in table.rows)
+        sheet.write_string(top, column, name, heads["right" if counts else "left"])
         sheet.set_column(column, column, _width(table, column))
     for row, cells in enumerate(table.rows, start=top + 1):
         for column, cell in enumerate(cells):
@@ -126,18 +180,31 @@ def _write_table(book: xlsxwriter.Workbook, data: ReportData, table: Table) -> N
             elif isinstance(cell, int):
                 sheet.write_number(row, column, cell)
             elif cell:
-                style = plain if cell.lstrip()[:1] in ("=", "+", "-", "@") else None
-                sheet.write_string(row, column, cell, style)
+                sheet.write_string(row, column, cell, quoted if _looks_computed(cell) else text)
     sheet.freeze_panes(top + 1, 0)
+    last = top + len(table.rows)
+    sheet.repeat_rows(top)
+    sheet.print_area(0, 0, last, len(PRINTED[table.title]) - 1)
+    sheet.fit_to_pages(1, math.ceil((last + 1) / _ROWS_A_PAGE))
 
 
 def _new_sheet(book: xlsxwriter.Workbook, data: ReportData, title: str) -> Worksheet:
     sheet = book.add_worksheet(title)
+    sheet.set_paper(_A4)
+    if title not in _UPRIGHT:
+        sheet.set_landscape()
+    sheet.set_margins(left=0.5, right=0.4, top=0.6, bottom=0.6)
+    sheet.set_footer(f"&L{_footed(data.job)}&C&A&RPage &P of &N")
     if data.states:
         # On paper, too, whatever page of the sheet it is.
         sheet.set_header(f"&C&B{data.state_words}")
         sheet.set_tab_color(_WARNING)
     return sheet
+
+
+def _footed(text: str) -> str:
+    """Return a text as the foot of a page takes it: its one sign of command doubled."""
+    return text.replace("&", "&&")
 
 
 def _above(data: ReportData) -> tuple[str, ...]:
@@ -162,7 +229,9 @@ def _front_lines(data: ReportData) -> tuple[str, ...]:
 def _cells_of(data: ReportData, profile: Profile) -> dict[str, list[list[Cell]]]:
     """Return what every sheet holds, row by row."""
     above: list[list[Cell]] = [[line] for line in _above(data)]
-    sheets: dict[str, list[list[Cell]]] = {_FRONT: [[line] for line in _front_lines(data)]}
+    front: list[list[Cell]] = [[line] for line in _front_lines(data)]
+    front += [list(row) for row in _job_rows(data)]
+    sheets: dict[str, list[list[Cell]]] = {_FRONT: front}
     for table in _tables(data, profile):
         sheets[table.title] = [*above, list(table.columns), *(list(row) for row in table.rows)]
     return sheets
@@ -197,67 +266,6 @@ def _differences(
     return different
 
 
-def read_workbook(content: bytes) -> dict[str, list[list[str | float | None]]]:
-    """Return the cells of every sheet of a workbook by its name, row by row.
-
-    Raises
-    ------
-    ValueError
-        It holds a formula, a link or more than can be.
-    """
-    with zipfile.ZipFile(io.BytesIO(content)) as archive:
-        parts = {info.filename: info for info in archive.infolist()}
-        if sum(info.file_size for info in parts.values()) > _MOST_BYTES:
-            raise ValueError("it is too large")
-
-        def tree(name: str) -> etree._Element:
-            parser = etree.XMLParser(resolve_entities=False, no_network=True, huge_tree=False)
-            return etree.fromstring(archive.read(name), parser)
-
-        texts: list[str] = []
-        if "xl/sharedStrings.xml" in parts:
-            texts = [
-                _unescaped("".join(str(text) for text in item.itertext()))
-                for item in tree("xl/sharedStrings.xml").iter(f"{_SPACE}si")
-            ]
-        names = [str(item.get("name")) for item in tree("xl/workbook.xml").iter(f"{_SPACE}sheet")]
-        return {
-            name: _rows(tree(f"xl/worksheets/sheet{index}.xml"), texts)
-            for index, name in enumerate(names, start=1)
-        }
-
-
-def _rows(sheet: etree._Element, texts: Sequence[str]) -> list[list[str | float | None]]:
-    if sheet.find(f".//{_SPACE}f") is not None or sheet.find(f".//{_SPACE}hyperlink") is not None:
-        raise ValueError("it holds a formula or a link")
-    rows: list[list[str | float | None]] = []
-    for row in sheet.iter(f"{_SPACE}row"):
-        while len(rows) < int(row.get("r", "0")):
-            rows.append([])
-        cells = rows[-1]
-        for cell in row.iter(f"{_SPACE}c"):
-            column = _column(cell.get("r", "A1"))
-            cells += [None] * (column + 1 - len(cells))
-            value = cell.findtext(f"{_SPACE}v")
-            if value is not None:
-                cells[column] = texts[int(value)] if cell.get("t") == "s" else float(value)
-    return rows
-
-
-def _column(place: str) -> int:
-    """Return the number of a column, from zero, of a place such as ``AB12``."""
-    number = 0
-    for sign in place:
-        if sign.isalpha():
-            number = 26 * number + ord(sign) - 64
-    return number - 1
-
-
-def _unescaped(text: str) -> str:
-    """Return text without the one escape that the writer uses for itself."""
-    return _ESCAPED.sub(r"\1", text)
-
-
 def _plain(cell: Cell) -> str | float | None:
     if isinstance(cell, Number):
         # The writer keeps 16 digits of a number.
@@ -270,22 +278,28 @@ def _plain(cell: Cell) -> str | float | None:
 def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
     (data,) = jobs
     front = tuple((line,) for line in _front_lines(data)[1:])
-    return (Table(_FRONT, (data.part.word.value,), front), *_tables(data, profile))
+    return (
+        Table(_FRONT, (data.part.word.value,), front),
+        head_table(data),
+        *_tables(data, profile),
+    )
 
 
 def _tables(data: ReportData, profile: Profile) -> tuple[Table, ...]:
     units = profile.units
-    return (
-        head_table(data),
-        report_table(data, units),
-        features_table(data, units),
-        points_table(data, units),
-    )
+    tables = (report_table(data, units), features_table(data, units), points_table(data, units))
+    return tuple(_for_paper(table) for table in tables)
+
+
+def _for_paper(table: Table) -> Table:
+    """Return a table with what is printed first."""
+    printed = PRINTED[table.title]
+    return table.chosen((*printed, *(name for name in table.columns if name not in printed)))
 
 
 def _width(table: Table, column: int) -> int:
     longest = max((len(_shown(row[column])) for row in table.rows), default=0)
-    return min(max(longest, len(table.columns[column])) + 2, _WIDEST)
+    return min(max(longest, len(table.columns[column])) + 3, _WIDEST)
 
 
 def _shown(cell: Cell) -> str:

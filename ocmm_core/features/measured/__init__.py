@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         actual_features,
     )
     from ocmm_core.features.measured._construct import (
+        Bisector,
         Construction,
         FitThrough,
         Intersection,
@@ -63,7 +64,7 @@ else:
         __name__,
         _actual="ActualFeature ResidualSlopes Touches actual_features",
         _construct=(
-            "Construction FitThrough Intersection Midpoint Offset PartOf in_order needed_features "
+            "Bisector Construction FitThrough Intersection Midpoint Offset PartOf in_order needed_features "
             "probed_features"
         ),
         _construct_checks="AXIAL CENTRED LONG construction_fault shapes_with",
@@ -81,6 +82,7 @@ else:
     )
 
 __all__ = [
+    "Bisector",
     "APEX_LIMIT",
     "AXIAL",
     "CENTRED",

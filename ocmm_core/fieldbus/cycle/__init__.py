@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.fieldbus.cycle._journal import OPERATION
     from ocmm_core.fieldbus.cycle._supervisor import Next, Supervisor
+    from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 else:
     __getattr__ = door(
         __name__,
@@ -40,6 +41,7 @@ else:
         _bringup="BusSettings",
         _bus="CameraBus",
         _clock="CyclePacer",
+        _watch="CameraView WatchView",
         _health="CycleAnswer CameraPast CycleFault Schedule Trouble advance first_frame judge",
         _journal="OPERATION",
         _supervisor="Next Supervisor",
@@ -51,6 +53,7 @@ __all__ = [
     "BusSettings",
     "CameraBus",
     "CameraPast",
+    "CameraView",
     "CycleAnswer",
     "CycleFault",
     "CyclePacer",
@@ -58,6 +61,7 @@ __all__ = [
     "Schedule",
     "Supervisor",
     "Trouble",
+    "WatchView",
     "advance",
     "first_frame",
     "judge",

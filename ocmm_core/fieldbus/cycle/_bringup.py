@@ -18,9 +18,11 @@ from ocmm_core.fieldbus.cycle._health import Schedule
 from ocmm_core.fieldbus.cycle._watch import TIME_DIFFERENCE
 from ocmm_core.fieldbus.device import (
     DEFAULT_FRAME_PERIOD_NS,
+    INPUT_LAYOUTS,
     OUTPUT_STRUCT,
     CameraConfig,
     CameraIdentity,
+    InputLayout,
     assign,
     configuration_values,
     require_raw,
@@ -102,6 +104,8 @@ class Session:
         bring-up or an earlier one.
     places
         For each camera of the rig, its position on the wire, 0 first.
+    layouts
+        Of their inputs, by their revisions.
     stations, areas
         Their station addresses and mailboxes.
     firmware
@@ -118,6 +122,7 @@ class Session:
     ring_is_line: bool = False
     serials: tuple[int | None, ...] = ()
     places: tuple[int, ...] = ()
+    layouts: tuple[InputLayout, ...] = ()
     stations: tuple[int, ...] = ()
     areas: tuple[MailboxAreas, ...] = ()
     firmware: tuple[str, ...] = ()
@@ -174,6 +179,7 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
         found.append(master.identify(position))
     session.serials = tuple(device.serial for device in found)
     session.places = assign(found, settings.cameras)
+    session.layouts = tuple(INPUT_LAYOUTS[found[place].revision] for place in session.places)
     session.stations = tuple(master.station(place) for place in session.places)
     yield from _configure(settings, session, master)
     config = CameraConfig(frame_period_ns=settings.frame_period_ns)
@@ -245,7 +251,9 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
     require_raw(config)
     values = configuration_values(config)
     areas, firmware = [], []
-    for place, camera in zip(session.places, settings.cameras, strict=True):
+    for place, camera, layout in zip(
+        session.places, settings.cameras, session.layouts, strict=True
+    ):
         yield BusPhase.CONFIGURE
         label = f"'{camera.name}'"
         for number, _ in enumerate(
@@ -254,6 +262,7 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
                 lambda index, sub, place=place, label=label: master.read_object(  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
                     place, label, index, sub
                 ),
+                layout,
             )
         ):
             if number % _OBJECTS_PER_STEP == 0:

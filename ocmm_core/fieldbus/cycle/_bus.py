@@ -10,7 +10,7 @@ from ocmm_core.fieldbus.cycle._bringup import BusSettings, Session, bring_up
 from ocmm_core.fieldbus.cycle._clock import BusClock
 from ocmm_core.fieldbus.cycle._health import CycleAnswer, Schedule
 from ocmm_core.fieldbus.cycle._watch import StateWatch, WatchView
-from ocmm_core.fieldbus.device import COUNTER_MODULUS, OUTPUT_STRUCT, Control, Header
+from ocmm_core.fieldbus.device import COUNTER_MODULUS, OUTPUT_STRUCT, Control
 from ocmm_core.fieldbus.objects import ObjectService
 from ocmm_core.fieldbus.report import BusPhase
 from ocmm_core.fieldbus.wire import SAFEOP, HostTime, Master, Passage, ServiceChannel
@@ -195,7 +195,12 @@ class CameraBus:
             clock_plausible=plausible,
             view=self._watch.view,
             inputs=inputs,
-            headers=tuple([Header.decode(content) for content in inputs]),
+            headers=tuple(
+                [
+                    layout.decode(content)
+                    for layout, content in zip(self._session.layouts, inputs, strict=False)
+                ]
+            ),
             link="" if passage.whole else self.link_trouble(),
             silent_cycles=self._silent,
             late=self._cycles - self._late_at < _LATE_CYCLES,

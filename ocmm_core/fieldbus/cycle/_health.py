@@ -19,9 +19,11 @@ from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 from ocmm_core.fieldbus.device import (
     COUNTER_MODULUS,
     FRAMES_PER_CYCLE,
+    NEWEST_LAYOUT,
     CameraStatus,
     Header,
-    check_data_crc,
+    InputLayout,
+    data_mark,
 )
 from ocmm_core.fieldbus.report import Alarm
 
@@ -34,9 +36,6 @@ CLOCK_LIMIT_NS = 20_000
 _SILENT_CYCLES = 3
 # Plain numbers: a flag of an enumeration costs more than the question.
 _OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
-_CYCLE_COUNTERS = 256
-_OLD_CYCLE = 200
-"""A cycle counter that seems to have advanced so far went back instead."""
 _INIT, _PREOP, _SAFEOP, _OP = 1, 2, 4, 8
 _AL_WATCHDOG = 0x001B
 _AL_SYNC = {0x001A, 0x002C, 0x002D, *range(0x0030, 0x0038)}
@@ -105,12 +104,16 @@ class CameraPast(NamedTuple):
         Exposure number of the first frame that is still wanted.
     cycle_counter, boot_counter
         As last accepted; None before the first answer.
+    layout, mark
+        Of its inputs, and what a sound one of this camera shows (`InputLayout.mark`).
     """
 
     name: str
     next_frame: int = 0
     cycle_counter: int | None = None
     boot_counter: int | None = None
+    layout: InputLayout = NEWEST_LAYOUT
+    mark: int = 0
 
 
 class CycleAnswer(NamedTuple):
@@ -177,6 +180,9 @@ def judge(
         return _bad(Alarm.CLOCK_JUMP, "The bus clock shows an impossible time.")
     sound = all_sound(answer.inputs)
     for header, content, record in zip(answer.headers, answer.inputs, records, strict=True):
+        mark = data_mark(content)
+        if mark != record.mark:
+            return _not_its_own(mark, record, records)
         complaint = _complaint(header, content, record, schedule, answer.clock_ns, sound)
         if complaint is not None:
             alarm, words = complaint
@@ -191,11 +197,10 @@ def first_frame(header: Header, schedule: Schedule) -> int:
 
 def advance(record: CameraPast, header: Header, schedule: Schedule) -> CameraPast:
     """Return the record after the frames of an accepted header were taken."""
-    return CameraPast(
-        record.name,
-        max(record.next_frame, first_frame(header, schedule) + header.frames_valid),
-        header.cycle_counter,
-        header.boot_counter,
+    return record._replace(
+        next_frame=max(record.next_frame, first_frame(header, schedule) + header.frames_valid),
+        cycle_counter=header.cycle_counter,
+        boot_counter=header.boot_counter,
     )
 
 
@@ -264,6 +269,19 @@ def _state_fault(camera: CameraView, name: str) -> CycleFault | None:
     return None
 
 
+def _not_its_own(mark: int, record: CameraPast, records: Sequence[CameraPast]) -> CycleFault:
+    """Return what is wrong with an input whose check sum is not that of its camera."""
+    other = next((one.name for one in records if one.mark == mark != 0), "")
+    if other:
+        return _bad(
+            Alarm.EXCHANGED,
+            f"The data of camera '{other}' came in the place of camera '{record.name}'.",
+            record.name,
+        )
+    words = f"Camera '{record.name}' sent data that were corrupted in transit."
+    return _bad(Alarm.PAYLOAD, words, record.name)
+
+
 def _complaint(
     header: Header,
     content: bytes,
@@ -273,8 +291,6 @@ def _complaint(
     sound: bool,
 ) -> tuple[Alarm, str] | None:
     """Return what is wrong with the data of one camera, or None."""
-    if not check_data_crc(content):
-        return Alarm.PAYLOAD, "sent data that were corrupted in transit"
     if not header.status & _OPERATIONAL:
         return Alarm.LEFT_OPERATION, "is not in operation"
     if not header.status & _SYNCHRONISED:
@@ -282,8 +298,8 @@ def _complaint(
     if record.boot_counter is not None and header.boot_counter != record.boot_counter:
         return Alarm.RESTARTED, "was restarted"
     if record.cycle_counter is not None:
-        advanced = (header.cycle_counter - record.cycle_counter) % _CYCLE_COUNTERS
-        if advanced == 0 or advanced > _OLD_CYCLE:
+        advanced = (header.cycle_counter - record.cycle_counter) % record.layout.cycle_counters
+        if advanced == 0 or advanced > record.layout.longest_advance:
             return Alarm.FROZEN, "repeated old data (its cycle counter did not advance)"
     if header.period_ns != schedule.period_ns:
         return Alarm.FRAME_RATE, (

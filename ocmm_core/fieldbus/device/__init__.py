@@ -3,9 +3,10 @@
 In: nothing but the tables here. Out: what master, software camera, ESI file and page all use.
 
 Read `_camera_objects` (the object dictionary) with `_object_entries` and `_profile_objects`,
-`_camera_slave` (process data and configuration), `_identity` (which device is which camera),
-`_intrinsics` (the block of data in a camera), `_diagnosis`, `_esi`, and `_object_page`, which
-writes docs/camera_objects.md.
+`_camera_slave` (process data and configuration), `_input_layout` (the header by the revision of a
+camera, and whose input it is), `_controller` (EEPROM and clock), `_identity` (which device is which
+camera), `_intrinsics` (the block of data in a camera), `_diagnosis`, `_esi`, and `_object_page`,
+which writes docs/camera_objects.md.
 It must not know sockets, cycles or the virtual rig.
 """
 
@@ -39,9 +40,6 @@ if TYPE_CHECKING:
     )
     from ocmm_core.fieldbus.device._camera_slave import (
         COUNTER_MODULUS,
-        DATA_CRC,
-        DATA_CRC_AT,
-        DC_ACTIVATE,
         DEFAULT_FRAME_PERIOD_NS,
         DEVICE_NAME,
         FRAME_DTYPE,
@@ -60,8 +58,6 @@ if TYPE_CHECKING:
         OUTPUT_STRUCT,
         PRODUCT_CODE,
         REVISION,
-        SII_BYTES,
-        SII_CONFIGURATION,
         SM_INPUTS,
         SM_MAILBOX_IN,
         SM_MAILBOX_OUT,
@@ -77,17 +73,34 @@ if TYPE_CHECKING:
         CameraStatus,
         Control,
         DataType,
-        Header,
         Pdo,
         Window,
-        check_data_crc,
-        data_crc,
         decode_spots,
         encode_frames,
         require_raw,
     )
+    from ocmm_core.fieldbus.device._controller import (
+        CLOCK_MODES,
+        CONTROLLERS,
+        DC_ACTIVATE,
+        DEVICE_GROUP,
+        PHYSICAL_PORTS,
+        SII_BYTES,
+        SII_CONFIGURATION,
+        ClockMode,
+    )
     from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
     from ocmm_core.fieldbus.device._identity import CameraIdentity, FoundDevice, assign
+    from ocmm_core.fieldbus.device._input_layout import (
+        DATA_CRC,
+        DATA_CRC_AT,
+        INPUT_LAYOUTS,
+        NEWEST_LAYOUT,
+        NO_MARK,
+        Header,
+        InputLayout,
+        data_mark,
+    )
     from ocmm_core.fieldbus.device._intrinsics import BLOB_BYTES, Intrinsics
     from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
     from ocmm_core.fieldbus.device._profile_objects import (
@@ -116,17 +129,22 @@ else:
             "SYNC_EXCEEDED SYNC_MISSED SYNC_MODE TIMESTAMP configuration_values object_dictionary"
         ),
         _camera_slave=(
-            "COUNTER_MODULUS CameraConfig CameraMode CameraStatus Control DATA_CRC DATA_CRC_AT "
-            "DC_ACTIVATE DEFAULT_FRAME_PERIOD_NS DEVICE_NAME DataType FRAMES_PER_CYCLE "
-            "FRAME_DTYPE HEADER_STRUCT Header INPUT_DTYPE INPUT_PDOS INPUT_START MAILBOX_BYTES "
-            "MAILBOX_IN_START MAILBOX_OUT_START N_SLOTS OUTPUT_DTYPE OUTPUT_PDO OUTPUT_START "
-            "OUTPUT_STRUCT PRODUCT_CODE Pdo REVISION SII_BYTES SII_CONFIGURATION SM_INPUTS "
-            "SM_MAILBOX_IN SM_MAILBOX_OUT SM_OUTPUTS SUBPIXELS SYNC0_NS SYNC1_NS SYNC_MANAGERS "
-            "VENDOR_ID VENDOR_NAME Window check_data_crc data_crc decode_spots encode_frames "
-            "require_raw"
+            "COUNTER_MODULUS CameraConfig CameraMode CameraStatus Control DEFAULT_FRAME_PERIOD_NS "
+            "DEVICE_NAME DataType FRAMES_PER_CYCLE FRAME_DTYPE HEADER_STRUCT INPUT_DTYPE "
+            "INPUT_PDOS INPUT_START MAILBOX_BYTES MAILBOX_IN_START MAILBOX_OUT_START N_SLOTS "
+            "OUTPUT_DTYPE OUTPUT_PDO OUTPUT_START OUTPUT_STRUCT PRODUCT_CODE Pdo REVISION "
+            "SM_INPUTS SM_MAILBOX_IN SM_MAILBOX_OUT SM_OUTPUTS SUBPIXELS SYNC0_NS SYNC1_NS "
+            "SYNC_MANAGERS VENDOR_ID VENDOR_NAME Window decode_spots encode_frames require_raw"
+        ),
+        _controller=(
+            "CLOCK_MODES CONTROLLERS DC_ACTIVATE DEVICE_GROUP PHYSICAL_PORTS SII_BYTES "
+            "SII_CONFIGURATION ClockMode"
         ),
         _diagnosis="DATA_BYTES DiagnosisMessage",
         _identity="CameraIdentity FoundDevice assign",
+        _input_layout=(
+            "DATA_CRC DATA_CRC_AT Header INPUT_LAYOUTS InputLayout NEWEST_LAYOUT NO_MARK data_mark"
+        ),
         _intrinsics="BLOB_BYTES Intrinsics",
         _object_entries="DictionaryObject ObjectEntry",
         _profile_objects=(
@@ -141,7 +159,9 @@ __all__ = [
     "BLOB_BYTES",
     "CALIBRATION",
     "CHUNK_BYTES",
+    "CLOCK_MODES",
     "CONFIGURATION",
+    "CONTROLLERS",
     "COUNTERS",
     "COUNTER_MODULUS",
     "DATA_BYTES",
@@ -149,6 +169,7 @@ __all__ = [
     "DATA_CRC_AT",
     "DC_ACTIVATE",
     "DEFAULT_FRAME_PERIOD_NS",
+    "DEVICE_GROUP",
     "DEVICE_NAME",
     "ERROR_REGISTER",
     "FRAMES_PER_CYCLE",
@@ -161,6 +182,7 @@ __all__ = [
     "IDENTITY_SERIAL",
     "INFORMATION",
     "INPUT_DTYPE",
+    "INPUT_LAYOUTS",
     "INPUT_PDOS",
     "INPUT_START",
     "INPUT_SYNC",
@@ -168,13 +190,16 @@ __all__ = [
     "MAILBOX_IN_START",
     "MAILBOX_OUT_START",
     "MAX_BLACK_FRAMES",
+    "NEWEST_LAYOUT",
     "NOTE_BYTES",
+    "NO_MARK",
     "N_SLOTS",
     "OUTPUT_DTYPE",
     "OUTPUT_PDO",
     "OUTPUT_START",
     "OUTPUT_STRUCT",
     "OUTPUT_SYNC",
+    "PHYSICAL_PORTS",
     "PRODUCT_CODE",
     "REVISION",
     "SII_BYTES",
@@ -205,6 +230,7 @@ __all__ = [
     "CameraIdentity",
     "CameraMode",
     "CameraStatus",
+    "ClockMode",
     "Control",
     "DataType",
     "DiagnosisMessage",
@@ -213,6 +239,7 @@ __all__ = [
     "ErrorRegister",
     "FoundDevice",
     "Header",
+    "InputLayout",
     "Intrinsics",
     "ObjectEntry",
     "Pdo",
@@ -220,9 +247,8 @@ __all__ = [
     "Window",
     "Work",
     "assign",
-    "check_data_crc",
     "configuration_values",
-    "data_crc",
+    "data_mark",
     "decode_spots",
     "encode_frames",
     "object_dictionary",

@@ -7,10 +7,8 @@ from enum import IntEnum, IntFlag
 
 from ocmm_core.fieldbus.device._camera_slave import (
     DEVICE_NAME,
-    INPUT_PDOS,
     OUTPUT_PDO,
     PRODUCT_CODE,
-    REVISION,
     SM_INPUTS,
     SM_OUTPUTS,
     VENDOR_ID,
@@ -18,6 +16,7 @@ from ocmm_core.fieldbus.device._camera_slave import (
     DataType,
     Pdo,
 )
+from ocmm_core.fieldbus.device._input_layout import NEWEST_LAYOUT, InputLayout
 from ocmm_core.fieldbus.device._object_entries import (
     Access,
     number,
@@ -83,7 +82,9 @@ class ErrorRegister(IntFlag):
     MANUFACTURER = 0x80
 
 
-def object_dictionary(serial: int) -> dict[int, DictionaryObject]:
+def object_dictionary(
+    serial: int, layout: InputLayout = NEWEST_LAYOUT
+) -> dict[int, DictionaryObject]:
     """Return the object dictionary of the camera with this serial number, by index."""
     objects = {
         0x1000: variable(
@@ -94,13 +95,13 @@ def object_dictionary(serial: int) -> dict[int, DictionaryObject]:
         ),
         0x1008: variable(words("Device name", DEVICE_NAME)),
         0x1009: variable(words("Hardware version", "software")),
-        0x100A: variable(words("Software version", "2.0.0")),
+        0x100A: variable(words("Software version", f"{layout.revision >> 16}.0.0")),
         IDENTITY: record(
             "Identity",
             [
                 number("Vendor ID", DataType.UDINT, VENDOR_ID, "Not assigned by the ETG."),
                 number("Product code", DataType.UDINT, PRODUCT_CODE),
-                number("Revision", DataType.UDINT, REVISION),
+                number("Revision", DataType.UDINT, layout.revision),
                 number("Serial number", DataType.UDINT, serial, "No two cameras have the same."),
             ],
             "Which device this is.",
@@ -128,18 +129,18 @@ def object_dictionary(serial: int) -> dict[int, DictionaryObject]:
             "1 mailbox out, 2 mailbox in, 3 outputs, 4 inputs.",
         ),
         SM_ASSIGNMENT + SM_OUTPUTS: _assignment("RxPDO assignment", (OUTPUT_PDO,)),
-        SM_ASSIGNMENT + SM_INPUTS: _assignment("TxPDO assignment", INPUT_PDOS),
+        SM_ASSIGNMENT + SM_INPUTS: _assignment("TxPDO assignment", layout.input_pdos),
         OUTPUT_SYNC: _sync("Outputs synchronisation"),
         INPUT_SYNC: _sync("Inputs synchronisation"),
     }  # fmt: skip
-    for pdo in (OUTPUT_PDO, *INPUT_PDOS):
+    for pdo in (OUTPUT_PDO, *layout.input_pdos):
         objects[pdo.index] = record(
             f"{pdo.name} mapping",
             [number(entry.name, DataType.UDINT, entry.mapping) for entry in pdo.entries],
             "Index, entry and bits of each variable.",
             kind=_PDO_MAPPING_TYPE,
         )
-    objects.update(profile_objects(serial))
+    objects.update(profile_objects(serial, layout))
     return dict(sorted(objects.items()))
 
 

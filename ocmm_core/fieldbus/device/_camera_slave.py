@@ -10,10 +10,8 @@ from __future__ import annotations
 
 import binascii
 import struct
-import zlib
 from dataclasses import dataclass
 from enum import IntEnum, IntFlag
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +22,7 @@ VENDOR_ID = 0xFA4E0001
 """Not assigned by the EtherCAT Technology Group: it spells out that the device is not real."""
 VENDOR_NAME = "OCMM"
 PRODUCT_CODE = 0x00CA3E01
-REVISION = 0x00020000
+REVISION = 0x00030000
 DEVICE_NAME = "OCMM smart camera"
 
 N_SLOTS = 8
@@ -143,22 +141,38 @@ _SPOTS = tuple(
     for axis in "xy"
 )
 
+_COUNTER = ("counter", DataType.UDINT, "", "Number of the first frame's exposure, modulo 2^32.")
+_START = ("start_ns", DataType.ULINT, "ns", "Bus time of the first frame's exposure.")
+_PERIOD = ("period_ns", DataType.UDINT, "ns", "Between two exposures; 0 while none are made.")
+_VALID = ("frames_valid", DataType.USINT, "", "How many of the frames that follow are valid.")
+_CONFIG = ("config_crc", DataType.UINT, "", "Check sum of the configuration in force, see below.")
+_BOOT = ("boot_counter", DataType.UINT, "", "How often the camera was switched on.")
+
 HEADER_PDO = Pdo(
     0x1A00,
     "Header",
     _entries(
         0x6000,
-        ("counter", DataType.UDINT, "", "Number of the first frame's exposure, modulo 2^32."),
-        ("start_ns", DataType.ULINT, "ns", "Bus time of the first frame's exposure."),
-        ("period_ns", DataType.UDINT, "ns", "Between two exposures; 0 while none are made."),
-        ("frames_valid", DataType.USINT, "", "How many of the frames that follow are valid."),
+        _COUNTER, _START, _PERIOD, _VALID,
+        ("status", DataType.USINT, "", "Bits, see below."),
+        ("cycle_counter", DataType.UINT, "", "One more at each renewal, modulo 2^16."),
+        _CONFIG, _BOOT,
+        ("data_crc", DataType.UDINT, "", "CRC-32 of serial number and whole input, see below."),
+    ),
+)  # fmt: skip
+FIRST_HEADER_PDO = Pdo(
+    0x1A00,
+    "Header",
+    _entries(
+        0x6000,
+        _COUNTER, _START, _PERIOD, _VALID,
         ("cycle_counter", DataType.USINT, "", "One more at each renewal, modulo 256."),
         ("status", DataType.UINT, "", "Bits, see below."),
-        ("config_crc", DataType.UINT, "", "Check sum of the configuration in force, see below."),
-        ("boot_counter", DataType.UINT, "", "How often the camera was switched on."),
+        _CONFIG, _BOOT,
         ("data_crc", DataType.UDINT, "", "CRC-32 of the whole input, this field being zero."),
     ),
-)
+)  # fmt: skip
+"""Of the first cameras: no word says whose input it is, and 256 cycles later it looks like new."""
 FRAME_PDOS = tuple(
     Pdo(
         0x1A10 + frame,
@@ -186,15 +200,17 @@ OUTPUT_PDO = Pdo(
 )
 
 
-def _plain_dtype(pdo: Pdo) -> list[tuple[str, str]]:
+def plain_dtype(pdo: Pdo) -> list[tuple[str, str]]:
+    """Return the fields of a numpy structure that has the entries of a PDO."""
     return [(entry.name, _FORMAT[entry.kind]) for entry in pdo.entries]
 
 
-HEADER_DTYPE = np.dtype(_plain_dtype(HEADER_PDO))
+HEADER_DTYPE = np.dtype(plain_dtype(HEADER_PDO))
 FRAME_DTYPE = np.dtype([("valid", "<u2"), ("flags", "<u2"), ("xy", "<i4", (N_SLOTS, 2))])
 INPUT_DTYPE = np.dtype([("header", HEADER_DTYPE), ("frames", FRAME_DTYPE, (FRAMES_PER_CYCLE,))])
-OUTPUT_DTYPE = np.dtype(_plain_dtype(OUTPUT_PDO))
+OUTPUT_DTYPE = np.dtype(plain_dtype(OUTPUT_PDO))
 HEADER_STRUCT = struct.Struct("<IQIBBHHHI")
+"""Of every layout: fields change their places among those of their size."""
 OUTPUT_STRUCT = struct.Struct("<HHII")
 
 # Start, length, control, status, activate, type (1 to 4: mailbox out, in, outputs, inputs).
@@ -206,53 +222,6 @@ SYNC_MANAGERS = (
 )
 SYNC0_NS, SYNC1_NS = DEFAULT_FRAME_PERIOD_NS, 875_000
 """Default periods of the clock's two signals: SYNC0 exposes, SYNC1 ends the bus cycle."""
-SII_BYTES = 4096
-"""Size of the EEPROM."""
-SII_CONFIGURATION = struct.pack("<7H", 0x0005, 0, 0, 0, 0, 0, 0)
-"""Its first words without station alias: what the controller loads at power-on."""
-DC_ACTIVATE = 0x0700
-"""What a master writes into the activation register (0x0980) for both signals."""
-
-DATA_CRC = struct.Struct("<I")
-DATA_CRC_AT = HEADER_STRUCT.size - DATA_CRC.size
-"""Where the check sum of the input stands in it."""
-_NO_CRC = bytes(DATA_CRC.size)
-
-
-class Header(NamedTuple):
-    """The header of one camera's process data, decoded; see `HEADER_PDO`."""
-
-    counter: int
-    start_ns: int
-    period_ns: int
-    frames_valid: int
-    cycle_counter: int
-    status: int
-    config_crc: int
-    boot_counter: int
-    data_crc: int = 0
-
-    @classmethod
-    def decode(cls, content: bytes) -> Header:
-        """Return the header at the start of a camera's input."""
-        return cls._make(HEADER_STRUCT.unpack_from(content))
-
-
-def data_crc(content: bytes | bytearray | memoryview) -> int:
-    """Return the check sum (CRC-32 of ISO 3309) of a camera's whole input.
-
-    The field that holds it counts as zero.
-    """
-    crc = zlib.crc32(_NO_CRC, zlib.crc32(content[:DATA_CRC_AT]))
-    return zlib.crc32(content[DATA_CRC_AT + DATA_CRC.size :], crc)
-
-
-def check_data_crc(content: bytes) -> bool:
-    """Return whether a camera's whole input arrived as the camera sent it."""
-    if len(content) != INPUT_DTYPE.itemsize:
-        return False
-    found: int = DATA_CRC.unpack_from(content, DATA_CRC_AT)[0]
-    return found == data_crc(content)
 
 
 class CameraMode(IntEnum):

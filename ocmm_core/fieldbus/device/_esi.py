@@ -14,15 +14,11 @@ from ocmm_core.fieldbus.device._camera_objects import (
     object_dictionary,
 )
 from ocmm_core.fieldbus.device._camera_slave import (
-    DC_ACTIVATE,
-    DEFAULT_FRAME_PERIOD_NS,
     DEVICE_NAME,
     INPUT_PDOS,
     OUTPUT_PDO,
     PRODUCT_CODE,
     REVISION,
-    SII_BYTES,
-    SII_CONFIGURATION,
     SM_INPUTS,
     SM_OUTPUTS,
     SYNC_MANAGERS,
@@ -31,12 +27,17 @@ from ocmm_core.fieldbus.device._camera_slave import (
     DataType,
     Pdo,
 )
+from ocmm_core.fieldbus.device._controller import (
+    CLOCK_MODES,
+    DEVICE_GROUP,
+    SII_BYTES,
+    SII_CONFIGURATION,
+)
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
 
 ESI_FILE = ("ethercat", "ocmm_camera.xml")
 """Where it is in the resources."""
 
-_GROUP = "OpticalSensors"
 _ENGLISH = "1033"
 _COUNT_BITS = 16
 """Entry 0 takes so many bits in a record."""
@@ -54,7 +55,7 @@ def esi_document() -> bytes:
     _add(vendor, "Name", VENDOR_NAME)
     descriptions = _add(root, "Descriptions")
     group = _add(_add(descriptions, "Groups"), "Group")
-    _add(group, "Type", _GROUP)
+    _add(group, "Type", DEVICE_GROUP)
     _add(group, "Name", "Optical sensors", LcId=_ENGLISH)
     device = _add(_add(descriptions, "Devices"), "Device", Physics="YY")
     _add(
@@ -62,7 +63,7 @@ def esi_document() -> bytes:
         ProductCode=_hex(PRODUCT_CODE, 8), RevisionNo=_hex(REVISION, 8),
     )  # fmt: skip
     _add(device, "Name", DEVICE_NAME, LcId=_ENGLISH)
-    _add(device, "GroupType", _GROUP)
+    _add(device, "GroupType", DEVICE_GROUP)
     _add_profile(device)
     for name in ("Outputs", "Inputs"):
         _add(device, "Fmmu", name)
@@ -174,17 +175,22 @@ def _add_object(objects: Element, index: int, item: DictionaryObject) -> None:
         for entry in item.entries.values():
             part = _add(info, "SubItem")
             _add(part, "Name", entry.name)
-            _add_default(part, entry)
+            # The schema of ETG wants it in every one, also where there is no default.
+            _add_default(_add(part, "Info"), entry)
     else:
         _add(element, "BitSize", str(first.bits))
-        _add_default(element, first)
+        if _has_default(first):
+            _add_default(_add(element, "Info"), first)
     _add_flags(element, index, first)
 
 
-def _add_default(parent: Element, entry: ObjectEntry) -> None:
-    if entry.live or not entry.value:
-        return
-    _add(_add(parent, "Info"), "DefaultData", entry.value.hex().upper())
+def _has_default(entry: ObjectEntry) -> bool:
+    return bool(entry.value) and not entry.live
+
+
+def _add_default(info: Element, entry: ObjectEntry) -> None:
+    if _has_default(entry):
+        _add(info, "DefaultData", entry.value.hex().upper())
 
 
 def _add_flags(parent: Element, index: int, entry: ObjectEntry) -> None:
@@ -212,18 +218,12 @@ def _add_pdo(device: Element, tag: str, pdo: Pdo, sync_manager: int) -> None:
 
 def _add_clock(device: Element) -> None:
     clock = _add(device, "Dc")
-    synchronised = _add(clock, "OpMode")
-    _add(synchronised, "Name", "DcSync")
-    _add(
-        synchronised, "Desc",
-        f"Exposures at SYNC0, 8 in a bus cycle ({DEFAULT_FRAME_PERIOD_NS} ns at 1 ms)",
-    )  # fmt: skip
-    _add(synchronised, "AssignActivate", _hex(DC_ACTIVATE, 4))
-    # Negative: this part of the bus cycle.
-    _add(synchronised, "CycleTimeSync0", "0", Factor="-8")
-    _add(synchronised, "ShiftTimeSync0", "0")
-    _add(synchronised, "CycleTimeSync1", "0", Factor="1")
-    free = _add(clock, "OpMode")
-    _add(free, "Name", "FreeRun")
-    _add(free, "Desc", "Exposures by the camera's own clock; for commissioning")
-    _add(free, "AssignActivate", _hex(0, 4))
+    for mode in CLOCK_MODES:
+        found = _add(clock, "OpMode")
+        _add(found, "Name", mode.name)
+        _add(found, "Desc", mode.text)
+        _add(found, "AssignActivate", _hex(mode.activate, 4))
+        if mode.activate:
+            _add(found, "CycleTimeSync0", "0", Factor=str(mode.sync0_factor))
+            _add(found, "ShiftTimeSync0", "0")
+            _add(found, "CycleTimeSync1", "0", Factor=str(mode.sync1_factor))

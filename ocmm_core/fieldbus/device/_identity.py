@@ -11,7 +11,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.device._camera_slave import DEVICE_NAME, PRODUCT_CODE, REVISION, VENDOR_ID
+from ocmm_core.fieldbus.device._camera_slave import DEVICE_NAME, PRODUCT_CODE, VENDOR_ID
+from ocmm_core.fieldbus.device._input_layout import INPUT_LAYOUTS
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,12 +100,16 @@ def _check_kind(position: int, device: FoundDevice) -> None:
             f"product {device.product:#010x}) is not an {DEVICE_NAME}.",
             "Connect only the cameras to this bus.",
         )
-    if device.revision != REVISION:
+    if device.revision not in INPUT_LAYOUTS:
+        known = " and ".join(f"{revision:#010x}" for revision in INPUT_LAYOUTS)
+        newer = device.revision > max(INPUT_LAYOUTS)
         raise BusError(
             "bus.revision",
             f"The camera at position {position} has revision {device.revision:#010x}; this "
-            f"program supports {REVISION:#010x}.",
-            "Update the camera or this program.",
+            f"program reads {known}.",
+            "Install a newer version of this program."
+            if newer
+            else "Have newer firmware installed in the camera by its maker.",
         )
     if device.serial is None:
         raise BusError(

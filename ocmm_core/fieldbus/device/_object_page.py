@@ -37,6 +37,7 @@ from ocmm_core.fieldbus.device._camera_slave import (
     Control,
     Pdo,
 )
+from ocmm_core.fieldbus.device._controller import CONTROLLERS, SYNC_PULSE_NS
 from ocmm_core.fieldbus.device._diagnosis import MESSAGE_BYTES
 from ocmm_core.fieldbus.device._esi import ESI_FILE, esi_document, type_name
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
@@ -90,8 +91,15 @@ the flags of the first frame behind the gap, and counts in 0xA000:01.
 
 A master must check, before it uses a block: working counter, AL state, `data_crc`, that
 `cycle_counter` advanced, `boot_counter`, `config_crc`, and that `start_ns` and `counter` fit.
-`data_crc` is the CRC-32 (ISO 3309, as in zlib) of all {INPUT_DTYPE.itemsize} input bytes with
-`data_crc` itself as zero.
+`data_crc` is the CRC-32 (ISO 3309, as in zlib) of the serial number (4 bytes) and then all
+{INPUT_DTYPE.itemsize} input bytes with `data_crc` itself as zero. So an input that reaches the
+place of another camera is known as not its own. `cycle_counter` goes on by one at each renewal;
+where it went on by more than half of its range it has gone back. What only the firmware can do
+wrong (a changed input with its check sum; counter and time of another exposure) no master can see.
+
+Cameras of revision 0x00020000 are still read: byte 17 is their `cycle_counter` (8 bits), bytes 18
+and 19 their status, and the check sum is that of the input alone. Swapped inputs of two such
+cameras, and inputs 57 to 199 cycles old, look like good ones.
 
 `config_crc` is CRC-16/CCITT-FALSE (polynomial 0x1021, start 0xFFFF) of the values of 0x8000:01 to
 :05 and then 0x8001:01 to :{4 * N_SLOTS:02X}, in this order and with their own lengths
@@ -148,6 +156,7 @@ def object_page() -> str:
         (
             _HEAD,
             _process_data(),
+            _eeprom(),
             _FLOW,
             _COMMANDS,
             _ERRORS,
@@ -196,6 +205,27 @@ def _process_data() -> str:
             "just before this one, bit 2 a spot is overexposed, bit 3 the probe felt a blow; it\n"
             "stays set for a second, so that a cycle that is lost does not hide it.\n",
             f"Control: bit {Control.STREAM.bit_length() - 1} the acknowledgement is valid.\n",
+        )
+    )
+
+
+def _eeprom() -> str:
+    rows = (
+        (
+            item.controller, f"{item.pdi_control:#06x}", f"{item.pdi_configuration:#06x}",
+            f"{SYNC_PULSE_NS // 10:#06x}", f"`{item.content.hex(' ', 2).upper()}`",
+        )
+        for item in CONTROLLERS
+    )  # fmt: skip
+    titles = ("Controller", "Word 0", "Word 1", "Word 2", "ConfigData")
+    return "\n".join(
+        (
+            "## EEPROM\n",
+            "Words 0 to 6 are loaded at power-on: connection of the processor and units of the\n"
+            "clock (0x0140), pins (0x0150), length of a pulse (0x0982, in 10 ns). Without word 1\n"
+            "an ET1100 makes SYNC0 an input, and without bit 10 of word 0 it gives none out. The\n"
+            "file has the words of the first row; with another controller take those of its row.\n",
+            _table(titles, rows),
         )
     )
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from enum import IntEnum, IntFlag
 
 from ocmm_core.fieldbus.device._camera_slave import (
-    FRAME_PDOS,
-    HEADER_PDO,
     N_SLOTS,
     OUTPUT_PDO,
     CameraConfig,
@@ -14,6 +12,7 @@ from ocmm_core.fieldbus.device._camera_slave import (
     DataType,
     Pdo,
 )
+from ocmm_core.fieldbus.device._input_layout import InputLayout
 from ocmm_core.fieldbus.device._intrinsics import BLOB_BYTES
 from ocmm_core.fieldbus.device._object_entries import (
     Access,
@@ -85,7 +84,7 @@ class BlackImage(IntFlag):
 _WINDOW = (("left", "px"), ("top", "px"), ("width", "px"), ("height", "px"))
 
 
-def profile_objects(serial: int) -> dict[int, DictionaryObject]:
+def profile_objects(serial: int, layout: InputLayout) -> dict[int, DictionaryObject]:
     """Return the objects 0x6000 and above of the camera with this serial number, by index."""
     objects = {
         CONFIGURATION: _configuration(),
@@ -108,16 +107,18 @@ def profile_objects(serial: int) -> dict[int, DictionaryObject]:
         VERSIONS: record(
             "Versions",
             [
-                words("Firmware", "2.0.0"),
+                words("Firmware", f"{layout.revision >> 16}.0.0"),
                 words("Sensor logic", "1.0.0"),
                 words("Boot loader", "1.0.0"),
-                number("Object table", DataType.UINT, 2, "Version of this table."),
+                number(
+                    "Object table", DataType.UINT, layout.revision >> 16, "Version of this table."
+                ),
             ],
             "What runs in the camera.",
         ),
         COUNTERS: _counters(),
     }  # fmt: skip
-    for pdo in (HEADER_PDO, *FRAME_PDOS, OUTPUT_PDO):
+    for pdo in (*layout.input_pdos, OUTPUT_PDO):
         objects[pdo.entries[0].index] = _mapped(pdo)
     return objects
 

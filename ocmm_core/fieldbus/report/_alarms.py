@@ -162,6 +162,11 @@ class Alarm(StrEnum):
         "Check the bus cables; have the camera checked.",
         AlarmResponse.WAIT,
     )  # fmt: skip
+    EXCHANGED = AlarmSpec(
+        "bus.exchanged_data", "Data of one camera in the place of another",
+        "Remove what is between the cameras and this computer; power-cycle the cameras.",
+        AlarmResponse.BRING_UP, 10,
+    )  # fmt: skip
     GAP = AlarmSpec(
         "bus.gap", "A camera skipped frames",
         "Check the load of this computer and the bus cables.",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import msgspec
 
+from ocmm_core.inspection.pmi import Pmi
 Triple = tuple[float, float, float]
 
 
@@ -51,11 +52,14 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         mm, on the trimmed faces, each as far as can be from those before it.
     against
         Why it is no feature to begin with, as a part of a sentence; empty where it is one.
+    numbers
+        Of the faces that it is made of, see `ModelFace`.
     """
 
     face: StepFace
     targets: tuple[Triple, ...] = ()
     against: str = ""
+    numbers: tuple[int, ...] = ()
 
 
 class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -69,10 +73,18 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         Those of the model; none where there is a fault.
     others
         How many faces have another kind of surface, by its word.
+    pmi
+        What the file says of tolerances.
+    face_entities
+        Number in the file of faces, by their own number.
+    face_words
+        Kind of surface of all faces of the file, by their number there.
     fault
         What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
     remedy
         What to do about a fault, where that is not to export the model again.
+    part_bytes
+        Length of the part, which is sent next, in the form of `ocmm_core.part_model`; 0 for none.
     error
         Code, what and remedy of what is wrong with the program.
     """
@@ -80,6 +92,10 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     doing: str = ""
     surfaces: tuple[StepSurface, ...] = ()
     others: dict[str, int] = msgspec.field(default_factory=dict)
+    pmi: Pmi | None = None
+    face_entities: dict[int, int] = msgspec.field(default_factory=dict)
+    face_words: dict[int, str] = msgspec.field(default_factory=dict)
     fault: str = ""
     remedy: str = ""
+    part_bytes: int = 0
     error: tuple[str, str, str] | None = None

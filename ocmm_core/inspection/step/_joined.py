@@ -149,9 +149,10 @@ def _surface(
     face = _joined([one.face for one in group])
     places = np.concatenate([one.places for one in group])
     wanted = Shape(face.shape).spec.usual_points
+    numbers = tuple(one.number for one in group)
     against = _against(face, places, ball_radius)
     if against:
-        return StepSurface(face=face, against=against)
+        return StepSurface(face=face, against=against, numbers=numbers)
     places = places[_ball_fits(face, places, ball_radius)]
     falls = np.concatenate([both[0] for both in hollow])
     rises = np.concatenate([both[1] for both in hollow])
@@ -164,9 +165,14 @@ def _surface(
         return StepSurface(
             face=face,
             against=f"a ball of {2.0 * ball_radius:g} mm has no room for {wanted} points",
+            numbers=numbers,
         )
     targets = _spread(free, _SPARE * wanted)
-    return StepSurface(face=face, targets=tuple((x, y, z) for x, y, z in targets.tolist()))
+    return StepSurface(
+        face=face,
+        targets=tuple((x, y, z) for x, y, z in targets.tolist()),
+        numbers=numbers,
+    )
 
 
 def _joined(faces: Sequence[StepFace]) -> StepFace:

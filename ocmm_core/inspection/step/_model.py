@@ -2,33 +2,24 @@
 
 from __future__ import annotations
 
-import multiprocessing
-import signal
-import time
 from collections import Counter
 from collections.abc import Callable
-from dataclasses import dataclass
-from multiprocessing.connection import Connection
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import msgspec
 import numpy as np
 
-from ocmm_core.documents import decode_json, read_bytes
-from ocmm_core.errors import InputError, InternalError
 from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface
-from ocmm_core.inspection.step._worker import read_step
+from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
+from ocmm_core.part_model import PartModel
 
-STEP_ENDINGS = (".step", ".stp", ".p21")
 USUAL_BALL_MM = 6.0
 """Diameter of the ball of the standard probe."""
 TIMEOUT_S = 120.0
 MOST_FEATURES = 1000
-_LOOK_S = 0.05
 _DECIMALS = 6
-_LONGEST_ANSWER = 100_000_000
-_REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,11 +50,24 @@ class StepModel:
         Surfaces with a reason against them, such as fillets, engraved text and narrow faces.
     others
         How many faces have another kind of surface, by its word.
+    part
+        The part itself, where it was asked for; its faces name the features that they belong to.
+    pmi
+        What the file says of tolerances; None where it was not read.
+    faces
+        Names of the surfaces (of both lists) that a face of the file is in, by its number there;
+        several where a part stands in an assembly more than once.
+    face_words
+        Kind of surface of every face of the file, by its number there.
     """
 
     features: tuple[NominalFeature, ...]
     left_out: tuple[LeftOut, ...]
     others: dict[str, int]
+    part: PartModel | None = None
+    pmi: Pmi | None = None
+    faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
+    face_words: dict[int, str] = field(default_factory=dict)
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -77,6 +81,8 @@ def read_model(
     ball_mm: float = USUAL_BALL_MM,
     timeout_s: float = TIMEOUT_S,
     given_up: Callable[[], bool] = lambda: False,
+    progress: Callable[[str], None] = lambda _: None,
+    with_part: bool = False,
 ) -> StepModel:
     """Return the planes, cylinders, cones, spheres and tori of a model, in its own frame.
 
@@ -92,6 +98,10 @@ def read_model(
         After so long the reading is given up.
     given_up
         Asked some twenty times a second; the reading ends within a moment then.
+    progress
+        Told what is being read, as a part of a sentence.
+    with_part
+        The part is made, too.
 
     Raises
     ------
@@ -100,94 +110,33 @@ def read_model(
         surfaces, or reading takes too long or was given up.
     """
     path = Path(path)
-    if not read_bytes(path).lstrip().startswith(b"ISO-10303-21"):
-        raise _error(path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}.")
-    context = multiprocessing.get_context("spawn")
-    answer, asked = context.Pipe(duplex=False)
-    worker = context.Process(target=read_step, args=(str(path), 0.5 * ball_mm, asked), daemon=True)
-    worker.start()
-    asked.close()
-    reading = _Reading(path, answer, given_up, time.monotonic() + timeout_s, timeout_s)
-    said = None
-    try:
-        said = reading.last()
-    except (EOFError, OSError):
-        # It has ended, or is about to: how says more.
-        worker.join(1.0)
-    finally:
-        worker.terminate()
-        worker.join()
-        ended = worker.exitcode
-        worker.close()
-        answer.close()
-    if said is None:
-        raise reading.failed(ended)
-    return _model(path, _checked(path, said))
+    asking = Asking(timeout_s, given_up, progress)
+    said, part = ask(path, 0.5 * ball_mm, with_part, asking)
+    return _model(path, said, part)
 
 
-class _Reading:
-    """What a reader tells, until it has told all."""
+def read_part(
+    path: Path | str,
+    timeout_s: float = TIMEOUT_S,
+    given_up: Callable[[], bool] = lambda: False,
+    progress: Callable[[str], None] = lambda _: None,
+) -> PartModel:
+    """Return the part that a STEP file holds, in the frame of the file and in mm.
 
-    def __init__(
-        self,
-        path: Path,
-        answer: Connection,
-        given_up: Callable[[], bool],
-        until: float,
-        limit: float,
-    ) -> None:
-        self._path, self._answer, self._given_up = path, answer, given_up
-        self._until, self._limit = until, limit
-        self._doing = "the start of the library"
-
-    def last(self) -> StepAnswer | None:
-        """Return the last answer; None where the reader says what nobody understands."""
-        while True:
-            while not self._answer.poll(_LOOK_S):
-                if self._given_up():
-                    raise InputError(
-                        "plan.step_given_up", f"{self._path}: import cancelled.", "Import it again."
-                    )
-                if time.monotonic() > self._until:
-                    what = f"reading took longer than {self._limit:.0f} s (at {self._doing})"
-                    raise _error(self._path, what, _REMEDY)
-            try:
-                said = decode_json(self._answer.recv_bytes(_LONGEST_ANSWER), StepAnswer)
-            except msgspec.MsgspecError:
-                return None
-            if not said.doing:
-                return said
-            self._doing = said.doing
-
-    def failed(self, ended: int | None) -> InputError:
-        """Return what a reader failed on that ended without an answer."""
-        how = ""
-        if ended is not None and ended < 0:
-            how = f" ({signal.Signals(-ended).name})"
-        what = f"the reader of STEP files failed on it{how}, while it read {self._doing}"
-        return _error(self._path, what, _REMEDY)
+    It has all faces of the solids, of all components of an assembly; parameters and errors are
+    those of `read_model`.
+    """
+    path = Path(path)
+    _, part = ask(path, 0.0, True, Asking(timeout_s, given_up, progress))
+    if part is None:
+        raise step_error(path, "no part was made of it", REMEDY)
+    return part
 
 
-def _checked(path: Path, said: StepAnswer) -> StepAnswer:
-    """Return what the reading sent, or raise what it said against the file."""
-    if said.error is not None:
-        raise InternalError(*said.error)
-    if said.fault == "MISSING":
-        raise InputError(
-            "plan.step_extra",
-            "Reading STEP files needs an extra that is not installed.",
-            "Install it with: .venv/bin/pip install --require-hashes -r requirements-step.lock; "
-            "or import the features from CSV.",
-        )
-    if said.fault:
-        raise _error(path, said.fault, said.remedy or _REMEDY)
-    return said
-
-
-def _model(path: Path, said: StepAnswer) -> StepModel:
+def _model(path: Path, said: StepAnswer, part: PartModel | None) -> StepModel:
     chosen = [one for one in said.surfaces if not one.against]
     if not 0 < len(chosen) <= MOST_FEATURES:
-        raise _error(
+        raise step_error(
             path,
             f"it has {len(chosen)} surfaces that can be probed (planes, cylinders, cones, spheres, "
             f"tori), of {len(said.surfaces) + sum(said.others.values())} in all",
@@ -196,15 +145,37 @@ def _model(path: Path, said: StepAnswer) -> StepModel:
     counts: Counter[str] = Counter()
     features: list[NominalFeature] = []
     left_out: list[LeftOut] = []
+    owners: dict[int, str] = {}
     for surface in (*chosen, *(one for one in said.surfaces if one.against)):
         shape = surface.face.shape
         counts[shape] += 1
         feature = _feature(surface, f"{shape.upper()}_{counts[shape]}")
+        owners.update(dict.fromkeys(surface.numbers, feature.name))
         if surface.against:
             left_out.append(LeftOut(feature, surface.against))
         else:
             features.append(feature)
-    return StepModel(tuple(features), tuple(left_out), dict(said.others))
+    return StepModel(
+        tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
+        _in_file(owners, said.face_entities), said.face_words,
+    )  # fmt: skip
+
+
+def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tuple[str, ...]]:
+    """Return the surfaces that each face of the file is in, by its number there."""
+    found: dict[int, tuple[str, ...]] = {}
+    for number, entity in entities.items():
+        if number in owners:
+            found[entity] = (*found.get(entity, ()), owners[number])
+    return found
+
+
+def _with_owners(part: PartModel | None, owners: dict[int, str]) -> PartModel | None:
+    """Return a part whose faces name the feature that they belong to."""
+    if part is None:
+        return None
+    faces = (replace(face, feature=owners.get(face.number, "")) for face in part.faces)
+    return replace(part, faces=tuple(faces))
 
 
 def _feature(surface: StepSurface, name: str) -> NominalFeature:
@@ -244,7 +215,3 @@ def _rounded(
 ) -> tuple[float, float, float]:
     x, y, z = (round(float(value), _DECIMALS) + 0.0 for value in values)
     return (x, y, z)
-
-
-def _error(path: Path, what: str, remedy: str) -> InputError:
-    return InputError("plan.step", f"{path}: {what}.", remedy)

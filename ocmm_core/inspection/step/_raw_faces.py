@@ -11,6 +11,8 @@ import numpy as np
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step._answer import StepFace, Triple
+from ocmm_core.inspection.step._document import read_document
+from ocmm_core.inspection.step._library import explored, kind_of, static, vector
 
 _DEFLECTION_MM = 0.02
 """Edges become lines that are off by no more."""
@@ -57,11 +59,14 @@ class RawFace:
         (n, 3), mm: on the surface and inside the edges.
     rims
         Its edges; seams of the surface itself stand twice.
+    number
+        Of the face among those with a surface, from 1.
     """
 
     face: StepFace
     places: Float
     rims: tuple[Rim, ...]
+    number: int = 0
 
 
 def as_numbers(number: Any) -> float:
@@ -72,6 +77,13 @@ def as_numbers(number: Any) -> float:
 def read_faces(
     path: str, doing: Callable[[str], None]
 ) -> tuple[tuple[RawFace, ...], dict[str, int]]:
+    """Return what `faces_of` does, of a STEP file; ImportError where the extra is not installed."""
+    return faces_of(read_document(path, doing).shape, doing)
+
+
+def faces_of(
+    shape: Any, doing: Callable[[str], None]
+) -> tuple[tuple[RawFace, ...], dict[str, int]]:
     """Return the faces with a plane, cylinder, cone, sphere or torus, and counts of the others.
 
     Faces of no solid are construction geometry where there are solids: in the air, or inside the
@@ -80,16 +92,33 @@ def read_faces(
 
     Raises
     ------
-    ImportError
-        The extra is not installed.
     ValueError
-        The file is not complete, or holds nothing that can be used.
+        The shape holds nothing that can be used.
+    """
+    with_surface, others = faces_with_surface(shape)
+    found: list[RawFace] = []
+    for number, face in enumerate(with_surface, start=1):
+        doing(f"face {number} of {len(with_surface)}")
+        kind, raw = _raw_face(face, number)
+        if raw is None:
+            others[kind] += 1
+        else:
+            found.append(raw)
+    return tuple(found), dict(others)
+
+
+def faces_with_surface(shape: Any) -> tuple[list[Any], Counter[str]]:
+    """Return the faces of a part that have an exact surface, and how many others there are.
+
+    Raises
+    ------
+    ValueError
+        None has.
     """
     from OCP.BRep import BRep_Tool
 
-    shape = _shape_of(path, doing)
     faces, loose = _faces_of_parts(shape)
-    surface_of = _static(BRep_Tool, "Surface")
+    surface_of = static(BRep_Tool, "Surface")
     # To ask a face without a surface for its kind ends the process.
     with_surface = [face for face in faces if surface_of(face) is not None]
     if faces and not with_surface:
@@ -98,84 +127,39 @@ def read_faces(
         raise UnusableModelError(
             msg, "Export the model with exact geometry (B-rep), not tessellated (mesh)."
         )
-    found: list[RawFace] = []
     others: Counter[str] = Counter()
     if loose:
         others["construction geometry"] = loose
     if len(with_surface) < len(faces):
         others["tessellated"] = len(faces) - len(with_surface)
-    for number, face in enumerate(with_surface, start=1):
-        doing(f"face {number} of {len(with_surface)}")
-        kind, raw = _raw_face(face)
-        if raw is None:
-            others[kind] += 1
-        else:
-            found.append(raw)
-    return tuple(found), dict(others)
-
-
-def _shape_of(path: str, doing: Callable[[str], None]) -> Any:
-    from OCP.IFSelect import IFSelect_RetDone
-    from OCP.STEPControl import STEPControl_Reader
-
-    doing("the text of the file")
-    reader = STEPControl_Reader()
-    if reader.ReadFile(path) != IFSelect_RetDone:
-        msg = "not a complete STEP file"
-        raise ValueError(msg)
-    doing("the shapes of the file")
-    reader.TransferRoots()
-    shape = reader.OneShape()
-    if shape is None or shape.IsNull():
-        msg = "contains no shape"
-        raise ValueError(msg)
-    return shape
-
-
-def _static(owner: Any, name: str) -> Any:
-    """Return a static method; versions of the library call it with and without a suffix."""
-    return getattr(owner, f"{name}_s", None) or getattr(owner, name)
+    return with_surface, others
 
 
 def _faces_of_parts(shape: Any) -> tuple[list[Any], int]:
     """Return the faces of the solids, and how many others there are; all where no solid is."""
-    solids = list(_explored(shape, "SOLID"))
+    solids = list(explored(shape, "SOLID"))
     if not solids:
-        return list(_explored(shape, "FACE")), 0
+        return list(explored(shape, "FACE")), 0
     return (
-        [face for solid in solids for face in _explored(solid, "FACE")],
-        sum(1 for _ in _explored(shape, "FACE", but_in="SOLID")),
+        [face for solid in solids for face in explored(solid, "FACE")],
+        sum(1 for _ in explored(shape, "FACE", but_in="SOLID")),
     )
 
 
-def _explored(shape: Any, kind: str, but_in: str = "SHAPE") -> Any:
-    """Return an iterator over the parts of a kind, but for those inside parts of another kind."""
-    import OCP.TopAbs as TopAbs
-    from OCP.TopExp import TopExp_Explorer
-    from OCP.TopoDS import TopoDS
-
-    cast = _static(TopoDS, kind.capitalize())
-    wanted, avoided = getattr(TopAbs, f"TopAbs_{kind}"), getattr(TopAbs, f"TopAbs_{but_in}")
-    explorer = TopExp_Explorer(shape, wanted, avoided)
-    while explorer.More():
-        yield cast(explorer.Current())
-        explorer.Next()
-
-
-def _raw_face(face: Any) -> tuple[str, RawFace | None]:
+def _raw_face(face: Any, number: int) -> tuple[str, RawFace | None]:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.TopAbs import TopAbs_REVERSED
 
     surface = BRepAdaptor_Surface(face, True)
     reverse = face.Orientation() == TopAbs_REVERSED
-    kind = str(surface.GetType()).rpartition("GeomAbs_")[2].rstrip(">: 0123456789")
+    kind = kind_of(surface)
     as_said = _face(surface, reverse)
     if as_said is None:
         return kind, None
     _check(as_said)
     loops, rims = _edges(face, surface, reverse)
     places = _places(surface, loops)
-    return kind, RawFace(as_said, places, rims)
+    return kind, RawFace(as_said, places, rims, number)
 
 
 def _check(face: StepFace) -> None:
@@ -194,10 +178,10 @@ def _edges(face: Any, surface: Any, reverse: bool) -> tuple[Float, tuple[Rim, ..
     point = gp_Pnt()
     stretches: list[Float] = []
     rims: list[Rim] = []
-    for edge in _explored(face, "EDGE"):
+    for edge in explored(face, "EDGE"):
         curve = BRepAdaptor_Curve2d(edge, face)
         first, last = curve.FirstParameter(), curve.LastParameter()
-        steps = _steps(edge, first, last)
+        steps = edge_steps(edge, first, last)
         uv = np.array([(p.X(), p.Y()) for p in (curve.Value(float(t)) for t in steps)])
         stretches.append(np.stack([uv[:-1], uv[1:]], axis=1))
         line = np.empty((len(uv), 3))
@@ -212,7 +196,7 @@ def _edges(face: Any, surface: Any, reverse: bool) -> tuple[Float, tuple[Rim, ..
     return np.concatenate(stretches) if stretches else np.empty((0, 2, 2)), tuple(rims)
 
 
-def _steps(edge: Any, first: float, last: float) -> Float:
+def edge_steps(edge: Any, first: float, last: float) -> Float:
     """Return parameters along an edge between which it is nearly straight, an odd number.
 
     Of a spline they stand closer where it bends, or where its parameter runs fast: evenly, the
@@ -223,7 +207,7 @@ def _steps(edge: Any, first: float, last: float) -> Float:
     from OCP.GCPnts import GCPnts_TangentialDeflection
 
     inner: list[float] = []
-    if not _static(BRep_Tool, "Degenerated")(edge):
+    if not static(BRep_Tool, "Degenerated")(edge):
         bent = GCPnts_TangentialDeflection(BRepAdaptor_Curve(edge), _BEND_RAD, _DEFLECTION_MM)
         inner = [bent.Parameter(index) for index in range(2, bent.NbPoints())]
     steps = np.array([first, *inner, last])
@@ -297,7 +281,7 @@ def _face(surface: Any, reverse: bool) -> StepFace | None:
     v0, v1 = surface.FirstVParameter(), surface.LastVParameter()
     middle, normal = _normal(surface, 0.5 * (u0 + u1), 0.5 * (v0 + v1), reverse)
     if kind == GeomAbs_Plane:
-        across = _vector(surface.Plane().Position().XDirection())
+        across = vector(surface.Plane().Position().XDirection())
         return StepFace(
             shape="Plane", point=_tuple(middle), direction=_tuple(normal), across=_tuple(across),
             low=-0.5 * (u1 - u0), high=0.5 * (u1 - u0), width=v1 - v0,
@@ -308,14 +292,14 @@ def _face(surface: Any, reverse: bool) -> StepFace | None:
         return _cone(surface, middle, normal, v0, v1)
     if kind == GeomAbs_Sphere:
         ball = surface.Sphere()
-        centre, axis = _vector(ball.Location()), _vector(ball.Position().Direction())
+        centre, axis = vector(ball.Location()), vector(ball.Position().Direction())
         return StepFace(
             shape="Sphere", point=_tuple(centre), direction=_tuple(axis), radius=ball.Radius(),
             inner=float(normal @ (middle - centre)) < 0.0,
         )  # fmt: skip
     if kind == GeomAbs_Torus:
         ring = surface.Torus()
-        centre, axis = _vector(ring.Location()), _vector(ring.Position().Direction())
+        centre, axis = vector(ring.Location()), vector(ring.Position().Direction())
         arm = middle - centre
         flat = arm - (arm @ axis) * axis
         core = centre + ring.MajorRadius() * flat / np.linalg.norm(flat)
@@ -328,7 +312,7 @@ def _face(surface: Any, reverse: bool) -> StepFace | None:
 
 def _cylinder(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> StepFace:
     cylinder = surface.Cylinder()
-    axis, start = _vector(cylinder.Axis().Direction()), _vector(cylinder.Location())
+    axis, start = vector(cylinder.Axis().Direction()), vector(cylinder.Location())
     sense = _sense(axis)
     # All faces of one cylinder get the same point: that of the axis nearest to the origin.
     foot = start - (start @ axis) * axis
@@ -345,7 +329,7 @@ def _cone(surface: Any, middle: Float, normal: Float, v0: float, v1: float) -> S
     """Return a cone by its tip, which all its faces have in common; its axis leads out of it."""
     cone = surface.Cone()
     half = cone.SemiAngle()
-    axis, start = _vector(cone.Axis().Direction()), _vector(cone.Location())
+    axis, start = vector(cone.Axis().Direction()), vector(cone.Location())
     axis = axis if half > 0.0 else -axis
     tip = start - cone.RefRadius() / np.tan(abs(half)) * axis
     sense = 1.0 if half > 0.0 else -1.0
@@ -363,19 +347,15 @@ def _normal(surface: Any, u: float, v: float, reverse: bool) -> tuple[Float, Flo
 
     point, by_u, by_v = gp_Pnt(), gp_Vec(), gp_Vec()
     surface.D1(u, v, point, by_u, by_v)
-    normal = np.cross(_vector(by_u), _vector(by_v))
+    normal = np.cross(vector(by_u), vector(by_v))
     length = np.linalg.norm(normal)
     normal = normal / length if length > 0.0 else normal
-    return _vector(point), -normal if reverse else normal
+    return vector(point), -normal if reverse else normal
 
 
 def _sense(axis: Float) -> float:
     largest = int(np.argmax(np.abs(np.round(axis, 6))))
     return 1.0 if axis[largest] > 0.0 else -1.0
-
-
-def _vector(triple: Any) -> Float:
-    return np.array([triple.X(), triple.Y(), triple.Z()])
 
 
 def _tuple(vector: Float) -> Triple:

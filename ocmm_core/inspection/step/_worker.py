@@ -7,27 +7,52 @@ comes back, the program that asked goes on, and knows what was being read.
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from dataclasses import dataclass
 from multiprocessing.connection import Connection
-from typing import Any
+from pathlib import Path
 
 import msgspec
 
+from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
 from ocmm_core.inspection.step._answer import StepAnswer
+from ocmm_core.inspection.step._document import read_document
+from ocmm_core.inspection.step._face_order import tolerances_of
 from ocmm_core.inspection.step._joined import surfaces_of
-from ocmm_core.inspection.step._raw_faces import UnusableModelError, as_numbers, read_faces
+from ocmm_core.inspection.step._part import part_of
+from ocmm_core.inspection.step._raw_faces import (
+    UnusableModelError,
+    as_numbers,
+    faces_of,
+    faces_with_surface,
+)
+from ocmm_core.part_model import model_to_bytes
 
 _MOST_BYTES = 1_500_000_000
 
 
-def read_step(path: str, ball_radius: float, to: Connection) -> None:
-    """Send what is being done, and at last the surfaces or a sentence that says why there are none.
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """What is asked of the reading.
 
-    Parameters
+    Attributes
     ----------
     ball_radius
-        mm: of the ball that is to touch them.
+        mm: of the ball that is to touch the surfaces; 0 where no features are wanted.
+    source_sha256
+        Hash of the file, for the part; empty where no part is wanted.
+    """
+
+    ball_radius: float = 0.0
+    source_sha256: str = ""
+
+
+def read_step(path: str, wanted: Wanted, to: Connection) -> None:
+    """Send what is being done, and at last the surfaces or a sentence that says why there are none.
+
+    Behind the last answer comes the part where one is wanted, see `StepAnswer`.
     """
     _be_silent()
     HOST.limit_memory(_MOST_BYTES)
@@ -42,12 +67,15 @@ def read_step(path: str, ball_radius: float, to: Connection) -> None:
         doing = what
         tell(StepAnswer(doing=what))
 
+    part = b""
     try:
-        answer = _read(path, ball_radius, now)
+        answer, part = _read(path, wanted, now)
     except ImportError:
         answer = StepAnswer(fault="MISSING")
     except UnusableModelError as error:
         answer = StepAnswer(fault=error.what, remedy=error.remedy)
+    except InputError as error:
+        answer = StepAnswer(fault=error.what.rstrip("."), remedy=error.remedy)
     except ValueError as error:
         answer = StepAnswer(fault=str(error))
     except MemoryError:
@@ -59,14 +87,30 @@ def read_step(path: str, ball_radius: float, to: Connection) -> None:
         answer = StepAnswer(error=(told.code, told.what, told.remedy))
     try:
         tell(answer)
+        if answer.part_bytes:
+            to.send_bytes(part)
     finally:
         to.close()
 
 
-def _read(path: str, ball_radius: float, doing: Any) -> StepAnswer:
-    faces, others = read_faces(path, doing)
-    doing("placing targets")
-    return StepAnswer(surfaces=tuple(surfaces_of(faces, ball_radius)), others=others)
+def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[StepAnswer, bytes]:
+    document = read_document(path, doing)
+    answer, part = StepAnswer(), b""
+    if wanted.ball_radius > 0.0:
+        faces, others = faces_of(document.shape, doing)
+        pmi, entities, words = tolerances_of(
+            Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
+            faces_with_surface(document.shape)[0], faces, doing,
+        )  # fmt: skip
+        doing("placing targets")
+        answer = StepAnswer(
+            surfaces=tuple(surfaces_of(faces, wanted.ball_radius)), others=others, pmi=pmi,
+            face_entities=entities, face_words=words,
+        )  # fmt: skip
+    if wanted.source_sha256:
+        part = model_to_bytes(part_of(document, (Path(path).name, wanted.source_sha256), doing))
+        answer = msgspec.structs.replace(answer, part_bytes=len(part))
+    return answer, part
 
 
 def _be_silent() -> None:

@@ -13,8 +13,8 @@ from ocmm_core.fieldbus.device import (
     DATA_CRC_AT,
     INPUT_DTYPE,
     INPUT_START,
+    NEWEST_LAYOUT,
     CameraIdentity,
-    data_crc,
 )
 from ocmm_core.simulation.bus._chain import Chain, Unit
 from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, DeedAnswer, FaultKind
@@ -124,7 +124,8 @@ class FaultCommands:
             memory[INPUT_START + bit // 8] ^= 1 << bit % 8
             if with_sum:
                 inputs = memory[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
-                DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, data_crc(inputs))
+                crc = NEWEST_LAYOUT.crc(inputs, unit.identity.serial)
+                DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
 
         unit.camera.esc.spoil = spoil if command.value else None
 

@@ -40,6 +40,8 @@ from ocmm_core.simulation.slave._registers import (
     INIT,
     N_FMMU,
     OP,
+    PDI_CONFIGURATION,
+    PDI_CONTROL,
     PORT_TIME,
     PREOP,
     RAM,
@@ -53,6 +55,7 @@ from ocmm_core.simulation.slave._registers import (
     SYNC0_START,
     SYNC_ACTIVATION,
     SYNC_MANAGER,
+    SYNC_PULSE,
     SYSTEM_TIME,
     TIME_DIFFERENCE,
     TIME_OFFSET,
@@ -65,6 +68,8 @@ from ocmm_core.simulation.slave._registers import (
 from ocmm_core.simulation.slave._slave_clock import SlaveClock, difference_register, time_difference
 
 _MIN_SYNC0_NS = 50_000
+_SYNC_UNIT, _SYNC0_IS_OUTPUT = 0x04, 0x04
+"""Bits of 0x0141 and 0x0151."""
 _MAX_REPLIES = 4
 _SM_FULL = 0x08
 _EEPROM_64_BIT = 0x40
@@ -140,7 +145,10 @@ class Esc:
         head = struct.pack("<BBHBBBBHH", 0x11, 0, 2, N_FMMU, len(SYNC_MANAGERS), 8, 0x0F, 0x0C, 0)
         self.memory[: len(head)] = head
         self.memory[STATION_ALIAS : STATION_ALIAS + 2] = sii[8:10]
-        self.memory[0x0140] = 0x05
+        # What a controller loads at power-on: connection, pins, length of the pulses.
+        self.memory[PDI_CONTROL : PDI_CONTROL + 2] = sii[0:2]
+        self.memory[PDI_CONFIGURATION : PDI_CONFIGURATION + 2] = sii[2:4]
+        self.memory[SYNC_PULSE : SYNC_PULSE + 2] = sii[4:6]
         self._set(WATCHDOG_DIVIDER, "<H", 2498)
         self._set(0x0410, "<H", 1000)
         self._set(WATCHDOG_SM_TIME, "<H", 1000)
@@ -168,8 +176,17 @@ class Esc:
 
     @property
     def is_synchronised(self) -> bool:
-        """Return whether SYNC0 is on."""
-        return self.memory[SYNC_ACTIVATION] & 0x03 == 0x03
+        """Return whether SYNC0 is on.
+
+        A master's activation alone gives no signal: the unit must be enabled, the pin an output,
+        and the pulse have a length, as the EEPROM says.
+        """
+        return (
+            self.memory[SYNC_ACTIVATION] & 0x03 == 0x03
+            and bool(self.memory[PDI_CONTROL + 1] & _SYNC_UNIT)
+            and bool(self.memory[PDI_CONFIGURATION + 1] & _SYNC0_IS_OUTPUT)
+            and self._get(SYNC_PULSE, "<H") > 0
+        )
 
     @property
     def sync0(self) -> tuple[int, int] | None:

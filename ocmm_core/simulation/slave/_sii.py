@@ -5,23 +5,23 @@ from __future__ import annotations
 import struct
 
 from ocmm_core.fieldbus.device import (
-    DC_ACTIVATE,
+    CLOCK_MODES,
+    DEVICE_GROUP,
     DEVICE_NAME,
-    INPUT_PDOS,
     MAILBOX_BYTES,
     MAILBOX_IN_START,
     MAILBOX_OUT_START,
+    NEWEST_LAYOUT,
     OUTPUT_PDO,
+    PHYSICAL_PORTS,
     PRODUCT_CODE,
-    REVISION,
     SII_BYTES,
     SII_CONFIGURATION,
     SM_INPUTS,
     SM_OUTPUTS,
-    SYNC0_NS,
-    SYNC1_NS,
     VENDOR_ID,
-    VENDOR_NAME,
+    ClockMode,
+    InputLayout,
     Pdo,
 )
 from ocmm_core.fieldbus.device import INPUT_START as INPUT_START
@@ -33,9 +33,11 @@ _COE_DETAILS = 0x23
 _CATEGORY_STRINGS, _CATEGORY_GENERAL, _CATEGORY_FMMU = 10, 30, 40
 _CATEGORY_SYNC_MANAGERS, _CATEGORY_TX_PDO, _CATEGORY_RX_PDO = 41, 50, 51
 _CATEGORY_CLOCK = 60
+_MANDATORY, _FIXED = 0x0001, 0x0010
+"""Of a PDO: every master maps it, and its content cannot be changed."""
 
 
-def sii_image(serial: int, alias: int) -> bytes:
+def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> bytes:
     """Return the content of the EEPROM.
 
     Parameters
@@ -44,11 +46,13 @@ def sii_image(serial: int, alias: int) -> bytes:
         Serial number of the camera.
     alias
         Station alias, 1 to 65535.
+    layout
+        Of its inputs, and by that its revision.
     """
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", _crc8(head))
-    head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, REVISION, serial)
+    head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, layout.revision, serial)
     head += bytes(8 + 8)
     head += struct.pack(
         "<HHHHH",
@@ -60,20 +64,60 @@ def sii_image(serial: int, alias: int) -> bytes:
     )
     head = head.ljust(0x7C, b"\x00")
     head += struct.pack("<HH", SII_BYTES * 8 // 1024 - 1, 1)
-    body = _category(_CATEGORY_STRINGS, _strings(VENDOR_NAME, DEVICE_NAME))
-    body += _category(
-        _CATEGORY_GENERAL,
-        bytes([1, 0, 1, 2, 0, _COE_DETAILS]).ljust(14, b"\x00") + bytes([0x11, 0x00]) + bytes(16),
-    )
+    strings = _Strings()
+    body = _category(_CATEGORY_GENERAL, _general(strings))
     body += _category(_CATEGORY_FMMU, bytes([1, 2]))
     body += _category(
         _CATEGORY_SYNC_MANAGERS, b"".join(struct.pack("<HHBBBB", *sm) for sm in SYNC_MANAGERS)
     )
-    body += b"".join(_pdo(_CATEGORY_TX_PDO, pdo, SM_INPUTS) for pdo in INPUT_PDOS)
-    body += _pdo(_CATEGORY_RX_PDO, OUTPUT_PDO, SM_OUTPUTS)
-    clock = struct.pack("<IIIhHH", SYNC0_NS, SYNC1_NS, 0, 0, 0, DC_ACTIVATE)
-    body += _category(_CATEGORY_CLOCK, clock)
+    body += b"".join(_pdo(_CATEGORY_TX_PDO, pdo, SM_INPUTS, strings) for pdo in layout.input_pdos)
+    body += _pdo(_CATEGORY_RX_PDO, OUTPUT_PDO, SM_OUTPUTS, strings)
+    body += _category(_CATEGORY_CLOCK, b"".join(_clock(mode, strings) for mode in CLOCK_MODES))
+    # Strings come first, and are known last.
+    body = _category(_CATEGORY_STRINGS, strings.content) + body
     return (bytes(head) + body + b"\xff\xff").ljust(SII_BYTES, b"\xff")
+
+
+class _Strings:
+    """The texts of an image; others name them by their number, from 1. Each is there once."""
+
+    def __init__(self) -> None:
+        self._texts: list[str] = []
+
+    def number(self, text: str) -> int:
+        """Return the number of a text; 0 is no text."""
+        if not text:
+            return 0
+        if text not in self._texts:
+            self._texts.append(text)
+        return self._texts.index(text) + 1
+
+    @property
+    def content(self) -> bytes:
+        """Return the category: how many there are, then each behind its length."""
+        encoded = [text.encode("ascii") for text in self._texts]
+        return bytes([len(encoded)]) + b"".join(bytes([len(text)]) + text for text in encoded)
+
+
+def _general(strings: _Strings) -> bytes:
+    """Return the category General (ETG.2010, table 7), 32 bytes."""
+    group, name = strings.number(DEVICE_GROUP), strings.number(DEVICE_NAME)
+    # Group, picture, order number, name, a reserved byte, details of CoE.
+    head = struct.pack("<BBBBBB", group, 0, name, name, 0, _COE_DETAILS)
+    # FoE, EoE, three reserved, flags, current on the E-bus (int16): none of them.
+    head += bytes(8)
+    # The group once more, a reserved byte, then at byte 16 the ports, a nibble each.
+    head += struct.pack("<BBH", group, 0, PHYSICAL_PORTS)
+    return head.ljust(32, b"\x00")
+
+
+def _clock(mode: ClockMode, strings: _Strings) -> bytes:
+    """Return one mode of the distributed clock (ETG.2010, table 13), 24 bytes."""
+    return struct.pack(
+        "<IIIhHhBB4x",
+        0, 0, 0, mode.sync1_factor, mode.activate, mode.sync0_factor,
+        strings.number(mode.name), 0,
+    )  # fmt: skip
 
 
 def _category(kind: int, content: bytes) -> bytes:
@@ -81,19 +125,16 @@ def _category(kind: int, content: bytes) -> bytes:
     return struct.pack("<HH", kind, len(content) // 2) + content
 
 
-def _strings(*texts: str) -> bytes:
-    content = bytes([len(texts)])
-    for text in texts:
-        content += bytes([len(text)]) + text.encode("ascii")
-    return content
-
-
-def _pdo(category: int, pdo: Pdo, sync_manager: int) -> bytes:
-    content = struct.pack("<HBBBBH", pdo.index, len(pdo.entries), sync_manager, 0, 0, 0x0010)
+def _pdo(category: int, pdo: Pdo, sync_manager: int, strings: _Strings) -> bytes:
+    name = strings.number(pdo.name)
+    content = struct.pack(
+        "<HBBBBH", pdo.index, len(pdo.entries), sync_manager, 0, name, _MANDATORY | _FIXED
+    )
     for entry in pdo.entries:
         content += struct.pack(
-            "<HBBBBH", entry.index, entry.sub, 0, entry.kind & 0xFF, entry.bits, 0
-        )
+            "<HBBBBH",
+            entry.index, entry.sub, strings.number(entry.name), entry.kind & 0xFF, entry.bits, 0,
+        )  # fmt: skip
     return _category(category, content)
 
 

@@ -15,11 +15,11 @@ from ocmm_core.fieldbus.device import (
     DATA_CRC_AT,
     HEADER_STRUCT,
     INPUT_DTYPE,
-    INPUT_PDOS,
     INPUT_START,
     INPUT_SYNC,
     MAILBOX_BYTES,
     N_SLOTS,
+    NEWEST_LAYOUT,
     OUTPUT_PDO,
     OUTPUT_START,
     OUTPUT_STRUCT,
@@ -39,6 +39,8 @@ from ocmm_core.fieldbus.device import (
     Control,
     ErrorCode,
     ErrorRegister,
+    Header,
+    InputLayout,
     Window,
     object_dictionary,
 )
@@ -89,6 +91,8 @@ class SoftwareCamera:
         How often it was switched on.
     store
         What it keeps without power; the same one for a camera that is switched on again.
+    layout
+        Of its inputs, and by that its revision.
 
     Attributes
     ----------
@@ -108,8 +112,11 @@ class SoftwareCamera:
         provider: CameraFrames,
         boot_counter: int = 1,
         store: CameraStore | None = None,
+        layout: InputLayout = NEWEST_LAYOUT,
     ) -> None:
-        self.esc = Esc(sii_image(serial, alias), 7_000_000_000 * (index + 1), self)
+        self._layout = layout
+        self._crc_begin = layout.crc_begin(serial)
+        self.esc = Esc(sii_image(serial, alias, layout), 7_000_000_000 * (index + 1), self)
         self.buffer = FrameBuffer(provider, index)
         self.frozen = self.mailbox_hangs = False
         self._inputs = memoryview(self.esc.memory)[INPUT_START : INPUT_START + INPUT_DTYPE.itemsize]
@@ -125,7 +132,7 @@ class SoftwareCamera:
             index, serial, provider, store or CameraStore(), self._diagnosis, self._darken
         )
         self.coe = CoeServer(
-            object_dictionary(serial),
+            object_dictionary(serial, layout),
             MAILBOX_BYTES,
             {**self.electronics.live(), **self._live()},
             self.electronics.written(),
@@ -198,22 +205,15 @@ class SoftwareCamera:
             | (_DARK if buffer.is_dark(first, count) else 0)
             | (_DIAGNOSIS if self._diagnosis.pending else 0)
         )
-        self._cycle = self._cycle + 1 & 0xFF
-        HEADER_STRUCT.pack_into(
-            memory,
-            INPUT_START,
-            first % COUNTER_MODULUS,
-            buffer.start_ns + first * buffer.period_ns,
-            buffer.period_ns,
-            count,
-            self._cycle,
-            status,
-            self._crc,
-            self._boot_counter,
-            0,
-        )
+        self._cycle = (self._cycle + 1) % self._layout.cycle_counters
+        memory[INPUT_START : INPUT_START + HEADER_STRUCT.size] = self._layout.encode(
+            Header(
+                first % COUNTER_MODULUS, buffer.start_ns + first * buffer.period_ns,
+                buffer.period_ns, count, self._cycle, status, self._crc, self._boot_counter,
+            )
+        )  # fmt: skip
         buffer.copy(first, count, memory, INPUT_START + HEADER_STRUCT.size)
-        crc = zlib.crc32(self._inputs)
+        crc = zlib.crc32(self._inputs, self._crc_begin)
         DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
 
     def generate(self, now_ns: int) -> bool:
@@ -291,7 +291,7 @@ class SoftwareCamera:
             entries[index, SYNC_MISSED] = lambda: struct.pack("<H", min(self._missed, 0xFFFF))
             entries[index, SYNC_EXCEEDED] = lambda: struct.pack("<H", min(self.buffer.late, 0xFFFF))
             entries[index, SYNC_ERROR] = lambda: bytes([self._sync_failed()])
-        for start, pdos in ((INPUT_START, INPUT_PDOS), (OUTPUT_START, (OUTPUT_PDO,))):
+        for start, pdos in ((INPUT_START, self._layout.input_pdos), (OUTPUT_START, (OUTPUT_PDO,))):
             at = start
             for pdo in pdos:
                 for entry in pdo.entries:

@@ -19,9 +19,9 @@ from ocmm_core.geometry import Float
 from ocmm_core.tolerances.decisions._result import CharacteristicResult, Verdict
 from ocmm_core.tolerances.decisions._verdict import WORST_FIRST, summarise
 
-_LONGEST = 0.08
+_LONGEST = 0.1
 """Part of the size of the part that the longer of limit and greatest deviation is drawn as."""
-_STEPS = (1.0, 2.0, 5.0)
+_STEPS = (1.0, 2.0, 3.0, 5.0)
 
 
 class DeviationClass(Enum):

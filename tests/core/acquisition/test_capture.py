@@ -17,15 +17,14 @@ from ocmm_core.fieldbus.device import (
     DATA_CRC,
     DATA_CRC_AT,
     FRAMES_PER_CYCLE,
-    HEADER_STRUCT,
     INPUT_DTYPE,
     INPUT_START,
     MAILBOX_IN_START,
+    NEWEST_LAYOUT,
     OUTPUT_DTYPE,
     OUTPUT_START,
     CameraStatus,
     Header,
-    data_crc,
     encode_frames,
 )
 from ocmm_core.fieldbus.wire import Command, Datagram, encode_frame
@@ -49,9 +48,9 @@ def make_input(camera: int, first: int, count: int, cycle: int, **changes: int) 
     )  # fmt: skip
     header = header._replace(**changes)
     valid, flags, uv = PATTERN.camera_frames(camera, first, FRAMES_PER_CYCLE)
-    content = bytearray(HEADER_STRUCT.pack(*header) + encode_frames(valid, flags, uv).tobytes())
+    content = bytearray(NEWEST_LAYOUT.encode(header) + encode_frames(valid, flags, uv).tobytes())
     assert len(content) == INPUT_DTYPE.itemsize
-    DATA_CRC.pack_into(content, DATA_CRC_AT, data_crc(content))
+    DATA_CRC.pack_into(content, DATA_CRC_AT, NEWEST_LAYOUT.crc(content, SERIALS[camera]))
     return bytes(content)
 
 
@@ -193,10 +192,22 @@ def test_a_recording_from_the_middle_needs_the_number_of_cameras(tmp_path: Path)
     ):
         decode(tmp_path / "a", packets)
     capture, blocks = decode(tmp_path / "b", packets, n_cameras=2)
-    assert counters(blocks) == list(range(1_000_000, 1_000_160))
+    # Whose inputs they are is known when a second one says the same.
+    assert counters(blocks) == list(range(1_000_008, 1_000_160))
     check_content(blocks)
     assert capture.account.unjoined == 0
     assert capture.serials == (None, None)
+    assert [(one.unproven, one.damaged) for one in capture.account.cameras] == [(1, 0), (1, 0)]
+
+
+def test_the_data_of_another_camera_are_not_taken_from_a_recording(tmp_path: Path) -> None:
+    packets = bringup() + steady(10)
+    for turn in range(10, 20):
+        packets += cycle([make_input(camera, 8 * turn, 8, turn) for camera in (1, 0)])
+    capture, blocks = decode(tmp_path / "a", packets)
+    assert counters(blocks) == list(range(80))
+    check_content(blocks)
+    assert [one.damaged for one in capture.account.cameras] == [10, 10]
 
 
 def test_frames_are_joined_by_exposure_also_where_one_camera_is_behind(tmp_path: Path) -> None:

@@ -21,6 +21,7 @@ from lxml import etree
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.export import ENDING, EXPORTERS, preview, preview_text
+from ocmm_core.export.aqdef._reader import read_transfer
 from ocmm_core.export.report import (
     ReportData,
     clean_text,
@@ -28,7 +29,6 @@ from ocmm_core.export.report import (
     polyworks_profile,
     read_report,
 )
-from ocmm_core.export.report._aqdef import read_transfer
 from ocmm_core.export.report._names import check_file_stem, spreadsheet_text
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.export.sample_report import (
@@ -47,8 +47,8 @@ EUROPEAN = load_profile(resource("profiles", "european.toml"))
 def test_the_workbook_holds_numbers_as_numbers_and_text_as_text(tmp_path: Path) -> None:
     (path,) = write_report(sample_report(), ("xlsx",), tmp_path)
     book = openpyxl.load_workbook(path)
-    assert book.sheetnames == ["Verdict", "Job", "Characteristics", "Features", "Points"]
-    head = {row[0].value: row[1] for row in book["Job"].iter_rows(min_row=2)}
+    assert book.sheetnames == ["Verdict", "Characteristics", "Features", "Points"]
+    head = {row[0].value: row[1] for row in book["Verdict"].iter_rows(min_row=2)}
     # A serial number that looks like a formula is text, and stays so when the cell is edited.
     assert (head["Serial number"].value, head["Serial number"].data_type) == ("=4711", "s")
     assert head["Serial number"].quotePrefix
@@ -77,7 +77,9 @@ def test_the_transfer_file_is_as_agreed_to_the_byte(tmp_path: Path) -> None:
     (values,) = [line for line in lines if b"\x14" in line]
     first, *_, last = values.split(b"\x0f")
     assert first.split(b"\x14")[:3] == [b"20.0025", b"0", b"02.03.2026/07:10:04"]
-    assert first.split(b"\x14")[6] == "Zoë Müller".encode("cp1252")
+    # The operator stands in the catalogue, the value has the number of the entry.
+    assert first.split(b"\x14")[6] == b"1"
+    assert "K4092/1 Zoë Müller".encode("cp1252") in lines
     # No number stands in for one that is missing.
     assert last.split(b"\x14")[:2] == [b"", b"256"]
 
@@ -144,7 +146,7 @@ def test_a_comma_locale_changes_no_format(tmp_path: Path) -> None:
     assert b"20.00246" in told[".json"]
     assert b"\x0f20.0312\x14" in told[".dfq"]
     with zipfile.ZipFile(io.BytesIO(told[".xlsx"])) as archive:
-        assert b"<v>20.00246</v>" in archive.read("xl/worksheets/sheet3.xml")
+        assert b"<v>20.00246</v>" in archive.read("xl/worksheets/sheet2.xml")
 
 
 def test_the_same_job_gives_the_same_bytes(tmp_path: Path) -> None:
@@ -186,7 +188,7 @@ def _sheet(content: bytes, place: int) -> bytes:
     with zipfile.ZipFile(io.BytesIO(content)) as old, zipfile.ZipFile(changed, "w") as new:
         for part in old.namelist():
             data = old.read(part)
-            new.writestr(part, _digit(data, place) if part.endswith("sheet3.xml") else data)
+            new.writestr(part, _digit(data, place) if part.endswith("sheet2.xml") else data)
     return changed.getvalue()
 
 

@@ -19,6 +19,7 @@ from lxml import etree
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.export import EXPORTERS, preview, preview_text
+from ocmm_core.export.aqdef._reader import read_transfer
 from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.report import (
     Profile,
@@ -27,7 +28,6 @@ from ocmm_core.export.report import (
     polyworks_profile,
     read_report,
 )
-from ocmm_core.export.report._aqdef import read_transfer
 from ocmm_core.export.report._tables import (
     FEATURE_COLUMNS,
     JOB_STATE,
@@ -109,7 +109,10 @@ def words_of(path: Path) -> list[str]:
     content = path.read_bytes()
     if path.suffix == ".xlsx":
         book = openpyxl.load_workbook(path)
-        book["Job"].delete_cols(1)
+        front = book["Verdict"]
+        first = next(row for row in front.iter_rows() if row[0].value == "Item")[0].row
+        for row in front.iter_rows(min_row=first):
+            row[0].value = None
         cells = [cell.value for one in book for row in one.iter_rows() for cell in row]
         return [cell for cell in cells if isinstance(cell, str)]
     if path.suffix == ".qif":

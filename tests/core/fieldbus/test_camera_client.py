@@ -18,6 +18,7 @@ from ocmm_core.fieldbus.device import (
     BLOB_BYTES,
     CALIBRATION,
     CONFIGURATION,
+    NEWEST_LAYOUT,
     SNAPSHOT,
     BlackImage,
     ErrorCode,
@@ -77,7 +78,7 @@ def test_the_camera_tells_what_it_is() -> None:
     texts = client.read_identity_text(host)
     assert (texts.name, texts.serial) == (model.DEVICE_NAME, SERIAL)
     assert (texts.width, texts.height) == (SENSOR_PX, SENSOR_PX)
-    assert client.read_firmware(host) == texts.firmware == "2.0.0"
+    assert client.read_firmware(host) == texts.firmware == "3.0.0"
     assert client.read_temperature(host) == 36.5
     host.camera.electronics.warmer_c = -60.05
     assert client.read_temperature(host) == pytest.approx(-23.55, abs=0.051)
@@ -211,7 +212,7 @@ def test_a_black_image_is_measured_stored_cleared_and_survives(tmp_path: Path) -
 def test_no_spot_is_valid_while_the_leds_are_off() -> None:
     host = DirectCamera(SensorPattern(), state=reg.OP)
     for _ in range(20):
-        header = model.Header.decode(host.cycle(1, 0))
+        header = NEWEST_LAYOUT.decode(host.cycle(1, 0))
         host.cycle(1, header.counter + header.frames_valid - 1)
     host.write(0x8020, 2, b"\x40\x00")
     host.write(0x8020, 1, b"\x01")
@@ -220,7 +221,7 @@ def test_no_spot_is_valid_while_the_leds_are_off() -> None:
     dark, light = 0, 0
     while host.read(0x8020, 3) == b"\x01":
         content = host.cycle(1, header.counter + header.frames_valid - 1)
-        header = model.Header.decode(content)
+        header = NEWEST_LAYOUT.decode(content)
         frames = np.frombuffer(content, model.INPUT_DTYPE)[0]["frames"][: header.frames_valid]
         dark += int((frames["valid"] == 0).sum())
         light += int((frames["valid"] != 0).sum())
@@ -228,7 +229,7 @@ def test_no_spot_is_valid_while_the_leds_are_off() -> None:
             assert header.status & model.CameraStatus.DARK
     assert dark > 0
     for _ in range(40):
-        header = model.Header.decode(host.cycle(1, header.counter + header.frames_valid - 1))
+        header = NEWEST_LAYOUT.decode(host.cycle(1, header.counter + header.frames_valid - 1))
     assert not header.status & model.CameraStatus.DARK
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+import zlib
 
 import numpy as np
 import pytest
@@ -10,8 +11,17 @@ import pytest
 from ocmm_core.acquisition.frames import SUBPIXEL, FrameFlag, quantise
 from ocmm_core.camera import MAX_CAMERAS, USUAL_SLOTS
 from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.device import (
+    DATA_CRC_AT,
+    INPUT_LAYOUTS,
+    NEWEST_LAYOUT,
+    NO_MARK,
+    Header,
+    InputLayout,
+    data_mark,
+    object_dictionary,
+)
 from ocmm_core.fieldbus.device import _camera_slave as model
-from ocmm_core.fieldbus.device import object_dictionary
 from ocmm_core.fieldbus.wire._mapping import check_room
 from ocmm_core.simulation.slave import OVERRUN_FLAG, SoftwareCamera, TestPattern, sii
 
@@ -45,14 +55,14 @@ def test_one_bus_takes_four_cameras_and_says_so_of_more() -> None:
 
 
 def test_header_survives_the_way_through_numpy_and_struct() -> None:
-    header = model.Header(4_000_000_000, 2**40, 125_000, 12, 255, 7, 0xBEEF, 3, 0xDEADBEEF)
-    content = model.HEADER_STRUCT.pack(
-        *(getattr(header, entry.name) for entry in model.HEADER_PDO.entries)
-    )
-    assert model.Header.decode(content) == header
-    decoded = np.frombuffer(content, model.HEADER_DTYPE)[0]
-    for entry in model.HEADER_PDO.entries:
-        assert decoded[entry.name] == getattr(header, entry.name)
+    for layout in INPUT_LAYOUTS.values():
+        cycle = layout.cycle_counters - 1
+        header = Header(4_000_000_000, 2**40, 125_000, 12, cycle, 7, 0xBEEF, 3, 0xDEADBEEF)
+        content = layout.encode(header)
+        assert layout.decode(content) == header
+        decoded = np.frombuffer(content, model.plain_dtype(layout.header_pdo))[0]
+        for entry in layout.header_pdo.entries:
+            assert decoded[entry.name] == getattr(header, entry.name)
 
 
 def test_spots_arrive_as_quantised() -> None:
@@ -133,17 +143,38 @@ def test_only_raw_coordinates_are_measured_with() -> None:
         model.require_raw(model.CameraConfig(mode=model.CameraMode.CORRECTED))
 
 
-def test_no_changed_bit_of_the_input_goes_unnoticed() -> None:
-    camera = SoftwareCamera(0, 1001, 1, TestPattern())
+@pytest.mark.parametrize("layout", INPUT_LAYOUTS.values(), ids=lambda one: hex(one.revision))
+def test_no_changed_bit_of_the_input_goes_unnoticed(layout: InputLayout) -> None:
+    camera = SoftwareCamera(0, 1001, 1, TestPattern(), layout=layout)
     camera.refresh_inputs()
     size = model.INPUT_DTYPE.itemsize
     content = bytearray(camera.esc.memory[sii.INPUT_START : sii.INPUT_START + size])
-    assert model.check_data_crc(bytes(content))
+    mark = layout.mark(1001)
+    assert data_mark(bytes(content)) == mark
     for bit in range(8 * size):
         content[bit // 8] ^= 1 << bit % 8
-        assert not model.check_data_crc(bytes(content)), bit
+        assert data_mark(bytes(content)) != mark, bit
         content[bit // 8] ^= 1 << bit % 8
-    assert not model.check_data_crc(bytes(content) + b"\0")
+    assert data_mark(bytes(content) + b"\0") == NO_MARK != mark
+
+
+def test_the_check_sum_is_that_of_serial_number_and_input_one_after_the_other() -> None:
+    camera = SoftwareCamera(0, 1001, 1, TestPattern())
+    camera.refresh_inputs()
+    size = model.INPUT_DTYPE.itemsize
+    content = bytes(camera.esc.memory[sii.INPUT_START : sii.INPUT_START + size])
+    at = DATA_CRC_AT
+    plain = content[:at] + bytes(4) + content[at + 4 :]
+    expected = zlib.crc32(plain, zlib.crc32((1001).to_bytes(4, "little")))
+    assert expected.to_bytes(4, "little") == content[at : at + 4]
+    assert NEWEST_LAYOUT.crc(content, 1001) == expected
+
+
+def test_no_two_serial_numbers_have_one_mark() -> None:
+    serials = [*range(1, 2000), *np.random.default_rng(3).integers(1, 1 << 32, 2000).tolist()]
+    marks = {NEWEST_LAYOUT.mark(serial) for serial in serials}
+    assert len(marks) == len(set(serials))
+    assert 0 not in marks, "the mark of cameras that say no serial number"
 
 
 def test_corrected_image_points_survive_the_wire() -> None:

@@ -14,6 +14,7 @@ from ocmm_core.fieldbus.device import (
     COUNTERS,
     HISTORY,
     INPUT_SYNC,
+    NEWEST_LAYOUT,
     SNAPSHOT,
     SYNC_MISSED,
     SYNC_MODE,
@@ -132,7 +133,7 @@ def test_the_configuration_cannot_change_while_frames_are_made() -> None:
     for index, sub, value in configuration_values(CONFIG):
         host.write(index, sub, value)
     host.go(reg.OP)
-    assert model.Header.decode(host.cycle()).config_crc == CONFIG.crc()
+    assert NEWEST_LAYOUT.decode(host.cycle()).config_crc == CONFIG.crc()
 
 
 def test_a_configuration_that_contradicts_itself_does_not_start() -> None:
@@ -274,7 +275,7 @@ def test_process_data_can_be_read_as_objects() -> None:
     host = DirectCamera(state=reg.OP)
     content = host.cycle()
     host.camera.frozen = True
-    header = model.Header.decode(content)
+    header = NEWEST_LAYOUT.decode(content)
     for entry in model.HEADER_PDO.entries:
         value = int.from_bytes(host.read(entry.index, entry.sub), "little")
         assert value == getattr(header, entry.name)
@@ -296,7 +297,7 @@ def test_a_watchdog_trip_is_told_remembered_and_taken_back() -> None:
     assert emergency.register == ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION
     assert host.read(0x1001, 0) == bytes([0x11])
     assert host.read(COUNTERS, 2) == struct.pack("<I", 1)
-    status = model.Header.decode(host.cycle()).status
+    status = NEWEST_LAYOUT.decode(host.cycle()).status
     assert status & model.CameraStatus.DIAGNOSIS
     host.go(reg.OP)
     host.receive()
@@ -336,7 +337,7 @@ def test_heat_and_a_dead_sensor_are_emergencies_with_an_end() -> None:
     assert not frames["frames"]["valid"][: frames["header"]["frames_valid"]].any()
     electronics.sensor_fails = False
     for _ in range(seconds):
-        content = host.cycle(1, model.Header.decode(content).counter)
+        content = host.cycle(1, NEWEST_LAYOUT.decode(content).counter)
     host.receive()
     codes = [parse_emergency(content) for content in host.emergencies]
     assert [code.code for code in codes if code is not None] == [
@@ -381,10 +382,10 @@ def test_another_frame_rate_shows_and_ends_on_the_old_schedule() -> None:
     for _ in range(20):
         host.cycle()
     host.camera.period_override = 200_000
-    assert model.Header.decode(host.cycle()).period_ns == 200_000
+    assert NEWEST_LAYOUT.decode(host.cycle()).period_ns == 200_000
     host.camera.period_override = 0
     host.cycle()
-    header = model.Header.decode(host.cycle())
+    header = NEWEST_LAYOUT.decode(host.cycle())
     assert header.period_ns == 125_000
     assert header.frames_valid > 0
     assert header.start_ns == start + header.counter * 125_000

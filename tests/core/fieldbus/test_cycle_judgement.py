@@ -7,6 +7,7 @@ import struct
 import numpy as np
 import pytest
 
+from benchmarks.bus_identity import KINDS, try_cycles
 from ocmm_core.acquisition.frames import FrameFlag
 from ocmm_core.fieldbus.cycle import (
     CameraPast,
@@ -26,11 +27,12 @@ from ocmm_core.fieldbus.device import (
     FRAMES_PER_CYCLE,
     HEADER_STRUCT,
     INPUT_DTYPE,
+    INPUT_LAYOUTS,
+    NEWEST_LAYOUT,
     SUBPIXELS,
     CameraConfig,
     CameraStatus,
     Header,
-    data_crc,
 )
 from ocmm_core.fieldbus.report import Alarm
 
@@ -38,6 +40,8 @@ PERIOD = 125_000
 START = 700_000_000_000
 CRC = CameraConfig().crc()
 SCHEDULE = Schedule(START, PERIOD, CRC)
+SERIALS = (1001, 1002)
+LAYOUT = NEWEST_LAYOUT
 RUNNING = CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED
 IN_OPERATION = CameraView(answers=1, state=8)
 
@@ -46,18 +50,14 @@ def header(first: int, count: int = 8, cycle: int = 5) -> Header:
     return Header(first % 2**32, START + first * PERIOD, PERIOD, count, cycle, RUNNING, CRC, 1)
 
 
-def content(item: Header, **first_frame_fields: int) -> bytes:
+def content(item: Header, serial: int, **first_frame_fields: int) -> bytes:
     """Return the whole input of a camera, with a check sum that fits."""
     frames = np.zeros(FRAMES_PER_CYCLE, FRAME_DTYPE)
     frames["valid"], frames["xy"] = 0xFF, 900 << 16
     for name, value in first_frame_fields.items():
         frames[name][0] = value
-    fields = struct.unpack(HEADER_STRUCT.format, HEADER_STRUCT.pack(
-        item.counter, item.start_ns, item.period_ns, item.frames_valid, item.cycle_counter,
-        item.status, item.config_crc, item.boot_counter, 0,
-    ))  # fmt: skip
-    whole = bytearray((HEADER_STRUCT.pack(*fields) + frames.tobytes()).ljust(INPUT_DTYPE.itemsize))
-    struct.pack_into("<I", whole, DATA_CRC_AT, data_crc(whole))
+    whole = bytearray((LAYOUT.encode(item) + frames.tobytes()).ljust(INPUT_DTYPE.itemsize))
+    struct.pack_into("<I", whole, DATA_CRC_AT, LAYOUT.crc(whole, serial))
     return bytes(whole)
 
 
@@ -70,7 +70,7 @@ def answer(*headers: Header, clock: int | None = None) -> CycleAnswer:
         clock_ns=max(ends, default=0) if clock is None else clock,
         clock_plausible=True,
         view=WatchView(0, 2, (IN_OPERATION, IN_OPERATION)),
-        inputs=tuple(content(item) for item in headers),
+        inputs=tuple(content(*each) for each in zip(headers, SERIALS, strict=False)),
         headers=headers,
     )
 
@@ -82,13 +82,18 @@ def seen(given: CycleAnswer, *, devices: int = 2, age: int = 0, **right: int | b
 
 
 def records(next_frame: int) -> list[CameraPast]:
-    return [CameraPast(name, next_frame, 4, 1) for name in ("left", "right")]
+    return [
+        CameraPast(name, next_frame, 4, 1, mark=LAYOUT.mark(serial))
+        for name, serial in zip(("left", "right"), SERIALS, strict=True)
+    ]
 
 
 def test_a_healthy_cycle_is_accepted_and_moves_the_record_on() -> None:
     given = answer(header(100), header(100))
     assert judge(given, records(100), SCHEDULE) is None
-    assert advance(records(100)[0], given.headers[0], SCHEDULE) == CameraPast("left", 108, 5, 1)
+    assert advance(records(100)[0], given.headers[0], SCHEDULE) == records(108)[0]._replace(
+        cycle_counter=5
+    )
 
 
 def test_frames_sent_again_are_accepted_and_do_not_move_it_back() -> None:
@@ -162,7 +167,7 @@ def test_every_single_flipped_bit_is_found() -> None:
     for bit in rng.choice(8 * len(whole), 300, replace=False):
         damaged = bytearray(whole)
         damaged[bit // 8] ^= 1 << bit % 8
-        headers = (good.headers[0], Header.decode(bytes(damaged)))
+        headers = (good.headers[0], LAYOUT.decode(bytes(damaged)))
         given = good._replace(inputs=(good.inputs[0], bytes(damaged)), headers=headers)
         fault = judge(given, records(100), SCHEDULE)
         assert fault is not None
@@ -176,7 +181,7 @@ def test_frames_that_cannot_be_are_refused_although_the_check_sum_fits(
     fields: dict[str, int],
 ) -> None:
     good = answer(header(100), header(100))
-    given = good._replace(inputs=(good.inputs[0], content(header(100), **fields)))
+    given = good._replace(inputs=(good.inputs[0], content(header(100), SERIALS[1], **fields)))
     fault = judge(given, records(100), SCHEDULE)
     assert fault is not None
     assert fault.alarm is Alarm.PAYLOAD
@@ -184,7 +189,7 @@ def test_frames_that_cannot_be_are_refused_although_the_check_sum_fits(
 
 def test_one_look_at_all_cameras_passes_nothing_that_a_look_at_each_refuses() -> None:
     rng = np.random.default_rng(2)
-    plain = content(header(100))
+    plain = content(header(100), SERIALS[0])
     limit = 8192 * SUBPIXELS
     edges = np.array([limit, limit + 1, -limit, -limit - 1, 2**31 - 1, -(2**31), 0])
     refused = 0
@@ -201,10 +206,51 @@ def test_one_look_at_all_cameras_passes_nothing_that_a_look_at_each_refuses() ->
     assert refused > 800
 
 
+def test_the_input_of_another_camera_is_refused_and_both_are_named() -> None:
+    good = answer(header(100), header(100))
+    for inputs, place, owner in (
+        (good.inputs[::-1], "left", "right"),
+        ((good.inputs[0], good.inputs[0]), "right", "left"),
+        ((good.inputs[1], good.inputs[1]), "left", "right"),
+    ):
+        fault = judge(good._replace(inputs=inputs), records(100), SCHEDULE)
+        assert fault is not None
+        assert (fault.alarm, fault.camera) == (Alarm.EXCHANGED, place)
+        assert f"'{owner}' came in the place of camera '{place}'" in fault.reason
+
+
+def test_nothing_swapped_copied_old_or_flipped_passes() -> None:
+    found = try_cycles(5000, seed=20261125)
+    assert set(found.tried) == set(KINDS)
+    assert not any(found.passed.values()), found.passed
+
+
+def test_cameras_of_the_first_revision_are_still_read() -> None:
+    first = INPUT_LAYOUTS[0x00020000]
+    items = (header(100), header(100))
+    inputs = []
+    for item in items:
+        plain = content(item, SERIALS[0])
+        image = bytearray(first.encode(item) + plain[HEADER_STRUCT.size :])
+        struct.pack_into("<I", image, DATA_CRC_AT, first.crc(image, 0))
+        inputs.append(bytes(image))
+    given = answer(*items)._replace(inputs=tuple(inputs))
+    assert tuple(map(first.decode, inputs)) == tuple(
+        item._replace(data_crc=first.decode(image).data_crc)
+        for item, image in zip(items, inputs, strict=True)
+    )
+    old = [record._replace(layout=first, mark=first.mark(1)) for record in records(100)]
+    assert judge(given, old, SCHEDULE) is None
+    # What they send is not taken for that of a camera which says its serial number.
+    fault = judge(given, records(100), SCHEDULE)
+    assert fault is not None
+    assert fault.alarm is Alarm.PAYLOAD
+
+
 def test_nonsense_behind_the_valid_frames_is_nobodys_fault() -> None:
-    image = bytearray(content(header(100)))
+    image = bytearray(content(header(100), SERIALS[1]))
     struct.pack_into("<i", image, len(image) - 4, 2**31 - 1)
-    struct.pack_into("<I", image, DATA_CRC_AT, data_crc(image))
+    struct.pack_into("<I", image, DATA_CRC_AT, LAYOUT.crc(image, SERIALS[1]))
     given = answer(header(100), header(100))
     given = given._replace(inputs=(given.inputs[0], bytes(image)))
     assert not all_sound(given.inputs)
@@ -214,7 +260,7 @@ def test_nonsense_behind_the_valid_frames_is_nobodys_fault() -> None:
 def test_every_flag_of_a_frame_may_be_set() -> None:
     good = answer(header(100), header(100))
     flags = sum(int(flag) for flag in FrameFlag)
-    given = good._replace(inputs=(good.inputs[0], content(header(100), flags=flags)))
+    given = good._replace(inputs=(good.inputs[0], content(header(100), SERIALS[1], flags=flags)))
     assert judge(given, records(100), SCHEDULE) is None
 
 

@@ -29,13 +29,13 @@ from ocmm_core.fieldbus.device import (
     HEADER_STRUCT,
     INPUT_DTYPE,
     MAILBOX_BYTES,
+    NEWEST_LAYOUT,
     SII_BYTES,
     CameraStatus,
     DiagnosisMessage,
     Header,
     Intrinsics,
-    check_data_crc,
-    data_crc,
+    data_mark,
     decode_spots,
     encode_frames,
 )
@@ -108,14 +108,17 @@ def test_frames() -> None:
     assert refused > FRAMES // 10
 
 
+SERIAL = 1001
+
+
 def make_image(first: int, count: int, cycle: int) -> bytes:
     status = CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED
-    head = HEADER_STRUCT.pack(
-        first, START_NS + first * PERIOD_NS, PERIOD_NS, count, cycle, status, 5, 1, 0
+    head = NEWEST_LAYOUT.encode(
+        Header(first, START_NS + first * PERIOD_NS, PERIOD_NS, count, cycle, status, 5, 1)
     )
     valid, flags, uv = TestPattern().camera_frames(0, first, FRAMES_PER_CYCLE)
     content = bytearray(head + encode_frames(valid, flags, uv).tobytes())
-    DATA_CRC.pack_into(content, DATA_CRC_AT, data_crc(content))
+    DATA_CRC.pack_into(content, DATA_CRC_AT, NEWEST_LAYOUT.crc(content, SERIAL))
     return bytes(content)
 
 
@@ -123,7 +126,7 @@ def test_process_images() -> None:
     """Half of them with a check sum that is right, as a camera with a fault would send them."""
     schedule = Schedule(START_NS, PERIOD_NS, 5)
     view = WatchView(0, 1, (CameraView(state=8),))
-    record = CameraPast("left", 80, 9, 1)
+    record = CameraPast("left", 80, 9, 1, mark=NEWEST_LAYOUT.mark(SERIAL))
     clock_ns = START_NS + 90 * PERIOD_NS
     samples = [make_image(first, count, 10) for first, count in ((80, 8), (72, 12), (80, 0))]
     accepted = 0
@@ -131,9 +134,9 @@ def test_process_images() -> None:
     def decode(content: bytes) -> None:
         nonlocal accepted
         whole = content[: INPUT_DTYPE.itemsize].ljust(INPUT_DTYPE.itemsize, b"\x00")
-        check_data_crc(content)
+        data_mark(content)
         for image in (whole, _signed(whole)):
-            header = Header.decode(image)
+            header = NEWEST_LAYOUT.decode(image)
             answer = CycleAnswer(True, 3, 3, clock_ns, True, view, (image,), (header,))
             frames = np.frombuffer(image, FRAME_DTYPE, FRAMES_PER_CYCLE, HEADER_STRUCT.size)
             spots = decode_spots(frames)
@@ -155,7 +158,7 @@ def test_process_images() -> None:
 
 def _signed(image: bytes) -> bytes:
     content = bytearray(image)
-    DATA_CRC.pack_into(content, DATA_CRC_AT, data_crc(content))
+    DATA_CRC.pack_into(content, DATA_CRC_AT, NEWEST_LAYOUT.crc(content, SERIAL))
     return bytes(content)
 
 

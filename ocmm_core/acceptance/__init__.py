@@ -1,0 +1,147 @@
+"""Acceptance and reverification tests: procedures as documents, one engine, sealed records.
+
+In: a procedure, artefacts, ball centres in the order of the plan, temperatures.
+Out: a plan, what is wrong with what was taken, judged values, and a record.
+
+Read `_procedure` (documents, limits), `_result` (what a test leaves) and `_values` (pure statistics
+of points), then `_kinds` (one entry a kind: planned by `_planning`, judged by `_evaluating` and
+`_placement`), `_session` (the engine, a chain of `_events`), `_guards` and `_recompute`.
+It must not know where a ball centre comes from: cameras, a recording or a simulation.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.acceptance._events import AcceptanceView
+    from ocmm_core.acceptance._guards import begin_findings, climate_reasons, spots_hash
+    from ocmm_core.acceptance._kinds import KINDS, kind_of, plan_of, values_of
+    from ocmm_core.acceptance._part_u import (
+        PartTask,
+        PartUncertainty,
+        dissimilar,
+        part_uncertainty,
+        share_within,
+    )
+    from ocmm_core.acceptance._procedure import (
+        ClimateRule,
+        Mpe,
+        Procedure,
+        find_procedure,
+        load_procedure,
+        procedure_files,
+    )
+    from ocmm_core.acceptance._recompute import (
+        differences,
+        load_record,
+        recompute,
+        recompute_tips,
+        save_record,
+    )
+    from ocmm_core.acceptance._result import (
+        RECORD_SCHEMA,
+        AcceptanceRecord,
+        Climate,
+        Instrument,
+        JudgedValue,
+        Observation,
+        PlannedPosition,
+        QuantityResult,
+        Refusal,
+        UsedArtefact,
+        Verdict,
+    )
+    from ocmm_core.acceptance._session import AcceptanceSession
+    from ocmm_core.acceptance._situation import Situation, Stage, certified_at, judge
+    from ocmm_core.acceptance._values import (
+        SpatValues,
+        SphereValues,
+        VolumetricValues,
+        block_length,
+        location_value,
+        nest_lengths,
+        repeat_ranges,
+        smallest_ball,
+        spat_values,
+        sphere_values,
+        thickness,
+        volumetric_values,
+    )
+else:
+    __getattr__ = door(
+        __name__,
+        _events="AcceptanceView",
+        _guards="begin_findings climate_reasons spots_hash",
+        _kinds="KINDS kind_of plan_of values_of",
+        _part_u="PartTask PartUncertainty dissimilar part_uncertainty share_within",
+        _procedure="ClimateRule Mpe Procedure find_procedure load_procedure procedure_files",
+        _recompute="differences load_record recompute recompute_tips save_record",
+        _result=(
+            "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
+            "QuantityResult RECORD_SCHEMA Refusal UsedArtefact Verdict"
+        ),
+        _session="AcceptanceSession",
+        _situation="Situation Stage certified_at judge",
+        _values=(
+            "SpatValues SphereValues VolumetricValues block_length location_value nest_lengths "
+            "repeat_ranges smallest_ball spat_values sphere_values thickness volumetric_values"
+        ),
+    )
+
+__all__ = [
+    "KINDS",
+    "RECORD_SCHEMA",
+    "AcceptanceRecord",
+    "AcceptanceSession",
+    "AcceptanceView",
+    "Climate",
+    "ClimateRule",
+    "Instrument",
+    "JudgedValue",
+    "Mpe",
+    "Observation",
+    "PartTask",
+    "PartUncertainty",
+    "PlannedPosition",
+    "Procedure",
+    "QuantityResult",
+    "Refusal",
+    "Situation",
+    "SpatValues",
+    "SphereValues",
+    "Stage",
+    "UsedArtefact",
+    "Verdict",
+    "VolumetricValues",
+    "begin_findings",
+    "block_length",
+    "certified_at",
+    "climate_reasons",
+    "differences",
+    "dissimilar",
+    "find_procedure",
+    "judge",
+    "kind_of",
+    "load_procedure",
+    "load_record",
+    "location_value",
+    "nest_lengths",
+    "part_uncertainty",
+    "plan_of",
+    "procedure_files",
+    "recompute",
+    "recompute_tips",
+    "repeat_ranges",
+    "save_record",
+    "share_within",
+    "smallest_ball",
+    "spat_values",
+    "sphere_values",
+    "spots_hash",
+    "thickness",
+    "values_of",
+    "volumetric_values",
+]

@@ -1,0 +1,324 @@
+"""Judged values of every kind of test, from the ball centres that were taken.
+
+Each function gives all values of the positions that are complete, retests among them; which of them
+are superseded is decided in `_kinds`.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.acceptance._procedure import InterimTest, LocationTest
+from ocmm_core.acceptance._result import JudgedValue
+from ocmm_core.acceptance._situation import Situation, certified_at
+from ocmm_core.acceptance._values import (
+    location_value,
+    nest_lengths,
+    repeat_ranges,
+    spat_values,
+    sphere_values,
+    thickness,
+    volumetric_values,
+)
+from ocmm_core.errors import InternalError
+from ocmm_core.geometry import Float
+
+Values = list[JudgedValue]
+
+
+def repeated_lengths(at: Situation, position: int) -> Float:
+    """Return the lengths (items, repeats), mm, of a position with a bar."""
+    plan = at.plan[position]
+    nests = at.tips[position].reshape(plan.repeats, len(plan.points_world), 3)
+    return np.array([nest_lengths(one) for one in nests]).T
+
+
+def length_values(at: Situation) -> Values:
+    """Return E of every length."""
+    bar, found = at.stage.only("bar"), []
+    for position in at.complete():
+        plan, repeats = at.plan[position], at.plan[position].repeats
+        for item, lengths in zip(plan.items, repeated_lengths(at, position), strict=True):
+            nominal = _nominal(at, position, item)
+            certified, expanded = certified_at(bar, nominal, at.celsius[position])
+            for number, length in enumerate(lengths):
+                name = f"{nominal:.0f} mm"
+                found.append(
+                    at.value(
+                        "E",
+                        position,
+                        f"{name}, repeat {number + 1}" if repeats > 1 else name,
+                        item=item,
+                        nominal=nominal,
+                        measured=float(length),
+                        certified=certified,
+                        expanded=expanded,
+                    )
+                )
+    return found
+
+
+def e0_values(at: Situation) -> Values:
+    """Return E of every length, and the range R0 of every set of repeats."""
+    found = length_values(at)
+    for position in at.complete():
+        plan = at.plan[position]
+        for item, spread in zip(
+            plan.items, repeat_ranges(repeated_lengths(at, position)), strict=True
+        ):
+            nominal = _nominal(at, position, item)
+            found.append(
+                at.value(
+                    "R0",
+                    position,
+                    f"{nominal:.0f} mm, {plan.repeats} repeats",
+                    item=item,
+                    nominal=nominal,
+                    measured=float(spread),
+                    certified=0.0,
+                    expanded=0.0,
+                )
+            )
+    return found
+
+
+def _nominal(at: Situation, position: int, item: int) -> float:
+    """Return the certified length at 20 degrees of an item of a position with a bar, mm.
+
+    From the plan: its points were laid out by the certificate.
+    """
+    plan = at.plan[position]
+    points = np.array(plan.points_world)
+    length = float(np.linalg.norm(points[1 + plan.items.index(item)] - points[0]))
+    sizes = at.stage.only("bar").sizes
+    return min((abs(a - sizes[0]) for a in sizes[1:]), key=lambda one: abs(one - length))
+
+
+def sphere_results(at: Situation) -> Values:
+    """Return size and form of the sphere at every position."""
+    found = []
+    for position in at.complete():
+        found += _size(at, position, "P_Size")
+        form = sphere_values(at.tips[position]).form
+        found.append(
+            at.value(
+                "P_Form",
+                position,
+                "form",
+                item=1,
+                measured=form,
+                certified=0.0,
+                expanded=_form_of_sphere(at),
+            )
+        )
+    return found
+
+
+def diameter_results(at: Situation) -> Values:
+    """Return the effective diameter of every repeat."""
+    return [one for position in at.complete() for one in _size(at, position, "D_eff")]
+
+
+def _size(at: Situation, position: int, quantity: str) -> Values:
+    sphere, ball = at.stage.only("sphere"), at.stage.instrument
+    certified, expanded = certified_at(sphere, sphere.sizes[0], at.celsius[position])
+    measured = sphere_values(at.tips[position]).diameter - 2.0 * ball.ball_radius
+    # u of the ball's radius, twice for the diameter and k = 2.
+    expanded = float(np.hypot(expanded, 4.0 * ball.ball_sigma))
+    return [
+        at.value(
+            quantity, position, "size", measured=measured, certified=certified, expanded=expanded
+        )
+    ]
+
+
+def _form_of_sphere(at: Situation) -> float:
+    """Return U of a form: the sphere's own, or its certificate where no form is stated."""
+    sphere = at.stage.only("sphere")
+    return sphere.form or sphere.expanded
+
+
+def location_results(at: Situation) -> Values:
+    """Return L_Dia of the five attitudes at every place, and of its retest."""
+    numbers, found = at.stage.procedure.test, []
+    if not isinstance(numbers, LocationTest):
+        raise InternalError("acceptance.kind", "Not a location test.", "Report this.")
+    for group in groups(at, 5):
+        centres = np.array([sphere_values(at.tips[one]).centre for one in group])
+        place = at.plan[group[0]].place
+        found.append(
+            at.value(
+                "L_Dia",
+                group[0],
+                f"5 attitudes, {place}",
+                measured=location_value(centres),
+                certified=0.0,
+                expanded=0.0,
+            )
+        )
+    return found
+
+
+def ball_results(at: Situation) -> Values:
+    """Return size and form of every measurement, and how far the centres lie apart."""
+    found = sphere_results(at)
+    for group in groups(at, len([one for one in at.plan if one.retest_of < 0])):
+        centres = np.array([sphere_values(at.tips[one]).centre for one in group])
+        found.append(
+            at.value(
+                "L_Dia",
+                group[0],
+                f"centres of {len(group)} measurements",
+                item=2,
+                measured=location_value(centres),
+                certified=0.0,
+                expanded=0.0,
+            )
+        )
+    return found
+
+
+def groups(at: Situation, count: int) -> list[list[int]]:
+    """Return complete groups of positions: those of one place, first and in every retest."""
+    found: dict[tuple[str, int], list[int]] = {}
+    for position, plan in enumerate(at.plan):
+        found.setdefault((plan.place, at.depth(position)), []).append(position)
+    return [
+        sorted(group, key=at.root)
+        for group in found.values()
+        if len(group) == count and all(at.is_complete(one) for one in group)
+    ]
+
+
+def spat_results(at: Situation) -> Values:
+    """Return the largest distance from the mean, and two sigma, in every place."""
+    found = []
+    for position in at.complete():
+        values = spat_values(at.tips[position])
+        for item, (quantity, value) in enumerate(
+            (("SPAT_max", values.largest), ("SPAT_2s", values.two_sigma))
+        ):
+            found.append(
+                at.value(
+                    quantity,
+                    position,
+                    f"{len(at.tips[position])} points",
+                    item=item,
+                    measured=value,
+                    certified=0.0,
+                    expanded=0.0,
+                )
+            )
+    return found
+
+
+def volumetric_results(at: Situation) -> Values:
+    """Return the figures of all placements together, and the largest of them."""
+    bar = at.stage.only("bar")
+    found: Values = []
+    depths = [at.depth(one) for one in range(len(at.plan))]
+    for depth in range(max(depths) + 1):
+        done = [one for one in at.complete() if depths[one] == depth]
+        everything = depths.count(depth)
+        if not done or len(done) != everything:
+            continue
+        errors, largest_u = [], 0.0
+        for position in done:
+            nominal = _nominal(at, position, at.plan[position].items[0])
+            certified, expanded = certified_at(bar, nominal, at.celsius[position])
+            errors.append(float(repeated_lengths(at, position)[0, 0]) - certified)
+            largest_u = max(largest_u, expanded)
+        values = volumetric_values(np.array(errors))
+        for item, (quantity, value) in enumerate(
+            (
+                ("V_max", values.largest),
+                ("V_range", values.half_range),
+                ("V_2RMS", values.two_rms),
+            )
+        ):
+            found.append(
+                at.value(
+                    quantity,
+                    done[0],
+                    f"{len(done)} placements",
+                    item=item,
+                    measured=value,
+                    certified=0.0,
+                    expanded=0.0 if quantity == "V_range" else largest_u,
+                )
+            )
+    return found
+
+
+def plate_results(at: Situation) -> Values:
+    """Return thickness and coplanarity (RMS from the plane, over n) of bed and block."""
+    plate, ball = at.stage.only("plate"), at.stage.instrument
+    found = []
+    for group in groups(at, 2):
+        bed, top = (at.tips[one] for one in group)
+        # Both faces are touched from above, so that the ball's radius cancels.
+        measured = float(thickness(bed, top, 0.0).mean())
+        certified, expanded = certified_at(plate, plate.sizes[0], at.celsius[group[0]])
+        found.append(
+            at.value(
+                "Thickness",
+                group[0],
+                f"mean of {len(top)} points, ball {ball.ball_radius:.3f} mm",
+                nominal=plate.sizes[0],
+                measured=measured,
+                certified=certified,
+                expanded=expanded,
+            )
+        )
+        for item, (name, points) in enumerate((("bed", bed), ("top", top)), start=1):
+            away = points - points.mean(axis=0)
+            normal = np.linalg.svd(away, full_matrices=False)[2][-1]
+            found.append(
+                at.value(
+                    "Coplanarity",
+                    group[item - 1],
+                    f"rms of {len(points)} points, {name}",
+                    item=item,
+                    measured=float(np.sqrt(np.mean((away @ normal) ** 2))),
+                    certified=0.0,
+                    expanded=plate.form,
+                )
+            )
+    return found
+
+
+def interim_results(at: Situation) -> Values:
+    """Return the distance of two spheres, and both diameters."""
+    if not isinstance(at.stage.procedure.test, InterimTest):
+        raise InternalError("acceptance.kind", "Not an interim check.", "Report this.")
+    dumbbell, ball = at.stage.only("dumbbell"), at.stage.instrument
+    found = []
+    for group in groups(at, 2):
+        spheres = [sphere_values(at.tips[one]) for one in group]
+        apart = float(np.linalg.norm(spheres[1].centre - spheres[0].centre))
+        certified, expanded = certified_at(dumbbell, dumbbell.sizes[2], at.celsius[group[0]])
+        found.append(
+            at.value(
+                "Interim_L",
+                group[0],
+                "distance",
+                item=2,
+                nominal=dumbbell.sizes[2],
+                measured=apart,
+                certified=certified,
+                expanded=expanded,
+            )
+        )
+        for item, (position, sphere) in enumerate(zip(group, spheres, strict=True)):
+            certified, expanded = certified_at(dumbbell, dumbbell.sizes[item], at.celsius[position])
+            found.append(
+                at.value(
+                    "Interim_D",
+                    position,
+                    "diameter",
+                    measured=sphere.diameter - 2.0 * ball.ball_radius,
+                    certified=certified,
+                    expanded=float(np.hypot(expanded, 4.0 * ball.ball_sigma)),
+                )
+            )
+    return found

@@ -1,0 +1,196 @@
+"""What must hold before a test begins: the artefacts, the instrument, and what was used before."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from datetime import datetime
+
+import msgspec
+
+from ocmm_core.acceptance._kinds import kind_of
+from ocmm_core.acceptance._procedure import BallTest, DiameterTest, LocationTest, SphereTest
+from ocmm_core.acceptance._result import Climate, UsedArtefact
+from ocmm_core.acceptance._situation import Stage
+from ocmm_core.calibration.guided import Spots
+from ocmm_core.calibration.records import Artefact, ArtefactUse, Finding, same_serial
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+
+_FORM_SHARE = 0.20
+"""Certified form of a sphere over the limit of form (ISO 10360-5)."""
+
+_READY = ("VALID", "DUE")
+_LARGEST_MM = 1e5
+
+
+def begin_findings(
+    stage: Stage,
+    now: datetime,
+    temperature_c: float,
+    calibration_artefacts: Sequence[ArtefactUse],
+    qualification_artefacts: Sequence[ArtefactUse],
+) -> list[Finding]:
+    """Return what speaks against beginning a test.
+
+    Parameters
+    ----------
+    temperature_c
+        Of the room, now.
+    calibration_artefacts, qualification_artefacts
+        What the calibration and the qualification of the tip rest on: they may not test themselves.
+    """
+    found = [*_instrument(stage, temperature_c)]
+    for artefact in stage.artefacts:
+        if artefact.role not in kind_of(stage).roles:
+            continue
+        known = Artefact(
+            use=artefact.use,
+            expanded=artefact.expanded,
+            expanded_per_length=artefact.expanded_per_length,
+            expansion=artefact.expansion,
+            expansion_sigma=artefact.expansion_sigma,
+            identity=artefact.identity,
+            temperatures=artefact.temperatures,
+        )
+        for length, limit in _certified_limits(stage, artefact):
+            found += known.judge(length, limit, now, temperature_c)
+        found += _reused(artefact, calibration_artefacts, "calibrated", "acceptance.calibration")
+        found += _reused(artefact, qualification_artefacts, "qualified", "acceptance.qualification")
+        found += _sphere(stage, artefact)
+    return list(dict.fromkeys(found))
+
+
+def _instrument(stage: Stage, temperature_c: float) -> list[Finding]:
+    found, climate = [], stage.procedure.climate
+    if stage.instrument.calibration_status not in _READY:
+        found.append(
+            Finding(
+                "acceptance.calibration_status",
+                f"The calibration of '{stage.instrument.rig}' is "
+                f"{stage.instrument.calibration_status or 'unknown'}.",
+                "Calibrate and verify the cameras before an acceptance test.",
+                refuses=True,
+            )
+        )
+    if not climate.low <= temperature_c <= climate.high:
+        found.append(
+            Finding(
+                "acceptance.climate",
+                f"It is {temperature_c:g} °C; '{stage.procedure.id}' is rated for "
+                f"{climate.low:g} to {climate.high:g} °C.",
+                "Wait until the room is within that range.",
+                refuses=True,
+            )
+        )
+    return found
+
+
+def _certified_limits(stage: Stage, artefact: UsedArtefact) -> list[tuple[float, float]]:
+    """Return the lengths of an artefact with the limits that they are used for."""
+    limits = stage.procedure.limits
+    if artefact.role == "bar":
+        limit = limits.get("E") or limits.get("V_max")
+        lengths = [one - artefact.sizes[0] for one in artefact.sizes[1:]]
+        return [(one, limit.at(one)) for one in lengths] if limit else []
+    if artefact.role == "dumbbell":
+        return [(artefact.sizes[2], stage.limit("Interim_L").at(artefact.sizes[2]))]
+    names = ("P_Size", "D_eff", "Thickness")
+    return [
+        (artefact.sizes[0], limits[one].at(artefact.sizes[0])) for one in names if one in limits
+    ]
+
+
+def _reused(
+    artefact: UsedArtefact, before: Sequence[ArtefactUse], how: str, code: str
+) -> list[Finding]:
+    use = artefact.use
+    for one in before:
+        same_file = bool(use.certificate_sha256) and (
+            use.certificate_sha256 == one.certificate_sha256
+        )
+        if same_serial(use.serial, one.serial) or same_file:
+            return [
+                Finding(
+                    code,
+                    f"The instrument was {how} with the same '{use.name}' (serial {use.serial}): "
+                    "an error of its certificate would go unnoticed.",
+                    "Test with another certified artefact.",
+                    refuses=True,
+                )
+            ]
+    return []
+
+
+def _sphere(stage: Stage, artefact: UsedArtefact) -> list[Finding]:
+    numbers = stage.procedure.test
+    if artefact.role != "sphere":
+        return []
+    found = []
+    if isinstance(numbers, SphereTest | LocationTest | DiameterTest | BallTest):
+        low, high = numbers.diameter
+        if not low <= artefact.sizes[0] <= high:
+            found.append(
+                Finding(
+                    "acceptance.sphere_size",
+                    f"'{artefact.use.name}' has {artefact.sizes[0]:g} mm; {low:g} to {high:g} mm "
+                    "are allowed.",
+                    "Use another sphere.",
+                    refuses=True,
+                )
+            )
+    limit = stage.procedure.limits.get("P_Form")
+    if limit is not None and artefact.form > _FORM_SHARE * limit.constant:
+        found.append(
+            Finding(
+                "acceptance.sphere_form",
+                f"'{artefact.use.name}' has a form error of {1e3 * artefact.form:.1f} µm; "
+                f"{1e3 * _FORM_SHARE * limit.constant:.1f} µm are allowed.",
+                "Use a better sphere.",
+                refuses=True,
+            )
+        )
+    return found
+
+
+def spots_hash(uv: Spots) -> str:
+    """Return what averaged spots are known again by."""
+    return hashlib.sha256(msgspec.json.encode(uv)).hexdigest()
+
+
+def require_usable(tip: Float) -> None:
+    """Raise InputError where a ball centre (3,) is no place in a room, mm."""
+    if tip.shape != (3,) or not bool((abs(tip) < _LARGEST_MM).all()):
+        raise InputError(
+            "acceptance.point",
+            "A ball centre is not finite, or kilometres away.",
+            "Take the point again.",
+        )
+
+
+def climate_reasons(stage: Stage, climate: Sequence[Climate]) -> list[str]:
+    """Return why the temperatures make a test void; sentences, empty where they do not.
+
+    A change is too large where two temperatures differ by more than is allowed in the time between
+    them; what lies closer than an hour counts as an hour, because thermometers jitter.
+    """
+    rule, reasons = stage.procedure.climate, []
+    for one in climate:
+        if not rule.low <= one.celsius <= rule.high:
+            reasons.append(
+                f"{one.celsius:g} °C at '{one.position}'; rated are {rule.low:g} to "
+                f"{rule.high:g} °C."
+            )
+            break
+    times = [datetime.fromisoformat(one.utc) for one in climate]
+    worst = 0.0
+    for i in range(len(climate)):
+        for j in range(i):
+            hours = max(abs((times[i] - times[j]).total_seconds()) / 3600.0, 1.0)
+            worst = max(worst, abs(climate[i].celsius - climate[j].celsius) / hours)
+    if worst > rule.per_hour:
+        reasons.append(
+            f"The temperature changed by {worst:.1f} K within an hour; {rule.per_hour:g} K are "
+            "allowed."
+        )
+    return reasons

@@ -1,0 +1,245 @@
+"""One entry a kind of test: what it needs, how it is planned and judged, what may be repeated."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import msgspec
+import numpy as np
+
+from ocmm_core.acceptance import _evaluating as evaluate
+from ocmm_core.acceptance import _planning as plan
+from ocmm_core.acceptance._placement import missing_corners
+from ocmm_core.acceptance._procedure import (
+    BallTest,
+    DiameterTest,
+    E0Test,
+    InterimTest,
+    LengthTest,
+    LocationTest,
+    PlateTest,
+    SpatTest,
+    SphereTest,
+    VolumetricTest,
+)
+from ocmm_core.acceptance._result import (
+    JudgedValue,
+    PlannedPosition,
+    QuantityResult,
+    Verdict,
+)
+from ocmm_core.acceptance._situation import Situation, Stage, worst_of
+from ocmm_core.errors import CalibrationError
+
+Retest: TypeAlias = tuple[PlannedPosition, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class TestKind:
+    """What distinguishes a kind of test.
+
+    Attributes
+    ----------
+    roles
+        Of the artefacts that it needs.
+    quantities
+        That its procedure must state limits of.
+    plan
+        All positions before the first point.
+    values
+        All judged values of what is complete.
+    retest
+        The positions that may be measured again. It raises CalibrationError where none may.
+    open_end
+        What is missing when all positions are complete; empty where nothing is.
+    shuffled
+        The order of the positions is drawn.
+    """
+
+    __test__ = False
+
+    roles: tuple[str, ...]
+    quantities: tuple[str, ...]
+    plan: Callable[[Stage, Any], plan.Planned]
+    values: Callable[[Situation], list[JudgedValue]]
+    retest: Callable[[Situation], Retest]
+    open_end: Callable[[Situation, Any], str] = lambda _at, _numbers: ""
+    shuffled: bool = True
+
+
+def _whole(at: Situation) -> Retest:
+    """Repeat the whole test."""
+    if worst_of([one.verdict for one in values_of(at) if not one.superseded]) is Verdict.PASS:
+        raise _refused("nothing failed")
+    roots = [i for i, one in enumerate(at.plan) if one.retest_of < 0]
+    last = {at.root(i): i for i in range(len(at.plan))}
+    return tuple(_again(at.plan[one], last[one]) for one in roots)
+
+
+def _line(at: Situation) -> Retest:
+    """Repeat the one line that failed (VDI/VDE 2634 part 1)."""
+    bad = sorted(
+        {
+            int(one.key.split("/")[0])
+            for one in values_of(at)
+            if not one.superseded and one.verdict is not Verdict.PASS
+        }
+    )
+    if not bad:
+        raise _refused("nothing failed")
+    if len(bad) > 1:
+        names = ", ".join(f"'{at.plan[one].name}'" for one in bad)
+        raise _refused(f"{len(bad)} lines failed ({names}), and one may be repeated")
+    last = max(i for i in range(len(at.plan)) if at.root(i) == bad[0])
+    return (_again(at.plan[bad[0]], last),)
+
+
+def _sets(at: Situation) -> Retest:
+    """Repeat sets of which one of three values is outside (ISO 10360-2)."""
+    numbers = at.stage.procedure.test
+    if not isinstance(numbers, E0Test):
+        raise _refused("it is another kind of test")
+    outside: dict[str, int] = {}
+    for one in values_of(at):
+        if one.superseded or one.verdict is Verdict.PASS:
+            continue
+        if one.quantity == "R0":
+            raise _refused(f"R0 of '{one.position}', {one.name}, is outside")
+        outside[one.key] = outside.get(one.key, 0) + 1
+    if not outside:
+        raise _refused("nothing failed")
+    if max(outside.values()) > 1:
+        raise _refused("more than one value of a set is outside")
+    if len(outside) > numbers.sets_outside:
+        raise _refused(f"{len(outside)} sets have a value outside, and {numbers.sets_outside} may")
+    again = []
+    for key in outside:
+        position, item = (int(one) for one in key.split("/"))
+        root = at.plan[position]
+        ends = (root.points_world[0], root.points_world[1 + root.items.index(item)])
+        again.append(
+            msgspec.structs.replace(
+                _again(root, position),
+                points_world=ends,
+                items=(item,),
+                repeats=numbers.retest_repeats,
+            )
+        )
+    return tuple(again)
+
+
+def _again(position: PlannedPosition, index: int) -> PlannedPosition:
+    return msgspec.structs.replace(
+        position, name=f"{position.name.removesuffix(', again')}, again", retest_of=index
+    )
+
+
+def _refused(why: str) -> CalibrationError:
+    return CalibrationError(
+        "acceptance.retest",
+        f"A retest is refused: {why}.",
+        "Finish the test with this result, or find the cause and begin a new one.",
+    )
+
+
+KINDS: dict[type[msgspec.Struct], TestKind] = {
+    LengthTest: TestKind(
+        ("bar",), ("E",), plan.plan_length, evaluate.length_values, _line, missing_corners
+    ),
+    SphereTest: TestKind(
+        ("sphere",), ("P_Form", "P_Size"), plan.plan_sphere, evaluate.sphere_results, _whole
+    ),
+    LocationTest: TestKind(
+        ("sphere",), ("L_Dia",), plan.plan_location, evaluate.location_results, _whole
+    ),
+    E0Test: TestKind(("bar",), ("E", "R0"), plan.plan_e0, evaluate.e0_values, _sets),
+    SpatTest: TestKind((), ("SPAT_max", "SPAT_2s"), plan.plan_spat, evaluate.spat_results, _whole),
+    VolumetricTest: TestKind(
+        ("bar",), ("V_max", "V_range", "V_2RMS"), plan.plan_volumetric,
+        evaluate.volumetric_results, _whole,
+    ),
+    DiameterTest: TestKind(
+        ("sphere",), ("D_eff",), plan.plan_diameter, evaluate.diameter_results, _whole
+    ),
+    PlateTest: TestKind(
+        ("plate",), ("Thickness", "Coplanarity"), plan.plan_plate, evaluate.plate_results, _whole,
+        shuffled=False,
+    ),
+    BallTest: TestKind(
+        ("sphere",), ("P_Size", "P_Form", "L_Dia"), plan.plan_ball, evaluate.ball_results, _whole,
+        shuffled=False,
+    ),
+    InterimTest: TestKind(
+        ("dumbbell",), ("Interim_L", "Interim_D"), plan.plan_interim, evaluate.interim_results,
+        _whole, shuffled=False,
+    ),
+}  # fmt: skip
+
+
+def kind_of(stage: Stage) -> TestKind:
+    """Return the entry of a procedure's kind."""
+    return KINDS[type(stage.procedure.test)]
+
+
+def plan_of(stage: Stage) -> tuple[tuple[PlannedPosition, ...], tuple[str, ...]]:
+    """Return the positions of a test in the order in which they are taken, and notes.
+
+    The order is drawn from the seed, so that a drift is no pattern over the volume.
+
+    Raises
+    ------
+    CalibrationError
+        An artefact or a limit is missing, or an artefact does not suit the volume.
+    """
+    kind = kind_of(stage)
+    for role in kind.roles:
+        stage.only(role)
+    for quantity in kind.quantities:
+        stage.limit(quantity)
+    positions, notes = kind.plan(stage, stage.procedure.test)
+    if kind.shuffled:
+        order = np.random.default_rng([stage.seed, 10]).permutation(len(positions))
+        positions = [positions[int(one)] for one in order]
+    return tuple(positions), tuple(notes)
+
+
+def values_of(at: Situation) -> list[JudgedValue]:
+    """Return all judged values; those that a complete retest replaces are superseded."""
+    values = kind_of(at.stage).values(at)
+    newest: dict[tuple[str, str], int] = {}
+    for one in values:
+        place = one.key, one.quantity
+        newest[place] = max(newest.get(place, 0), one.retest)
+    return [
+        msgspec.structs.replace(one, superseded=one.retest < newest[one.key, one.quantity])
+        for one in values
+    ]
+
+
+def quantities_of(values: Sequence[JudgedValue]) -> tuple[QuantityResult, ...]:
+    """Return every quantity with its worst value."""
+    found: dict[str, list[int]] = {}
+    for index, one in enumerate(values):
+        if not one.superseded:
+            found.setdefault(one.quantity, []).append(index)
+    results = []
+    for quantity, indices in found.items():
+        worst = max(
+            indices,
+            key=lambda i: (abs(values[i].error_mm) + values[i].expanded_mm) / values[i].limit_mm,
+        )
+        one = values[worst]
+        results.append(
+            QuantityResult(
+                quantity=quantity,
+                count=len(indices),
+                worst=worst,
+                error_mm=one.error_mm,
+                expanded_mm=one.expanded_mm,
+                limit_mm=one.limit_mm,
+                verdict=worst_of([values[i].verdict for i in indices]),
+            )
+        )
+    return tuple(results)

@@ -1,0 +1,158 @@
+"""Uncertainty of a measuring task from a calibrated workpiece (modelled on ISO 15530-3).
+
+x_i are results of one characteristic, over clamping, operators, shifts and temperatures:
+b = mean(x) - x_cal, u_p = s(x), u_cal = U_cal / 2, u_b = |T - 20| u_alpha L, and
+U = 2 sqrt(u_cal^2 + u_p^2 + u_w^2 + u_b^2) of a result that b was taken off. Where it was not,
+|b| is added. U holds for similar parts only: see `dissimilar`.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import msgspec
+import numpy as np
+
+from ocmm_core.errors import InputError
+
+LEAST_CYCLES, LEAST_RESULTS = 10, 20
+_LARGE_MM, _LARGE_SHARE, _SMALL_MM = 250.0, 0.10, 25.0
+_ANGLE_DEG = 5.0
+
+
+class PartTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What was measured, and how; a U of the study holds where this is alike.
+
+    Attributes
+    ----------
+    dimension
+        mm.
+    angle_deg
+        Of the characteristic in the volume.
+    points
+        Of the strategy.
+    strategy, stylus, material, clamping
+        In words; compared letter by letter without case.
+    """
+
+    dimension: float
+    angle_deg: float = 0.0
+    points: int
+    strategy: str
+    stylus: str
+    material: str
+    clamping: str
+
+
+@dataclass(frozen=True, slots=True)
+class PartUncertainty:
+    """What a study of one characteristic says; mm.
+
+    Attributes
+    ----------
+    bias, scatter
+        Mean less certified value, and s of the results.
+    u_cal, u_workpiece, u_expansion
+        Standard uncertainties of the certificate, of the workpieces, of the expansion.
+    expanded
+        U (k = 2) of a result that the bias was taken off.
+    expanded_uncorrected
+        U + |b|, of a result as it was measured.
+    normalized
+        E_n = |b| / sqrt(U_model^2 + U_cal^2); None where no U of the model was given.
+    results
+        N.
+    """
+
+    bias: float
+    scatter: float
+    u_cal: float
+    u_workpiece: float
+    u_expansion: float
+    expanded: float
+    expanded_uncorrected: float
+    normalized: float | None
+    results: int
+
+
+def part_uncertainty(
+    results: Sequence[float],
+    certified: float,
+    expanded_cal: float,
+    *,
+    u_workpiece: float = 0.0,
+    temperature_c: float = 20.0,
+    u_expansion: float = 0.0,
+    expanded_model: float | None = None,
+) -> PartUncertainty:
+    """Return the uncertainty that repeated results of a calibrated part show.
+
+    Parameters
+    ----------
+    results
+        mm.
+    certified, expanded_cal
+        Value and U (k = 2) of the certificate, mm.
+    u_workpiece
+        Standard uncertainty from the workpieces' form, roughness and spread of expansion, mm.
+    temperature_c, u_expansion
+        Of use, degrees Celsius; standard uncertainty of the expansion, 1/K.
+    expanded_model
+        U that OCMM states for the characteristic, mm.
+
+    Raises
+    ------
+    InputError
+        Fewer than two results, or a number that is not finite.
+    """
+    values = np.asarray(results, dtype=np.float64)
+    if len(values) < 2 or not np.all(np.isfinite(values)):
+        raise InputError(
+            "acceptance.part_results",
+            f"A study of a calibrated part has {len(values)} usable results.",
+            f"Give {LEAST_RESULTS} results from {LEAST_CYCLES} cycles.",
+        )
+    bias = float(values.mean()) - certified
+    scatter = float(values.std(ddof=1))
+    u_cal = 0.5 * expanded_cal
+    u_b = abs(temperature_c - 20.0) * u_expansion * abs(certified)
+    expanded = 2.0 * math.sqrt(u_cal**2 + scatter**2 + u_workpiece**2 + u_b**2)
+    normalized = None
+    if expanded_model is not None:
+        normalized = abs(bias) / math.hypot(expanded_model, expanded_cal)
+    return PartUncertainty(
+        bias, scatter, u_cal, u_workpiece, u_b, expanded, expanded + abs(bias), normalized,
+        len(values),
+    )  # fmt: skip
+
+
+def dissimilar(studied: PartTask, wanted: PartTask) -> str:
+    """Return why the U of a study does not hold for another task; empty where it does."""
+    allowed = _LARGE_SHARE * studied.dimension if studied.dimension > _LARGE_MM else _SMALL_MM
+    off = abs(wanted.dimension - studied.dimension)
+    if off > allowed:
+        return (
+            f"The dimension is {wanted.dimension:g} mm and the study's {studied.dimension:g} mm: "
+            f"they may differ by {allowed:g} mm."
+        )
+    turned = abs(wanted.angle_deg - studied.angle_deg)
+    if turned > _ANGLE_DEG:
+        return f"The angle differs by {turned:g}°, and {_ANGLE_DEG:g}° are allowed."
+    if wanted.points != studied.points:
+        return f"{wanted.points} points are probed, and the study probed {studied.points}."
+    for field in ("strategy", "stylus", "material", "clamping"):
+        one, other = getattr(studied, field), getattr(wanted, field)
+        if one.strip().casefold() != other.strip().casefold():
+            return f"The {field} is '{other}', and the study's '{one}'."
+    return ""
+
+
+def share_within(normalized: Sequence[float | None]) -> float | None:
+    """Return the share of characteristics with E_n <= 1; None where none was computed.
+
+    Below 0.95, the uncertainty that OCMM states is too small.
+    """
+    known = [one for one in normalized if one is not None]
+    return sum(one <= 1.0 for one in known) / len(known) if known else None

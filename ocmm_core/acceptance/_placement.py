@@ -1,0 +1,204 @@
+"""What speaks against a position as it was taken: geometry only, never the errors.
+
+A position whose placement is wrong is taken anew, which is logged; its values were not looked at.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from ocmm_core.acceptance._procedure import (
+    DiameterTest,
+    E0Test,
+    LengthTest,
+    LocationTest,
+    SpatTest,
+    SphereTest,
+)
+from ocmm_core.acceptance._situation import Situation, depth_share, third_of
+from ocmm_core.acceptance._values import nest_lengths, sphere_values
+from ocmm_core.calibration.verification import CORNER_NAMES, corner_distances
+from ocmm_core.geometry import Float, Points3, unit
+
+_NEST_MM = 10.0
+"""A ball farther from its nest is in another one; less than the step of a bar."""
+
+_OUTSIDE_MM = 1.0
+_OFF_PLAN_MM = 75.0
+_CONE_MM = 2.0
+
+
+def judge_point(at: Situation, position: int, tip: Float) -> str:
+    """Return why a ball at rest is not the next point of a position; empty where it may be."""
+    plan, taken = at.plan[position], at.tips[position]
+    points = np.array(plan.points_world)
+    item = len(taken) % len(points)
+    if plan.role == "bar":
+        if item == 0 and len(taken):
+            off = float(np.linalg.norm(tip - taken[0]))
+            return "" if off <= _NEST_MM else f"The ball is {off:.0f} mm from nest 1."
+        if item == 0:
+            off = float(np.linalg.norm(points[[0, -1]] - tip, axis=1).min())
+            return (
+                ""
+                if off <= _OFF_PLAN_MM
+                else f"The ball is {off:.0f} mm from where {plan.name} begins."
+            )
+        begin = taken[len(taken) - item]
+        seen, want = float(np.linalg.norm(tip - begin)), nest_lengths(points)
+        if abs(seen - want[item - 1]) > _NEST_MM:
+            return (
+                f"The ball is {seen:.0f} mm from nest 1 and should be {want[item - 1]:.0f} mm "
+                f"from it: put it into nest {item + 1} of this position."
+            )
+        return ""
+    if plan.role == "cone" and len(taken):
+        off = float(np.linalg.norm(tip - taken[0]))
+        return (
+            ""
+            if off <= _CONE_MM
+            else f"The ball is {off:.1f} mm from the first point: use one cone."
+        )
+    off = float(np.linalg.norm(points[item] - tip))
+    if off > _OFF_PLAN_MM and not len(taken):
+        return f"The ball is {off:.0f} mm from where {plan.name} begins."
+    if any(float(np.linalg.norm(tip - one)) < 0.2 for one in taken) and plan.role != "cone":
+        return "This point was taken already: take the next one."
+    return ""
+
+
+def judge_position(at: Situation, position: int) -> str:
+    """Return what speaks against a complete position; empty where nothing does."""
+    low, high = at.stage.volume
+    tips = at.tips[position]
+    if np.any(tips < low - _OUTSIDE_MM) or np.any(tips > high + _OUTSIDE_MM):
+        return "Points lie outside the calibrated volume: place the artefact inside."
+    numbers, plan = at.stage.procedure.test, at.plan[position]
+    if isinstance(numbers, LengthTest | E0Test):
+        return _line(at, position, numbers)
+    if plan.role == "sphere":
+        hint = _sphere(at, position)
+        if hint:
+            return hint
+    if isinstance(numbers, LocationTest):
+        return _attitude(at, position, numbers)
+    if isinstance(numbers, SpatTest):
+        return _turned(at, position, numbers)
+    return ""
+
+
+def _line(at: Situation, position: int, numbers: LengthTest | E0Test) -> str:
+    plan = at.plan[position]
+    ends = _ends(at, position)
+    direction = unit(ends[1] - ends[0])
+    for other in at.complete():
+        if other == position or at.root(other) == at.root(position):
+            continue
+        between = _ends(at, other)
+        cosine = abs(float(direction @ unit(between[1] - between[0])))
+        if np.degrees(np.arccos(min(cosine, 1.0))) < numbers.angle_deg:
+            return (
+                f"The bar is within {numbers.angle_deg:g}° of the direction of "
+                f"'{at.plan[other].name}': place it in another direction."
+            )
+    if isinstance(numbers, E0Test):
+        points = np.array(plan.points_world)
+        off = float(np.linalg.norm(ends - points[[0, -1]], axis=1).max())
+        off = min(off, float(np.linalg.norm(ends - points[[-1, 0]], axis=1).max()))
+        return "" if off <= _OFF_PLAN_MM else f"The bar is {off:.0f} mm from its planned place."
+    shares = corner_distances(ends, at.stage.volume).min(axis=0)
+    for corner in plan.corners:
+        if shares[corner] > numbers.corner_share:
+            return (
+                f"The bar ends {100.0 * shares[corner]:.0f} % of an edge from corner "
+                f"{CORNER_NAMES[corner]}; {100.0 * numbers.corner_share:.0f} % are allowed: "
+                "place it nearer."
+            )
+    return ""
+
+
+def _ends(at: Situation, position: int) -> Float:
+    tips, count = at.tips[position], len(at.plan[position].points_world)
+    return tips[[0, count - 1]]
+
+
+def missing_corners(at: Situation, numbers: LengthTest) -> str:
+    """Return which corners of the volume no test length reached; empty where all are."""
+    nests = np.concatenate([at.tips[one] for one in at.complete()])
+    shares = corner_distances(nests, at.stage.volume).min(axis=0)
+    missing = [
+        name
+        for name, share in zip(CORNER_NAMES, shares, strict=True)
+        if share > numbers.corner_share
+    ]
+    return f"No test length ends in corner {', '.join(missing)}." if missing else ""
+
+
+def _sphere(at: Situation, position: int) -> str:
+    plan, tips, numbers = at.plan[position], at.tips[position], at.stage.procedure.test
+    found = sphere_values(tips)
+    if isinstance(numbers, SphereTest):
+        if found.gain > numbers.gain:
+            return (
+                "The points are too near the pole: the diameter is known to "
+                f"{found.gain:.2f} sigma of a point, {numbers.gain:g} are allowed."
+            )
+        missing = _missing_places(tips - found.centre, np.array(plan.normals), numbers.match_deg)
+        if missing:
+            return f"{missing} of {len(tips)} points are not at their places on the sphere."
+    wanted = at.stage.only("sphere").sizes[0] + 2.0 * at.stage.instrument.ball_radius
+    if abs(found.diameter - wanted) > 1.0:
+        return (
+            f"The sphere measures {found.diameter - 2 * at.stage.instrument.ball_radius:.2f} mm "
+            f"and is certified {at.stage.only('sphere').sizes[0]:.2f} mm: another sphere."
+        )
+    if plan.place and not isinstance(numbers, DiameterTest):
+        seen = third_of(found.centre, at.stage)
+        if seen != plan.place:
+            return f"The sphere is in the {seen} of the volume and should be in the {plan.place}."
+    return ""
+
+
+def _missing_places(arms: Points3, normals: Points3, match_deg: float) -> int:
+    """Return how many wanted directions have no point of their own nearby."""
+    directions = arms / np.linalg.norm(arms, axis=1)[:, None]
+    angles = np.degrees(np.arccos(np.clip(directions @ normals.T, -1.0, 1.0)))
+    far = 1e3 * match_deg**2
+    rows, columns = linear_sum_assignment(np.where(angles <= match_deg, angles**2, far))
+    return int(np.sum(angles[rows, columns] > match_deg))
+
+
+def _attitude(at: Situation, position: int, numbers: LocationTest) -> str:
+    handles, wanted = at.handles[position], at.plan[position].handle
+    if not len(handles) or wanted is None:
+        return ""
+    angles = np.degrees(np.arccos(np.clip(handles @ np.array(wanted), -1.0, 1.0)))
+    worst = float(np.max(angles))
+    if worst > numbers.attitude_deg:
+        return (
+            f"The probe was held {worst:.0f}° from the attitude '{at.plan[position].name}'; "
+            f"{numbers.attitude_deg:g}° are allowed."
+        )
+    return ""
+
+
+def _turned(at: Situation, position: int, numbers: SpatTest) -> str:
+    plan = at.plan[position]
+    share = depth_share(at.tips[position].mean(axis=0), at.stage)
+    seen = third_of(at.tips[position].mean(axis=0), at.stage)
+    if seen != plan.place:
+        return (
+            f"The cone is in the {seen} of the volume ({share:.2f} of its depth), "
+            f"not in the {plan.place}."
+        )
+    handles = at.handles[position]
+    if not len(handles):
+        return ""
+    spread = float(np.degrees(np.arccos(np.clip(handles @ handles.T, -1.0, 1.0))).max())
+    if spread < numbers.spread_deg:
+        return (
+            f"The probe was turned by {spread:.0f}° only; {numbers.spread_deg:g}° are needed: "
+            "turn it between the extremes."
+        )
+    return ""

@@ -1,0 +1,342 @@
+"""Where artefacts stand and which points are taken, for every kind of test.
+
+Each function gives the positions of one kind, all before the first point. `plan_of` in `_kinds`
+orders them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from itertools import combinations, product
+
+import numpy as np
+
+from ocmm_core.acceptance._procedure import (
+    BallTest,
+    DiameterTest,
+    E0Test,
+    InterimTest,
+    LengthTest,
+    LocationTest,
+    PlateTest,
+    SpatTest,
+    SphereTest,
+    VolumetricTest,
+)
+from ocmm_core.acceptance._result import PlannedPosition
+from ocmm_core.acceptance._situation import Stage, stand_at
+from ocmm_core.calibration.verification import plan_lines
+from ocmm_core.camera import Vector3
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3, perpendicular_pair, unit
+
+_UP = np.array([0.0, 0.0, 1.0])
+_INSIDE = 0.98
+_CLEAR_MM = 25.0
+"""From the faces of the volume to what stands in it."""
+
+Planned = tuple[list[PlannedPosition], list[str]]
+
+
+def vector(values: Float) -> Vector3:
+    """Return a point as a record holds it."""
+    x, y, z = (float(value) for value in values)
+    return x, y, z
+
+
+def vectors(values: Iterable[Float]) -> tuple[Vector3, ...]:
+    """Return points as a record holds them."""
+    return tuple(vector(one) for one in values)
+
+
+def plan_length(stage: Stage, numbers: LengthTest) -> Planned:
+    """Plan the lines of a bar: corners first, by set cover, then axes, diagonals, new directions.
+
+    Raises
+    ------
+    CalibrationError
+        The bar has too few nests, or is too short or too long for the volume.
+    """
+    bar = stage.only("bar")
+    if len(bar.sizes) < numbers.lengths + 1:
+        raise CalibrationError(
+            "acceptance.nests",
+            f"'{bar.use.name}' has {len(bar.sizes)} nests; {numbers.lengths + 1} are needed for "
+            f"{numbers.lengths} test lengths on a line.",
+            "Use a bar with more nests.",
+        )
+    length = bar.sizes[-1] - bar.sizes[0]
+    diagonal = float(np.linalg.norm(np.ptp(stage.volume, axis=0)))
+    if length < 0.95 * numbers.diagonal_share * diagonal:
+        raise CalibrationError(
+            "acceptance.bar_short",
+            f"'{bar.use.name}' is {length:.0f} mm long; {numbers.diagonal_share * diagonal:.0f} mm "
+            "are needed in this volume.",
+            "Use a longer bar, or calibrate a smaller volume.",
+        )
+    planning = plan_lines(stage.volume, length)
+    positions = [
+        _bar(one.name, one.ends_world, bar.sizes, corners=one.corners) for one in planning.lines
+    ]
+    return positions, list(planning.notes)
+
+
+def _bar(
+    name: str,
+    ends: Float,
+    nests: Sequence[float],
+    *,
+    corners: tuple[int, ...] = (),
+    repeats: int = 1,
+    items: tuple[int, ...] = (),
+) -> PlannedPosition:
+    along, first = unit(ends[1] - ends[0]), np.asarray(ends[0])
+    points = [first + (nest - nests[0]) * along for nest in nests]
+    return PlannedPosition(
+        name=name, role="bar", points_world=vectors(points), corners=corners, repeats=repeats,
+        items=items or tuple(range(1, len(nests))),
+    )  # fmt: skip
+
+
+def plan_sphere(stage: Stage, numbers: SphereTest) -> Planned:
+    """Plan rings of points on a sphere at every place."""
+    return [_sphere(stage, place, place, numbers.rings) for place in numbers.places], []
+
+
+def plan_diameter(stage: Stage, numbers: DiameterTest) -> Planned:
+    """Plan nine points on a sphere in the middle, repeated."""
+    return [
+        _sphere(stage, "middle third", f"repeat {one + 1}", numbers.rings)
+        for one in range(numbers.repeats)
+    ], []
+
+
+def plan_ball(stage: Stage, numbers: BallTest) -> Planned:
+    """Plan a ball that is measured several times in the middle."""
+    rings = ((0.0, 1, 0.0), (45.0, 3, 0.0), (90.0, max(numbers.points - 4, 3), 20.0))
+    return [
+        _sphere(stage, "middle third", f"measurement {one + 1}", rings)
+        for one in range(numbers.repeats)
+    ], []
+
+
+def _sphere(
+    stage: Stage, place: str, name: str, rings: Sequence[tuple[float, int, float]]
+) -> PlannedPosition:
+    reach = 0.5 * stage.only("sphere").sizes[0] + stage.instrument.ball_radius
+    centre = stand_at(place, stage, reach + _CLEAR_MM)
+    normals = ring_directions(rings, _UP)
+    return PlannedPosition(
+        name=name, role="sphere", points_world=vectors(centre + reach * normals),
+        normals=vectors(normals), place=place,
+    )  # fmt: skip
+
+
+def ring_directions(rings: Sequence[tuple[float, int, float]], pole: Float) -> Points3:
+    """Return the directions (n, 3) of rings of points about a pole (3,)."""
+    first, second = perpendicular_pair(pole)
+    found = []
+    for polar, count, turn in rings:
+        p = np.radians(polar)
+        for azimuth in np.radians(turn + 360.0 * np.arange(count) / count):
+            across = np.cos(azimuth) * first + np.sin(azimuth) * second
+            found.append(np.sin(p) * across + np.cos(p) * pole)
+    return np.array(found)
+
+
+def plan_location(stage: Stage, numbers: LocationTest) -> Planned:
+    """Plan five attitudes of the probe on a sphere, each with the pole and four points."""
+    reach = 0.5 * stage.only("sphere").sizes[0] + stage.instrument.ball_radius
+    positions = []
+    lean = np.radians(numbers.lean_deg)
+    back = unit(np.array(stage.instrument.away))
+    right = unit(np.cross(back, _UP)) if abs(back @ _UP) < 0.9 else np.array([1.0, 0.0, 0.0])
+    back = np.cross(_UP, right)
+    for place in numbers.places:
+        centre = stand_at(place, stage, reach + _CLEAR_MM)
+        for name, side in (
+            ("upright", 0.0 * right), ("leaning right", right), ("leaning left", -right),
+            ("leaning away", back), ("leaning near", -back),
+        ):  # fmt: skip
+            handle = unit(np.cos(lean) * _UP + np.sin(lean) * side)
+            normals = ring_directions(((0.0, 1, 0.0), (90.0, 4, 0.0)), handle)
+            positions.append(
+                PlannedPosition(
+                    name=f"{place}, {name}",
+                    role="sphere",
+                    place=place,
+                    handle=vector(handle),
+                    points_world=vectors(centre + reach * normals),
+                    normals=vectors(normals),
+                )
+            )
+    return positions, []
+
+
+def plan_spat(stage: Stage, numbers: SpatTest) -> Planned:
+    """Plan a cone in three places; the same point is taken with the probe turned."""
+    return [
+        PlannedPosition(
+            name=place,
+            role="cone",
+            place=place,
+            points_world=vectors([stand_at(place, stage, _CLEAR_MM)] * numbers.points),
+        )
+        for place in numbers.places
+    ], []
+
+
+def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
+    """Plan the four space diagonals and three more directions, axes first.
+
+    Raises
+    ------
+    CalibrationError
+        The bar has too few nests, or is too short for a diagonal.
+    """
+    bar, volume = stage.only("bar"), stage.volume
+    length, extent = bar.sizes[-1] - bar.sizes[0], np.ptp(volume, axis=0)
+    if len(bar.sizes) < numbers.lengths + 1:
+        raise CalibrationError(
+            "acceptance.nests",
+            f"'{bar.use.name}' has {len(bar.sizes)} nests; {numbers.lengths + 1} are needed.",
+            "Use a bar with more nests.",
+        )
+    diagonal = float(np.linalg.norm(extent))
+    if not numbers.line_share * diagonal <= length <= _INSIDE * diagonal:
+        raise CalibrationError(
+            "acceptance.bar_short",
+            f"'{bar.use.name}' is {length:.0f} mm long; a space diagonal of {diagonal:.0f} mm "
+            f"needs {numbers.line_share * diagonal:.0f} to {_INSIDE * diagonal:.0f} mm.",
+            "Use another bar.",
+        )
+    chosen = [
+        (f"space diagonal {number + 1}", unit(extent * np.array([1.0, *signs])))
+        for number, signs in enumerate(product((1.0, -1.0), repeat=2))
+    ]
+    notes = []
+    for axis, name in zip(np.eye(3), "XYZ", strict=True):
+        if length <= _INSIDE * extent[int(np.argmax(axis))]:
+            chosen.append((f"along {name}", axis))
+        else:
+            notes.append(f"A bar of {length:.0f} mm does not fit along {name}.")
+    others = [(f"leaning {number + 1}", one) for number, one in enumerate(_leaning(extent, length))]
+    while len(chosen) < numbers.positions:
+        best = max(others, key=lambda one: newness(one[1], [d for _, d in chosen]), default=None)
+        if best is None or newness(best[1], [d for _, d in chosen]) < np.radians(numbers.angle_deg):
+            raise CalibrationError(
+                "acceptance.directions",
+                f"'{bar.use.name}' lies in {len(chosen)} directions only; {numbers.positions} are "
+                "needed.",
+                "Use a shorter bar.",
+            )
+        chosen.append(best)
+    middle = volume.mean(axis=0)
+    positions = [
+        _bar(
+            name,
+            np.stack([middle - 0.5 * length * d, middle + 0.5 * length * d]),
+            bar.sizes[: numbers.lengths] + bar.sizes[-1:],
+            repeats=numbers.repeats,
+        )
+        for name, d in chosen[: numbers.positions]
+    ]
+    return positions, notes
+
+
+def newness(direction: Float, others: Sequence[Float]) -> float:
+    """Return the smallest angle of a line with others, rad."""
+    return min(float(np.arccos(min(abs(float(direction @ one)), 1.0))) for one in others)
+
+
+def _leaning(extent: Float, length: float) -> list[Float]:
+    """Return directions in which a bar fits that lean from an axis in a plane of two."""
+    found = []
+    for first, second in combinations(range(3), 2):
+        for angle in np.radians(np.arange(5.0, 90.0, 5.0)):
+            for sign in (1.0, -1.0):
+                direction = np.zeros(3)
+                direction[first], direction[second] = np.cos(angle), sign * np.sin(angle)
+                if np.all(length * np.abs(direction) <= _INSIDE * extent):
+                    found.append(direction)
+    return found
+
+
+def plan_volumetric(stage: Stage, numbers: VolumetricTest) -> Planned:
+    """Plan a length in many placements: every octant, level, upright and at 45 degrees.
+
+    Raises
+    ------
+    CalibrationError
+        The bar has no length that fits into the octants.
+    """
+    bar, volume = stage.only("bar"), stage.volume
+    rng = np.random.default_rng([stage.seed, 11])
+    extent, middle = np.ptp(volume, axis=0), volume.mean(axis=0)
+    places: list[PlannedPosition] = []
+    tries = 0
+    while len(places) < numbers.placements:
+        tries += 1
+        if tries > 20_000:
+            raise CalibrationError(
+                "acceptance.octants",
+                f"No length of '{bar.use.name}' fits into all octants of the volume.",
+                "Use a bar with a shorter nest distance.",
+            )
+        octant = len(places) % 8
+        signs = np.array([1.0 if octant & bit else -1.0 for bit in (1, 2, 4)])
+        turn = rng.uniform(0.0, 2.0 * np.pi)
+        word, rise = (("level", 0.0), ("upright", np.pi / 2), ("at 45°", np.pi / 4))[
+            (len(places) + tries) % 3
+        ]
+        direction = np.array(
+            [np.cos(rise) * np.cos(turn), np.cos(rise) * np.sin(turn), np.sin(rise)]
+        )
+        # Short and long turn about; a bar that is too long there gives a shorter length.
+        order = range(1, len(bar.sizes)) if len(places) % 2 else range(len(bar.sizes) - 1, 0, -1)
+        centre = middle + signs * rng.uniform(0.1, 0.25, 3) * extent
+        for nest in order:
+            length = bar.sizes[nest] - bar.sizes[0]
+            ends = np.stack([centre - 0.5 * length * direction, centre + 0.5 * length * direction])
+            if np.all(ends >= volume[0]) and np.all(ends <= volume[1]):
+                name = f"placement {len(places) + 1}, {word}, {length:.0f} mm"
+                nests = (bar.sizes[0], bar.sizes[nest])
+                places.append(_bar(name, ends, nests, items=(nest,)))
+                break
+    return places, []
+
+
+def plan_plate(stage: Stage, numbers: PlateTest) -> Planned:
+    """Plan points on either face of a plate that lies in the middle of the volume."""
+    plate = stage.only("plate")
+    middle, half = stage.volume.mean(axis=0), 0.5 * np.array([*numbers.size, 0.0])
+    across = max(int(np.ceil(np.sqrt(numbers.points))), 2)
+    grid = np.array(list(product(np.linspace(-1.0, 1.0, across), repeat=2)))[: numbers.points]
+    flat = np.column_stack([grid, np.zeros(len(grid))]) * half
+    radius = stage.instrument.ball_radius
+    top = middle + flat + np.array([0.0, 0.0, plate.sizes[0] + radius])
+    bottom = middle + 1.5 * flat + np.array([0.0, 0.0, radius])
+    return [
+        PlannedPosition(name="bed", role="plate", points_world=vectors(bottom)),
+        PlannedPosition(name="top of the block", role="plate", points_world=vectors(top)),
+    ], []
+
+
+def plan_interim(stage: Stage, numbers: InterimTest) -> Planned:
+    """Plan five points on either of two spheres of a short bar."""
+    first, second, distance = stage.only("dumbbell").sizes
+    middle = stage.volume.mean(axis=0)
+    positions = []
+    for name, diameter, side in (("sphere 1", first, -0.5), ("sphere 2", second, 0.5)):
+        reach = 0.5 * diameter + stage.instrument.ball_radius
+        normals = ring_directions(((0.0, 1, 0.0), (90.0, numbers.points - 1, 0.0)), _UP)
+        centre = middle + np.array([side * distance, 0.0, 0.0])
+        positions.append(
+            PlannedPosition(
+                name=name,
+                role="dumbbell",
+                points_world=vectors(centre + reach * normals),
+                normals=vectors(normals),
+            )
+        )
+    return positions, []

@@ -1,0 +1,97 @@
+"""A record computed anew from its raw data, and records as sealed files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.acceptance._guards import climate_reasons
+from ocmm_core.acceptance._kinds import quantities_of, values_of
+from ocmm_core.acceptance._planning import vector
+from ocmm_core.acceptance._result import AcceptanceRecord, Verdict
+from ocmm_core.acceptance._situation import Stage, situation_of, worst_of
+from ocmm_core.calibration.guided import from_spots
+from ocmm_core.calibration.records import load, save
+from ocmm_core.camera import Rig
+from ocmm_core.errors import CalibrationError
+from ocmm_core.tracking import ProbeBody, solve
+
+_SAME_MM = 1e-9
+_SAME_TIP_MM = 1e-6
+"""A pose is iterated; another processor ends some picometres beside."""
+
+
+def save_record(folder: Path, record: AcceptanceRecord) -> Path:
+    """Write a record under its hash; raise CalibrationError where it cannot be."""
+    return save(folder, record)
+
+
+def load_record(path: Path) -> AcceptanceRecord:
+    """Return a record; raise CalibrationError where a byte of it was changed."""
+    return load(path, AcceptanceRecord)
+
+
+def recompute(record: AcceptanceRecord) -> AcceptanceRecord:
+    """Return a record with values, quantities and verdict computed from its observations."""
+    stage = Stage(record.procedure, record.instrument, record.artefacts, record.seed)
+    values = tuple(values_of(situation_of(stage, record.plan, record.observations, record.climate)))
+    void = tuple(climate_reasons(stage, record.climate))
+    verdict = worst_of([one.verdict for one in values if not one.superseded])
+    return msgspec.structs.replace(
+        record,
+        values=values,
+        quantities=quantities_of(values),
+        void_reasons=void,
+        verdict=Verdict.VOID if void else verdict,
+    )
+
+
+def differences(record: AcceptanceRecord, again: AcceptanceRecord) -> list[str]:
+    """Return where two records of one test say different things; sentences."""
+    found = []
+    if record.verdict is not again.verdict:
+        found.append(f"The verdict is {record.verdict.value}, and {again.verdict.value} anew.")
+    if len(record.values) != len(again.values):
+        found.append(f"{len(record.values)} values are stored, and {len(again.values)} follow.")
+    for one, other in zip(record.values, again.values, strict=False):
+        if (one.key, one.quantity, one.verdict) != (other.key, other.quantity, other.verdict):
+            found.append(f"{one.quantity} at '{one.position}' is judged otherwise.")
+        off = max(
+            abs(getattr(one, field) - getattr(other, field))
+            for field in ("measured_mm", "certified_mm", "error_mm", "expanded_mm", "limit_mm")
+        )
+        if off > _SAME_MM:
+            found.append(
+                f"{one.quantity} at '{one.position}', {one.name}, differs by {off:.2e} mm."
+            )
+    return found
+
+
+def recompute_tips(record: AcceptanceRecord, rig: Rig, body: ProbeBody) -> list[str]:
+    """Return which ball centres do not follow from their spots; sentences.
+
+    Raises
+    ------
+    CalibrationError
+        The rig is not the one that was tested.
+    """
+    if record.instrument.calibration and rig.identity != record.instrument.calibration:
+        raise CalibrationError(
+            "acceptance.other_rig",
+            f"Rig '{rig.name}' does not use the calibration of this record.",
+            "Give the calibration that was tested.",
+        )
+    found = []
+    for one in record.observations:
+        if one.uv is None:
+            continue
+        tip = solve(from_spots(one.uv)[None], rig, body, one.sigma_px).tip_world[0]
+        off = float(np.linalg.norm(tip - np.array(one.tip)))
+        if not off <= _SAME_TIP_MM:
+            found.append(
+                f"Point {one.item + 1} of '{record.plan[one.position].name}': the spots give "
+                f"{vector(tip)}, {off:.2e} mm from what is stored."
+            )
+    return found

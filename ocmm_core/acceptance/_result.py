@@ -1,0 +1,325 @@
+"""What an acceptance test leaves: raw observations, judged values, and a sealed record.
+
+The record holds everything that its numbers follow from: the procedure word for word, the
+artefacts, every ball centre with its spots, the temperatures, and what was refused. `recompute`
+needs nothing else. Lengths are in mm; U is expanded with k = 2.
+"""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+import msgspec
+
+from ocmm_core.acceptance._procedure import Procedure
+from ocmm_core.calibration.guided import Spots
+from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.camera import Vector3
+
+RECORD_SCHEMA = "ocmm.acceptance-record/1"
+
+
+class Verdict(StrEnum):
+    """What a test shows; `VOID` says that it shows nothing and is to be done again."""
+
+    PASS = "PASS"  # noqa: S105 - a verdict
+    FAIL = "FAIL"
+    LEANING_IN = "NOT PROVEN, leaning in"
+    LEANING_OUT = "NOT PROVEN, leaning out"
+    VOID = "VOID"
+
+
+class JudgedValue(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One test value against its limit.
+
+    Attributes
+    ----------
+    quantity
+        What it is of: "E", "P_Form", "P_Size", "L_Dia", "R0", ... as in the procedure's limits.
+    position, name
+        Of the plan, in words: "diagonal 1", and "240 mm, repeat 2".
+    key
+        Position and item; a retest has the key of what it replaces.
+    nominal_mm
+        The length that a graph shows it over; zero where it has none.
+    measured_mm, certified_mm, error_mm
+        ``error_mm`` is the test value q; for a form it is the form itself.
+    expanded_mm
+        U(q) of the test value: certificate, temperature, fixing and form of the artefact.
+    limit_mm
+        MPE.
+    verdict
+        By the rule of the procedure.
+    superseded
+        A retest stands in its place; it stays in the record and on paper.
+    retest
+        Zero for the first measurement, 1 for the first retest, and so on.
+    """
+
+    quantity: str
+    position: str
+    name: str
+    key: str
+    nominal_mm: float
+    measured_mm: float
+    certified_mm: float
+    error_mm: float
+    expanded_mm: float
+    limit_mm: float
+    verdict: Verdict
+    superseded: bool = False
+    retest: int = 0
+
+
+class QuantityResult(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """All values of one quantity together.
+
+    Attributes
+    ----------
+    quantity, count
+        Its name, and how many values count (superseded ones do not).
+    worst
+        Index in `AcceptanceRecord.values` of the value that is nearest to its limit or farthest
+        beyond.
+    error_mm, expanded_mm, limit_mm
+        Of that value.
+    verdict
+        Of the quantity.
+    """
+
+    quantity: str
+    count: int
+    worst: int
+    error_mm: float
+    expanded_mm: float
+    limit_mm: float
+    verdict: Verdict
+
+
+class Climate(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A temperature that was noted; ``when`` is "begin" or "end" of a position."""
+
+    utc: str
+    position: str
+    when: str
+    celsius: float
+
+
+class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """An artefact as it was used.
+
+    Attributes
+    ----------
+    role
+        What the plan calls it: "bar", "sphere", "block", "plate", "cone".
+    use
+        Name, serial, certificate and due date.
+    laboratory
+        That issued the certificate; empty where nobody said.
+    sizes
+        Certified at 20 degrees, mm: nests of a bar, diameter of a sphere, length of a block.
+    expanded, expanded_per_length
+        U (k = 2): constant part, mm, and part of the length.
+    form
+        Certified form error, mm; zero where it is within ``expanded``.
+    expansion, expansion_sigma
+        1/K.
+    temperatures
+        Where the certificate holds, degrees Celsius.
+    supports
+        How it is held.
+    identity
+        SHA-256 of its document.
+    """
+
+    role: str
+    use: ArtefactUse
+    laboratory: str = ""
+    sizes: tuple[float, ...]
+    expanded: float
+    expanded_per_length: float = 0.0
+    form: float = 0.0
+    expansion: float
+    expansion_sigma: float
+    temperatures: tuple[float, float]
+    supports: str = ""
+    identity: str
+
+
+class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What was tested.
+
+    Attributes
+    ----------
+    rig, calibration
+        Name of the rig, and hash of the calibration in force; empty without a record.
+    calibration_status
+        In one word, when the test began.
+    probe, tip, tip_record
+        Names, and the hash of the record.
+    ball_radius, ball_sigma
+        Of the tip, mm.
+    cameras
+        Serial numbers or names.
+    volume_min, volume_max
+        Box, mm, world.
+    software
+        Version.
+    simulated
+        Measured on the virtual rig.
+    away
+        Unit vector from the cameras to the middle of the volume.
+    """
+
+    rig: str
+    calibration: str
+    calibration_status: str
+    probe: str
+    tip: str
+    tip_record: str
+    ball_radius: float
+    ball_sigma: float
+    cameras: tuple[str, ...]
+    volume_min: Vector3
+    volume_max: Vector3
+    software: str
+    simulated: bool
+    away: Vector3 = (0.0, 1.0, 0.0)
+
+
+class PlannedPosition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One place where an artefact is measured.
+
+    Attributes
+    ----------
+    name
+        In words.
+    role
+        Of the artefact.
+    points_world
+        Wanted ball centres, in the order in which they are taken, mm.
+    normals
+        Directions of touch from the sphere's centre, or empty.
+    handle
+        Wanted direction of the handle, from the ball to the hand, or None.
+    corners
+        Of the volume (0 to 7) that an end must reach.
+    items
+        What is measured there: indices of lengths, or empty.
+    repeats
+        How often all points are taken one after the other.
+    place
+        "near third", "middle third" or "far third" of the volume, or empty.
+    retest_of
+        Index of the position that is measured again; -1: none.
+    """
+
+    name: str
+    role: str
+    points_world: tuple[Vector3, ...]
+    normals: tuple[Vector3, ...] = ()
+    handle: Vector3 | None = None
+    corners: tuple[int, ...] = ()
+    items: tuple[int, ...] = ()
+    repeats: int = 1
+    place: str = ""
+    retest_of: int = -1
+
+
+class Observation(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The ball at rest.
+
+    Attributes
+    ----------
+    position, item
+        Index in the plan, and which of its points.
+    utc
+        When.
+    tip
+        Ball centre, mm, world.
+    handle
+        Direction from the ball to the hand; None where nobody knows it.
+    uv, sigma_px
+        Averaged spots and their standard deviation; None where only points are known.
+    """
+
+    position: int
+    item: int
+    utc: str
+    tip: Vector3
+    handle: Vector3 | None = None
+    uv: Spots | None = None
+    sigma_px: float = 0.0
+
+
+class Refusal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A point that was refused, or a position that was taken anew, with the reason."""
+
+    utc: str
+    position: int
+    reason: str
+
+
+class AcceptanceRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A finished test.
+
+    Attributes
+    ----------
+    schema
+        `RECORD_SCHEMA`.
+    number
+        Unique: the first characters of the hash of the session's first line.
+    procedure, procedure_sha256
+        Word for word, and the hash of its file.
+    instrument, artefacts
+        What was tested, and with what.
+    made_by, place, customer
+        Who tested, where, for whom.
+    condition
+        "as found" or "after adjustment".
+    begun_utc, ended_utc
+        ISO 8601 text, UTC.
+    seed
+        Of the order of the positions.
+    plan, notes
+        Positions in the order in which they were taken, retests last; what of the advice could
+        not be followed.
+    observations, climate, refusals
+        Raw data. Observations that were taken anew are not among them.
+    values, quantities
+        What follows.
+    retests
+        How many were made.
+    void_reasons
+        Why it shows nothing; empty where it does.
+    verdict, wording
+        Of the whole test, and what may be said about the standard.
+    chain_head
+        Of the session file with every step.
+    """
+
+    schema: str
+    number: str
+    procedure: Procedure
+    procedure_sha256: str
+    instrument: Instrument
+    artefacts: tuple[UsedArtefact, ...]
+    made_by: str
+    place: str
+    customer: str
+    condition: str
+    begun_utc: str
+    ended_utc: str
+    seed: int
+    plan: tuple[PlannedPosition, ...]
+    notes: tuple[str, ...]
+    observations: tuple[Observation, ...]
+    climate: tuple[Climate, ...]
+    refusals: tuple[Refusal, ...]
+    values: tuple[JudgedValue, ...]
+    quantities: tuple[QuantityResult, ...]
+    retests: int
+    void_reasons: tuple[str, ...]
+    verdict: Verdict
+    wording: str
+    chain_head: str

@@ -1,0 +1,228 @@
+"""What a test stands on while it is planned, taken and judged."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.acceptance._procedure import Mpe, Procedure
+from ocmm_core.acceptance._result import (
+    Climate,
+    Instrument,
+    JudgedValue,
+    Observation,
+    PlannedPosition,
+    UsedArtefact,
+    Verdict,
+)
+from ocmm_core.calibration.probe_design import REFERENCE_C
+from ocmm_core.calibration.verification import corners_of
+from ocmm_core.errors import CalibrationError
+from ocmm_core.geometry import Float, Points3, unit
+
+_SIGMA_K = 0.3
+"""Standard uncertainty of the temperature of an artefact, K: a thermometer beside it."""
+
+THIRDS = ("near third", "middle third", "far third")
+
+
+@dataclass(frozen=True, slots=True)
+class Stage:
+    """What is tested, how, and with what; what a plan follows from.
+
+    Attributes
+    ----------
+    procedure, instrument, artefacts
+        See `AcceptanceRecord`.
+    seed
+        Of the order.
+    """
+
+    procedure: Procedure
+    instrument: Instrument
+    artefacts: tuple[UsedArtefact, ...]
+    seed: int = 0
+
+    @property
+    def volume(self) -> Float:
+        """Return the volume (2, 3), mm."""
+        return np.array([self.instrument.volume_min, self.instrument.volume_max])
+
+    def of_role(self, role: str) -> tuple[UsedArtefact, ...]:
+        """Return the artefacts with a role."""
+        return tuple(one for one in self.artefacts if one.role == role)
+
+    def only(self, role: str) -> UsedArtefact:
+        """Return the artefact with a role; raise CalibrationError where it is missing."""
+        found = self.of_role(role)
+        if not found:
+            raise CalibrationError(
+                "acceptance.artefact_missing",
+                f"'{self.procedure.id}' needs a {role}, and none was given.",
+                f"Add one to the register (ocmm artefact add), and name it with --{role}.",
+            )
+        return found[0]
+
+    def limit(self, quantity: str) -> Mpe:
+        """Return the limit of a quantity; raise CalibrationError where there is none."""
+        found = self.procedure.limits.get(quantity)
+        if found is None:
+            raise CalibrationError(
+                "acceptance.limit_missing",
+                f"'{self.procedure.id}' states no limit of {quantity}.",
+                f"Add [limits.{quantity}] to the procedure.",
+            )
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class Situation:
+    """What was taken: ball centres and handles of every position.
+
+    Attributes
+    ----------
+    stage
+        See there.
+    plan
+        Positions, retests last.
+    tips
+        (n, 3), mm, of every position, in the order of its points.
+    handles
+        (n, 3) or (0, 3) where nobody knows them.
+    celsius
+        Of every position; None where nobody noted it.
+    """
+
+    stage: Stage
+    plan: tuple[PlannedPosition, ...]
+    tips: tuple[Points3, ...]
+    handles: tuple[Points3, ...]
+    celsius: tuple[float | None, ...]
+
+    def root(self, position: int) -> int:
+        """Return the position that one is a retest of, in the end; itself where it is none."""
+        while self.plan[position].retest_of >= 0:
+            position = self.plan[position].retest_of
+        return position
+
+    def depth(self, position: int) -> int:
+        """Return which retest a position belongs to; zero for none."""
+        found = 0
+        while self.plan[position].retest_of >= 0:
+            position, found = self.plan[position].retest_of, found + 1
+        return found
+
+    def is_complete(self, position: int) -> bool:
+        """Return whether all points of a position were taken."""
+        return len(self.tips[position]) == wanted(self.plan[position])
+
+    def complete(self) -> list[int]:
+        """Return the positions that are complete."""
+        return [i for i in range(len(self.plan)) if self.is_complete(i)]
+
+    def value(
+        self,
+        quantity: str,
+        position: int,
+        name: str,
+        *,
+        item: int = 0,
+        nominal: float = 0.0,
+        measured: float,
+        certified: float,
+        expanded: float,
+    ) -> JudgedValue:
+        """Return a judged value of a position."""
+        limit = self.stage.limit(quantity).at(nominal)
+        error, plan = measured - certified, self.plan[position]
+        expanded = float(np.hypot(expanded, self.stage.procedure.fixing))
+        return JudgedValue(
+            quantity=quantity, position=plan.name, name=name, key=f"{self.root(position)}/{item}",
+            nominal_mm=nominal, measured_mm=measured, certified_mm=certified, error_mm=error,
+            expanded_mm=expanded, limit_mm=limit,
+            verdict=judge(error, expanded, limit, guarded=self.stage.procedure.rule == "guarded"),
+            retest=self.depth(position),
+        )  # fmt: skip
+
+
+def judge(error: float, expanded: float, limit: float, *, guarded: bool) -> Verdict:
+    """Return the verdict on a test value (ISO 14253-1; ISO 14253-5 for its uncertainty)."""
+    if not guarded:
+        return Verdict.PASS if abs(error) <= limit else Verdict.FAIL
+    if abs(error) + expanded <= limit:
+        return Verdict.PASS
+    if abs(error) - expanded > limit:
+        return Verdict.FAIL
+    return Verdict.LEANING_IN if abs(error) <= limit else Verdict.LEANING_OUT
+
+
+def worst_of(verdicts: Sequence[Verdict]) -> Verdict:
+    """Return the verdict on several values."""
+    order = (Verdict.VOID, Verdict.FAIL, Verdict.LEANING_OUT, Verdict.LEANING_IN)
+    return next((one for one in order if one in verdicts), Verdict.PASS)
+
+
+def certified_at(
+    artefact: UsedArtefact, length: float, celsius: float | None
+) -> tuple[float, float]:
+    """Return a certified length at a temperature, and U (k = 2) of it, mm.
+
+    l (1 + a (T - 20)); U holds the certificate, l a u(T) and l |T - 20| u(a). Without a
+    temperature, 20 degrees give or take 2 K are assumed.
+    """
+    off = 0.0 if celsius is None else celsius - REFERENCE_C
+    sigma_k = 2.0 if celsius is None else _SIGMA_K
+    certified = 0.5 * (artefact.expanded + artefact.expanded_per_length * abs(length))
+    thermal = abs(length) * np.hypot(off * artefact.expansion_sigma, sigma_k * artefact.expansion)
+    return length * (1.0 + artefact.expansion * off), 2.0 * float(np.hypot(certified, thermal))
+
+
+def wanted(position: PlannedPosition) -> int:
+    """Return how many points a position has, with its repeats."""
+    return len(position.points_world) * position.repeats
+
+
+def third_of(point: Float, stage: Stage) -> str:
+    """Return which third of the volume a point (3,), mm, is in, as the cameras see it."""
+    return THIRDS[min(max(int(3.0 * depth_share(point, stage)), 0), 2)]
+
+
+def depth_share(point: Float, stage: Stage) -> float:
+    """Return how deep in the volume a point is: 0 nearest to the cameras, 1 farthest."""
+    away = unit(np.array(stage.instrument.away))
+    depths = corners_of(stage.volume) @ away
+    return float((point @ away - depths.min()) / np.ptp(depths))
+
+
+def stand_at(place: str, stage: Stage, room: float) -> Float:
+    """Return where something of a radius stands in a third of the volume, (3,), mm."""
+    away, volume = unit(np.array(stage.instrument.away)), stage.volume
+    middle = volume.mean(axis=0)
+    reach = float(np.abs(away) @ np.ptp(volume, axis=0))
+    step = {THIRDS[0]: -0.30, THIRDS[2]: 0.30}.get(place, 0.0)
+    clipped: Float = np.clip(middle + step * reach * away, volume[0] + room, volume[1] - room)
+    return clipped
+
+
+def situation_of(
+    stage: Stage,
+    plan: Sequence[PlannedPosition],
+    observations: Sequence[Observation],
+    climate: Sequence[Climate],
+) -> Situation:
+    """Return what observations say, position by position."""
+    tips: list[Points3] = []
+    handles: list[Points3] = []
+    for position in range(len(plan)):
+        own = [one for one in observations if one.position == position]
+        tips.append(np.array([one.tip for one in own]).reshape(-1, 3))
+        held = [one.handle for one in own if one.handle is not None]
+        whole = held if len(held) == len(own) else []
+        handles.append(np.array(whole).reshape(-1, 3))
+    means = []
+    for one in plan:
+        noted = [each.celsius for each in climate if each.position == one.name]
+        means.append(float(np.mean(noted)) if noted else None)
+    return Situation(stage, tuple(plan), tuple(tips), tuple(handles), tuple(means))

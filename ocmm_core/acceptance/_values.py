@@ -1,0 +1,226 @@
+"""The test values of acceptance tests: pure functions of points and lengths.
+
+Every function takes what was measured and gives one error or an array of errors; none of them knows
+a limit. The test statistics that noise alone produces are in the tests of this file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from ocmm_core.calibration.verification import fit_sphere
+from ocmm_core.errors import MeasuringError
+from ocmm_core.geometry import Float, Points3
+
+_ROUNDING = 1e-12
+"""Of a radius: a point that the ball was laid through is inside."""
+
+
+@dataclass(frozen=True, slots=True)
+class SphereValues:
+    """A sphere that was probed.
+
+    Attributes
+    ----------
+    centre
+        (3,), mm.
+    diameter
+        Of the surface on which the ball centres lie, mm.
+    form
+        Largest less smallest distance from the centre, mm (P_Form).
+    gain
+        Standard deviation of the diameter over that of one point.
+    """
+
+    centre: Float
+    diameter: float
+    form: float
+    gain: float
+
+
+@dataclass(frozen=True, slots=True)
+class SpatValues:
+    """Single point articulation (ASME B89.4.22).
+
+    Attributes
+    ----------
+    largest
+        Distance of the farthest point from the mean, mm.
+    two_sigma
+        2 sqrt(sum d^2 / (n - 1)), mm.
+    half_ranges
+        Half of largest less smallest coordinate, axis by axis (3,), mm.
+    """
+
+    largest: float
+    two_sigma: float
+    half_ranges: Float
+
+
+@dataclass(frozen=True, slots=True)
+class VolumetricValues:
+    """Volumetric performance (ASME B89.4.22): deviations D_i = L_i - L_cal of one bar.
+
+    Attributes
+    ----------
+    largest, half_range, two_rms
+        max |D|, (max - min) / 2, and 2 sqrt(sum D^2 / n), mm.
+    """
+
+    largest: float
+    half_range: float
+    two_rms: float
+
+
+def nest_lengths(nests: Points3) -> Float:
+    """Return the distances (n - 1,), mm, of nests (n, 3) from the first one."""
+    lengths: Float = np.linalg.norm(nests[1:] - nests[0], axis=1)
+    return lengths
+
+
+def sphere_values(points: Points3) -> SphereValues:
+    """Return size and form of one sphere from one least-squares fit (ISO 10360-5).
+
+    Parameters
+    ----------
+    points
+        (n, 3), mm: ball centres.
+
+    Raises
+    ------
+    CalibrationError
+        The points do not determine a sphere.
+    """
+    centre, radius, gain = fit_sphere(points)
+    form = float(np.ptp(np.linalg.norm(points - centre, axis=1)))
+    return SphereValues(centre, 2.0 * radius, form, gain)
+
+
+def smallest_ball(points: Points3) -> tuple[Float, float]:
+    """Return centre (3,) and radius of the smallest ball that holds a few points (n, 3).
+
+    It is the circumscribed ball of two, three or four of them; all are tried, which is exact and
+    cheap for the five centres of a location test. The circumcentre of p_0 ... p_k is
+    p_0 + A^T x with 2 A A^T x = diag(A A^T), A = rows p_i - p_0.
+
+    Raises
+    ------
+    MeasuringError
+        There is no point.
+    """
+    if not len(points):
+        raise MeasuringError("acceptance.no_points", "No centres were measured.", "Probe them.")
+    first = points.mean(axis=0)
+    at = points - first
+    scale = float(np.abs(at).max())
+    if len(at) == 1 or scale == 0.0:
+        return first, 0.0
+    best: tuple[Float, float] | None = None
+    for k in (2, 3, 4):
+        if k > len(at):
+            break
+        corners = at[list(combinations(range(len(at)), k))]
+        arms = corners[:, 1:] - corners[:, :1]
+        gram = arms @ np.swapaxes(arms, 1, 2)
+        square = np.diagonal(gram, axis1=1, axis2=2)
+        # Three on one line or four in one plane: fewer of them span the ball.
+        usable = np.abs(np.linalg.det(gram)) > 1e-12 * np.prod(square, axis=1)
+        if not usable.any():
+            continue
+        arms, gram, square = arms[usable], gram[usable], square[usable]
+        share = np.linalg.solve(2.0 * gram, square[:, :, None])
+        centres = corners[usable, 0] + (np.swapaxes(arms, 1, 2) @ share)[:, :, 0]
+        radii = np.linalg.norm(centres - corners[usable, 0], axis=1)
+        away = np.linalg.norm(at[None] - centres[:, None], axis=2).max(axis=1)
+        holds = away <= radii * (1.0 + 1e3 * _ROUNDING) + _ROUNDING * scale
+        if holds.any():
+            index = int(np.argmin(np.where(holds, radii, np.inf)))
+            if best is None or radii[index] < best[1]:
+                best = centres[index], float(radii[index])
+    if best is None:  # pragma: no cover - the pair that lies farthest apart spans a ball at least
+        raise MeasuringError("acceptance.ball", "The centres span no ball.", "Probe them again.")
+    return best[0] + first, best[1]
+
+
+def location_value(centres: Points3) -> float:
+    """Return L_Dia, mm: the diameter of the smallest ball that holds all centres (n, 3)."""
+    return 2.0 * smallest_ball(centres)[1]
+
+
+def repeat_ranges(repeats: Float) -> Float:
+    """Return R0, largest less smallest, of lengths (..., r) that were measured r times."""
+    ranges: Float = np.ptp(repeats, axis=-1)
+    return ranges
+
+
+def spat_values(points: Points3) -> SpatValues:
+    """Return the single point articulation of ball centres (n, 3), mm, in one cone."""
+    if len(points) < 2:
+        raise MeasuringError(
+            "acceptance.spat", f"{len(points)} points show no scatter.", "Take ten."
+        )
+    away = np.linalg.norm(points - points.mean(axis=0), axis=1)
+    return SpatValues(
+        float(away.max()),
+        2.0 * float(np.sqrt(np.sum(away**2) / (len(points) - 1))),
+        0.5 * np.ptp(points, axis=0),
+    )
+
+
+def volumetric_values(errors: Float) -> VolumetricValues:
+    """Return the volumetric performance of deviations (n,), mm, of one bar."""
+    return VolumetricValues(
+        float(np.abs(errors).max()),
+        0.5 * float(np.ptp(errors)),
+        2.0 * float(np.sqrt(np.mean(errors**2))),
+    )
+
+
+def block_length(first: Points3, second: Points3, direction: Float, radius: float) -> float:
+    """Return the length of a block that was probed from both sides, mm.
+
+    Parameters
+    ----------
+    first, second
+        Ball centres (n, 3), mm, on either face; they are averaged.
+    direction
+        (3,): unit vector of the certified direction, from the first face to the second.
+    radius
+        Of the ball, mm.
+    """
+    between = second.mean(axis=0) - first.mean(axis=0)
+    return float(between @ direction) - 2.0 * radius
+
+
+def flatness(points: Points3) -> float:
+    """Return largest less smallest distance, mm, of points (n, 3) from their plane."""
+    at = points - points.mean(axis=0)
+    normal = np.linalg.svd(at, full_matrices=False)[2][-1]
+    return float(np.ptp(at @ normal))
+
+
+def thickness(bottom: Points3, top: Points3, radius: float) -> Float:
+    """Return the distances of points (n, 3) on top from the plane of the bottom, mm.
+
+    Parameters
+    ----------
+    radius
+        Of the ball, mm; taken off once on either side.
+    """
+    centre = bottom.mean(axis=0)
+    normal = np.linalg.svd(bottom - centre, full_matrices=False)[2][-1]
+    distances = (top - centre) @ normal
+    if distances.mean() < 0.0:
+        distances = -distances
+    result: Float = distances - 2.0 * radius
+    return result
+
+
+def largest(errors: Sequence[float] | Float) -> float:
+    """Return the error of the largest amount, with its sign."""
+    values = np.asarray(errors, dtype=np.float64)
+    return float(values[int(np.argmax(np.abs(values)))])

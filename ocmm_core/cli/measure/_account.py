@@ -1,0 +1,61 @@
+"""The account of a model's tolerances on the terminal, as a table or as JSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import msgspec
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from ocmm_core.inspection.drawing import Account
+
+_ALIKE = "datum reference"
+
+
+def print_account(account: Account, console: Console) -> None:
+    """Print what became of every item of a model, and how many of each kind were taken.
+
+    Datum references follow their tolerance and labels the item that they show; both are counted,
+    and in the JSON each stands by itself.
+    """
+    from rich.table import Table
+
+    if not account.items:
+        for remark in account.remarks:
+            console.print(remark, highlight=False)
+        return
+    console.print("Tolerances of the model:", highlight=False)
+    table = Table("", "label", "says", "in the plan, or why not", box=None, pad_edge=False)
+    for item in account.items:
+        follows = item.group == _ALIKE or (item.group == "annotation" and item.kind != "note")
+        if follows:
+            continue
+        became = ", ".join(item.became)
+        said = "; ".join(filter(None, (became, item.why, item.remark)))
+        table.add_row(*(_plain(text) for text in (item.status, item.name, item.kind, said)))
+    console.print(table, highlight=False)
+    for group, counts in account.counts().items():
+        told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
+        console.print(f"{group}: {sum(counts.values())} ({told})", highlight=False)
+    for remark in account.remarks:
+        console.print(remark, highlight=False, markup=False)
+
+
+def account_json(account: Account, more: dict[str, Any]) -> str:
+    """Return the account as JSON: counts by group, remarks and all items."""
+    content = {
+        **more,
+        "complete": account.is_complete,
+        "counts": account.counts(),
+        "remarks": account.remarks,
+        "items": account.items,
+    }
+    return msgspec.json.format(msgspec.json.encode(content), indent=2).decode()
+
+
+def _plain(text: str) -> str:
+    from rich.markup import escape
+
+    return escape(text)

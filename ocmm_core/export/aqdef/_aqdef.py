@@ -1,0 +1,214 @@
+"""Values for statistical process control in the Q-DAS ASCII transfer format (AQDEF, ``.dfq``).
+
+Keyed lines with CR LF; one line of values for each part, characteristics apart by char 15, fields
+by char 20; dates as ``dd.MM.yyyy/HH:mm:ss``, UTC. Which keys, of which type and length, says
+`_keys`; docs/exports.md says what is assumed. Operators, machines and gauges stand in
+catalogues (``K4092/1 NAME``), and a value names the number of the entry (``K0008``). Several jobs
+of one plan go into one file as several values. A value that must not count in statistics carries
+attribute 255, and one that is missing stays empty with 256: no number stands in for it.
+
+The format has limits and values, and its readers judge by them alone. So the verdicts of the job
+stand beside them as text (``K0009``): of each part, and of what is not CONFORM.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from datetime import UTC, datetime
+
+from ocmm_core.errors import StorageError
+from ocmm_core.export.aqdef._head import (
+    alike,
+    entry,
+    gauges,
+    head_lines,
+    machines,
+    number,
+    operators,
+    states,
+)
+from ocmm_core.export.aqdef._keys import fitted, told_whole
+from ocmm_core.export.aqdef._reader import (
+    CHARACTERISTIC,
+    ENCODING,
+    FIELD,
+    NEWLINE,
+    KeyedLine,
+    read_transfer,
+)
+from ocmm_core.export.report import (
+    Cell,
+    Exporter,
+    Number,
+    Profile,
+    ReportData,
+    ReportedResult,
+    Table,
+    Units,
+    check_file_stem,
+    same_number,
+)
+from ocmm_core.inspection.evaluation import held_below
+from ocmm_core.tolerances.decisions import Verdict
+
+_VALID, _DOUBTFUL, _MISSING = 0, 255, 256
+_REMARK = "K0009"
+
+
+def _contents(jobs: Sequence[ReportData], profile: Profile) -> dict[str, bytes]:
+    lines = [_keyed(line.key, line.index, line.text) for line in head_lines(jobs, profile.units)]
+    for data in jobs:
+        fields = [_fields(jobs, data, reported, profile.units) for reported in data.reported]
+        lines.append(CHARACTERISTIC.join(FIELD.join(row) for row in fields))
+        # The serial number of the part whose values stand above, for all characteristics.
+        lines.append(f"K0014/0 {fitted('K0014', data.head.serial)}")
+        lines += [f"{_REMARK}/{line.index} {line.text}" for line in _remarks(data)]
+    text = "".join(line + NEWLINE for line in lines)
+    return {_name(jobs): text.encode(ENCODING)}
+
+
+def _differences(
+    jobs: Sequence[ReportData], profile: Profile, files: Mapping[str, bytes]
+) -> list[str]:
+    name, units = _name(jobs), profile.units
+    try:
+        found = read_transfer(files[name])
+    except (StorageError, UnicodeDecodeError) as error:
+        return [f"{name}: {error}"]
+    different = [
+        f"{name}: {line.key}/{line.index} is not {line.text!r}."
+        for line in head_lines(jobs, units)
+        if found.text(line.key, line.index) != line.text
+    ]
+    serials = [line.text for line in found.lines if line.key == "K0014"]
+    wanted = [fitted("K0014", data.head.serial) for data in jobs]
+    if serials != wanted or len(found.values) != len(jobs):
+        different.append(f"{name}: it does not hold the values of {len(jobs)} part(s).")
+    remarks = [line for line in found.lines if line.key == _REMARK]
+    if remarks != [line for data in jobs for line in _remarks(data)]:
+        different.append(f"{name}: it does not hold the verdicts of {len(jobs)} part(s).")
+    for data, values in zip(jobs, found.values, strict=False):
+        if len(values) != len(data.reported):
+            different.append(f"{name}: values of {data.job} are missing.")
+        for reported, fields in zip(data.reported, values, strict=False):
+            if not _is_told(jobs, data, reported, fields, units):
+                different.append(f"{name}: {data.job}, {reported.result.name}: another value.")
+    return different
+
+
+def _preview(jobs: Sequence[ReportData], profile: Profile) -> tuple[Table, ...]:
+    units = profile.units
+    rows: list[tuple[Cell, ...]] = []
+    for index, reported in enumerate(jobs[0].reported):
+        asked = reported.result
+        told = [_told(data, data.reported[index], units) for data in alike(jobs)]
+        values: list[Cell] = [value if value is not None else "" for value, _ in told]
+        rows.append((index + 1, asked.name, reported.unit, *values))
+    columns = ("No.", "Characteristic", "Unit", *(data.job for data in jobs))
+    remarks = tuple((data.job, line.text) for data in jobs for line in _remarks(data))
+    return (
+        Table("Verdicts", ("Job", "Remark"), remarks),
+        Table("Q-DAS values", columns, tuple(rows)),
+    )
+
+
+def _name(jobs: Sequence[ReportData]) -> str:
+    if len(jobs) == 1:
+        return f"{jobs[0].stem}.dfq"
+    plan = check_file_stem(jobs[0].plan.name)
+    told = "".join(f"_{state.replace(' ', '_')}" for state in states(jobs))
+    return f"{plan}_{len(jobs)}_parts{told}.dfq"
+
+
+def _remarks(data: ReportData) -> Iterator[KeyedLine]:
+    """Yield the verdict on the part, and that on each characteristic that is not CONFORM."""
+    texts = {"K0006": data.view.header.batch, "K0014": data.head.serial}
+    whole = told_whole(texts)
+    told = "; ".join((*data.states, *data.part.lines, *((whole,) if whole else ())))
+    yield KeyedLine(_REMARK, 0, fitted(_REMARK, told))
+    for index, reported in enumerate(data.reported, start=1):
+        if reported.result.verdict is not Verdict.CONFORM:
+            yield KeyedLine(_REMARK, index, reported.result.verdict.value)
+
+
+def _told(data: ReportData, reported: ReportedResult, units: Units) -> tuple[Number | None, int]:
+    """Return value and attribute of a result."""
+    result = reported.result
+    if result.stated is None:
+        return None, _MISSING
+    held = bool(held_below(result, data.plan, data.view))
+    # NOT PROVEN alone is no reason: without the values near a limit a process looks better than it
+    # is. What no real part has must not count among those of real ones.
+    doubtful = held or bool(data.view.unproven) or data.view.simulated
+    value = number(reported, units, result.stated[0])
+    return value, _DOUBTFUL if doubtful else _VALID
+
+
+def _fields(
+    jobs: Sequence[ReportData], data: ReportData, reported: ReportedResult, units: Units
+) -> list[str]:
+    value, attribute = _told(data, reported, units)
+    batch = data.view.header.batch
+    return [
+        "" if value is None else fitted("K0001", value.text()),
+        str(attribute),
+        _time(data, reported),
+        # A batch begins with '#' in a line of values, as the programs of Q-DAS write it.
+        "", f"#{fitted('K0006', batch)}" if batch else "", "",
+        *_entries(jobs, data),
+    ]  # fmt: skip
+
+
+def _entries(jobs: Sequence[ReportData], data: ReportData) -> tuple[str, ...]:
+    """Return operator, machine, process and gauge of the values of a job, by their catalogues."""
+    return (
+        entry(operators(jobs), data.head.operator),
+        entry(machines(jobs), data.paper.given.machine),
+        "",
+        entry(gauges(jobs), data.probe.label),
+    )
+
+
+def _is_told(
+    jobs: Sequence[ReportData], data: ReportData, reported: ReportedResult,
+    fields: Mapping[str, str], units: Units,
+) -> bool:  # fmt: skip
+    value, attribute = _told(data, reported, units)
+    told = fields.get("K0001", "")
+    same = told == "" if value is None else same_number(value, told)
+    keys = ("K0008", "K0010", "K0011", "K0012")
+    return (
+        same
+        and (fields.get("K0002"), fields.get("K0004")) == (str(attribute), _time(data, reported))
+        and tuple(fields.get(key) for key in keys) == _entries(jobs, data)
+    )
+
+
+def _time(data: ReportData, reported: ReportedResult) -> str:
+    """Return when the last point of a result was taken, or when the job began."""
+    numbers = [
+        point.number
+        for feature in data.features
+        if feature.name in reported.result.features
+        for point in feature.seen.points
+    ]
+    taken = [data.taken_utc[number] for number in numbers if number in data.taken_utc]
+    moment = max(taken, default=data.head.created_utc)
+    return datetime.fromisoformat(moment).astimezone(UTC).strftime("%d.%m.%Y/%H:%M:%S")
+
+
+def _keyed(key: str, index: int, text: str) -> str:
+    return f"{key}/{index} {text}" if index else f"{key} {text}"
+
+
+AQDEF = Exporter(
+    name="dfq",
+    title="Q-DAS (AQDEF)",
+    purpose="Q-DAS and other programs for statistics; one or several parts",
+    suffixes=(".dfq",),
+    profile="unit and digits",
+    contents=_contents,
+    differences=_differences,
+    preview=_preview,
+    batch=True,
+)

@@ -1,0 +1,260 @@
+"""What a test report must say of itself (ISO/IEC 17025:2017, 7.8.2 and 7.8.3), field by field.
+
+Each fact names the clause that asks for it, so that a test can go through the list. What nobody
+knows is `NOT_STATED`; nothing is guessed, and nothing is left out because it is empty.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
+
+from ocmm_core.export.report._names import one_line
+from ocmm_core.export.report._report_data import ReportData
+from ocmm_core.export.report._template import RELATES_ONLY, WHOLE_ONLY
+from ocmm_core.inspection.evaluation import NO_REAL_PART
+from ocmm_core.tolerances.decisions import U_WORDS
+
+NOT_STATED = "not stated"
+
+Group = Literal["laboratory", "customer", "item", "measurement", "instrument", "statements"]
+
+CLAUSES = (
+    "7.8.2.1 a", "7.8.2.1 b", "7.8.2.1 c", "7.8.2.1 d", "7.8.2.1 e", "7.8.2.1 f", "7.8.2.1 g",
+    "7.8.2.1 h", "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o",
+    "7.8.2.2", "7.8.3.1 a", "7.8.3.1 b", "7.8.3.1 c",
+)  # fmt: skip
+"""What a test report is asked for. Left out: k (sampling: every item is measured), p (results of
+others: there are none), opinions and methods of customers (7.8.3.1 d, e)."""
+
+_HEAD_DIGITS = 16
+_NUMBER_DIGITS = 8
+
+
+@dataclass(frozen=True, slots=True)
+class PaperFact:
+    """One line of the head of a report.
+
+    Attributes
+    ----------
+    group
+        Under which heading.
+    clause
+        Of ISO/IEC 17025 that asks for it; empty where none does.
+    name, value
+        What is printed; ``value`` is `NOT_STATED` where nobody knows.
+    """
+
+    group: Group
+    clause: str
+    name: str
+    value: str
+
+    @property
+    def stated(self) -> bool:
+        """Return whether there is something to read."""
+        return self.value != NOT_STATED
+
+
+def report_number(data: ReportData) -> str:
+    """Return what tells the report from every other one.
+
+    That of the person who asked for it; else made from job, identity and how far the job went, so
+    that two reports of the same state of a job have the same number, and others another one.
+    """
+    given = one_line(data.paper.given.number)
+    if given:
+        return given
+    steps = "" if data.seal is None else f"-{data.seal.steps}"
+    return f"{data.job}-{data.head.job_uuid[:_NUMBER_DIGITS]}{steps}"
+
+
+def paper_facts(data: ReportData) -> tuple[PaperFact, ...]:
+    """Return the head of a report in the order of the paper."""
+    return tuple(
+        PaperFact(group, clause, name, one_line(value) or NOT_STATED)
+        for group, clause, name, value in _facts(data)
+    )
+
+
+def open_clauses(data: ReportData) -> tuple[str, ...]:
+    """Return the clauses of which a report states nothing, in their order."""
+    facts = paper_facts(data)
+    said = {fact.clause for fact in facts if fact.stated}
+    return tuple(clause for clause in CLAUSES if clause not in said)
+
+
+def _facts(data: ReportData) -> Iterator[tuple[Group, str, str, str]]:
+    paper, given, head = data.paper.template, data.paper.given, data.head
+    house = paper.laboratory
+    yield "laboratory", "7.8.2.1 a", "Title", paper.title
+    yield "laboratory", "7.8.2.1 b", "Laboratory", _joined(house.name, *house.address)
+    yield "laboratory", "", "Contact", house.contact
+    if house.accreditation:
+        yield "laboratory", "", "Accreditation", house.accreditation
+    yield "laboratory", "7.8.2.1 d", "Report number", report_number(data)
+    yield "customer", "7.8.2.1 e", "Customer", _joined(given.customer, given.customer_address)
+    yield "customer", "", "Order", given.order or data.view.header.order
+    yield "item", "7.8.2.1 g", "Part", _joined(head.part, f"no. {head.serial}")
+    yield "item", "", "Batch", data.view.header.batch
+    yield "item", "", "Drawing", given.drawing
+    yield "item", "", "Revision", given.revision
+    yield "item", "7.8.2.1 h", "Received, condition", given.received
+    yield "measurement", "7.8.2.1 f", "Method", _method(data)
+    yield "measurement", "7.8.2.1 c", "Place", given.place or paper.place
+    yield "measurement", "7.8.2.1 i", "Begin (UTC)", _moment(head.created_utc)
+    yield "measurement", "7.8.2.1 i", "End (UTC)", _moment(max(data.taken_utc.values(), default=""))
+    yield "measurement", "", "Operator", head.operator
+    yield "measurement", "7.8.3.1 a", "Environment", environment(data)
+    yield "measurement", "7.8.2.1 n", "Deviations from the plan", " ".join(plan_deviations(data))
+    yield "measurement", "7.8.2.1 m", "Units, frame", frame_words(data)
+    yield "measurement", "7.8.3.1 c", "Uncertainty", f"{U_WORDS}."
+    yield "measurement", "7.8.3.1 b", "Decision rule", data.rule_words
+    yield "instrument", "", "Machine", _machine(data)
+    yield "instrument", "", "Cameras", _cameras(data)
+    yield "instrument", "", "Calibration", data.calibration.label
+    yield "instrument", "", "Probe and tip", data.probe.label
+    if data.reference.label:
+        yield "instrument", "", "Reference body", data.reference.label
+    yield "instrument", "", "Certificates", " ".join(_certificates(data))
+    yield "instrument", "", "Head of the job", _head(data)
+    yield "statements", "7.8.2.1 l", "Statement", RELATES_ONLY
+    yield "statements", "", "Statement", WHOLE_ONLY
+    yield (
+        "statements", "7.8.2.2", "Statement",
+        "Customer, order, drawing, part, batch and serial number are as they were given to the "
+        "laboratory.",
+    )  # fmt: skip
+    for text in (*paper.statements, *given.remarks):
+        yield "statements", "", "Statement", text
+    yield "statements", "7.8.2.1 o", "Signed by", "; ".join(paper.signatures)
+    yield "statements", "7.8.2.1 j", "Issued", "with the date beside the authorising signature"
+
+
+def statements(data: ReportData) -> tuple[str, ...]:
+    """Return the sentences above the signatures."""
+    return tuple(fact.value for fact in paper_facts(data) if fact.name == "Statement")
+
+
+def environment(data: ReportData) -> str:
+    """Return the temperatures with their standard uncertainties, and what was done with them."""
+    climate = data.climate
+    told = [
+        f"{name} {now.celsius:.2f} °C, u = {now.sigma_k:.2f} K ({now.origin})."
+        for name, now in (("Probe", climate.probe.now), ("Part", climate.part.now))
+        if now is not None
+    ]
+    if not told:
+        return ""
+    kept = "Results at 20 °C." if data.view.at_20_c else "Results as warm as the part was."
+    return " ".join((*told, kept))
+
+
+def plan_deviations(data: ReportData) -> tuple[str, ...]:
+    """Return in what a job did not follow its plan, in sentences; "none" is a statement, too."""
+    told = [*data.paper.given.deviations]
+    if data.view.simulated:
+        told.append(f"SIMULATED: {NO_REAL_PART}")
+    skipped = [item.name for item in data.features if item.seen.skipped]
+    for names, words in (
+        (skipped, "Skipped"),
+        (data.part.missing, "Not measured"),
+        ([str(number) for number in data.annulled], "Points taken back"),
+        ([str(number) for number in data.view.held], "Points held back"),
+    ):
+        if names:
+            told.append(f"{words}: {', '.join(names)}.")
+    if data.view.unproven:
+        told.append(data.view.unproven)
+    told += data.notes
+    return tuple(told) or ("None shown by the job, none stated.",)
+
+
+def frame_words(data: ReportData) -> str:
+    """Return the units, and the frame in which every coordinate of the report is given."""
+    datums = data.plan.alignment
+    if data.system == "World":
+        frame = "World frame of the cameras: the part is not aligned"
+    elif datums is None:
+        frame = "Part frame"
+    else:
+        frame = f"Part frame by the alignment of the plan ({data.plan.name})"
+    return f"Lengths in mm, angles in degrees. {frame}. Nominals in the part frame."
+
+
+def _method(data: ReportData) -> str:
+    return (
+        f"Optical coordinate measurement with a hand-held touch probe; plan {data.plan.name}, "
+        f"SHA-256 {data.head.plan_identity[:_HEAD_DIGITS]}; OCMM {data.head.software_version}"
+    )
+
+
+def _machine(data: ReportData) -> str:
+    machine = data.paper.template.machine
+    serial = machine.serial and f"no. {machine.serial}"
+    inventory = machine.inventory and f"inventory {machine.inventory}"
+    return _joined(machine.name, serial, inventory)
+
+
+class _Camera(msgspec.Struct):
+    """A camera, of a rig document as of a record."""
+
+    name: str = ""
+    serial: int | str = ""
+
+
+class _Certificate(msgspec.Struct):
+    name: str = ""
+    serial: str = ""
+    certificate: str = ""
+    due_utc: str = ""
+
+
+class _Instruments(msgspec.Struct):
+    """What a rig document or a record says of things with a serial number; the rest is left."""
+
+    cameras: list[_Camera] = msgspec.field(default_factory=list)
+    artefacts: list[_Certificate] = msgspec.field(default_factory=list)
+    valid_until_utc: str = ""
+
+
+def _instruments(text: str) -> _Instruments:
+    try:
+        found = msgspec.json.decode(text) if text.startswith("{") else tomllib.loads(text)
+        return msgspec.convert(found, _Instruments)
+    except (ValueError, msgspec.MsgspecError, RecursionError):
+        # A report is not the place to judge the documents of a job; `reopen_job` does.
+        return _Instruments()
+
+
+def _cameras(data: ReportData) -> str:
+    found = _instruments(data.head.rig_text).cameras
+    return ", ".join(f"{camera.name} no. {camera.serial}" for camera in found if camera.serial)
+
+
+def _certificates(data: ReportData) -> Iterator[str]:
+    for text, what in ((data.head.rig_text, "cameras"), (data.head.probe_text, "probe")):
+        found = _instruments(text)
+        for use in found.artefacts:
+            due = f", due {use.due_utc[:10]}" if use.due_utc else ""
+            number = f" no. {use.serial}" if use.serial else ""
+            yield f"{use.name}{number}: {use.certificate or NOT_STATED}{due} ({what})."
+        if found.valid_until_utc:
+            yield f"Calibration of the {what} valid until {found.valid_until_utc[:10]}."
+
+
+def _head(data: ReportData) -> str:
+    seal = data.seal
+    return "" if seal is None else f"step {seal.steps}, {seal.head[:_HEAD_DIGITS]}"
+
+
+def _moment(utc: str) -> str:
+    return utc[:19].replace("T", " ")
+
+
+def _joined(*parts: str) -> str:
+    return ", ".join(part for part in parts if part)

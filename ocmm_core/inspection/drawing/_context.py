@@ -1,0 +1,117 @@
+"""The plan that items of a model are taken into, and what every item is checked against."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import msgspec
+
+from ocmm_core.errors import FitError
+from ocmm_core.features.measured import nominal_geometries
+from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.drawing._account import RefusedError
+from ocmm_core.inspection.drawing._surfaces import Surfaces
+from ocmm_core.inspection.plan import NAME_PATTERN, Plan
+from ocmm_core.tolerances.kinds import characteristic_fault, geometry_value
+from ocmm_core.tolerances.zones import Characteristic
+
+SAME_MM = 0.02
+"""A dimension that is further from its surface is of another one, or in another unit: what is shown
+with three decimals of an inch is rounded by no more."""
+SAME_DEG = 0.02
+_LONGEST = 60
+
+
+class Context:
+    """A plan that grows; each characteristic is refused where it could not be measured.
+
+    Attributes
+    ----------
+    plan
+        As it is by now.
+    surfaces
+        Which features the faces of the model are.
+    """
+
+    def __init__(self, plan: Plan, surfaces: Surfaces) -> None:
+        self.plan, self.surfaces = plan, surfaces
+        self._nominals = nominal_geometries(plan.features, plan.constructions)
+
+    def changed(self, plan: Plan) -> None:
+        """Go on with another plan, with features or an alignment more."""
+        self.plan = plan
+        self._nominals = nominal_geometries(plan.features, plan.constructions)
+
+    def checked(self, items: Sequence[Characteristic]) -> list[Characteristic]:
+        """Return characteristics that can be measured and mean the surfaces as they are drawn.
+
+        Raises
+        ------
+        RefusedError
+            One of them cannot be, or its nominal is not that of the model.
+        """
+        probed = {feature.name for feature in self.plan.features}
+        for item in items:
+            fault = characteristic_fault(
+                item, self.plan.shapes, self._nominals, probed,
+                aligned=self.plan.alignment is not None,
+            )  # fmt: skip
+            if fault is not None:
+                raise RefusedError(f"the {item.kind} is not offered so: '{fault[0]}' {fault[1]}")
+            self._check_nominal(item)
+        return list(items)
+
+    def drawn_value(self, item: Characteristic) -> float:
+        """Return what a size, distance or angle is of the model itself; RefusedError if nothing."""
+        try:
+            return geometry_value(
+                item, self._nominals, self.plan.shapes, self.plan.bound_alignment
+            )
+        except (FitError, KeyError) as error:
+            what = error.what if isinstance(error, FitError) else f"{error} is not known"
+            raise RefusedError(f"it cannot be compared with the model: {what}") from error
+
+    def add(self, items: Sequence[Characteristic]) -> tuple[str, ...]:
+        """Take characteristics into the plan and return their names, which are made unique."""
+        named = []
+        for item in items:
+            name = self._free_name(item.name)
+            changed = msgspec.structs.replace(item, name=name)
+            self.plan = msgspec.structs.replace(
+                self.plan, characteristics=[*self.plan.characteristics, changed]
+            )
+            named.append(name)
+        return tuple(named)
+
+    def _check_nominal(self, item: Characteristic) -> None:
+        if item.nominal == 0.0:
+            return
+        same = SAME_DEG if item.kind == "angle" else SAME_MM
+        unit = "degrees" if item.kind == "angle" else "mm"
+        drawn = self.drawn_value(item)
+        if not abs(drawn - item.nominal) <= same:
+            names = " and ".join(item.features)
+            raise RefusedError(
+                f"it says {item.nominal:g} {unit}, but the {item.kind} of {names} in the model is "
+                f"{drawn:.4f} {unit}"
+            )
+
+    def _free_name(self, name: str) -> str:
+        taken = {item.name for item in self.plan.characteristics}
+        if name not in taken:
+            return name
+        for number in range(2, len(taken) + 3):
+            more = f"{name[: _LONGEST - 5]}-{number}"
+            if more not in taken:
+                return more
+        return name
+
+
+def plan_name(label: str, feature: NominalFeature | None = None) -> str:
+    """Return a label as a plan can name it, with the feature where it has several."""
+    allowed = "".join(c if c.isascii() and (c.isalnum() or c in "_.- ") else " " for c in label)
+    name = " ".join(allowed.split()).lstrip(".- ") or "item"
+    if feature is not None:
+        name = f"{name[: _LONGEST - len(feature.name) - 1].rstrip()} {feature.name}"
+    name = name[:_LONGEST].rstrip()
+    return name if NAME_PATTERN.fullmatch(name) else "item"

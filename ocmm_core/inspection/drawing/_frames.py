@@ -1,0 +1,213 @@
+"""Datums of a model become features of the plan, and one of its datum systems the alignment."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from itertools import zip_longest
+
+import msgspec
+import numpy as np
+
+from ocmm_core.alignment import DatumReferenceFrame, datum_frame
+from ocmm_core.errors import FitError, InputError
+from ocmm_core.features.measured import Bisector, nominal_geometries
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.drawing._account import AccountItem, RefusedError
+from ocmm_core.inspection.drawing._context import Context
+from ocmm_core.inspection.pmi import Datum, DatumReference, DatumTarget, Tolerance
+from ocmm_core.inspection.plan import NAME_PATTERN, add_construction, add_feature, with_alignment
+
+_OPPOSITE = -1.0 + 1e-9
+_SAME_PLANE_MM = 1e-3
+_LEAST_EACH = 3
+_MOST = 100
+"""Points on each face of a datum of several, and targets of it."""
+
+
+class Frames:
+    """The datums of a model, as features of the plan where they can be.
+
+    Parameters
+    ----------
+    context
+        The plan; it gets a middle plane for a datum of two opposite faces.
+    """
+
+    def __init__(
+        self, context: Context, datums: Sequence[Datum], targets: Sequence[DatumTarget]
+    ) -> None:
+        self._context = context
+        self._names: dict[str, str] = {}
+        self._why: dict[str, str] = {}
+        self._items: list[AccountItem] = []
+        self._targets = targets
+        for datum in datums:
+            self._items.append(self._take(datum))
+
+    def account(self) -> list[AccountItem]:
+        """Return what became of datums and targets."""
+        found = [
+            AccountItem(
+                group="datum target", name=one.name, kind=f"{one.word} of datum {one.datum}",
+                entity=one.entity, status="refused",
+                why=one.fault or "datum targets are not supported",
+            )
+            for one in self._targets
+        ]  # fmt: skip
+        return [*self._items, *found]
+
+    def names_of(self, references: Sequence[DatumReference]) -> list[str]:
+        """Return the features that datum references name, in their order.
+
+        Raises
+        ------
+        RefusedError
+            One has a modifier, is a common datum, or is no feature of the plan.
+        """
+        names = []
+        for reference in references:
+            label = "-".join(reference.labels)
+            if reference.modifiers:
+                words = ", ".join(reference.modifiers)
+                raise RefusedError(f"datum {label} has the modifier '{words}', not supported")
+            if len(reference.labels) != 1:
+                raise RefusedError(f"{label} is a common datum, not supported")
+            if label not in self._names:
+                why = self._why.get(label, "the file does not say what it is")
+                raise RefusedError(f"datum {label} is not available: {why}")
+            names.append(self._names[label])
+        if len(set(names)) < len(names):
+            raise RefusedError("two of its datums are one feature")
+        return names
+
+    def open_motions(self, names: Sequence[str]) -> tuple[str, ...]:
+        """Return what datums leave open, in words; empty where they hold the part.
+
+        Raises
+        ------
+        RefusedError
+            A part just as drawn could not be held by them.
+        """
+        plan = self._context.plan
+        nominals = nominal_geometries(plan.features, plan.constructions)
+        try:
+            return datum_frame(names, nominals, plan.shapes, nominals).free.words()
+        except FitError as error:
+            raise RefusedError(f"its datums do not hold: {error.what}") from error
+
+    def align(self, tolerances: Sequence[Tolerance]) -> str:
+        """Give the plan the datum system that most tolerances name; return a sentence about it.
+
+        Only one that leaves no motion open is an alignment; a plan that has one keeps it.
+        """
+        if self._context.plan.alignment is not None:
+            return "The plan keeps its alignment; tolerances name their datums themselves."
+        uses: Counter[tuple[str, ...]] = Counter()
+        for item in tolerances:
+            try:
+                names = self.names_of(item.datums)
+                if names and not item.fault and not self.open_motions(names):
+                    uses[tuple(names)] += 1
+            except RefusedError:
+                continue
+        if not uses:
+            return (
+                "No datum system of the model holds the part by itself: the plan has no alignment."
+            )
+        names, count = uses.most_common(1)[0]
+        rule = DatumReferenceFrame(datums=names)
+        try:
+            self._context.changed(with_alignment(self._context.plan, rule))
+        except InputError as error:
+            return f"The plan has no alignment: {error.what}"
+        letters = {name: letter for letter, name in self._names.items()}
+        system = "|".join(letters[name] for name in names)
+        return (
+            f"Alignment: datum system {system} ({', '.join(names)}), named by {count} tolerances. "
+            "Other datum systems stand with their tolerances."
+        )
+
+    def _take(self, datum: Datum) -> AccountItem:
+        said = AccountItem(
+            group="datum", name=datum.name, kind="datum", entity=datum.entity, status="refused"
+        )
+        try:
+            name = self._feature(datum)
+        except RefusedError as error:
+            self._why[datum.name] = str(error)
+            return msgspec.structs.replace(said, why=str(error))
+        self._names[datum.name] = name
+        return msgspec.structs.replace(said, status="taken", became=(name,))
+
+    def _feature(self, datum: Datum) -> str:
+        if datum.fault:
+            raise RefusedError(datum.fault)
+        if datum.targets:
+            raise RefusedError("it is made of datum targets, which are not supported")
+        found = self._context.surfaces.all_of(datum.faces, datum.odd)
+        if found.missing:
+            raise RefusedError(found.missing[0])
+        features = found.features
+        if len(features) == 1:
+            return features[0].name
+        if len(features) == 2 and _face_away(*features):
+            return self._middle(datum.name, features)
+        if _are_one_plane(features):
+            return self._whole_plane(datum.name, features)
+        names = ", ".join(feature.name for feature in features[:4])
+        more = ", …" if len(features) > 4 else ""
+        raise RefusedError(f"it is made of {len(features)} surfaces ({names}{more}), not supported")
+
+    def _whole_plane(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
+        """Return the plane of several faces that lie in one, which the plan gets.
+
+        It is touched on all of them in turn.
+        """
+        name = self._free(letter)
+        rows = zip_longest(*(feature.targets for feature in features))
+        targets = tuple(place for row in rows for place in row if place is not None)
+        points = max(features[0].points, min(len(targets), _LEAST_EACH * len(features)))
+        whole = msgspec.structs.replace(
+            features[0], name=name, targets=targets[:_MOST], points=points, length=0.0, width=0.0,
+            text=f"Datum {letter}: {len(features)} faces in one plane",
+        )  # fmt: skip
+        try:
+            self._context.changed(add_feature(self._context.plan, whole))
+        except InputError as error:
+            raise RefusedError(f"its faces cannot be one plane: {error.what}") from error
+        return name
+
+    def _free(self, letter: str) -> str:
+        name = f"DATUM_{letter}"
+        if name in self._context.plan.shapes or not NAME_PATTERN.fullmatch(name):
+            raise RefusedError(f"the plan has a feature {name} already, or it is no name")
+        return name
+
+    def _middle(self, letter: str, features: tuple[NominalFeature, ...]) -> str:
+        """Return the middle plane of two opposite faces, which the plan gets."""
+        plan = self._context.plan
+        name = self._free(letter)
+        middle = Bisector(name=name, features=tuple(feature.name for feature in features))
+        try:
+            self._context.changed(add_construction(plan, middle))
+        except InputError as error:
+            raise RefusedError(f"its middle plane cannot be made: {error.what}") from error
+        return name
+
+
+def _are_one_plane(features: Sequence[NominalFeature]) -> bool:
+    """Return whether features are planes with targets that lie in one and look the same way."""
+    if any(one.shape is not Shape.PLANE or not one.targets for one in features):
+        return False
+    first = np.array(features[0].direction)
+    arms = np.array([one.point for one in features]) - features[0].point
+    alike = all(float(first @ one.direction) > -_OPPOSITE for one in features)
+    return alike and bool(np.abs(arms @ first).max() < _SAME_PLANE_MM)
+
+
+def _face_away(first: NominalFeature, second: NominalFeature) -> bool:
+    """Return whether two features are parallel faces that look opposite ways."""
+    if first.shape is not Shape.PLANE or second.shape is not Shape.PLANE:
+        return False
+    return float(np.dot(first.direction, second.direction)) < _OPPOSITE

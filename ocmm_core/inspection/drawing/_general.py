@@ -1,0 +1,89 @@
+"""General tolerances of linear dimensions by a note on the drawing (ISO 2768-1)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import msgspec
+
+from ocmm_core.documents import Document, load_document, resource
+from ocmm_core.errors import InputError
+
+_SCHEMA = "ocmm.general-tolerances/1"
+Letter = Literal["f", "m", "c", "v"]
+CLASSES: dict[str, Letter] = {f"iso2768-{letter}": letter for letter in ("f", "m", "c", "v")}
+"""What may be asked for."""
+
+
+class Step(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Deviations of nominal sizes up to ``to``, mm; zero where there is none."""
+
+    to: float
+    f: float
+    m: float
+    c: float
+    v: float
+
+
+class Table(Document, frozen=True, kw_only=True, rename={"start": "from"}):
+    """A table of general tolerances.
+
+    Attributes
+    ----------
+    name, source
+        The standard, and where in it.
+    start
+        mm: the smallest nominal size.
+    """
+
+    name: str
+    source: str
+    start: float
+    steps: list[Step]
+
+
+@dataclass(frozen=True, slots=True)
+class General:
+    """The general tolerance that a note asks for.
+
+    Attributes
+    ----------
+    words
+        As on the drawing: ``ISO 2768-m``.
+    """
+
+    words: str
+    _letter: Letter
+    _table: Table
+
+    def deviation(self, nominal: float) -> float | None:
+        """Return how far a size may be off to either side, mm; None where the table ends."""
+        if nominal < self._table.start:
+            return None
+        for step in self._table.steps:
+            if nominal <= step.to:
+                found: float = getattr(step, self._letter)
+                return found or None
+        return None
+
+
+def general_of(asked: str) -> General | None:
+    """Return the general tolerance by its word; None for an empty one.
+
+    Raises
+    ------
+    InputError
+        There is none of that word.
+    """
+    if not asked:
+        return None
+    letter = CLASSES.get(asked.lower())
+    if letter is None:
+        raise InputError(
+            "plan.general",
+            f"{asked!r} is no general tolerance.",
+            f"Choose one of {', '.join(CLASSES)}, or none.",
+        )
+    table = load_document(resource("general_tolerances", "iso2768_1.toml"), Table, _SCHEMA)
+    return General(f"ISO 2768-{letter}", letter, table)

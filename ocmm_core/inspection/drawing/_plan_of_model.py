@@ -1,0 +1,188 @@
+"""A plan with the tolerances of a model, and the account of all of them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import msgspec
+
+from ocmm_core.inspection.drawing._account import Account, AccountItem, Status
+from ocmm_core.inspection.drawing._context import Context
+from ocmm_core.inspection.drawing._frames import Frames
+from ocmm_core.inspection.drawing._general import general_of
+from ocmm_core.inspection.drawing._sizes import Sizes
+from ocmm_core.inspection.drawing._surfaces import Surfaces
+from ocmm_core.inspection.drawing._zones import Zones
+from ocmm_core.inspection.pmi import Annotation, Pmi, Tolerance
+from ocmm_core.inspection.plan import Plan, check_plan
+from ocmm_core.inspection.plan import EDITED as A_PLAN
+from ocmm_core.inspection.step import StepModel
+
+_MEANING = (
+    "Sizes are those of the associated elements, as the report says (least squares); neither the "
+    "envelope (ISO 8015 Ⓔ, ASME Y14.5 Rule #1) nor two-point sizes are checked by them."
+)
+_LONGEST_NOTE = 120
+
+
+def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tuple[Plan, Account]:
+    """Return a plan with the tolerances of the model that its features come from.
+
+    Parameters
+    ----------
+    plan
+        With features of the model; those of the model that are not in it were left out.
+    model
+        What was read from the file.
+    general
+        General tolerance for sizes and distances without their own: a word of `CLASSES`; empty for
+        none.
+
+    Returns
+    -------
+    Plan
+        With characteristics, and with an alignment where it had none and a datum system holds it.
+    Account
+        All items of the model, each taken or refused with its reason.
+
+    Raises
+    ------
+    InputError
+        There is no such general tolerance.
+    """
+    asked = general_of(general)
+    pmi = model.pmi
+    if pmi is None or (pmi.is_empty and not pmi.fault):
+        return plan, Account(remarks=("The model says nothing of tolerances.",))
+    if pmi.fault:
+        return plan, _all_refused(pmi)
+    features = {feature.name: feature for feature in plan.features}
+    context = Context(plan, Surfaces(model, features))
+    frames = Frames(context, pmi.datums, pmi.targets)
+    aligned = frames.align(pmi.tolerances)
+    sizes = Sizes(context, asked)
+    items = [sizes.take(item) for item in pmi.dimensions]
+    zones = Zones(context, frames, sizes, pmi.tolerances)
+    for tolerance in pmi.tolerances:
+        taken = zones.take(tolerance)
+        items.append(taken)
+        items += _references(tolerance, taken, pmi)
+    items += frames.account()
+    items += _annotations(pmi, items)
+    check_plan(A_PLAN, context.plan)
+    remarks = [aligned, _MEANING, *_standards(pmi)]
+    if asked is not None:
+        remarks.append(
+            f"{asked.words} was asked for: it stands for sizes and distances of the model that have "
+            "no tolerance of their own, and for nothing that the model does not dimension."
+        )
+    return context.plan, Account(items=_with_notes(items, pmi), remarks=tuple(remarks))
+
+
+def _all_refused(pmi: Pmi) -> Account:
+    """Return an account where nothing can be used: what was read of items is named."""
+    why = f"nothing of the model's tolerances can be used: {pmi.fault}"
+    found = [
+        AccountItem(
+            group=group, name=item.name, kind=group, entity=item.entity, status="refused", why=why
+        )
+        for group, items in (
+            ("dimension", pmi.dimensions), ("tolerance", pmi.tolerances), ("datum", pmi.datums),
+            ("datum target", pmi.targets), ("annotation", pmi.annotations),
+        )
+        for item in items
+    ]  # fmt: skip
+    found = found or [
+        AccountItem(group="general", name="all", kind="tolerances of the model", entity=0,
+                    status="refused", why=why)
+    ]  # fmt: skip
+    return Account(items=tuple(found))
+
+
+def _references(tolerance: Tolerance, taken: AccountItem, pmi: Pmi) -> list[AccountItem]:
+    """Return the datum references of a tolerance; of a datum with targets, each of them."""
+    found = []
+    targets = {datum.name: datum.targets for datum in pmi.datums}
+    for place, reference in enumerate(tolerance.datums, start=1):
+        label = "-".join(reference.labels)
+        modifiers = "".join(f" ({word})" for word in reference.modifiers)
+        for target in targets.get(label, ()) or ("",):
+            through = f" through {target}" if target else ""
+            found.append(
+                AccountItem(
+                    group="datum reference", name=f"{label}{through}",
+                    kind=f"datum {place} of {tolerance.name}{modifiers}", entity=tolerance.entity,
+                    status="refused" if taken.status == "refused" else "taken",
+                    became=taken.became,
+                    why=taken.why if taken.status == "refused" else "",
+                )
+            )  # fmt: skip
+    return found
+
+
+def _annotations(pmi: Pmi, items: Sequence[AccountItem]) -> list[AccountItem]:
+    by_entity: dict[int, AccountItem] = {}
+    for item in items:
+        by_entity.setdefault(item.entity, item)
+    labels = {label: datum for datum in pmi.datums for label in datum.labels}
+    by_name = {item.name: item for item in items if item.group == "datum"}
+    return [_annotation(one, by_entity, labels, by_name) for one in pmi.annotations]
+
+
+def _annotation(
+    one: Annotation,
+    by_entity: Mapping[int, AccountItem],
+    labels: Mapping[str, object],
+    by_name: Mapping[str, AccountItem],
+) -> AccountItem:
+    """Return what became of a label: what became of the item that it shows, or it is a note."""
+    if not one.shows:
+        text = one.text if len(one.text) <= _LONGEST_NOTE else one.text[:_LONGEST_NOTE] + "…"
+        return AccountItem(
+            group="annotation", name=one.name, kind="note", entity=one.entity, status="refused",
+            why=one.fault or (f"a note is for people: {text}" if text else "a note without text"),
+        )  # fmt: skip
+    shown = next((by_entity[number] for number in one.shows if number in by_entity), None)
+    if shown is None:
+        datum = labels.get(one.name)
+        shown = by_name.get(getattr(datum, "name", ""))
+    status: Status = "refused" if shown is None else shown.status
+    why = "what it shows is not among the items of the file" if shown is None else shown.why
+    return AccountItem(
+        group="annotation", name=one.name, kind=f"label of {shown.kind if shown else 'an item'}",
+        entity=one.entity, status=status, became=shown.became if shown else (), why=why,
+    )  # fmt: skip
+
+
+def _with_notes(items: Sequence[AccountItem], pmi: Pmi) -> tuple[AccountItem, ...]:
+    """Return items with the notes that stand on their faces: a note may change what they mean."""
+    notes = [one for one in pmi.annotations if not one.shows and one.faces]
+    faces = {one.entity: set(one.faces) for one in (*pmi.dimensions, *pmi.tolerances)}
+    found = []
+    for item in items:
+        on = faces.get(item.entity, set()) if item.group in ("dimension", "tolerance") else set()
+        said = [
+            f"the note {note.name} stands on its faces" + (f": {note.text}" if note.text else "")
+            for note in notes
+            if item.status != "refused" and on & set(note.faces)
+        ]
+        remark = "; ".join(filter(None, (item.remark, *said)))
+        found.append(msgspec.structs.replace(item, remark=remark))
+    return tuple(found)
+
+
+def _standards(pmi: Pmi) -> list[str]:
+    if not pmi.standards:
+        return [
+            "The model names no standard of tolerancing; zones and datums are taken as ISO 1101 "
+            "and ISO 5459 say."
+        ]
+    named = ", ".join(pmi.standards)
+    asme = any("ASME" in word for word in pmi.standards)
+    said = f"The model names {named}."
+    if asme:
+        said += (
+            " Zones and datums are evaluated as ISO 1101 and ISO 5459 say, which is the same for "
+            "what was taken; what ASME means by another rule was refused."
+        )
+    return [said]

@@ -1,0 +1,46 @@
+"""What a STEP file says of tolerances (AP242 semantic PMI), read from its text.
+
+In: the text of a STEP file. Out: dimensions, tolerances, datums and notes, each with the numbers of
+its faces and, where it cannot be believed, why.
+
+Read `_items` (what comes out), `_part21` (entities of the text), `_measures` (values with units),
+`_aspects` (faces of an aspect), then `_dimensions`, `_tolerances`, `_datums`, `_labels`, and
+`_read`, which joins them. It must not know features or plans: what an item becomes is
+`inspection.drawing`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.pmi._items import (
+        Annotation,
+        Datum,
+        DatumReference,
+        DatumTarget,
+        Dimension,
+        Pmi,
+        Tolerance,
+    )
+    from ocmm_core.inspection.pmi._read import FaceText, read_pmi
+else:
+    __getattr__ = door(
+        __name__,
+        _items="Annotation Datum DatumReference DatumTarget Dimension Pmi Tolerance",
+        _read="FaceText read_pmi",
+    )
+
+__all__ = [
+    "Annotation",
+    "Datum",
+    "DatumReference",
+    "DatumTarget",
+    "Dimension",
+    "FaceText",
+    "Pmi",
+    "Tolerance",
+    "read_pmi",
+]

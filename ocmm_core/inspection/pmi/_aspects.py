@@ -1,0 +1,97 @@
+"""Which faces an aspect of a shape stands for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, refs
+
+_FACES = frozenset({"ADVANCED_FACE", "FACE_SURFACE"})
+_CURVES = frozenset({"EDGE_CURVE", "TRIMMED_CURVE", "COMPOSITE_CURVE", "POLYLINE"})
+_USAGES = ("GEOMETRIC_ITEM_SPECIFIC_USAGE", "ITEM_IDENTIFIED_REPRESENTATION_USAGE")
+_RELATIONS = ("SHAPE_ASPECT_RELATIONSHIP", "SHAPE_ASPECT_DERIVING_RELATIONSHIP")
+MOST_FACES = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class Faces:
+    """The faces of an aspect.
+
+    Attributes
+    ----------
+    numbers
+        Of the faces in the file, each once, in its order.
+    others
+        What else it stands for, such as edges, by the type of the file.
+    derived
+        It is made from these faces, as a middle plane is, and is not them.
+    """
+
+    numbers: tuple[int, ...] = ()
+    others: tuple[str, ...] = ()
+    derived: bool = False
+
+
+class Aspects:
+    """All aspects of a file, with what says which faces they are."""
+
+    def __init__(self, file: Part21) -> None:
+        self._file = file
+        self._usages = [
+            (word, file.users(word, 2)) for word in _USAGES if word in file.by_type
+        ]
+        self._children = [
+            (word, file.users(word, 2)) for word in _RELATIONS if word in file.by_type
+        ]
+
+    def related(self, aspect: int) -> list[int]:
+        """Return the aspects that stand second in a relation in which this one stands first."""
+        return [
+            number
+            for word, by_first in self._children
+            for relation in by_first.get(aspect, ())
+            for number in refs(self._file.argument(relation, 3, word))
+        ]
+
+    def faces(self, aspect: int) -> Faces:
+        """Return the faces of an aspect and of those that it is composed of.
+
+        Raises
+        ------
+        BadEntityError
+            Something on the way is missing or cannot be read.
+        """
+        found: dict[int, None] = {}
+        others: dict[str, None] = {}
+        derived = False
+        seen: set[int] = set()
+        ahead = [aspect]
+        while ahead:
+            number = ahead.pop(0)
+            if number in seen:
+                continue
+            seen.add(number)
+            types = self._file.types(number)
+            if number != aspect and "DATUM" in types:
+                # A datum feature says so which datum it is.
+                continue
+            derived = derived or bool(types & {"DERIVED_SHAPE_ASPECT", "CENTRE_OF_SYMMETRY"})
+            for item in self._items(number):
+                kinds = self._file.types(item)
+                if kinds & _FACES:
+                    found[item] = None
+                else:
+                    others[" ".join(sorted(kinds & _CURVES or kinds))] = None
+            ahead += self.related(number)
+            if len(found) > MOST_FACES:
+                msg = f"it stands for more than {MOST_FACES} faces"
+                raise BadEntityError(msg)
+        return Faces(tuple(sorted(found)), tuple(others), derived)
+
+    def _items(self, aspect: int) -> list[int]:
+        return [
+            item
+            for word, by_definition in self._usages
+            for usage in by_definition.get(aspect, ())
+            for item in refs(self._file.argument(usage, 4, word))
+        ]

@@ -1,0 +1,211 @@
+"""Dimensions with their limits, signs and qualifiers (ISO 10303-47)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import msgspec
+
+from ocmm_core.inspection.pmi._aspects import Aspects
+from ocmm_core.inspection.pmi._items import Dimension
+from ocmm_core.inspection.pmi._measures import Measure, measure_of
+from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, Typed, plain, refs
+
+_SIZES = ("DIMENSIONAL_SIZE", "ANGULAR_SIZE")
+_LOCATIONS = ("DIMENSIONAL_LOCATION", "ANGULAR_LOCATION")
+_OTHERS = (
+    "DIRECTED_DIMENSIONAL_LOCATION",
+    "DIMENSIONAL_LOCATION_WITH_PATH",
+    "DIMENSIONAL_LOCATION_WITH_DATUM_FEATURE",
+    "DIMENSIONAL_SIZE_WITH_PATH",
+    "DIMENSIONAL_SIZE_WITH_DATUM_FEATURE",
+)
+"""Those that are listed and not taken: what they add changes what is meant."""
+DIMENSIONS = (*_SIZES, *_LOCATIONS, *_OTHERS)
+_SLACK = 1e-9
+_LIMITS = ("nominal value", "upper limit", "lower limit")
+
+
+class Dimensions:
+    """Reads dimensions; what is wrong with one is said in it, and never changes another one."""
+
+    def __init__(self, file: Part21, aspects: Aspects, labels: dict[int, str]) -> None:
+        self._file, self._aspects, self._labels = file, aspects, labels
+        self._values = file.users("DIMENSIONAL_CHARACTERISTIC_REPRESENTATION", 0)
+        self._tolerances = file.users("PLUS_MINUS_TOLERANCE", 1)
+        self._qualified = file.users("MEASURE_QUALIFICATION", 2)
+
+    def all(self) -> tuple[Dimension, ...]:
+        """Return the dimensions of the file in its order."""
+        return tuple(self._dimension(number) for number in self._file.all_of(*DIMENSIONS))
+
+    def _dimension(self, number: int) -> Dimension:
+        item = Dimension(
+            entity=number, name=self._labels.get(number, f"dimension #{number}"), word="dimension",
+            is_location=False,
+        )  # fmt: skip
+        try:
+            types = self._file.types(number)
+            is_location = any("LOCATION" in word for word in types)
+            item = msgspec.structs.replace(item, is_location=is_location)
+            other = sorted(types & set(_OTHERS))
+            if other:
+                word = other[0].replace("_", " ").lower()
+                item = msgspec.structs.replace(item, word=word)
+                msg = f"a {word} is not supported"
+                raise BadEntityError(msg)
+            if is_location:
+                word = plain(self._file.argument(number, 0, *_LOCATIONS))
+            else:
+                word = plain(self._file.argument(number, 1, *_SIZES))
+            if any("ANGULAR" in one for one in types):
+                word = word or "angle"
+            item = msgspec.structs.replace(item, word=word or "size")
+            item = self._with_faces(item)
+            item = self._with_value(item)
+            return self._with_limits(item)
+        except BadEntityError as error:
+            return msgspec.structs.replace(item, fault=str(error))
+
+    def _with_faces(self, item: Dimension) -> Dimension:
+        if not item.is_location:
+            first = self._aspects.faces(self._file.reference(item.entity, 0, *_SIZES))
+            odd = (*first.others, *(["a derived aspect"] if first.derived else []))
+            return msgspec.structs.replace(item, faces=first.numbers, odd=odd)
+        one, two = (
+            self._aspects.faces(self._file.reference(item.entity, place, *_LOCATIONS))
+            for place in (2, 3)
+        )
+        odd = tuple(dict.fromkeys((*one.others, *two.others)))
+        if one.derived or two.derived:
+            odd = (*odd, "a derived aspect")
+        return msgspec.structs.replace(item, faces=one.numbers, other_faces=two.numbers, odd=odd)
+
+    def _with_value(self, item: Dimension) -> Dimension:
+        users = self._values.get(item.entity, [])
+        if len(users) > 1:
+            msg = f"the file gives it {len(users)} values"
+            raise BadEntityError(msg)
+        if not users:
+            return item
+        word = "DIMENSIONAL_CHARACTERISTIC_REPRESENTATION"
+        held = self._file.reference(users[0], 1, word)
+        found: dict[str, Measure] = {}
+        notes: list[str] = []
+        for number in refs(self._file.argument(held, 1, "SHAPE_DIMENSION_REPRESENTATION")):
+            records = self._file.records(number)
+            if "MEASURE_REPRESENTATION_ITEM" not in records:
+                notes += _notes(self._file, number)
+                continue
+            name = plain(_own_name(records)) or "nominal value"
+            notes += self._qualifiers(number, records)
+            if name not in _LIMITS or name in found:
+                msg = f"the file gives it '{name}' that is unknown or stands twice"
+                raise BadEntityError(msg)
+            found[name] = measure_of(self._file, number)
+        return _with_found(item, found, tuple(dict.fromkeys(notes)))
+
+    def _qualifiers(self, number: int, records: dict[str, Any]) -> list[str]:
+        """Return what qualifies a value, without the digits that it is shown with."""
+        named = refs(records.get("QUALIFIED_REPRESENTATION_ITEM", ()))
+        for user in self._qualified.get(number, []):
+            named += refs(self._file.argument(user, 3, "MEASURE_QUALIFICATION"))
+        found = []
+        for qualifier in named:
+            types = self._file.types(qualifier)
+            if "TYPE_QUALIFIER" in types:
+                found.append(plain(self._file.argument(qualifier, 0, "TYPE_QUALIFIER")))
+            elif "VALUE_FORMAT_TYPE_QUALIFIER" not in types:
+                found.append(" ".join(sorted(types)).replace("_", " ").lower())
+        return found
+
+    def _with_limits(self, item: Dimension) -> Dimension:
+        users = self._tolerances.get(item.entity, [])
+        if not users:
+            return item
+        if len(users) > 1 or item.lower is not None:
+            msg = "the file gives it limits more than once"
+            raise BadEntityError(msg)
+        held = self._file.reference(users[0], 0, "PLUS_MINUS_TOLERANCE")
+        if "LIMITS_AND_FITS" in self._file.types(held):
+            parts = self._file.arguments(held, "LIMITS_AND_FITS")
+            code = "".join(plain(part) for part in (parts[0], parts[2])) if len(parts) > 2 else ""
+            return msgspec.structs.replace(item, fit=code or "without a code")
+        low, high = (
+            measure_of(self._file, self._file.reference(held, place, "TOLERANCE_VALUE"))
+            for place in (0, 1)
+        )
+        if item.of and {low.of, high.of} != {item.of}:
+            msg = f"its limits are no {item.of}s, as its value is"
+            raise BadEntityError(msg)
+        return _checked(msgspec.structs.replace(item, lower=low.value, upper=high.value))
+
+
+def _with_found(
+    item: Dimension, found: dict[str, Measure], notes: tuple[str, ...]
+) -> Dimension:
+    if len({measure.of for measure in found.values()}) > 1:
+        msg = "its values are lengths and angles at once"
+        raise BadEntityError(msg)
+    item = msgspec.structs.replace(item, notes=notes)
+    if not found:
+        return item
+    item = msgspec.structs.replace(item, of=next(iter(found.values())).of)
+    low, high = found.get("lower limit"), found.get("upper limit")
+    nominal = found.get("nominal value")
+    if (low is None) != (high is None):
+        word = "upper" if low is None else "lower"
+        msg = f"the file gives it an {word} limit alone" if low is None else "it has no upper limit"
+        raise BadEntityError(msg)
+    if nominal is not None:
+        item = msgspec.structs.replace(item, nominal=nominal.value)
+    if low is None or high is None:
+        return item
+    middle = nominal.value if nominal else round(0.5 * (low.value + high.value), 6)
+    return _checked(
+        msgspec.structs.replace(
+            item,
+            nominal=middle,
+            lower=round(low.value - middle, 6) + 0.0,
+            upper=round(high.value - middle, 6) + 0.0,
+        )
+    )
+
+
+def _checked(item: Dimension) -> Dimension:
+    """Return a dimension with limits that can be; BadEntityError else."""
+    if item.nominal is None or item.lower is None or item.upper is None:
+        msg = "the file gives it a tolerance and no value"
+        raise BadEntityError(msg)
+    if item.upper - item.lower < _SLACK:
+        word = "below" if item.upper < item.lower else "no more than"
+        msg = f"its upper limit {item.upper:+g} is {word} the lower one {item.lower:+g}"
+        raise BadEntityError(msg)
+    if item.nominal + item.lower < 0.0 or item.nominal <= 0.0:
+        msg = f"its limits {item.nominal:g} {item.lower:+g} {item.upper:+g} reach below zero"
+        raise BadEntityError(msg)
+    return item
+
+
+def _own_name(records: dict[str, Any]) -> Any:
+    """Return the name of a representation item, be it simple or complex."""
+    for word in ("REPRESENTATION_ITEM", "MEASURE_REPRESENTATION_ITEM"):
+        if records.get(word):
+            return records[word][0]
+    return ""
+
+
+def _notes(file: Part21, number: int) -> list[str]:
+    """Return the texts of a note beside a value, also of a compound one."""
+    records = file.records(number)
+    if "DESCRIPTIVE_REPRESENTATION_ITEM" in records:
+        return [plain(file.argument(number, 1, "DESCRIPTIVE_REPRESENTATION_ITEM"))]
+    if "COMPOUND_REPRESENTATION_ITEM" in records:
+        held = file.argument(number, 1, "COMPOUND_REPRESENTATION_ITEM")
+        if isinstance(held, Typed):
+            found = []
+            for below in refs(held):
+                if below != number and "COMPOUND_REPRESENTATION_ITEM" not in file.types(below):
+                    found += _notes(file, below)
+            return found
+    return [" ".join(sorted(records)).replace("_", " ").lower()]

@@ -1,0 +1,305 @@
+"""The entities of a STEP file as they are written (ISO 10303-21), read as text.
+
+The classes of the geometry library lose what a tolerance needs (the sign of a lower limit, sets of
+faces) and end the process where a reference leads nowhere. Text does neither.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple, TypeAlias
+
+MOST_ENTITIES = 5_000_000
+_DEEPEST = 30
+_STATEMENT = re.compile(r"#\s*+(\d++)\s*+=\s*+((?:[^;'#]++|#|'[^']*+')*+);")
+_COMMENT = re.compile(r"'(?:[^']|'')*+'|(/\*.*?\*/)", re.DOTALL)
+_HEAD = re.compile(r"[A-Z_0-9]+")
+_RECORD = re.compile(r"([A-Z][A-Z_0-9]*)\s*\(")
+_TOKEN = re.compile(
+    r"\s*(?:(?P<text>'(?:[^']|'')*+')|#\s*(?P<ref>\d+)|\.(?P<word>[A-Z_0-9a-z]+)\."
+    r"|(?P<number>[+-]?\d+(?:\.\d*)?(?:[Ee][+-]?\d+)?)|(?P<name>[A-Z_][A-Z_0-9]*)"
+    r'|(?P<binary>"[0-9A-F]*")|(?P<mark>[(),$*]))'
+)
+_WIDE = re.compile(r"\\X2\\([0-9A-Fa-f]*)\\X0\\|\\X4\\([0-9A-Fa-f]*)\\X0\\|\\X\\([0-9A-Fa-f]{2})")
+
+
+class BadEntityError(ValueError):
+    """What is wrong with an entity, as a part of a sentence."""
+
+
+class Ref(NamedTuple):
+    """A reference to an entity by its number."""
+
+    number: int
+
+
+class Word(NamedTuple):
+    """A word of an enumeration, without its points."""
+
+    word: str
+
+
+class Typed(NamedTuple):
+    """A value that says its type, such as a measure."""
+
+    name: str
+    values: tuple[Any, ...]
+
+
+Argument: TypeAlias = "Ref | Word | Typed | str | float | int | None | tuple[Any, ...]"
+
+
+@dataclass(frozen=True, slots=True)
+class Part21:
+    """The entities of a file.
+
+    Attributes
+    ----------
+    bodies
+        Text of each entity by its number, in the order of the file.
+    twice
+        Numbers that two entities have: none of the two can be believed.
+    by_type
+        Numbers of the entities that have a type, also as a part of several, by its word.
+    """
+
+    bodies: dict[int, str]
+    twice: frozenset[int]
+    by_type: dict[str, list[int]]
+    _read: dict[int, dict[str, tuple[Argument, ...]]] = field(default_factory=dict)
+
+    def all_of(self, *types: str) -> list[int]:
+        """Return the numbers of the entities of any of the types, in the order of the file."""
+        found = {number for word in types for number in self.by_type.get(word, ())}
+        return sorted(found)
+
+    def types(self, number: int) -> frozenset[str]:
+        """Return the types of an entity; BadEntityError where there is none."""
+        return frozenset(self.records(number))
+
+    def records(self, number: int) -> dict[str, tuple[Argument, ...]]:
+        """Return the arguments of an entity by the type that they belong to.
+
+        Raises
+        ------
+        BadEntityError
+            There is no such entity, there are two, or its text cannot be read.
+        """
+        if number in self._read:
+            return self._read[number]
+        if number in self.twice:
+            msg = f"the file has two entities #{number}"
+            raise BadEntityError(msg)
+        if number not in self.bodies:
+            msg = f"it refers to #{number}, which the file does not have"
+            raise BadEntityError(msg)
+        found = _records(self.bodies[number], number)
+        self._read[number] = found
+        return found
+
+    def arguments(self, number: int, *types: str) -> tuple[Argument, ...]:
+        """Return the arguments of an entity for the first of the types that it has.
+
+        Raises
+        ------
+        BadEntityError
+            As `records`, or it has none of the types.
+        """
+        records = self.records(number)
+        for word in types:
+            if word in records:
+                return records[word]
+        msg = f"#{number} is no {types[0]}"
+        raise BadEntityError(msg)
+
+    def argument(self, number: int, place: int, *types: str) -> Argument:
+        """Return one argument of an entity for the first of the types that it has.
+
+        Raises
+        ------
+        BadEntityError
+            As `arguments`, or there are fewer.
+        """
+        arguments = self.arguments(number, *types)
+        if place >= len(arguments):
+            msg = f"#{number} has {len(arguments)} arguments, fewer than its type"
+            raise BadEntityError(msg)
+        return arguments[place]
+
+    def reference(self, number: int, place: int, *types: str) -> int:
+        """Return the number of the one entity that an argument refers to.
+
+        Raises
+        ------
+        BadEntityError
+            As `argument`, or it refers to none or to several.
+        """
+        found = refs(self.argument(number, place, *types))
+        if len(found) != 1:
+            msg = f"#{number} refers to {len(found)} entities where one is needed"
+            raise BadEntityError(msg)
+        return found[0]
+
+    def users(self, word: str, place: int) -> dict[int, list[int]]:
+        """Return which entities of a type name an entity at a place of their arguments.
+
+        Entities that cannot be read are left out.
+        """
+        found: dict[int, list[int]] = {}
+        for number in self.all_of(word):
+            try:
+                arguments = self.arguments(number, word)
+            except BadEntityError:
+                continue
+            if place < len(arguments):
+                for target in refs(arguments[place]):
+                    found.setdefault(target, []).append(number)
+        return found
+
+
+def read_part21(text: str) -> Part21:
+    """Return the entities of the text of a file; their arguments are read when asked for.
+
+    Raises
+    ------
+    BadEntityError
+        The text has no data section, or more entities than a model can have.
+    """
+    start = text.find("DATA")
+    if start < 0:
+        msg = "the file has no data section"
+        raise BadEntityError(msg)
+    if "/*" in text:
+        text = _COMMENT.sub(lambda found: "" if found[1] else found[0], text)
+        start = text.find("DATA")
+    bodies: dict[int, str] = {}
+    twice: set[int] = set()
+    by_type: dict[str, list[int]] = {}
+    for found in _STATEMENT.finditer(text, start):
+        number, body = int(found[1]), found[2].strip()
+        if number in bodies:
+            twice.add(number)
+        bodies[number] = body
+        for word in _words(body):
+            by_type.setdefault(word, []).append(number)
+        if len(bodies) > MOST_ENTITIES:
+            msg = f"the file has more than {MOST_ENTITIES} entities"
+            raise BadEntityError(msg)
+    return Part21(bodies, frozenset(twice), by_type)
+
+
+def refs(argument: Argument) -> list[int]:
+    """Return the numbers that an argument refers to, also inside lists and typed values."""
+    if isinstance(argument, Ref):
+        return [argument.number]
+    if isinstance(argument, Typed):
+        return [number for value in argument.values for number in refs(value)]
+    if isinstance(argument, tuple) and not isinstance(argument, Word):
+        return [number for value in argument for number in refs(value)]
+    return []
+
+
+def plain(argument: Argument, longest: int = 200) -> str:
+    """Return a text as one line that can be printed; empty for anything else."""
+    if not isinstance(argument, str):
+        return ""
+    line = " ".join("".join(c if c.isprintable() else " " for c in argument).split())
+    return line if len(line) <= longest else line[: longest - 1] + "…"
+
+
+def _words(body: str) -> Iterator[str]:
+    if not body.startswith("("):
+        if found := _HEAD.match(body):
+            yield found[0]
+        return
+    # Parts of a complex entity stand beside each other; what stands inside is an argument.
+    depth, place = 0, 0
+    for found in re.finditer(r"'(?:[^']|'')*+'|[()]|[A-Z][A-Z_0-9]*+(?=\s*+\()", body):
+        token = found[0]
+        if token == "(":
+            depth += 1
+        elif token == ")":
+            depth -= 1
+        elif depth == 1 and token[0] != "'" and found.start() >= place:
+            yield token
+
+
+def _records(body: str, number: int) -> dict[str, tuple[Argument, ...]]:
+    tokens = _tokens(body, number)
+    try:
+        if body.startswith("("):
+            next(tokens)
+            found: dict[str, tuple[Argument, ...]] = {}
+            for kind, value in tokens:
+                if kind != "name":
+                    break
+                next(tokens)
+                found[str(value)] = _list(tokens, 0)
+            return found
+        kind, value = next(tokens)
+        next(tokens)
+        return {str(value): _list(tokens, 0)}
+    except StopIteration:
+        msg = f"the text of #{number} ends too early"
+        raise BadEntityError(msg) from None
+
+
+def _tokens(body: str, number: int) -> Iterator[tuple[str, Any]]:
+    place = 0
+    while place < len(body):
+        found = _TOKEN.match(body, place)
+        if found is None:
+            if not body[place:].strip():
+                return
+            msg = f"the text of #{number} cannot be read"
+            raise BadEntityError(msg)
+        place = found.end()
+        kind = found.lastgroup or ""
+        yield kind, found[kind]
+
+
+def _list(tokens: Iterator[tuple[str, Any]], depth: int) -> tuple[Argument, ...]:
+    """Return what stands until the bracket that closes."""
+    if depth > _DEEPEST:
+        msg = "its lists stand deeper in each other than any model needs"
+        raise BadEntityError(msg)
+    found: list[Argument] = []
+    for kind, value in tokens:
+        match kind:
+            case "mark":
+                if value == ")":
+                    return tuple(found)
+                if value == "(":
+                    found.append(_list(tokens, depth + 1))
+                elif value in "$*":
+                    found.append(None)
+            case "text":
+                found.append(_decoded(value[1:-1].replace("''", "'")))
+            case "ref":
+                found.append(Ref(int(value)))
+            case "word":
+                found.append(Word(value))
+            case "number":
+                found.append(float(value) if set(value) & set(".Ee") else int(value[:300]))
+            case "name":
+                next(tokens)
+                found.append(Typed(value, _list(tokens, depth + 1)))
+    raise StopIteration
+
+
+def _decoded(text: str) -> str:
+    """Return a text with its characters beyond ASCII (ISO 10303-21, 6.4.3)."""
+
+    def one(found: re.Match[str]) -> str:
+        try:
+            if found[1] is not None:
+                return bytes.fromhex(found[1]).decode("utf-16-be", "replace")
+            if found[2] is not None:
+                return bytes.fromhex(found[2]).decode("utf-32-be", "replace")
+            return chr(int(found[3], 16))
+        except ValueError:
+            return "?"
+
+    return _WIDE.sub(one, text).replace("\\\\", "\\")

@@ -1,0 +1,152 @@
+"""The process that reads a STEP file, and what comes back from it: trusted in nothing."""
+
+from __future__ import annotations
+
+import hashlib
+import multiprocessing
+import signal
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from multiprocessing.connection import Connection
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.documents import decode_json, read_bytes
+from ocmm_core.errors import InputError, InternalError
+from ocmm_core.inspection.step._answer import StepAnswer
+from ocmm_core.inspection.step._worker import Wanted, read_step
+from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
+
+STEP_ENDINGS = (".step", ".stp", ".p21")
+_LOOK_S = 0.05
+_LONGEST_ANSWER = 100_000_000
+REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
+
+
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """How long an answer is waited for; see `read_model`."""
+
+    timeout_s: float
+    given_up: Callable[[], bool]
+    progress: Callable[[str], None]
+
+
+def ask(
+    path: Path, ball_radius: float, with_part: bool, asking: Asking
+) -> tuple[StepAnswer, PartModel | None]:
+    """Return what a process reads from a STEP file, and the part where it is wanted.
+
+    Parameters
+    ----------
+    ball_radius
+        mm; 0 where no features are wanted.
+
+    Raises
+    ------
+    InputError
+        See `read_model`.
+    """
+    content = read_bytes(path)
+    if not content.lstrip().startswith(b"ISO-10303-21"):
+        raise step_error(
+            path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}."
+        )
+    wanted = Wanted(ball_radius, hashlib.sha256(content).hexdigest() if with_part else "")
+    del content
+    context = multiprocessing.get_context("spawn")
+    answer, asked = context.Pipe(duplex=False)
+    worker = context.Process(target=read_step, args=(str(path), wanted, asked), daemon=True)
+    worker.start()
+    asked.close()
+    reading = _Reading(path, answer, asking)
+    said = None
+    try:
+        said = reading.last()
+        part = reading.part(said) if said is not None and with_part else None
+    except (EOFError, OSError):
+        # It has ended, or is about to: how says more.
+        said = None
+        worker.join(1.0)
+    finally:
+        worker.terminate()
+        worker.join()
+        ended = worker.exitcode
+        worker.close()
+        answer.close()
+    if said is None:
+        raise reading.failed(ended)
+    return said, part
+
+
+class _Reading:
+    """What a reader tells, until it has told all."""
+
+    def __init__(self, path: Path, answer: Connection, asking: Asking) -> None:
+        self._path, self._answer, self._asking = path, answer, asking
+        self._until = time.monotonic() + asking.timeout_s
+        self._doing = "the start of the library"
+
+    def last(self) -> StepAnswer | None:
+        """Return the last answer; None where the reader says what nobody understands."""
+        while True:
+            self._wait()
+            try:
+                said = decode_json(self._answer.recv_bytes(_LONGEST_ANSWER), StepAnswer)
+            except msgspec.MsgspecError:
+                return None
+            if not said.doing:
+                return _checked(self._path, said)
+            self._doing = said.doing
+            self._asking.progress(said.doing)
+
+    def part(self, said: StepAnswer) -> PartModel:
+        """Return the part that follows the last answer."""
+        self._doing = "the part"
+        if not 0 < said.part_bytes <= LARGEST_MODEL:
+            raise step_error(self._path, "the reader of STEP files made no part of it", REMEDY)
+        self._wait()
+        return model_from_bytes(self._answer.recv_bytes(LARGEST_MODEL), str(self._path))
+
+    def _wait(self) -> None:
+        """Wait for something to read; InputError where that takes too long or is given up."""
+        while not self._answer.poll(_LOOK_S):
+            if self._asking.given_up():
+                raise InputError(
+                    "plan.step_given_up", f"{self._path}: import cancelled.", "Import it again."
+                )
+            if time.monotonic() > self._until:
+                limit = self._asking.timeout_s
+                what = f"reading took longer than {limit:.0f} s (at {self._doing})"
+                raise step_error(self._path, what, REMEDY)
+
+    def failed(self, ended: int | None) -> InputError:
+        """Return what a reader failed on that ended without an answer."""
+        how = ""
+        if ended is not None and ended < 0:
+            how = f" ({signal.Signals(-ended).name})"
+        what = f"the reader of STEP files failed on it{how}, while it read {self._doing}"
+        return step_error(self._path, what, REMEDY)
+
+
+def _checked(path: Path, said: StepAnswer) -> StepAnswer:
+    """Return what the reading sent, or raise what it said against the file."""
+    if said.error is not None:
+        raise InternalError(*said.error)
+    if said.fault == "MISSING":
+        raise InputError(
+            "plan.step_extra",
+            "Reading STEP files needs an extra that is not installed.",
+            "Install it with: .venv/bin/pip install --require-hashes -r requirements-step.lock; "
+            "or import the features from CSV.",
+        )
+    if said.fault:
+        raise step_error(path, said.fault, said.remedy or REMEDY)
+    return said
+
+
+def step_error(path: Path, what: str, remedy: str) -> InputError:
+    """Return the error that a file cannot be used, with its name."""
+    return InputError("plan.step", f"{path}: {what}.", remedy)

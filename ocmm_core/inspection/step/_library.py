@@ -1,0 +1,54 @@
+"""How the library is asked: its versions differ in small things."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+
+
+def static(owner: Any, name: str) -> Any:
+    """Return a static method; versions of the library call it with and without a suffix."""
+    return getattr(owner, f"{name}_s", None) or getattr(owner, name)
+
+
+def explored(shape: Any, kind: str, but_in: str = "SHAPE") -> Iterator[Any]:
+    """Return an iterator over the parts of a kind, but for those inside parts of another kind."""
+    import OCP.TopAbs as TopAbs
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    cast = static(TopoDS, kind.capitalize())
+    wanted, avoided = getattr(TopAbs, f"TopAbs_{kind}"), getattr(TopAbs, f"TopAbs_{but_in}")
+    explorer = TopExp_Explorer(shape, wanted, avoided)
+    while explorer.More():
+        yield cast(explorer.Current())
+        explorer.Next()
+
+
+def kind_of(adaptor: Any) -> str:
+    """Return the word for the kind of a surface or curve."""
+    return str(adaptor.GetType()).rpartition("GeomAbs_")[2].rstrip(">: 0123456789")
+
+
+def vector(triple: Any) -> Float:
+    """Return a point or a direction, (3,)."""
+    return np.array([triple.X(), triple.Y(), triple.Z()])
+
+
+class SameShape:
+    """A shape as the key of a dictionary: its orientation does not count."""
+
+    __slots__ = ("_hash", "_shape")
+
+    def __init__(self, shape: Any) -> None:
+        self._shape, self._hash = shape, hash(shape)
+
+    def __hash__(self) -> int:
+        return self._hash
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, SameShape) and bool(self._shape.IsSame(other._shape))

@@ -1,0 +1,311 @@
+"""The nominal part of a shape: mesh, edges, and every face as a spline with its outline."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.step._document import StepDocument
+from ocmm_core.inspection.step._library import SameShape, explored, kind_of, static, vector
+from ocmm_core.inspection.step._raw_faces import UnusableModelError, edge_steps, faces_with_surface
+from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
+from ocmm_core.part_model import MOST_FACES, ModelFace, PartModel, spline_points
+
+_SHARE = 5e-4
+"""Deflection of the mesh by the size of the part: half a pixel where it fills a picture."""
+_FINEST_MM, _COARSEST_MM = 0.002, 5.0
+_TURN_RAD = 0.35
+_ENOUGH_TRIANGLES = 200_000
+_EXACT_MM = 1e-4
+"""A spline that leaves its face by more is none of that face."""
+_TRIED = 24
+
+
+def part_of(
+    document: StepDocument, source: tuple[str, str], doing: Callable[[str], None]
+) -> PartModel:
+    """Return the part that a document holds.
+
+    Parameters
+    ----------
+    source
+        Name of the file, without its folder, and its hash.
+    doing
+        Is told what comes next.
+
+    Raises
+    ------
+    ValueError
+        There is no face with a surface, or more of them than a model can have.
+    """
+    faces, _ = faces_with_surface(document.shape)
+    if not faces:
+        msg = "contains no faces"
+        raise ValueError(msg)
+    if len(faces) > MOST_FACES:
+        msg = f"it has {len(faces)} faces, and a part can have {MOST_FACES}"
+        raise UnusableModelError(msg, "Export the model without details that nobody measures.")
+    doing("the mesh")
+    deflection = _meshed(document.shape, faces)
+    parts: list[_FaceMesh] = []
+    made: list[ModelFace] = []
+    for number, face in enumerate(faces, start=1):
+        if number % 16 == 1:
+            doing(f"the shape of face {number} of {len(faces)}")
+        parts.append(_face_mesh(face))
+        made.append(_model_face(number, face, document))
+    if not any(len(part.triangles) for part in parts):
+        msg = "no mesh can be made of its faces"
+        raise ValueError(msg)
+    starts = np.cumsum([0, *(len(part.vertices) for part in parts)])
+    points, edge_starts, sides = _edges(faces, parts)
+    return PartModel(
+        source_name=source[0],
+        source_sha256=source[1],
+        vertices=np.concatenate([part.vertices for part in parts]),
+        normals=np.concatenate([part.normals for part in parts]),
+        triangles=np.concatenate(
+            [part.triangles + start for part, start in zip(parts, starts, strict=False)]
+        ).astype(np.int32),
+        triangle_faces=np.repeat(
+            np.arange(len(parts), dtype=np.int32), [len(part.triangles) for part in parts]
+        ),
+        faces=tuple(made),
+        edge_points=points,
+        edge_starts=edge_starts,
+        edge_faces=sides,
+        deflection_mm=deflection,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _FaceMesh:
+    """Mesh of a face, and its edges by the vertices on them."""
+
+    vertices: Float
+    normals: Float
+    triangles: NDArray[np.int64]
+    rims: tuple[tuple[SameShape, Float], ...]
+
+
+def _meshed(shape: Any, faces: Sequence[Any]) -> float:
+    """Give all faces a mesh, coarser until it is small enough; return its deflection, mm."""
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRep import BRep_Builder
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.BRepTools import BRepTools
+    from OCP.TopoDS import TopoDS_Compound
+
+    compound, builder = TopoDS_Compound(), BRep_Builder()
+    builder.MakeCompound(compound)
+    for face in faces:
+        builder.Add(compound, face)
+    box = Bnd_Box()
+    static(BRepBndLib, "Add")(compound, box, False)
+    size = float(np.linalg.norm(vector(box.CornerMax()) - vector(box.CornerMin())))
+    if not np.isfinite(size) or size <= 0.0 or size > 1e6:
+        msg = "its size is no size of a part"
+        raise ValueError(msg)
+    deflection = float(np.clip(_SHARE * size, _FINEST_MM, _COARSEST_MM))
+    turn = _TURN_RAD
+    for _ in range(6):
+        static(BRepTools, "Clean")(compound)
+        BRepMesh_IncrementalMesh(compound, deflection, False, turn, True)
+        if sum(_count(face) for face in faces) <= _ENOUGH_TRIANGLES:
+            break
+        deflection, turn = 2.0 * deflection, min(2.0 * turn, 1.5)
+    return deflection
+
+
+def _count(face: Any) -> int:
+    mesh = _triangulation(face)[0]
+    return 0 if mesh is None else int(mesh.NbTriangles())
+
+
+def _triangulation(face: Any) -> tuple[Any, Any]:
+    from OCP.BRep import BRep_Tool
+    from OCP.TopLoc import TopLoc_Location
+
+    place = TopLoc_Location()
+    return static(BRep_Tool, "Triangulation")(face, place), place
+
+
+def _face_mesh(face: Any) -> _FaceMesh:
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepLib import BRepLib_ToolTriangulatedShape
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    mesh, place = _triangulation(face)
+    if mesh is None or not mesh.NbTriangles():
+        none = np.empty((0, 3))
+        return _FaceMesh(none, none, np.empty((0, 3), dtype=np.int64), ())
+    static(BRepLib_ToolTriangulatedShape, "ComputeNormals")(face, mesh)
+    nodes = range(1, mesh.NbNodes() + 1)
+    vertices = np.array([(p.X(), p.Y(), p.Z()) for p in map(mesh.Node, nodes)])
+    normals = np.array([(n.X(), n.Y(), n.Z()) for n in map(mesh.Normal, nodes)])
+    triangles = np.array(
+        [
+            (one.Value(1), one.Value(2), one.Value(3))
+            for one in map(mesh.Triangle, range(1, mesh.NbTriangles() + 1))
+        ]
+    ) - 1  # fmt: skip
+    if not place.IsIdentity():
+        motion = place.Transformation()
+        matrix = np.array([[motion.Value(i, j) for j in (1, 2, 3, 4)] for i in (1, 2, 3)])
+        vertices = vertices @ matrix[:, :3].T + matrix[:, 3]
+        normals = normals @ matrix[:, :3].T
+        if np.linalg.det(matrix[:, :3]) < 0.0:
+            triangles = triangles[:, ::-1]
+    if face.Orientation() == TopAbs_REVERSED:
+        triangles, normals = triangles[:, ::-1], -normals
+    rims = []
+    for edge in explored(face, "EDGE"):
+        if static(BRep_Tool, "Degenerated")(edge) or static(BRep_Tool, "IsClosed")(edge, face):
+            continue
+        line = static(BRep_Tool, "PolygonOnTriangulation")(edge, mesh, place)
+        if line is not None and line.NbNodes() > 1:
+            on_it = [line.Node(index) - 1 for index in range(1, line.NbNodes() + 1)]
+            rims.append((SameShape(edge), vertices[on_it]))
+    return _FaceMesh(vertices, _unit(vertices, normals, triangles), triangles, tuple(rims))
+
+
+def _unit(vertices: Float, normals: Float, triangles: NDArray[np.int64]) -> Float:
+    """Return unit normals; where the surface has none, as at a tip, that of its triangles."""
+    lengths = np.linalg.norm(normals, axis=1)
+    bad = ~(lengths > 0.5)
+    if bad.any():
+        a, b, c = (vertices[triangles[:, corner]] for corner in range(3))
+        flat = np.cross(b - a, c - a)
+        summed = np.zeros_like(vertices)
+        for corner in range(3):
+            np.add.at(summed, triangles[:, corner], flat)
+        normals = np.where(bad[:, None], summed, normals)
+        lengths = np.linalg.norm(normals, axis=1)
+        normals = np.where((lengths > 0.0)[:, None], normals, [0.0, 0.0, 1.0])
+        lengths = np.linalg.norm(normals, axis=1)
+    unit: Float = normals / lengths[:, None]
+    return unit
+
+
+def _edges(
+    faces: Sequence[Any], parts: Sequence[_FaceMesh]
+) -> tuple[Float, NDArray[np.int32], NDArray[np.int32]]:
+    """Return the lines of all edges, where each begins, and the faces on both sides."""
+    found: dict[SameShape, int] = {}
+    lines: list[Float] = []
+    sides: list[list[int]] = []
+    for number, part in enumerate(parts):
+        for edge, line in part.rims:
+            known = found.get(edge)
+            if known is None:
+                found[edge] = len(lines)
+                lines.append(line)
+                sides.append([number, -1])
+            elif sides[known][1] < 0 and sides[known][0] != number:
+                sides[known][1] = number
+    points = np.concatenate(lines) if lines else np.empty((0, 3))
+    starts = np.cumsum([0, *(len(line) for line in lines)])
+    return (
+        points,
+        starts.astype(np.int32),
+        np.array(sides, dtype=np.int32).reshape(-1, 2),
+    )
+
+
+def _model_face(number: int, face: Any, document: StepDocument) -> ModelFace:
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    surface = BRepAdaptor_Surface(face, True)
+    said = document.about(face)
+    loops = _loops(face, surface)
+    mapped = _mapped(surface, loops)
+    outlines: tuple[Float, ...] = ()
+    if mapped is not None:
+        outlines = tuple(
+            np.stack([mapped.map_u(loop[:, 0]), mapped.map_v(loop[:, 1])], axis=1) for loop in loops
+        )
+    return ModelFace(
+        number=number,
+        kind=kind_of(surface),
+        name=said.name,
+        layer=said.layer,
+        colour=said.colour,
+        spline=None if mapped is None else mapped.spline,
+        outward=face.Orientation() != TopAbs_REVERSED,
+        loops=outlines,
+    )
+
+
+def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
+    """Return the spline of a face; None where it is not on the face."""
+    if not loops:
+        return None
+    every = np.concatenate(list(loops))
+    (u0, v0), (u1, v1) = every.min(axis=0), every.max(axis=0)
+    if not (u1 > u0 and v1 > v0):
+        return None
+    mapped = surface_of(surface, (float(u0), float(u1), float(v0), float(v1)))
+    if mapped is None or mapped.is_exact:
+        return mapped
+    step = max(1, len(every) // _TRIED)
+    shares = np.linspace(0.1, 0.9, 5)
+    inside = np.stack(np.meshgrid(u0 + (u1 - u0) * shares, v0 + (v1 - v0) * shares), axis=-1)
+    tried = np.concatenate([every[::step], inside.reshape(-1, 2)])
+    as_spline = np.stack([mapped.map_u(tried[:, 0]), mapped.map_v(tried[:, 1])], axis=1)
+    points = spline_points(mapped.spline, as_spline)
+    truth = np.array([vector(surface.Value(float(u), float(v))) for u, v in tried])
+    off = float(np.linalg.norm(points - truth, axis=1).max())
+    return mapped if off <= _EXACT_MM else None
+
+
+def _loops(face: Any, surface: Any) -> list[Float]:
+    """Return the outlines of a face in the parameters of the library, each (n, 2)."""
+    loops = []
+    for wire in explored(face, "WIRE"):
+        pieces = [
+            piece for edge in explored(wire, "EDGE") if (piece := _piece(edge, face)) is not None
+        ]
+        loop = _chained(pieces)
+        if len(loop) >= 3:
+            loops.append(loop)
+    if not loops:
+        u0, u1 = surface.FirstUParameter(), surface.LastUParameter()
+        v0, v1 = surface.FirstVParameter(), surface.LastVParameter()
+        whole = np.array([(u0, v0), (u1, v0), (u1, v1), (u0, v1)])
+        loops = [whole] if np.isfinite(whole).all() and np.abs(whole).max() < 1e9 else []
+    return loops
+
+
+def _piece(edge: Any, face: Any) -> Float | None:
+    """Return an edge in the parameters of the face, in its sense."""
+    from OCP.BRepAdaptor import BRepAdaptor_Curve2d
+    from OCP.TopAbs import TopAbs_REVERSED
+
+    curve = BRepAdaptor_Curve2d(edge, face)
+    steps = edge_steps(edge, curve.FirstParameter(), curve.LastParameter())
+    line = np.array([(p.X(), p.Y()) for p in (curve.Value(float(t)) for t in steps)])
+    if not np.isfinite(line).all():
+        return None
+    return line[::-1] if edge.Orientation() == TopAbs_REVERSED else line
+
+
+def _chained(pieces: Sequence[Float]) -> Float:
+    """Return pieces as one closed line: each goes on where the one before it ends."""
+    if not pieces:
+        return np.empty((0, 2))
+    starts = np.array([piece[0] for piece in pieces])
+    left = np.ones(len(pieces), dtype=np.bool_)
+    at, chain = 0, []
+    for _ in pieces:
+        left[at] = False
+        chain.append(pieces[at][:-1])
+        away = np.abs(starts - pieces[at][-1]).max(axis=1)
+        at = int(np.argmin(np.where(left, away, np.inf)))
+    return np.concatenate(chain)

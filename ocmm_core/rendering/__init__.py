@@ -1,0 +1,55 @@
+"""Pictures of the nominal part, by the processor alone: no graphics card, no window.
+
+In: a `PartModel`, from where it is seen, and the colours of its vertices. Out: a `Canvas`: the
+colours of its pixels, how near each is to the eye, and which face it shows.
+
+Read `_mesh` (what is painted, whole and coarser), `_canvas` (a picture and what lies behind it),
+`_rendering` (one painted into the other, a slice at a time), `_side` (from where a place is seen).
+Compiled are `_raster_kernel` (triangles) and `_line_kernel` (edges, outlines, polygons); `_arrays`
+has the types of both.
+It must not know plans, features or the window.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.rendering._arrays import NO_FACE, Colours
+    from ocmm_core.rendering._canvas import Canvas
+    from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of
+    from ocmm_core.rendering._rendering import (
+        Rendering,
+        RenderMode,
+        RenderStyle,
+        blend_flat,
+        is_hidden,
+    )
+    from ocmm_core.rendering._side import choose_side
+else:
+    __getattr__ = door(
+        __name__,
+        _arrays="Colours NO_FACE",
+        _canvas="Canvas",
+        _mesh="RenderMesh coarser face_colours mesh_of",
+        _rendering="RenderMode RenderStyle Rendering blend_flat is_hidden",
+        _side="choose_side",
+    )
+
+__all__ = [
+    "NO_FACE",
+    "Canvas",
+    "Colours",
+    "RenderMesh",
+    "RenderMode",
+    "RenderStyle",
+    "Rendering",
+    "blend_flat",
+    "choose_side",
+    "coarser",
+    "face_colours",
+    "is_hidden",
+    "mesh_of",
+]

@@ -1,0 +1,79 @@
+"""A picture in memory: colours, depths and faces of its pixels, and what lies behind them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.geometry import Float
+from ocmm_core.rendering._arrays import NO_FACE, NOWHERE, Depths, FaceNumbers, Pixmap
+
+
+@dataclass(slots=True, eq=False)
+class Canvas:
+    """The buffers of a picture, which are painted again and again.
+
+    Attributes
+    ----------
+    width, height
+        px.
+    image, depth, faces
+        (height, width).
+    """
+
+    width: int
+    height: int
+    image: Pixmap = field(init=False)
+    depth: Depths = field(init=False)
+    faces: FaceNumbers = field(init=False)
+    _second: tuple[Pixmap, Depths, FaceNumbers] | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        """Take the memory."""
+        self.image, self.depth, self.faces = self._layer()
+
+    def clear(self) -> None:
+        """Paint nothing."""
+        self.image.fill(0)
+        self.depth.fill(NOWHERE)
+        self.faces.fill(NO_FACE)
+
+    def second_layer(self) -> tuple[Pixmap, Depths, FaceNumbers]:
+        """Return empty buffers for what lies behind the first layer."""
+        if self._second is None:
+            self._second = self._layer()
+        else:
+            for buffer, empty in zip(self._second, (0, NOWHERE, NO_FACE), strict=True):
+                buffer.fill(empty)
+        return self._second
+
+    def face_at(self, x: float, y: float) -> int:
+        """Return the place of the face that a pixel shows; `NO_FACE` for none or outside."""
+        column, row = int(np.floor(x)), int(np.floor(y))
+        if not (0 <= column < self.width and 0 <= row < self.height):
+            return NO_FACE
+        return int(self.faces[row, column])
+
+    def in_sight(self, places: Float, bias: float) -> NDArray[np.bool_]:
+        """Return which places (n, 3), px, px and mm of depth, the part does not hide, (n,).
+
+        What lies on the surface is in sight: it may be ``bias`` mm behind it. Outside the picture
+        nothing hides.
+        """
+        x = np.floor(places[:, 0])
+        y = np.floor(places[:, 1])
+        inside = (x >= 0) & (x < self.width) & (y >= 0) & (y < self.height)
+        columns = np.where(inside, x, 0).astype(np.int64)
+        rows = np.where(inside, y, 0).astype(np.int64)
+        seen: NDArray[np.bool_] = ~inside | (places[:, 2] + bias >= self.depth[rows, columns])
+        return seen
+
+    def _layer(self) -> tuple[Pixmap, Depths, FaceNumbers]:
+        size = (self.height, self.width)
+        return (
+            np.zeros(size, dtype=np.uint32),
+            np.full(size, NOWHERE, dtype=np.float32),
+            np.full(size, NO_FACE, dtype=np.int32),
+        )

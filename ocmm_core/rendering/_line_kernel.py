@@ -1,0 +1,195 @@
+"""Compiled: lines, outlines and translucent polygons against the depth buffer.
+
+See `_raster_kernel` for what a place and a depth are.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float
+from ocmm_core.rendering._arrays import Depths, FaceNumbers, Pixmap
+
+
+@compiled()
+def _over(image: Pixmap, y: int, x: int, colour: int, share: float) -> None:
+    """Lay a colour 0xRRGGBB over a pixel, which it covers to a share of 0 to 1.
+
+    The operator "over" of Porter and Duff (1984) on colours times alpha: new + (1 - share) old.
+    """
+    below, kept = image[y, x], 1.0 - share
+    r = share * ((colour >> 16) & 255) + kept * ((below >> np.uint32(16)) & np.uint32(255))
+    g = share * ((colour >> 8) & 255) + kept * ((below >> np.uint32(8)) & np.uint32(255))
+    b = share * (colour & 255) + kept * (below & np.uint32(255))
+    alpha = share * 255.0 + kept * (below >> np.uint32(24))
+    image[y, x] = (
+        (np.uint32(alpha + 0.5) << np.uint32(24)) | (np.uint32(r + 0.5) << np.uint32(16))
+        | (np.uint32(g + 0.5) << np.uint32(8)) | np.uint32(b + 0.5)
+    )  # fmt: skip
+
+
+@compiled()
+def draw_lines(
+    places: Float, starts: FaceNumbers, start: int, stop: int, half_px: float, colour: int,
+    shown: float, hidden: float, bias: float, depth: Depths, image: Pixmap,
+) -> None:  # fmt: skip
+    """Draw the polylines ``start`` to ``stop`` smoothly, behind the part only as far as wanted.
+
+    Parameters
+    ----------
+    places, starts
+        (k, 3), and (e + 1,) where each line begins among them.
+    half_px
+        Half the width.
+    shown, hidden
+        How much of the colour a line has before and behind the part, 0 to 1.
+    bias
+        mm: a line that lies on the surface is not hidden by it.
+    depth, image
+        (height, width); the picture is changed in place.
+    """
+    height, width = depth.shape
+    for line in range(start, stop):
+        for row in range(starts[line], starts[line + 1] - 1):
+            ax, ay, az = places[row, 0], places[row, 1], places[row, 2]
+            bx, by, bz = places[row + 1, 0], places[row + 1, 1], places[row + 1, 2]
+            # One pixel is drawn across for each along the longer side of the line.
+            steep = abs(by - ay) > abs(bx - ax)
+            if steep:
+                ax, ay, bx, by = ay, ax, by, bx
+            if ax > bx:
+                ax, ay, az, bx, by, bz = bx, by, bz, ax, ay, az
+            length = bx - ax
+            limit = height if steep else width
+            across = width if steep else height
+            if not (bx > 0.0 and ax < limit and length >= 0.0):
+                continue
+            tilt = (by - ay) / length if length > 1e-9 else 0.0
+            fall = (bz - az) / length if length > 1e-9 else 0.0
+            # Seen at right angles a tilted line is narrower than its cut along the pixel.
+            reach = half_px * np.sqrt(1.0 + tilt * tilt)
+            # A pixel belongs to the stretch that its middle is in: neighbours do not share one.
+            first = int(max(np.ceil(ax - 0.5), 0.0))
+            last = int(min(np.ceil(bx - 0.5) - 1.0, limit - 1.0))
+            for along in range(first, last + 1):
+                middle = ay + tilt * (along + 0.5 - ax)
+                z = az + fall * (along + 0.5 - ax)
+                low = int(max(np.floor(middle - reach), 0.0))
+                high = int(min(np.floor(middle + reach), across - 1.0))
+                if not (middle + reach >= 0.0 and middle - reach <= across):
+                    continue
+                strength = shown if _in_front(depth, steep, along, middle, z + bias) else hidden
+                if strength <= 0.0:
+                    continue
+                for side in range(low, high + 1):
+                    # What part of the pixel from side to side + 1 the line covers.
+                    cover = min(side + 1.0, middle + reach) - max(side + 0.0, middle - reach)
+                    y, x = (along, side) if steep else (side, along)
+                    _over(image, y, x, colour, min(max(cover, 0.0), 1.0) * strength)
+
+
+@compiled()
+def _in_front(depth: Depths, steep: bool, along: int, middle: float, z: float) -> bool:
+    """Return whether depth ``z`` is nearer than the part in one of two pixels beside a line.
+
+    An edge is the border of its face: rounding decides on which side of it a pixel's middle lies,
+    and what is beyond it may be much nearer or much farther.
+    """
+    across = depth.shape[1] if steep else depth.shape[0]
+    base = int(np.floor(middle - 0.5))
+    for side in range(base, base + 2):
+        at = min(max(side, 0), across - 1)
+        there = depth[along, at] if steep else depth[at, along]
+        if z >= there:
+            return True
+    return False
+
+
+@compiled()
+def draw_outline(
+    depth: Depths, start: int, stop: int, step_mm: float, colour: int, share: float, image: Pixmap
+) -> None:
+    """Draw where the surface turns away from the eye, in the rows ``start`` to ``stop``.
+
+    These are pixels of the part beside nothing, or those where the depth bends by more than
+    ``step_mm``: second differences are zero on a plane, however steep.
+    """
+    height, width = depth.shape
+    for y in range(start, stop):
+        for x in range(width):
+            z = depth[y, x]
+            if z == -np.inf:
+                continue
+            left = depth[y, x - 1] if x > 0 else z
+            right = depth[y, x + 1] if x + 1 < width else z
+            above = depth[y - 1, x] if y > 0 else z
+            below = depth[y + 1, x] if y + 1 < height else z
+            # Only the nearer side of a step is drawn, or every outline had two pixels.
+            if 2.0 * z - left - right > step_mm or 2.0 * z - above - below > step_mm:
+                _over(image, y, x, colour, share)
+
+
+@compiled()
+def blend_polygon(
+    corners: Float, colour: int, share: float, bias: float, depth: Depths, image: Pixmap
+) -> None:
+    """Lay a convex, flat, translucent polygon over the picture where the part does not hide it.
+
+    ``corners`` (n, 3) are places; ``bias`` (mm) keeps a polygon on the surface in sight.
+    """
+    height, width = depth.shape
+    n = len(corners)
+    # Newell's method: the normal of a polygon that no three of its corners have to give well.
+    nx = ny = nz = mx = my = mz = 0.0
+    for k in range(n):
+        ax, ay, az = corners[k, 0], corners[k, 1], corners[k, 2]
+        m = k + 1 if k + 1 < n else 0
+        bx, by, bz = corners[m, 0], corners[m, 1], corners[m, 2]
+        nx += (ay - by) * (az + bz)
+        ny += (az - bz) * (ax + bx)
+        nz += (ax - bx) * (ay + by)
+        mx, my, mz = mx + ax / n, my + ay / n, mz + az / n
+    # Seen from its edge it covers nothing.
+    if not abs(nz) > 1e-6 * (abs(nx) + abs(ny)) + 1e-9:
+        return
+    low_y, high_y = np.inf, -np.inf
+    for k in range(n):
+        low_y, high_y = min(low_y, corners[k, 1]), max(high_y, corners[k, 1])
+    for y in range(int(max(low_y, 0.0)), int(min(high_y + 1.0, float(height)))):
+        middle = y + 0.5
+        left, right = np.inf, -np.inf
+        for k in range(n):
+            m = k + 1 if k + 1 < n else 0
+            py, qy = corners[k, 1], corners[m, 1]
+            # Half open: a corner between two edges counts once.
+            if (py <= middle) != (qy <= middle):
+                x_at = corners[k, 0] + (middle - py) / (qy - py) * (corners[m, 0] - corners[k, 0])
+                left, right = min(left, x_at), max(right, x_at)
+        if not left <= right:
+            continue
+        first = int(max(np.ceil(left - 0.5), 0.0))
+        last = int(min(np.floor(right - 0.5), width - 1.0))
+        for x in range(first, last + 1):
+            z = mz - (nx * (x + 0.5 - mx) + ny * (middle - my)) / nz
+            if z + bias >= depth[y, x]:
+                _over(image, y, x, colour, share)
+
+
+@compiled()
+def merge_layers(
+    front: Pixmap, back: Pixmap, start: int, stop: int, front_share: float, back_share: float
+) -> None:
+    """Lay the front layer over the back one, both made translucent; rows ``start`` to ``stop``.
+
+    The result is in ``front``.
+    """
+    for y in range(start, stop):
+        for x in range(front.shape[1]):
+            above, below = front[y, x], back[y, x]
+            if above == 0:
+                continue
+            front[y, x] = 0
+            if below != 0:
+                _over(front, y, x, int(below) & 0xFFFFFF, back_share)
+            _over(front, y, x, int(above) & 0xFFFFFF, front_share)

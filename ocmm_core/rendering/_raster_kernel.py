@@ -1,0 +1,202 @@
+"""Compiled: from vertices to pixels, a depth buffer and a buffer of face numbers.
+
+A place is (x, y, depth): x and y in px from the upper left corner, pixel (i, j) reaching from i to
+i + 1 and from j to j + 1; depth in mm, greater towards the eye. The projection is orthographic, so
+that depth and colour are linear over a triangle.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float
+from ocmm_core.rendering._arrays import Colours, Depths, FaceNumbers, Pixmap, Shades
+
+# The lamp sits a little up and left of the eye: (x right, y up, z to the eye), length one. Straight
+# from the eye the three sides of a box seen over its corner would all have the same brightness.
+_LAMP_X, _LAMP_Y, _LAMP_Z = -0.28, 0.40, 0.8727
+# What faces away from the lamp still shows its colour.
+_AMBIENT = 0.42
+# A pixel's centre may lie on the edge of two triangles; rounding must not give it to neither.
+_EDGE_PX = 1e-6
+# Below this twice the area (px^2) a triangle is seen from its edge and covers nothing.
+_FLAT_PX2 = 1e-9
+
+
+@compiled()
+def project_mesh(
+    vertices: Float, normals: Float, colours: Colours, matrix: Float, offset: Float,
+    places: Float, shades: Shades,
+) -> None:  # fmt: skip
+    """Put the places (n, 3) and the lit colours (n, 3), 0 to 255, of vertices into the arrays.
+
+    ``place = vertex @ matrix + offset``. The third column of ``matrix`` (3, 3) is a unit vector
+    towards the eye; the first grows to the right, the second downwards.
+    """
+    # Directions of the picture have length one; x and y are scaled, and y points downwards.
+    scale = np.sqrt(matrix[0, 0] ** 2 + matrix[1, 0] ** 2 + matrix[2, 0] ** 2)
+    for row in range(len(vertices)):
+        vx, vy, vz = vertices[row, 0], vertices[row, 1], vertices[row, 2]
+        nx, ny, nz = normals[row, 0], normals[row, 1], normals[row, 2]
+        for axis in range(3):
+            places[row, axis] = (
+                vx * matrix[0, axis] + vy * matrix[1, axis] + vz * matrix[2, axis] + offset[axis]
+            )
+        right = (nx * matrix[0, 0] + ny * matrix[1, 0] + nz * matrix[2, 0]) / scale
+        up = -(nx * matrix[0, 1] + ny * matrix[1, 1] + nz * matrix[2, 1]) / scale
+        toward = nx * matrix[0, 2] + ny * matrix[1, 2] + nz * matrix[2, 2]
+        # The back of a sheet is seen as its front would be: an open model has no inside.
+        sign = 1.0 if toward >= 0.0 else -1.0
+        light = sign * (right * _LAMP_X + up * _LAMP_Y + toward * _LAMP_Z)
+        share = _AMBIENT + (1.0 - _AMBIENT) * max(light, 0.0)
+        for channel in range(3):
+            shades[row, channel] = share * colours[row, channel]
+
+
+@compiled()
+def raster(
+    places: Float, shades: Shades, triangles: FaceNumbers, triangle_faces: FaceNumbers, start: int,
+    stop: int, before: Depths, gap: float, depth: Depths, faces: FaceNumbers, image: Pixmap,
+) -> None:  # fmt: skip
+    """Paint triangles ``start`` to ``stop`` where nothing nearer to the eye is painted yet.
+
+    Parameters
+    ----------
+    places, shades
+        (n, 3) from `project_mesh`.
+    triangles, triangle_faces
+        (m, 3) rows of ``places``, and (m,) the numbers that go into ``faces``.
+    before
+        (height, width): only what lies more than ``gap`` mm behind it is painted, which gives the
+        second layer of a transparent part; of shape (0, 0) for everything.
+    depth, faces, image
+        (height, width), changed in place; ``image`` is 0xAARRGGBB.
+    """
+    height, width = depth.shape
+    peels = before.size > 0
+    for number in range(start, stop):
+        a, b, c = triangles[number, 0], triangles[number, 1], triangles[number, 2]
+        ax, ay, az = places[a, 0], places[a, 1], places[a, 2]
+        bx, by, bz = places[b, 0], places[b, 1], places[b, 2]
+        cx, cy, cz = places[c, 0], places[c, 1], places[c, 2]
+        low_y, high_y = min(ay, by, cy), max(ay, by, cy)
+        low_x, high_x = min(ax, bx, cx), max(ax, bx, cx)
+        # Written so that NaN is left out, too.
+        if not (low_x < width and high_x > 0.0 and low_y < height and high_y > 0.0):
+            continue
+        first_y = int(max(np.ceil(low_y - 0.5 - _EDGE_PX), 0.0))
+        last_y = int(min(np.floor(high_y - 0.5 + _EDGE_PX), height - 1.0))
+        least_x = max(np.ceil(low_x - 0.5 - _EDGE_PX), 0.0)
+        most_x = min(np.floor(high_x - 0.5 + _EDGE_PX), width - 1.0)
+        if first_y > last_y or least_x > most_x:
+            continue
+        ux, uy, vx, vy = bx - ax, by - ay, cx - ax, cy - ay
+        # Twice the signed area; its sign says which way round the corners go in the picture.
+        area = ux * vy - uy * vx
+        if not abs(area) > _FLAT_PX2:
+            continue
+        inverse = 1.0 / area
+        low_z, high_z = min(az, bz, cz), max(az, bz, cz)
+        # Cramer's rule for f(x, y) = f_a + f_x (x - ax) + f_y (y - ay) through the three corners.
+        z_x = ((bz - az) * vy - (cz - az) * uy) * inverse
+        z_y = ((cz - az) * ux - (bz - az) * vx) * inverse
+        ra, ga, la = shades[a, 0], shades[a, 1], shades[a, 2]
+        rb, gb, lb = shades[b, 0] - ra, shades[b, 1] - ga, shades[b, 2] - la
+        rc, gc, lc = shades[c, 0] - ra, shades[c, 1] - ga, shades[c, 2] - la
+        # One brightness and one colour: most faces are flat, and all triangles in them.
+        is_plain = (
+            abs(rb) + abs(gb) + abs(lb) + abs(rc) + abs(gc) + abs(lc) < 0.5
+        )  # fmt: skip
+        plain = _packed(ra, ga, la)
+        r_x, r_y = (rb * vy - rc * uy) * inverse, (rc * ux - rb * vx) * inverse
+        g_x, g_y = (gb * vy - gc * uy) * inverse, (gc * ux - gb * vx) * inverse
+        l_x, l_y = (lb * vy - lc * uy) * inverse, (lc * ux - lb * vx) * inverse
+        face = triangle_faces[number]
+        for y in range(first_y, last_y + 1):
+            middle = y + 0.5
+            # Where the line through the pixels' centres enters and leaves the triangle: it crosses
+            # two edges, or three in a corner.
+            left, right = np.inf, -np.inf
+            for edge in range(3):
+                if edge == 0:
+                    px, py, qx, qy = ax, ay, bx, by
+                elif edge == 1:
+                    px, py, qx, qy = bx, by, cx, cy
+                else:
+                    px, py, qx, qy = cx, cy, ax, ay
+                if min(py, qy) - _EDGE_PX <= middle <= max(py, qy) + _EDGE_PX:
+                    rise = qy - py
+                    if abs(rise) > _EDGE_PX:
+                        share = min(max((middle - py) / rise, 0.0), 1.0)
+                        x = px + share * (qx - px)
+                        left, right = min(left, x), max(right, x)
+                    else:
+                        left, right = min(left, px, qx), max(right, px, qx)
+            first = int(max(np.ceil(left - 0.5 - _EDGE_PX), least_x))
+            last = int(min(np.floor(right - 0.5 + _EDGE_PX), most_x))
+            z_row = az + z_y * (middle - ay) + z_x * (0.5 - ax)
+            for x in range(first, last + 1):
+                # Slivers have steep slopes: between its corners a triangle has no other depths.
+                z = min(max(z_row + z_x * x, low_z), high_z)
+                if z <= depth[y, x] or (peels and z >= before[y, x] - gap):
+                    continue
+                depth[y, x] = z
+                faces[y, x] = face
+                if is_plain:
+                    image[y, x] = plain
+                else:
+                    dx, dy = x + 0.5 - ax, middle - ay
+                    image[y, x] = _packed(
+                        ra + r_x * dx + r_y * dy, ga + g_x * dx + g_y * dy, la + l_x * dx + l_y * dy
+                    )
+
+
+@compiled()
+def _packed(red: float, green: float, blue: float) -> np.uint32:
+    """Return an opaque colour 0xffRRGGBB from channels of 0 to 255, which may be a little off."""
+    r = np.uint32(min(max(red, 0.0), 255.0))
+    g = np.uint32(min(max(green, 0.0), 255.0))
+    b = np.uint32(min(max(blue, 0.0), 255.0))
+    return np.uint32(0xFF000000) | (r << np.uint32(16)) | (g << np.uint32(8)) | b
+
+
+@compiled()
+def hides(
+    vertices: Float, triangles: FaceNumbers, point: Float, toward: Float, least_mm: float
+) -> bool:
+    """Return whether a triangle lies more than ``least_mm`` in front of a point (3,).
+
+    ``toward`` (3,) is a unit vector to the eye. The ray is met by the algorithm of Moeller and
+    Trumbore (1997), without culling: a sheet hides from both sides.
+    """
+    for number in range(len(triangles)):
+        a, b, c = triangles[number, 0], triangles[number, 1], triangles[number, 2]
+        e0 = vertices[b, 0] - vertices[a, 0]
+        e1 = vertices[b, 1] - vertices[a, 1]
+        e2 = vertices[b, 2] - vertices[a, 2]
+        f0 = vertices[c, 0] - vertices[a, 0]
+        f1 = vertices[c, 1] - vertices[a, 1]
+        f2 = vertices[c, 2] - vertices[a, 2]
+        p0 = toward[1] * f2 - toward[2] * f1
+        p1 = toward[2] * f0 - toward[0] * f2
+        p2 = toward[0] * f1 - toward[1] * f0
+        det = e0 * p0 + e1 * p1 + e2 * p2
+        # Parallel to the ray, or without an area.
+        if not abs(det) > 1e-12:
+            continue
+        s0 = point[0] - vertices[a, 0]
+        s1 = point[1] - vertices[a, 1]
+        s2 = point[2] - vertices[a, 2]
+        u = (s0 * p0 + s1 * p1 + s2 * p2) / det
+        if u < 0.0 or u > 1.0:
+            continue
+        q0 = s1 * e2 - s2 * e1
+        q1 = s2 * e0 - s0 * e2
+        q2 = s0 * e1 - s1 * e0
+        v = (toward[0] * q0 + toward[1] * q1 + toward[2] * q2) / det
+        if v < 0.0 or u + v > 1.0:
+            continue
+        if (f0 * q0 + f1 * q1 + f2 * q2) / det > least_mm:
+            return True
+    return False

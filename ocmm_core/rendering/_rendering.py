@@ -1,0 +1,208 @@
+"""A part painted into a canvas, at once or a little at a time."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from enum import Enum
+from time import perf_counter
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.rendering._arrays import Colours, Depths, FaceNumbers, Pixmap, Shades
+from ocmm_core.rendering._canvas import Canvas
+from ocmm_core.rendering._line_kernel import blend_polygon, draw_lines, draw_outline, merge_layers
+from ocmm_core.rendering._mesh import RenderMesh
+from ocmm_core.rendering._raster_kernel import hides, project_mesh, raster
+
+_TRIANGLES = 4096
+_LINES = 512
+_ROWS = 128
+"""So much is painted between two looks at the clock: some milliseconds."""
+_BIAS_PX = 3.0
+"""A line on a surface seen at 70 degrees is that many pixels deeper at its rim."""
+_OUTLINE_PX = 8.0
+_NO_DEPTHS: Depths = np.empty((0, 0), dtype=np.float32)
+_FRONT, _BACK = 0.42, 0.5
+
+
+class RenderMode(Enum):
+    """How the part is painted."""
+
+    SHADED = "shaded"
+    HIDDEN_LINES = "hidden lines"
+    TRANSPARENT = "transparent"
+
+    @property
+    def following(self) -> RenderMode:
+        """Return the next one, round and round."""
+        modes = tuple(RenderMode)
+        return modes[(modes.index(self) + 1) % len(modes)]
+
+
+@dataclass(frozen=True, slots=True)
+class RenderStyle:
+    """Mode and colours, each ``#rrggbb``.
+
+    Attributes
+    ----------
+    mode
+        See `RenderMode`.
+    edge
+        Of edges and outlines.
+    fill
+        Of faces where only lines are seen: the background.
+    half_px
+        Half the width of an edge.
+    """
+
+    mode: RenderMode
+    edge: str
+    fill: str
+    half_px: float = 0.6
+
+
+class Rendering:
+    """Paint a mesh into a canvas; `go_on` paints what is left until the time is up.
+
+    Parameters
+    ----------
+    mesh
+        What is painted.
+    matrix, offset
+        (3, 3) and (3,): ``vertex @ matrix + offset`` is x and y, px, and the height towards the
+        eye, mm; the third column of ``matrix`` is a unit vector.
+    canvas
+        Where; it is cleared first.
+    style
+        How.
+    colours
+        (n, 3) of the vertices of the *model*.
+    """
+
+    def __init__(
+        self,
+        mesh: RenderMesh,
+        matrix: Float,
+        offset: Float,
+        canvas: Canvas,
+        style: RenderStyle,
+        colours: Colours,
+    ) -> None:
+        self._mesh, self._canvas, self._style = mesh, canvas, style
+        self._matrix = np.ascontiguousarray(matrix, dtype=np.float64)
+        self._offset = np.ascontiguousarray(offset, dtype=np.float64)
+        self._colours = colours
+        self.px_mm = 1.0 / float(np.linalg.norm(self._matrix[:, 0]))
+        """What a pixel is wide, mm."""
+        self._steps = self._painting()
+        self.is_done = False
+
+    @property
+    def bias(self) -> float:
+        """Return how deep behind the surface something still counts as on it, mm."""
+        return _BIAS_PX * self.px_mm + self._mesh.cell_mm
+
+    def go_on(self, until_s: float = math.inf) -> bool:
+        """Paint until a time of `time.perf_counter`; return whether all is painted."""
+        while not self.is_done:
+            if next(self._steps, True):
+                self.is_done = True
+            elif perf_counter() > until_s:
+                break
+        return self.is_done
+
+    def _painting(self) -> Iterator[bool]:
+        mesh, canvas, style = self._mesh, self._canvas, self._style
+        canvas.clear()
+        n = len(mesh.vertices)
+        places = np.empty((n, 3))
+        shades = np.empty((n, 3), dtype=np.float32)
+        fill = _number(style.fill)
+        if style.mode is RenderMode.HIDDEN_LINES:
+            colours = np.empty((n, 3), dtype=np.uint8)
+            colours[:] = (fill >> 16, (fill >> 8) & 255, fill & 255)
+        else:
+            colours = np.ascontiguousarray(self._colours[mesh.origins])
+        project_mesh(
+            mesh.vertices, mesh.normals, colours, self._matrix, self._offset, places, shades
+        )
+        if style.mode is RenderMode.HIDDEN_LINES:
+            shades[:] = colours
+        yield False
+        front = (canvas.depth, canvas.faces, canvas.image)
+        yield from self._raster(places, shades, _NO_DEPTHS, front)
+        if style.mode is RenderMode.TRANSPARENT:
+            image, depth, faces = canvas.second_layer()
+            yield from self._raster(places, shades, canvas.depth, (depth, faces, image))
+            for start in range(0, canvas.height, _ROWS):
+                stop = min(start + _ROWS, canvas.height)
+                merge_layers(canvas.image, image, start, stop, _FRONT, _BACK)
+                yield False
+        yield from self._lines()
+
+    def _raster(
+        self, places: Float, shades: Shades, before: Depths,
+        into: tuple[Depths, FaceNumbers, Pixmap],
+    ) -> Iterator[bool]:  # fmt: skip
+        mesh = self._mesh
+        gap = 0.5 * self.px_mm + mesh.cell_mm
+        for start in range(0, len(mesh.triangles), _TRIANGLES):
+            stop = min(start + _TRIANGLES, len(mesh.triangles))
+            raster(
+                places, shades, mesh.triangles, mesh.triangle_faces, start, stop, before, gap, *into
+            )
+            yield False
+
+    def _lines(self) -> Iterator[bool]:
+        mesh, canvas, style = self._mesh, self._canvas, self._style
+        colour = _number(style.edge)
+        hidden = 0.3 if style.mode is RenderMode.TRANSPARENT else 0.0
+        share = 1.0 if style.mode is RenderMode.HIDDEN_LINES else 0.6
+        step = _OUTLINE_PX * self.px_mm
+        for start in range(0, canvas.height, _ROWS):
+            stop = min(start + _ROWS, canvas.height)
+            draw_outline(canvas.depth, start, stop, step, colour, share, canvas.image)
+            yield False
+        edges = np.ascontiguousarray(mesh.edge_points @ self._matrix + self._offset)
+        shown = 1.0 if style.mode is RenderMode.HIDDEN_LINES else 0.85
+        for start in range(0, len(mesh.edge_starts) - 1, _LINES):
+            stop = min(start + _LINES, len(mesh.edge_starts) - 1)
+            draw_lines(
+                edges, mesh.edge_starts, start, stop, style.half_px, colour, shown, hidden,
+                self.bias, canvas.depth, canvas.image,
+            )  # fmt: skip
+            yield False
+
+
+def blend_flat(canvas: Canvas, corners: Float, colour: str, share: float, bias: float) -> None:
+    """Lay a convex flat polygon, places (n, 3) in the canvas, over a painted part.
+
+    ``share`` is how much of ``colour`` it has, 0 to 1; behind the part it is hidden, but not where
+    it lies within ``bias`` mm on its surface.
+    """
+    blend_polygon(
+        np.ascontiguousarray(corners), _number(colour), share, bias, canvas.depth, canvas.image
+    )
+
+
+def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) -> bool:
+    """Return whether the part stands between a point and an eye far away.
+
+    Parameters
+    ----------
+    point, toward
+        (3,), mm, and (3,), unit: in the frame of the mesh.
+    least_mm
+        What is nearer in front of the point does not count: the surface that it lies on.
+    """
+    return hides(
+        mesh.vertices, mesh.triangles, np.ascontiguousarray(point, dtype=np.float64),
+        np.ascontiguousarray(toward, dtype=np.float64), least_mm,
+    )  # fmt: skip
+
+
+def _number(colour: str) -> int:
+    return int(colour[1:7], 16)

@@ -1,0 +1,336 @@
+"""Studies of one reference: type 1 (Cg, Cgk), linearity, suitability (Q), and our own U.
+
+Type 1: one calibrated part near the middle of the tolerance T, measured n times by one operator:
+Cg = K T / (L s) with K = 0.2 and L = 6, Cgk = (K T / 2 - |b|) / (L s / 2). Suitability after
+ISO 22514-7 / VDA 5: Q = 2 U / T.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+
+LEAST_TYPE1, USUAL_TYPE1 = 25, 50
+LEAST_CG = 1.33
+Q_MS_PERCENT, Q_MP_PERCENT = 15.0, 30.0
+RESOLUTION_SHARE = 0.05
+LEAST_REFERENCES, LEAST_PER_REFERENCE = 5, 10
+
+
+@dataclass(frozen=True, slots=True)
+class Type1Study:
+    """What repeated measurements of one calibrated part say.
+
+    Attributes
+    ----------
+    results, mean, bias, scatter
+        N, mean, mean less reference, s.
+    cg, cgk
+        Capability of the gauge, and with its bias.
+    cg_low, cg_high
+        95 % interval of Cg, from that of s.
+    t, p_value, biased
+        Of the bias; whether it is significant at 5 %.
+    var_percent, var_bias_percent
+        100 K / Cg and 100 K / Cgk, of K = 0.2; infinite where Cgk is not above zero.
+    least_tolerance
+        That both would be met with, without a bias.
+    resolution_good
+        Whether the resolution is at most 5 % of T; None where it was not given.
+    capable
+        Both are at least 1.33.
+    """
+
+    results: int
+    mean: float
+    bias: float
+    scatter: float
+    cg: float
+    cgk: float
+    cg_low: float
+    cg_high: float
+    t: float
+    p_value: float
+    biased: bool
+    var_percent: float
+    var_bias_percent: float
+    least_tolerance: float
+    resolution_good: bool | None
+    capable: bool
+
+
+def type1_study(
+    results: Sequence[float] | Float,
+    reference: float,
+    tolerance: float,
+    *,
+    resolution: float | None = None,
+    share: float = 0.2,
+    width: float = 6.0,
+) -> Type1Study:
+    """Return the type-1 study of results.
+
+    Parameters
+    ----------
+    reference, tolerance
+        Certified value and the whole width T.
+    resolution
+        Of the readout.
+    share, width
+        K and L.
+
+    Raises
+    ------
+    InputError
+        There are fewer than 25 results, they do not scatter, or T is not above zero.
+    """
+    x = np.asarray(results, dtype=np.float64)
+    if len(x) < LEAST_TYPE1 or not np.all(np.isfinite(x)):
+        raise InputError(
+            "msa.type1_count",
+            f"A type-1 study has {len(x)} results; {LEAST_TYPE1} are the least.",
+            f"Take the part away and set it back {USUAL_TYPE1} times.",
+        )
+    s, n = float(x.std(ddof=1)), len(x)
+    if not tolerance > 0.0 or not s > 0.0:
+        raise InputError(
+            "msa.type1_width",
+            f"The tolerance is {tolerance:g} and the scatter {s:g}: both must be above zero.",
+            "Give the tolerance; results that do not scatter come from a readout too coarse.",
+        )
+    bias = float(x.mean()) - reference
+    cg = share * tolerance / (width * s)
+    cgk = (0.5 * share * tolerance - abs(bias)) / (0.5 * width * s)
+    t = abs(bias) * math.sqrt(n) / s
+    p = 2.0 * float(stats.t.sf(t, n - 1))
+    low, high = (math.sqrt(float(stats.chi2.ppf(q, n - 1)) / (n - 1)) for q in (0.025, 0.975))
+    return Type1Study(
+        results=n, mean=float(x.mean()), bias=bias, scatter=s, cg=cg, cgk=cgk, cg_low=cg * low,
+        cg_high=cg * high, t=t, p_value=p, biased=p < 0.05, var_percent=100.0 * share / cg,
+        var_bias_percent=100.0 * share / cgk if cgk > 0.0 else math.inf,
+        least_tolerance=LEAST_CG * width * s / share,
+        resolution_good=None if resolution is None else resolution <= RESOLUTION_SHARE * tolerance,
+        capable=cg >= LEAST_CG and cgk >= LEAST_CG,
+    )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class LinearityStudy:
+    """Bias over the range: bias = intercept + slope x.
+
+    Attributes
+    ----------
+    intercept, slope, sigma
+        Of the line, and the standard deviation of the residuals.
+    references, biases
+        Mean bias of each reference.
+    p_intercept, p_slope
+        Whether they differ from zero.
+    bands
+        Half width of the 95 % band of the line at the references.
+    linear
+        The zero line is inside the band everywhere between them.
+    """
+
+    intercept: float
+    slope: float
+    sigma: float
+    references: Float
+    biases: Float
+    p_intercept: float
+    p_slope: float
+    bands: Float
+    linear: bool
+
+
+def linearity_study(
+    references: Sequence[float], results: Sequence[Sequence[float] | Float]
+) -> LinearityStudy:
+    """Return how the bias changes over the range.
+
+    Parameters
+    ----------
+    references
+        Certified values, one of each part.
+    results
+        Of each part.
+
+    Raises
+    ------
+    InputError
+        Fewer than 5 references, or fewer than 10 results of one.
+    """
+    least = min((len(one) for one in results), default=0)
+    if (
+        len(references) != len(results)
+        or len(set(references)) < LEAST_REFERENCES
+        or least < LEAST_PER_REFERENCE
+    ):
+        raise InputError(
+            "msa.linearity",
+            f"A linearity study has {len(set(references))} references with at least {least} "
+            f"results; {LEAST_REFERENCES} with {LEAST_PER_REFERENCE} are the least.",
+            "Measure more parts over the range.",
+        )
+    x = np.concatenate([np.full(len(r), ref) for ref, r in zip(references, results, strict=True)])
+    y = np.concatenate([np.asarray(r, dtype=np.float64) for r in results]) - x
+    n, centre = len(x), float(x.mean())
+    sxx = float(np.sum((x - centre) ** 2))
+    slope = float(np.sum((x - centre) * y)) / sxx
+    middle = float(y.mean())
+    intercept = middle - slope * centre
+    sigma = math.sqrt(float(np.sum((y - intercept - slope * x) ** 2)) / (n - 2))
+    t = float(stats.t.ppf(0.975, n - 2))
+
+    def band(at: Float) -> Float:
+        width: Float = t * sigma * np.sqrt(1.0 / n + (at - centre) ** 2 / sxx)
+        return width
+
+    at = np.linspace(x.min(), x.max(), 201)
+    refs = np.asarray(references, dtype=np.float64)
+    s_slope, s_cut = sigma / math.sqrt(sxx), sigma * math.sqrt(1.0 / n + centre**2 / sxx)
+    return LinearityStudy(
+        intercept, slope, sigma, refs, np.array([y[x == ref].mean() for ref in refs]),
+        _p_value(intercept, s_cut, n - 2), _p_value(slope, s_slope, n - 2), band(refs),
+        bool(np.all(np.abs(intercept + slope * at) <= band(at))),
+    )  # fmt: skip
+
+
+def _p_value(value: float, sigma: float, df: int) -> float:
+    if sigma == 0.0:
+        return 1.0 if value == 0.0 else 0.0
+    return 2.0 * float(stats.t.sf(abs(value) / sigma, df))
+
+
+@dataclass(frozen=True, slots=True)
+class Suitability:
+    """Q of the measuring system and of the process (ISO 22514-7, VDA 5).
+
+    Attributes
+    ----------
+    u_ms, u_mp
+        Standard uncertainties.
+    q_ms, q_mp
+        100 x 2 U / T, per cent.
+    suitable
+        At most 15 % and 30 %.
+    least_tolerance
+        That both would be met with.
+    """
+
+    u_ms: float
+    u_mp: float
+    q_ms: float
+    q_mp: float
+    suitable: bool
+    least_tolerance: float
+
+
+def suitability(u_ms: float, u_mp: float, tolerance: float) -> Suitability:
+    """Return Q of standard uncertainties, U = 2 u, for the whole width of a tolerance."""
+    if not tolerance > 0.0:
+        raise InputError("msa.tolerance", "The tolerance is not above zero.", "Give its width.")
+    q_ms, q_mp = 400.0 * u_ms / tolerance, 400.0 * u_mp / tolerance
+    return Suitability(
+        u_ms, u_mp, q_ms, q_mp, q_ms <= Q_MS_PERCENT and q_mp <= Q_MP_PERCENT,
+        max(400.0 * u_ms / Q_MS_PERCENT, 400.0 * u_mp / Q_MP_PERCENT),
+    )  # fmt: skip
+
+
+def system_uncertainty(
+    u_cal: float, resolution: float, scatter: float, bias: float, u_linearity: float
+) -> float:
+    """Return u_MS: certificate, the larger of resolution / sqrt(12) and s, bias, linearity."""
+    readout = max(resolution / math.sqrt(12.0), scatter)
+    return math.sqrt(u_cal**2 + readout**2 + bias**2 / 3.0 + u_linearity**2)
+
+
+def process_uncertainty(
+    u_ms: float, reproducibility: float, interaction: float, u_part: float, u_temperature: float
+) -> float:
+    """Return u_MP: the system, operators, their interaction, the part and the temperature."""
+    return math.sqrt(u_ms**2 + reproducibility**2 + interaction**2 + u_part**2 + u_temperature**2)
+
+
+@dataclass(frozen=True, slots=True)
+class StatedScatter:
+    """The stated uncertainty of repeats beside the scatter that was found.
+
+    Attributes
+    ----------
+    ratios
+        s / u of every cell.
+    low, high
+        Band in which one ratio lies with 99 % over all cells together.
+    outside
+        Indices of cells beyond the band.
+    pooled
+        sqrt(mean s^2 / mean u^2) of all cells.
+    pooled_low, pooled_high
+        Its band, 99 %.
+    message
+        A sentence; empty where they agree.
+    """
+
+    ratios: Float
+    low: float
+    high: float
+    outside: tuple[int, ...]
+    pooled: float
+    pooled_low: float
+    pooled_high: float
+    message: str
+
+
+def compare_stated(values: Float, stated: Float, confidence: float = 0.99) -> StatedScatter:
+    """Return whether repeats scatter as their stated standard uncertainty says.
+
+    Parameters
+    ----------
+    values
+        (cells, r): repeats.
+    stated
+        (cells,): standard uncertainty of one result, without what all repeats share.
+
+    Raises
+    ------
+    InputError
+        There is no repeat, or a stated uncertainty that is not above zero.
+    """
+    x, u = np.asarray(values, dtype=np.float64), np.asarray(stated, dtype=np.float64)
+    if x.ndim != 2 or x.shape[1] < 2 or not np.all(u > 0.0):
+        raise InputError(
+            "msa.stated", "Repeats and their stated uncertainty are needed.", "Measure them."
+        )
+    cells, df = x.shape[0], x.shape[1] - 1
+    ratios = x.std(axis=1, ddof=1) / u
+    half = 0.5 * (1.0 - confidence)
+    low, high = _band(half / cells, df)
+    pooled = float(np.sqrt(np.mean(ratios**2)))
+    pooled_low, pooled_high = _band(half, cells * df)
+    outside = tuple(int(i) for i in np.nonzero((ratios < low) | (ratios > high))[0])
+    message = ""
+    if pooled > pooled_high or any(ratios[i] > high for i in outside):
+        message = (
+            f"The results scatter {max(pooled, ratios.max() if outside else 0.0):.1f} times as "
+            "much as the stated uncertainty says: the stated U is too small. Find what the budget "
+            "lacks before U is used."
+        )
+    elif pooled < pooled_low or outside:
+        message = (
+            f"The results scatter {pooled:.2f} times as much as the stated uncertainty says: the "
+            "stated U is larger than needed, or holds what all repeats share."
+        )
+    return StatedScatter(ratios, low, high, outside, pooled, pooled_low, pooled_high, message)
+
+
+def _band(tail: float, df: int) -> tuple[float, float]:
+    low, high = (math.sqrt(float(stats.chi2.ppf(q, df)) / df) for q in (tail, 1.0 - tail))
+    return low, high

@@ -1,0 +1,98 @@
+"""Where the eye has to be so that the work is in the picture, without moving more than it must."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.evaluation import Target
+from ocmm_core.rendering import choose_side
+from ocmm_gui.views._scene import Orbit
+
+_MARGIN = 1.18
+_CHASE = 1.4
+"""So much more room a view takes that the ball has left: it will go on, and a view that moves with
+it cannot be read."""
+_CALM = 1.7
+"""A view that is so much wider than it has to be takes in what is nearer."""
+_RIM = 0.03
+"""What is nearer to the edge of the picture than this part of it is about to leave it."""
+
+
+def _none() -> Float:
+    return np.empty((0, 3))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Work:
+    """What a view has to show; places are (n, 3), mm, world.
+
+    Attributes
+    ----------
+    ball
+        The centre of the ball, or none.
+    target
+        Where the next point is wanted; None where nobody knows.
+    active
+        The feature that is measured.
+    whole
+        The part, or what of it is known.
+    """
+
+    ball: Float = field(default_factory=_none)
+    target: Target | None = None
+    active: Float = field(default_factory=_none)
+    whole: Float = field(default_factory=_none)
+
+    def needed(self) -> Float:
+        """Return what must never be out of the picture."""
+        target = _none() if self.target is None else self.target.surface_world[None]
+        return np.concatenate([self.ball, target, self.active])
+
+    def all(self) -> Float:
+        """Return everything that the view should show."""
+        return np.concatenate([self.needed(), self.whole])
+
+
+def side_for(orbit: Orbit, target: Target, is_hidden: Callable[[Float], bool]) -> Orbit:
+    """Return the view turned so that the next place is in sight; the very same if it is.
+
+    ``is_hidden`` is whether the part stands between the place and an eye in a direction (3,).
+    """
+    toward = orbit.axes()[2]
+    side = choose_side(toward, target.normal_world, orbit.up, is_hidden)
+    return orbit if side is toward else orbit.looking_from(side)
+
+
+def following(orbit: Orbit, work: Work, width: float, height: float, *, turned: bool) -> Orbit:
+    """Return a view that shows the work; the very same as long as it does so well enough.
+
+    Parameters
+    ----------
+    orbit
+        From which side.
+    width, height
+        Of the picture, px.
+    turned
+        It was turned just now: it is fitted whatever it shows.
+    """
+    everything = work.all()
+    if not len(everything):
+        return orbit
+    wanted = orbit.fitted(everything, width, height, _MARGIN)
+    if turned:
+        return wanted
+    if not in_picture(orbit, work.needed(), width, height, _RIM):
+        left = len(work.ball) and not in_picture(orbit, work.ball, width, height, _RIM)
+        return orbit.fitted(everything, width, height, _CHASE) if left else wanted
+    calm = orbit.radius <= _CALM * wanted.radius
+    return orbit if calm and in_picture(orbit, work.whole, width, height, 0.0) else wanted
+
+
+def in_picture(orbit: Orbit, places: Float, width: float, height: float, rim: float) -> bool:
+    """Return whether places (n, 3) lie in the picture, a part ``rim`` of it away from its edge."""
+    seen = orbit.project(places, width, height)[:, :2] / np.array([width, height])
+    return bool(((seen >= rim) & (seen <= 1.0 - rim)).all())

@@ -1,0 +1,113 @@
+"""What stands round the 3-D scene: axes, step of the grid, the rig in a corner, a line of words."""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+
+from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
+from ocmm_gui.kit import Theme, text_font, tr
+from ocmm_gui.views import _shapes as shapes
+from ocmm_gui.views._contents import grid_step
+from ocmm_gui.views._scene import Dots, Item, Lines, Orbit, Tag
+from ocmm_gui.views._scene_painter import paint_scene
+
+OVERVIEW_ASPECT = 1.25
+_GAP_PX = 8.0
+
+
+class Overview:
+    """The whole rig, small in a corner where nothing is that must be seen.
+
+    Parameters
+    ----------
+    rig
+        What is shown.
+    orbit
+        From where.
+    lines
+        Its cameras, segments (n, 2, 3), mm, world.
+    """
+
+    def __init__(self, rig: Rig, orbit: Orbit, lines: Float) -> None:
+        self._rig, self._orbit, self._lines = rig, orbit, lines
+
+    def place(self, inside: QRectF, avoided: Float) -> QRectF | None:
+        """Return its corner of the picture; None where all of them are needed.
+
+        ``avoided`` (n, 2), px, must not be covered. The lower left corner has the axes.
+        """
+        side = min(190.0, 0.24 * inside.width(), 0.34 * inside.height())
+        wide = OVERVIEW_ASPECT * side
+        left, right = inside.left() + _GAP_PX, inside.right() - wide - _GAP_PX
+        top, bottom = inside.top() + _GAP_PX, inside.bottom() - side - _GAP_PX
+        for x, y in ((right, top), (right, bottom), (left, top)):
+            room = QRectF(x, y, wide, side)
+            if not any(room.contains(QPointF(*one)) for one in avoided.tolist()):
+                return room
+        return None
+
+    def paint(self, painter: QPainter, corner: QRectF, probe: Float, theme: Theme) -> None:
+        """Paint the rig with the probe, places (n, 3), in it."""
+        painter.setPen(QPen(QColor(theme.border), theme.border_px))
+        painter.setBrush(QColor(theme.background))
+        painter.drawRoundedRect(corner, 4, 4)
+        volume = Lines(shapes.box(self._rig.volume_world), theme.border, 1.0)
+        rig = Lines(self._lines, theme.muted, 1.0)
+        tags = tuple(
+            Tag(camera.centre_world, camera.name, theme.muted) for camera in self._rig.cameras
+        )
+        items: tuple[Item, ...] = (volume, rig, Dots(probe, theme.accent, 5.0), *tags)
+        paint_scene(painter, items, self._orbit, corner, text_font(10), theme.background)
+
+
+def triad_place(box: QRectF) -> QRectF:
+    """Return where axes and grid step stand."""
+    return QRectF(box.left(), box.bottom() - 96, 100, 96)
+
+
+def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> None:
+    """Paint the directions of the world, and the step of the grid beside them."""
+    axes = orbit.axes()
+    centre = QPointF(box.left() + 46, box.bottom() - 46)
+    painter.setFont(text_font(12))
+    painter.setPen(QColor(theme.muted))
+    painter.drawText(
+        grid_place(box),
+        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
+        tr("grid {grid_step:.0f} mm").format(grid_step=grid_step(orbit)),
+    )
+    painter.setFont(text_font(13, bold=True))
+    for name, direction in zip("XYZ", np.eye(3), strict=True):
+        x, y, _ = (axes @ direction).tolist()
+        end = QPointF(centre.x() + 30 * x, centre.y() - 30 * y)
+        painter.setPen(QPen(QColor(theme.text), 2.0))
+        painter.drawLine(centre, end)
+        place = QPointF(centre.x() + 41 * x, centre.y() - 41 * y)
+        painter.drawText(
+            QRectF(place.x() - 9, place.y() - 9, 18, 18), Qt.AlignmentFlag.AlignCenter, name
+        )
+
+
+def grid_place(box: QRectF) -> QRectF:
+    """Return where the step of the grid is written."""
+    return QRectF(box.left() + 100, box.bottom() - 26, 110, 20)
+
+
+def words_place(box: QRectF, words: str) -> QRectF:
+    """Return where a line of words stands, in the middle above the lower edge."""
+    metrics = QFontMetricsF(text_font(14, bold=True))
+    wide = min(metrics.horizontalAdvance(words) + 20.0, box.width() - 16.0)
+    return QRectF(box.center().x() - 0.5 * wide, box.top() + _GAP_PX, wide, 26.0)
+
+
+def paint_words(painter: QPainter, place: QRectF, words: str, theme: Theme) -> None:
+    """Paint a line of words that nobody should overlook."""
+    painter.setPen(QPen(QColor(theme.warn), 1.4))
+    painter.setBrush(QColor(theme.panel))
+    painter.drawRoundedRect(place, 4, 4)
+    painter.setFont(text_font(14, bold=True))
+    painter.setPen(QColor(theme.warn))
+    painter.drawText(place, Qt.AlignmentFlag.AlignCenter, words)

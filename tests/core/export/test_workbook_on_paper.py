@@ -1,0 +1,96 @@
+"""What a workbook looks like on paper: by its page set-up, and by what LibreOffice prints."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pytest
+from openpyxl.utils import column_index_from_string
+from openpyxl.worksheet.worksheet import Worksheet
+
+from ocmm_core.export import write_report
+from ocmm_core.export.report import ReportData
+from ocmm_core.features.shapes import Shape, element
+from tests.core.export.sample_report import feature, point, sample_report, sample_view
+from tests.host import needs_tools
+
+DEMO_POINTS = 88
+MOST_PAGES = 4
+
+
+def job_as_large_as_the_demo() -> ReportData:
+    angles = np.linspace(0.0, 6.0, DEMO_POINTS)
+    points = [
+        point(
+            number, "BORE 1", (10.0 * np.cos(a), 10.0 * np.sin(a), 1000.0),
+            (-np.cos(a), -np.sin(a), 0.0),
+        )
+        for number, a in enumerate(angles, start=1)
+    ]  # fmt: skip
+    bore = feature(
+        "BORE 1", Shape.CIRCLE, points, element([0.0, 0.0, 1000.0], [0.0, 0.0, 1.0], 10.0),
+        [0.0] * DEMO_POINTS,
+    )  # fmt: skip
+    view = sample_view()
+    return sample_report(replace(view, features=(bore, *view.features[1:])))
+
+
+def xml_of(book: Path, sheet: Worksheet) -> str:
+    number = openpyxl.load_workbook(book).sheetnames.index(sheet.title) + 1
+    with zipfile.ZipFile(book) as archive:
+        return archive.read(f"xl/worksheets/sheet{number}.xml").decode()
+
+
+@pytest.fixture(name="book")
+def _book(tmp_path: Path) -> Path:
+    (path,) = write_report(job_as_large_as_the_demo(), ("xlsx",), tmp_path, incomplete=True)
+    return path
+
+
+def test_every_sheet_is_set_up_for_a_page(book: Path) -> None:
+    sheets = openpyxl.load_workbook(book).worksheets
+    pages = 0
+    for sheet in sheets:
+        setup = sheet.page_setup
+        # One page wide is what a sheet says that fits a page and names no other width.
+        assert (setup.paperSize, setup.fitToWidth or 1) == (9, 1), sheet.title
+        assert "<pageSetUpPr fitToPage=" in xml_of(book, sheet)
+        assert "Page &amp;P of &amp;N" in xml_of(book, sheet)
+        assert "INCOMPLETE" in xml_of(book, sheet).partition("<oddHeader>")[2].partition("<")[0]
+        pages += 1 if setup.fitToHeight is None else setup.fitToHeight or 1
+        if sheet.title != "Verdict":
+            # The row of the heads, below the state of the job, on every page.
+            assert sheet.print_title_rows == "$2:$2"
+            assert sheet.print_area
+    # With the three points of the other feature, as many as the demonstration has.
+    assert pages <= MOST_PAGES
+
+
+def test_what_is_printed_says_the_verdict_and_its_limits(book: Path) -> None:
+    sheet = openpyxl.load_workbook(book)["Characteristics"]
+    (area,) = re.findall(r"\$A\$1:\$([A-Z]+)\$\d+", str(sheet.print_area))
+    width = column_index_from_string(area)
+    printed = [cell.value for cell in sheet[2]][:width]
+    assert {"Name", "Nominal", "TolLower", "TolUpper", "Measured", "Uncertainty", "Verdict"} <= set(
+        printed
+    )
+    # Nothing was lost: what is the same in every row stands behind the page.
+    assert "Calibration" in [cell.value for cell in sheet[2]][width:]
+
+
+@pytest.mark.slow
+def test_libreoffice_prints_the_demo_on_four_pages(book: Path, tmp_path: Path) -> None:
+    needs_tools("soffice")
+    home = f"-env:UserInstallation=file://{tmp_path / 'office'}"
+    subprocess.run(
+        ["soffice", home, "--headless", "--convert-to", "pdf", "--outdir", tmp_path, book],
+        check=True, capture_output=True, timeout=200,
+    )  # fmt: skip
+    pdf = (tmp_path / book.with_suffix(".pdf").name).read_bytes()
+    assert len(re.findall(rb"/Type\s*/Page\b", pdf)) <= MOST_PAGES
