@@ -25,14 +25,14 @@ _BLUES = ("#0a4fb4", "#7db4ff")
 """Too little material, on light and on dark ground; no theme has a colour for it."""
 
 _WORDS = {
-    DeviationClass.MORE: later("too much material"),
-    DeviationClass.LESS: later("too little material"),
-    DeviationClass.WITHIN: later("within, accepted"),
-    DeviationClass.WITHIN_ONLY: later("within, not accepted"),
-    DeviationClass.HELD: later("held back"),
+    DeviationClass.MORE: later("{count} too much"),
+    DeviationClass.LESS: later("{count} too little"),
+    DeviationClass.WITHIN: later("{count} accepted"),
+    DeviationClass.WITHIN_ONLY: later("{count} within, not accepted"),
+    DeviationClass.HELD: later("{count} held back"),
 }
 _OUTSIDE = (DeviationClass.MORE, DeviationClass.LESS)
-SCALE_PX = (300.0, 64.0)
+SCALE_PX = (340.0, 64.0)
 """Width and height of the scale at the letters of a screen."""
 
 
@@ -83,14 +83,8 @@ def scale_words(picture: DeviationPicture) -> tuple[str, str]:
     """Return how long whiskers are drawn, and how many say what."""
     counts = [(kind, picture.count(kind)) for kind in DeviationClass]
     return (
-        tr("Deviation from the middle of the zone, drawn {factor:g} times as long").format(
-            factor=picture.factor
-        ),
-        ", ".join(
-            tr("{count} {words}").format(count=count, words=tr(_WORDS[kind]))
-            for kind, count in counts
-            if count
-        ),
+        tr("Deviation from the middle of the zone, × {factor:g}").format(factor=picture.factor),
+        ", ".join(tr(_WORDS[kind]).format(count=count) for kind, count in counts if count),
     )
 
 

@@ -117,7 +117,8 @@ def deviation_picture(
         if seen is None or result.stated is None or not _half(result) > 0.0:
             continue
         for row, key in enumerate(zip(seen.features, seen.numbers, strict=True)):
-            shown.setdefault(key, (result, row))
+            if np.isfinite(seen.deviations[row]):
+                shown.setdefault(key, (result, row))
     if not shown:
         return NO_DEVIATIONS
     verdicts = {
