@@ -193,7 +193,7 @@ def main() -> int:
             f"profiles; U is {1000.0 * count.u_sum / max(count.values, 1):.1f} um in the mean",
             flush=True,
         )
-        good = good and 0.94 <= share and (share <= 0.97 or forms is SMALL_FORMS)
+        good = good and share >= 0.94 and (share <= 0.97 or forms is SMALL_FORMS)
     return 0 if good else 1
 
 
