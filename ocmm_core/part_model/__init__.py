@@ -47,8 +47,8 @@ if TYPE_CHECKING:
         Triangles,
     )
     from ocmm_core.part_model._spline import bezier_surface, normals_at, places_at
-    from ocmm_core.part_model._spread import spread_places
     from ocmm_core.part_model._spline_points import spline_frames, spline_points
+    from ocmm_core.part_model._spread import spread_places
 else:
     __getattr__ = door(
         __name__,
