@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import Comparison, Trend
-from ocmm_core.inspection.archive._compare import PartValue
+from ocmm_core.inspection.archive import Comparison, PartValue, Trend
 from ocmm_core.studies import (
     StudyPlan,
     load_study,
