@@ -29,6 +29,7 @@ from ocmm_core.cli.campaign import selftest_app
 from ocmm_core.cli.measure import (
     align_command,
     align_plan_command,
+    certificate_app,
     compare_command,
     plan_app,
     recall_command,
@@ -117,6 +118,7 @@ app.add_typer(probe_app, name="probe")
 app.add_typer(plan_app, name="plan")
 app.add_typer(audit_app, name="audit")
 app.add_typer(key_app, name="key")
+app.add_typer(certificate_app, name="certificate")
 app.add_typer(station_app, name="station")
 app.add_typer(acceptance_app, name="acceptance")
 app.add_typer(artefact_app, name="artefact")

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import argparse
 import sys
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
-from ocmm_core.export.report import report_of_job
+from ocmm_core.documents import decode_json
+from ocmm_core.export.report import Particulars, load_paper, report_of_job, standard_template
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_gui.reports._drawing import draw, drawing
 from ocmm_gui.reports._pdf import write_pdf
@@ -21,11 +23,17 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--probes", type=Path)
     parser.add_argument("--calibrations", type=Path)
     parser.add_argument("--incomplete", action="store_true")
+    parser.add_argument("--template", type=Path)
+    parser.add_argument("--given", default="{}", help="Particulars, as JSON.")
     options = parser.parse_args(arguments)
+    given = decode_json(options.given, Particulars)
+    template = options.template or standard_template()
 
     def write(job: Path) -> None:
         opened = reopen_job(job, options.probes, calibrations=options.calibrations)
-        path = write_pdf(report_of_job(opened), options.out, incomplete=options.incomplete)
+        # Read for each job: one that cannot be drawn is told, and the others are written.
+        data = replace(report_of_job(opened), paper=load_paper(template, given))
+        path = write_pdf(data, options.out, incomplete=options.incomplete)
         sys.stdout.write(f"{path}\n")
 
     with drawing():

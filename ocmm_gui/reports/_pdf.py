@@ -2,35 +2,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from ocmm_core.export import EXPORTERS, PDF, require_complete, write_report
-from ocmm_core.export.report import ReportData, polyworks_profile
+from ocmm_core.export.report import ReportData, Section, polyworks_profile, report_number
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, WIDTH, Canvas, Style, paint_text
+from ocmm_gui.reports._paper_end import closing
+from ocmm_gui.reports._paper_head import head_facts, letterhead
+from ocmm_gui.reports._part_picture import picture
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
-from ocmm_gui.reports._plots import deviations, picture
+from ocmm_gui.reports._plots import deviations
 from ocmm_gui.reports._sections import basis, features, records, title, verdicts, why_not
 
 _BAND_TOP, _BAND_HIGH = 40.0, 72.0
 """Above what is laid out, so that it covers no number; tenths of a millimetre."""
 
 
+SECTION_PAINTERS: dict[Section, Callable[[Canvas, ReportData], None]] = {
+    "results": verdicts,
+    "why": why_not,
+    "deviations": deviations,
+    "picture": picture,
+    "features": features,
+    "basis": basis,
+}
+"""What a template orders; a test holds them to `export.report.SECTIONS`."""
+
+
 def lay_out(data: ReportData) -> Canvas:
     """Return the pages of the report."""
     canvas = Canvas()
+    letterhead(canvas, data)
     title(canvas, data)
-    verdicts(canvas, data)
-    why_not(canvas, data)
-    deviations(canvas, data)
-    picture(canvas, data)
-    features(canvas, data)
-    basis(canvas, data)
+    head_facts(canvas, data)
+    for name in data.paper.template.sections:
+        SECTION_PAINTERS[name](canvas, data)
     records(canvas, data)
+    closing(canvas, data)
     return canvas
 
 
@@ -93,7 +106,8 @@ def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) 
     """Paint a page with its foot, and with what the report must not be taken for above it."""
     if data.states:
         _paint_band(painter, data)
-    named = "   ".join((data.job, *data.states, data.head.job_uuid, f"OCMM {data.written_by}"))
+    # Every page says to which report it belongs (ISO/IEC 17025, 7.8.2.1 d).
+    named = "   ".join((report_number(data), *data.states, f"OCMM {data.written_by}"))
     paint_with_foot(painter, canvas, index, named)
 
 

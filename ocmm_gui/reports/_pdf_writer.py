@@ -73,7 +73,7 @@ def paint_with_foot(painter: QPainter, canvas: Canvas, index: int, foot: str) ->
     box = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)
     paint_text(painter, box, foot, SMALL)
     paint_text(
-        painter, box, f"{index + 1} / {len(canvas.pages)}", SMALL,
+        painter, box, f"page {index + 1} of {len(canvas.pages)}", SMALL,
         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
     )  # fmt: skip
 

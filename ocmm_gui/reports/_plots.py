@@ -1,22 +1,18 @@
-"""Plots of the report: deviations in their tolerances, and the part with its features."""
+"""Plots of the report: deviations in their tolerances."""
 
 from __future__ import annotations
 
 import math
 from functools import partial
 
-import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.export.report import ReportData, ReportedResult
-from ocmm_core.geometry import Float
 from ocmm_core.tolerances.decisions import U_LABEL
-from ocmm_gui.kit import text_font, verdict_colour
+from ocmm_gui.kit import verdict_colour
 from ocmm_gui.reports._canvas import INK, SMALL, Canvas, Style, paint_text
-from ocmm_gui.views import Orbit, job_items, paint_scene
 
-_BOLDER = 2.2
 _ROW = 52.0
 _NAME = 520.0
 _BEYOND = 1.5
@@ -35,41 +31,6 @@ def deviations(canvas: Canvas, data: ReportData) -> None:
     )
     for item in shown:
         canvas.draw(_ROW, partial(_paint_deviation, item=item))
-
-
-def picture(canvas: Canvas, data: ReportData) -> None:
-    """Draw the points and features of the job as they lie in the world."""
-    items, reach = job_items(data.view, INK)
-    if not len(reach):
-        return
-    height = 900.0
-    canvas.heading("The part as measured", height)
-
-    def paint(painter: QPainter, box: QRectF) -> None:
-        painter.setPen(QPen(QColor(INK.border), 2.0))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(box)
-        # Lines, dots and letters are as large as on a screen, which is too fine for paper.
-        painter.save()
-        painter.translate(box.topLeft())
-        painter.scale(_BOLDER, _BOLDER)
-        inside = QRectF(0.0, 0.0, box.width() / _BOLDER, box.height() / _BOLDER)
-        orbit = _best_view(reach, data.frame.rotation[2], inside)
-        paint_scene(painter, items, orbit, inside, text_font(13.0), INK.panel)
-        painter.restore()
-
-    canvas.draw(height, paint)
-
-
-def _best_view(reach: Float, up: Float, box: QRectF) -> Orbit:
-    """Return the view from above, of those round the part, that shows it largest."""
-    views = (
-        Orbit(np.zeros(3), azimuth, math.radians(38.0), 200.0, up).fitted(
-            reach, box.width(), box.height()
-        )
-        for azimuth in np.radians(np.arange(0.0, 360.0, 15.0)).tolist()
-    )
-    return min(views, key=lambda view: view.radius)
 
 
 def _place(item: ReportedResult) -> tuple[float, float] | None:

@@ -1,4 +1,4 @@
-"""The parts of the report: who and what, verdicts, features, uncertainty, records and hashes."""
+"""The parts of the report: the verdict, results, features, uncertainty, records and hashes."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ocmm_core.export.report import ReportData, ReportedResult
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.evaluation import INCOMPLETE, NO_REAL_PART, SIMULATED
 from ocmm_core.seals import shown_key
-from ocmm_core.tolerances.decisions import U_LABEL, U_WORDS, PartWord, Verdict, VerdictSummary
+from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import Symbol, symbol_of
 from ocmm_gui.kit import verdict_colour
 from ocmm_gui.reports._canvas import (
@@ -84,7 +84,7 @@ _BASIS_COLUMNS = (
 
 
 def title(canvas: Canvas, data: ReportData) -> None:
-    """Write who measured what, and the verdict on the part."""
+    """Write the name of the part and the verdict on it, with its reasons."""
     canvas.draw(150.0, partial(_paint_title, data=data))
     canvas.skip(20.0)
     part = data.part
@@ -93,28 +93,6 @@ def title(canvas: Canvas, data: ReportData) -> None:
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn
         canvas.text(line, Style(34.0, bold=True, colour=INK.bad if fails else plain))
-    canvas.skip(20.0)
-    head = data.head
-    facts = (
-        ("Part", head.part), ("Serial number", head.serial), ("Operator", head.operator),
-        ("Begun", f"{head.created_utc[:19].replace('T', ' ')} UTC"),
-        ("Plan", data.plan.name), ("Job", f"{data.job} ({head.job_uuid})"),
-    )  # fmt: skip
-    for name, value in facts:
-        _fact(canvas, name, value)
-    canvas.skip(10.0)
-    _fact(canvas, "Calibration", data.calibration.label)
-    _fact(canvas, "Probe", data.probe.label)
-    if data.reference.label:
-        _fact(canvas, "Reference body", data.reference.label)
-    _fact(canvas, "Temperature", data.view.temperature or data.climate.words)
-    _fact(canvas, "Decision rule", data.rule_words)
-    _fact(
-        canvas,
-        "Uncertainty",
-        f"{U_WORDS}. Lengths in mm, angles in degrees, "
-        f"{'part' if data.system == 'Part' else 'world'} frame.",
-    )
     for note in (data.view.unproven, *data.notes):
         if note:
             canvas.skip(6.0)
@@ -229,10 +207,11 @@ def basis(canvas: Canvas, data: ReportData) -> None:
 
 
 def records(canvas: Canvas, data: ReportData) -> None:
-    """Write the complete hashes, and where to sign."""
+    """Write the complete hashes, and the code that proves the job file."""
     canvas.heading("Records", 240.0)
     head = data.head
     hashes = (
+        ("Job", f"{data.job} ({head.job_uuid})"),
         ("Cameras", data.calibration.note or data.calibration.label),
         ("Probe and tip", data.probe.note or data.probe.label),
         ("Reference body", data.reference.note),
@@ -246,8 +225,6 @@ def records(canvas: Canvas, data: ReportData) -> None:
         if value:
             _fact(canvas, name, value, SMALL)
     _seal(canvas, data)
-    canvas.skip(90.0)
-    canvas.draw(70.0, _paint_signatures)
 
 
 def _seal(canvas: Canvas, data: ReportData) -> None:
@@ -345,7 +322,7 @@ def _paint_symbol(painter: QPainter, box: QRectF, *, symbol: Symbol) -> None:
 
 def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     part = data.part
-    paint_text(painter, box, "Measurement report", TITLE)
+    paint_text(painter, box, data.paper.template.title, TITLE)
     paint_text(
         painter, box.adjusted(0.0, 84.0, 0.0, 0.0), f"{data.head.part}   no. {data.head.serial}",
         Style(38.0),
@@ -366,13 +343,3 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
         painter, frame, f"{_MARKS[part.verdict]} {part.word.value}",
         Style(56.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,
     )  # fmt: skip
-
-
-def _paint_signatures(painter: QPainter, box: QRectF) -> None:
-    painter.setPen(QPen(QColor(INK.text), 2.0))
-    for index, words in enumerate(("Measured by, date", "Approved by, date")):
-        left = box.left() + index * 0.52 * box.width()
-        painter.drawLine(int(left), int(box.top()), int(left + 0.48 * box.width()), int(box.top()))
-        place = QRectF(left, box.top() + 8.0, 0.48 * box.width(), 50.0)
-        paint_text(painter, place, words, SMALL)
-        painter.setPen(QPen(QColor(INK.text), 2.0))

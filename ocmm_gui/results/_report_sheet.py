@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt, QTimer, Signal
@@ -15,6 +16,7 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
 )
 
+from ocmm_core.errors import OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, FORMATS, PDF
 from ocmm_core.export.report import ReportData
 from ocmm_gui.kit import (
@@ -32,6 +34,7 @@ from ocmm_gui.kit import (
 )
 from ocmm_gui.reports import FormatText, PagePicture, PagePreview, Previewing
 from ocmm_gui.results._job_source import JobSource
+from ocmm_gui.results._paper_form import PaperForm
 from ocmm_gui.results._report_writer import ReportWriter
 
 _KEYS = (
@@ -45,6 +48,8 @@ _LIST_PX, _ROW_PX = 320, 36
 _GIVE_UP = later("F8 cancels.")
 _SETTLE_MS = 300
 """Whoever widens a window is not yet done for so long."""
+_TYPED_MS = 600
+"""Nor is who types."""
 
 
 class ReportSheet(Sheet):
@@ -105,8 +110,13 @@ class ReportSheet(Sheet):
         self.text.setReadOnly(True)
         self.text.setLineWrapMode(QPlainTextEdit.LineWrapMode.NoWrap)
         self.text.setFont(digit_font(14, bold=False))
+        self.paper = PaperForm()
+        self.paper.setFixedWidth(_LIST_PX)
+        self.paper.changed.connect(self._on_paper)
+        self.paper.left.connect(self.left)
         left = QVBoxLayout()
         left.addWidget(self.formats, 1)
+        left.addWidget(self.paper)
         self.pages = PagePreview()
         self.pages.widened.connect(self._on_widened)
         self.shown = QStackedWidget()
@@ -154,9 +164,15 @@ class ReportSheet(Sheet):
         asked = self._asked
 
         def done(data: ReportData) -> None:
-            if asked == self._asked:
-                width = self.pages.width_in(self.shown.width())
-                self._previewing.start(Previewing(data, width))
+            if asked != self._asked:
+                return
+            try:
+                paper = self.paper.paper()
+            except OcmmError as error:
+                failed(error)
+                return
+            width = self.pages.width_in(self.shown.width())
+            self._previewing.start(Previewing(replace(data, paper=paper), width))
 
         def failed(error: Exception) -> None:
             if asked == self._asked:
@@ -169,7 +185,7 @@ class ReportSheet(Sheet):
         if self.isVisible() and self._source is not None and not self._source.read_only:
             self._fresh = False
             if not self._previewing.is_running():
-                self._settling.start()
+                self._settling.start(_SETTLE_MS)
 
     def is_previewing(self) -> bool:
         """Return whether the preview is being made."""
@@ -203,7 +219,12 @@ class ReportSheet(Sheet):
         elif self._source is not None:
             self.question.hide()
             folder = Path(self.folder.text().strip())
-            self._writer.write(self._source, self.marked(), folder)
+            try:
+                paper = self.paper.paper()
+            except OcmmError as error:
+                self.failed.emit(error)
+                return
+            self._writer.write(self._source, self.marked(), folder, paper)
 
     def is_writing(self) -> bool:
         """Return whether a report is being written."""
@@ -240,7 +261,7 @@ class ReportSheet(Sheet):
         if not self._writer.is_busy():
             self.work.end()
         if not self._fresh:
-            self._settling.start()
+            self._settling.start(_SETTLE_MS)
 
     def _on_no_preview(self, error: object) -> None:
         self._on_ended()
@@ -252,6 +273,12 @@ class ReportSheet(Sheet):
         elif not self._writer.is_busy():
             self.work.end()
 
+    def _on_paper(self) -> None:
+        """Make the preview again when nobody has typed for a moment."""
+        if self._source is not None:
+            self._fresh = False
+            self._settling.start(_TYPED_MS)
+
     def _on_widened(self) -> None:
         if self.isVisible() and self._source is not None:
-            self._settling.start()
+            self._settling.start(_SETTLE_MS)

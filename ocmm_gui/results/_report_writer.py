@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.export import missing_of, missing_words
-from ocmm_core.export.report import ReportData
+from ocmm_core.export.report import Paper, ReportData, plain_paper
 from ocmm_gui.kit import NoticeCentre, SideProcess, tr
 from ocmm_gui.reports import Writing
 from ocmm_gui.results._job_source import JobSource
@@ -45,6 +45,7 @@ class _Request:
     source: JobSource
     formats: tuple[str, ...]
     folder: Path
+    paper: Paper = field(default_factory=plain_paper)
     incomplete: bool = False
 
 
@@ -79,10 +80,18 @@ class ReportWriter(QObject):
         """Return whether something is being written."""
         return self._gathering or self._process.is_running()
 
-    def write(self, source: JobSource, formats: tuple[str, ...], folder: Path) -> None:
+    def write(
+        self,
+        source: JobSource,
+        formats: tuple[str, ...],
+        folder: Path,
+        paper: Paper | None = None,
+    ) -> None:
         """Write a report of a job as it stands, or ask first where it is not complete."""
         if not self.is_busy():
-            self._request = _Request(source, formats, folder.expanduser().absolute())
+            self._request = _Request(
+                source, formats, folder.expanduser().absolute(), paper or plain_paper()
+            )
             if not self._asks(source.view().job, missing_of(source.view())):
                 self._gather()
 
@@ -131,7 +140,7 @@ class ReportWriter(QObject):
                 # It was complete when the key was pressed.
                 self.ended.emit()
                 return
-            self._data = data
+            self._data = data = replace(data, paper=request.paper)
             self._process.start(Writing(data, request.formats, request.folder, request.incomplete))
 
         def failed(error: Exception) -> None:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
+import msgspec
 import typer
 from rich.console import Console
 
@@ -73,13 +74,48 @@ def report_command(
         bool,
         typer.Option("--incomplete", help="Report an incomplete job too."),
     ] = False,
+    template: Annotated[
+        Path | None,
+        typer.Option(
+            "--template",
+            help="Template of the report: letterhead, machine, sections, signatures. Default: "
+            "plain. Copy resources/reports/standard.toml.",
+        ),
+    ] = None,
+    number: Annotated[
+        str, typer.Option("--number", help="Report number. Default: made from the job.")
+    ] = "",
+    customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
+    customer_address: Annotated[
+        str, typer.Option("--customer-address", help="Where the customer is.")
+    ] = "",
+    order: Annotated[str, typer.Option("--order", help="Default: that of the job.")] = "",
+    drawing: Annotated[str, typer.Option("--drawing", help="Drawing of the part.")] = "",
+    revision: Annotated[str, typer.Option("--revision", help="Of the drawing.")] = "",
+    machine: Annotated[
+        str, typer.Option("--machine", help="Machine that made the part, for statistics.")
+    ] = "",
+    place: Annotated[
+        str, typer.Option("--place", help="Where it was measured. Default: of the template.")
+    ] = "",
+    received: Annotated[
+        str, typer.Option("--received", help="When the item came, in which condition.")
+    ] = "",
+    deviation: Annotated[
+        list[str] | None,
+        typer.Option("--deviation", help="Deviation from the plan; can be repeated."),
+    ] = None,
+    remark: Annotated[
+        list[str] | None, typer.Option("--remark", help="Statement; can be repeated.")
+    ] = None,
 ) -> None:
     """Report jobs from their own files, read-only.
 
     Everything is computed anew from the raw observations in the job file, and what comes out
     otherwise than it is stored is told. Each report is read back and compared before it replaces an
     older one. Several jobs of one plan become several values in a Q-DAS file. A job that cannot be
-    read is named and left out; the command ends with 2 then.
+    read is named and left out; the command ends with 2 then. What the job does not know (customer,
+    drawing ...) is given here; what nobody gives is "not stated" on the paper.
     """
     from ocmm_core.export import (
         DEFAULT_FORMAT,
@@ -91,15 +127,21 @@ def report_command(
         require_complete,
         write_report,
     )
-    from ocmm_core.export.report import load_profile
+    from ocmm_core.export.report import Particulars, load_paper, load_profile, standard_template
 
+    given = Particulars(
+        number=number, customer=customer, customer_address=customer_address, order=order,
+        drawing=drawing, revision=revision, machine=machine, place=place, received=received,
+        deviations=tuple(deviation or ()), remarks=tuple(remark or ()),
+    )  # fmt: skip
+    paper = load_paper(template or standard_template(), given)
     console = make_console(soft_wrap=True)
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
     read, faults = _read_all(jobs, probes, calibrations, console)
     if not read:
         raise faults[0]
-    data = [one.data for one in read]
+    data = [replace(one.data, paper=paper) for one in read]
     written = [name for name in chosen if name in EXPORTERS]
     if preview_only:
         for name in written:
@@ -117,7 +159,12 @@ def report_command(
             console.print(f"Report  {path}", highlight=False, markup=False)
     if PDF.name in chosen:
         paths = [one.path for one in read]
-        for line in _print_pages(paths, folder, probes, calibrations, incomplete=incomplete):
+        options = ["--given", msgspec.json.encode(given).decode()]
+        if template is not None:
+            options += ["--template", str(template)]
+        if incomplete:
+            options += ["--incomplete"]
+        for line in _print_pages(paths, folder, probes, calibrations, options):
             console.print(f"Report  {line}", highlight=False, markup=False)
     if faults:
         raise faults[0]
@@ -128,17 +175,14 @@ def _print_pages(
     folder: Path,
     probes: Path | None,
     calibrations: Path | None,
-    *,
-    incomplete: bool,
+    others: Sequence[str],
 ) -> list[str]:
     """Write the PDF reports, many in programs side by side; return their paths in order."""
-    options = ["--out", str(folder)]
+    options = ["--out", str(folder), *others]
     if probes is not None:
         options += ["--probes", str(probes)]
     if calibrations is not None:
         options += ["--calibrations", str(calibrations)]
-    if incomplete:
-        options += ["--incomplete"]
     each = -(-len(jobs) // processes_for(len(jobs)))
     parts = [jobs[first : first + each] for first in range(0, len(jobs), each)]
     return print_pages(

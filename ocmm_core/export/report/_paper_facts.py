@@ -97,6 +97,7 @@ def _facts(data: ReportData) -> Iterator[tuple[Group, str, str, str]]:
     if house.accreditation:
         yield "laboratory", "", "Accreditation", house.accreditation
     yield "laboratory", "7.8.2.1 d", "Report number", report_number(data)
+    yield "laboratory", "7.8.2.1 j", "Issued", "dated beside the authorising signature"
     yield "customer", "7.8.2.1 e", "Customer", _joined(given.customer, given.customer_address)
     yield "customer", "", "Order", given.order or data.view.header.order
     yield "item", "7.8.2.1 g", "Part", _joined(head.part, f"no. {head.serial}")
@@ -132,7 +133,6 @@ def _facts(data: ReportData) -> Iterator[tuple[Group, str, str, str]]:
     for text in (*paper.statements, *given.remarks):
         yield "statements", "", "Statement", text
     yield "statements", "7.8.2.1 o", "Signed by", "; ".join(paper.signatures)
-    yield "statements", "7.8.2.1 j", "Issued", "with the date beside the authorising signature"
 
 
 def statements(data: ReportData) -> tuple[str, ...]:

@@ -1,0 +1,134 @@
+"""The part as measured, as large as its page lets it be, with words that cover neither each other.
+
+Words stand beside what they name, or as near as there is room, at the end of a thin line.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+
+from ocmm_core.export.report import ReportData
+from ocmm_core.geometry import Float
+from ocmm_gui.kit import text_font
+from ocmm_gui.reports._canvas import INK, WIDTH, Canvas, Style, paint_text
+from ocmm_gui.views import Orbit, Tag, job_items, paint_scene
+
+_BOLDER = 2.2
+_MOST_HIGH, _LEAST_HIGH = 1150.0, 500.0
+_ELEVATIONS = (38.0, 50.0, 62.0)
+_MARGIN = 1.12
+_WORD = Style(27.0, bold=True)
+_PAD = 6.0
+_RINGS, _STEP, _TURNS = 14, 34.0, 16
+
+
+def picture(canvas: Canvas, data: ReportData) -> None:
+    """Draw the points and features of the job as they lie in the world."""
+    items, reach = job_items(data.view, INK)
+    if not len(reach):
+        return
+    up = data.frame.rotation[2]
+    orbit, height = _best_view(reach, up)
+    canvas.heading("The part as measured", height)
+
+    def paint(painter: QPainter, box: QRectF) -> None:
+        painter.setPen(QPen(QColor(INK.border), 2.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(box)
+        # Lines and dots are as large as on a screen, which is too fine for paper.
+        painter.save()
+        painter.setClipRect(box)
+        painter.translate(box.topLeft())
+        painter.scale(_BOLDER, _BOLDER)
+        inside = QRectF(0.0, 0.0, box.width() / _BOLDER, box.height() / _BOLDER)
+        shapes = [item for item in items if not isinstance(item, Tag)]
+        paint_scene(painter, shapes, orbit, inside, text_font(13.0), INK.panel)
+        painter.restore()
+        tags = [item for item in items if isinstance(item, Tag)]
+        places = orbit.project(
+            np.array([tag.point for tag in tags]).reshape(-1, 3), box.width(), box.height()
+        )
+        _paint_words(painter, box, tags, places)
+
+    canvas.draw(height, paint)
+
+
+def _best_view(reach: Float, up: Float) -> tuple[Orbit, float]:
+    """Return the view from above that shows the part largest, and how high its picture is."""
+    views = [
+        _sized(reach, Orbit(np.zeros(3), azimuth, elevation, 200.0, up))
+        for elevation in np.radians(_ELEVATIONS).tolist()
+        for azimuth in np.radians(np.arange(0.0, 360.0, 15.0)).tolist()
+    ]
+    _, view, height = max(views, key=lambda found: found[0])
+    return view.fitted(reach, WIDTH, height, _MARGIN), height
+
+
+def _sized(reach: Float, view: Orbit) -> tuple[float, Orbit, float]:
+    """Return how large a view shows the part, the view, and how high its picture is then."""
+    wide, high = np.maximum(np.ptp(reach @ view.axes()[:2].T, axis=0), 1.0)
+    # As high as the width of the page makes it, within what a page has.
+    height = float(np.clip(WIDTH * high / wide, _LEAST_HIGH, _MOST_HIGH))
+    return float(min(WIDTH / wide, height / high)), view, height
+
+
+def _paint_words(painter: QPainter, box: QRectF, tags: Sequence[Tag], places: Float) -> None:
+    for tag, anchor, word in placed_words(box, tags, places):
+        painter.setPen(QPen(QColor(INK.muted), 1.5))
+        if not word.contains(anchor):
+            painter.drawLine(anchor, _nearest(word, anchor))
+        painter.setPen(Qt.PenStyle.NoPen)
+        painter.setBrush(QColor(255, 255, 255, 215))
+        painter.drawRect(word)
+        style = Style(_WORD.size, bold=True, colour=tag.colour)
+        paint_text(painter, word.adjusted(_PAD, 0.0, 0.0, 0.0), tag.text, style)
+
+
+def placed_words(
+    box: QRectF, tags: Sequence[Tag], places: Float
+) -> Iterator[tuple[Tag, QPointF, QRectF]]:
+    """Yield every word with what it names and where it stands; no two of them overlap.
+
+    Words take the nearest free place round their point, in rings. One for which there is none, of
+    more than a page holds, is left out.
+
+    Parameters
+    ----------
+    box
+        The picture.
+    places
+        (n, 2 or 3): where the points of ``tags`` are, from its upper left corner.
+    """
+    metrics = QFontMetricsF(text_font(_WORD.size, bold=True))
+    taken: list[QRectF] = []
+    for tag, place in zip(tags, places, strict=True):
+        anchor = QPointF(box.left() + place[0], box.top() + place[1])
+        width, height = metrics.horizontalAdvance(tag.text) + 2.0 * _PAD, metrics.height()
+        for spot in _spots(anchor, width, height):
+            if box.contains(spot) and not any(spot.intersects(other) for other in taken):
+                taken.append(spot)
+                yield tag, anchor, spot
+                break
+
+
+def _spots(anchor: QPointF, width: float, height: float) -> Iterator[QRectF]:
+    for ring in range(1, _RINGS + 1):
+        for turn in range(_TURNS):
+            angle = 2.0 * math.pi * turn / _TURNS
+            x = anchor.x() + ring * _STEP * math.cos(angle)
+            y = anchor.y() - ring * _STEP * math.sin(angle)
+            # A word to the left of its point ends there, one to the right begins there.
+            left = x - width * (0.5 - 0.5 * math.cos(angle))
+            yield QRectF(left, y - 0.5 * height, width, height)
+
+
+def _nearest(word: QRectF, anchor: QPointF) -> QPointF:
+    return QPointF(
+        min(max(anchor.x(), word.left()), word.right()),
+        min(max(anchor.y(), word.top()), word.bottom()),
+    )

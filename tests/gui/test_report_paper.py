@@ -1,0 +1,101 @@
+"""The paper that an auditor signs: head, sections by the template, words of the picture, end."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QImage
+
+from ocmm_core.export.report import (
+    SECTIONS,
+    Particulars,
+    ReportData,
+    load_paper,
+    paper_facts,
+    report_number,
+)
+from ocmm_gui.reports import _pdf as pdf
+from ocmm_gui.reports._part_picture import placed_words
+from ocmm_gui.views import Tag
+from tests.core.export.sample_report import sample_report
+from tests.gui.pdf_texts import texts
+
+TEMPLATE = """
+schema = "ocmm.report-template/1"
+unit = "mm"
+name = "lab"
+title = "Test report"
+sections = ["basis", "results"]
+signatures = ["Inspector", "Head of laboratory", "Customer"]
+[laboratory]
+name = "Laboratory"
+address = ["1 Street", "Town"]
+logo = "logo.png"
+"""
+
+
+def on_paper(folder: Path, text: str = TEMPLATE, given: Particulars | None = None) -> ReportData:
+    image = QImage(20, 10, QImage.Format.Format_RGB32)
+    image.fill(0xFF336699)
+    assert image.save(str(folder / "logo.png"))
+    path = folder / "lab.toml"
+    path.write_text(text, encoding="utf-8")
+    return replace(sample_report(), paper=load_paper(path, given))
+
+
+@pytest.mark.usefixtures("qapp")
+def test_every_section_of_a_template_can_be_drawn() -> None:
+    assert set(pdf.SECTION_PAINTERS) == set(SECTIONS)
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_paper_has_the_head_the_sections_and_the_signatures_of_its_template(
+    tmp_path: Path,
+) -> None:
+    data = on_paper(tmp_path)
+    said = " ".join(texts(pdf.lay_out(data)).split())
+    assert said.startswith("Laboratory 1 Street · Town Test report")
+    for fact in paper_facts(data):
+        if fact.name != "Title":
+            assert fact.value in said or fact.name in ("Signed by",), fact
+    assert said.index("Basis of the results") < said.index("Results Characteristic")
+    assert "Deviations within their tolerances" not in said
+    assert "The results relate only to the items measured." in said
+    assert said.endswith(
+        f"Inspector Head of laboratory Customer End of report {report_number(data)}"
+    )
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_logo_stands_in_its_corner(tmp_path: Path) -> None:
+    data = on_paper(tmp_path)
+    image = pdf.page_picture(pdf.lay_out(data), 0, data, 1050)
+    colours = {image.pixelColor(x, y).name() for x in range(860, 970, 4) for y in range(60, 140, 4)}
+    assert "#336699" in colours
+
+
+@pytest.mark.usefixtures("qapp")
+def test_long_facts_get_the_width_of_the_page(tmp_path: Path) -> None:
+    long = Particulars(deviations=tuple(f"Deviation number {n} of many." for n in range(60)))
+    data = on_paper(tmp_path, given=long)
+    said = " ".join(texts(pdf.lay_out(data)).split())
+    for number in range(60):
+        assert f"Deviation number {number} of many." in said
+
+
+@pytest.mark.usefixtures("qapp")
+def test_words_of_the_picture_never_cover_each_other() -> None:
+    rng = np.random.default_rng(7)
+    box = QRectF(150.0, 400.0, 1800.0, 1000.0)
+    for crowd in (5, 20, 40):
+        points = rng.normal([900.0, 500.0], [260.0, 160.0], (crowd, 2))
+        tags = [Tag(np.zeros(3), f"FEATURE {n}", "#000000") for n in range(crowd)]
+        words = [word for _, _, word in placed_words(box, tags, points)]
+        assert len(words) == crowd
+        assert all(box.contains(word) for word in words)
+        assert not any(one.intersects(other) for one, other in combinations(words, 2))
