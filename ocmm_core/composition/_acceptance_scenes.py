@@ -87,7 +87,7 @@ def scenes_of_acceptance(
                     diameter=artefact.sizes[0] + error,
                     normals=tuple(_vector(one) for one in normals[done:]),
                     seed=seed,
-                )  # fmt: skip
+                )
             )
         else:
             first = points[0]
