@@ -119,7 +119,7 @@ def forget_where(folder: Path) -> None:
 
     # What is computed with whole arrays gets a name from its address in memory: here, a number.
     numbers: dict[int, tuple[int, object]] = {}
-    array_exprs.hash = lambda told: numbers.setdefault(id(told), (len(numbers), told))[0]
+    vars(array_exprs)["hash"] = lambda told: numbers.setdefault(id(told), (len(numbers), told))[0]
 
 
 if __name__ == "__main__":
