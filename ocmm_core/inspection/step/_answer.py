@@ -85,6 +85,8 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         What the file says of tolerances.
     face_entities
         Number in the file of faces, by their own number.
+    face_names
+        What the file calls faces, by number; faces without a name are not in it.
     face_words
         Kind of surface of all faces of the file, by their number there.
     fault
@@ -102,6 +104,7 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     others: dict[str, int] = msgspec.field(default_factory=dict)
     pmi: Pmi | None = None
     face_entities: dict[int, int] = msgspec.field(default_factory=dict)
+    face_names: dict[int, str] = msgspec.field(default_factory=dict)
     face_words: dict[int, str] = msgspec.field(default_factory=dict)
     fault: str = ""
     remedy: str = ""

@@ -7,12 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface, Triple
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
+from ocmm_core.inspection.step._names import feature_names
 from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.part_model import PartModel
 
@@ -176,14 +178,15 @@ def _model(path: Path, said: StepAnswer, part: PartModel | None) -> StepModel:
             f"tori), of {len(said.surfaces) + sum(said.others.values())} in all",
             f"Give a model with 1 to {MOST_FEATURES} of them.",
         )
-    counts: Counter[str] = Counter()
+    surfaces = (*chosen, *(one for one in said.surfaces if one.against))
+    made = [_feature(surface, "") for surface in surfaces]
+    words = [_said_of(surface, said.face_names) for surface in surfaces]
+    named = feature_names(made, words)
     features: list[NominalFeature] = []
     left_out: list[LeftOut] = []
     owners: dict[int, str] = {}
-    for surface in (*chosen, *(one for one in said.surfaces if one.against)):
-        shape = surface.face.shape
-        counts[shape] += 1
-        feature = _feature(surface, f"{shape.upper()}_{counts[shape]}")
+    for surface, nameless, name in zip(surfaces, made, named, strict=True):
+        feature = msgspec.structs.replace(nameless, name=name)
         owners.update(dict.fromkeys(surface.numbers, feature.name))
         if surface.against:
             left_out.append(LeftOut(feature, surface.against, surface.numbers))
@@ -194,6 +197,11 @@ def _model(path: Path, said: StepAnswer, part: PartModel | None) -> StepModel:
         _in_file(owners, said.face_entities), said.face_words,
         tuple(Reached(one.numbers, one.held, one.ways) for one in chosen),
     )  # fmt: skip
+
+
+def _said_of(surface: StepSurface, names: dict[int, str]) -> str:
+    """Return what the model calls the first face of a surface that it calls anything."""
+    return next(filter(None, (names.get(number, "") for number in surface.numbers)), "")
 
 
 def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tuple[str, ...]]:

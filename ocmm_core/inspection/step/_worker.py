@@ -103,13 +103,16 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     answer, part = StepAnswer(), b""
     if wanted.request is not None:
         faces, others = faces_of(document.shape, doing)
+        with_surface, _ = faces_with_surface(document.shape)
         pmi, entities, words = tolerances_of(
             Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
-            faces_with_surface(document.shape)[0], faces, doing,
+            with_surface, faces, doing,
         )  # fmt: skip
         answer = StepAnswer(
             surfaces=_with_targets(document.shape, faces, wanted.request, doing), others=others,
             pmi=pmi, face_entities=entities, face_words=words,
+            face_names={number: name for number, face in enumerate(with_surface, start=1)
+                        if (name := document.about(face).name)},
         )  # fmt: skip
     if wanted.source_sha256:
         part = model_to_bytes(part_of(document, (Path(path).name, wanted.source_sha256), doing))

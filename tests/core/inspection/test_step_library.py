@@ -92,7 +92,7 @@ def test_normals_leave_the_material(tmp_path: Path) -> None:
     path = written(tmp_path / "a.p21", MODELS["bored"][0]())
     model = read_model(path)
     features = {feature.name: feature for feature in model.features}
-    bore = features["CYLINDER_1"]
+    bore = features["BORE 12 X20 Y20"]
     assert (bore.point, bore.diameter, bore.length) == ((20.0, 20.0, 10.0), 12.0, 20.0)
     assert bore.side == "inner"
     middle = np.array([50.0, 30.0, 10.0])
