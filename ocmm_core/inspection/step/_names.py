@@ -72,9 +72,9 @@ def _what(feature: NominalFeature, *, fully: bool) -> str:
     along = np.abs(np.array(feature.direction))
     axis = int(np.argmax(along)) if along.max() >= _ALONG else -1
     # A plane is where it is along its normal; what is round is where its axis goes through.
-    kept = range(3)
+    kept = [0, 1, 2]
     if not fully and axis >= 0 and shape is not Shape.SPHERE:
-        kept = [axis] if shape is Shape.PLANE else [place for place in range(3) if place != axis]
+        kept = [axis] if shape is Shape.PLANE else [place for place in kept if place != axis]
     told += [f"{'XYZ'[place]}{_number(feature.point[place], 1)}" for place in kept]
     return " ".join(told)
 
