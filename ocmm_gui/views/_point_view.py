@@ -234,7 +234,7 @@ class PointView(OrbitView):
         """Return the view from where the next place is seen, and whether that is another side."""
         orbit = self._orbit if start is None else start
         target = self._work.target
-        if target is None or target is self._seen_target:
+        if target is None or _is_same(target, self._seen_target):
             return orbit, False
         self._seen_target = target
         later = () if self._job is None else active_targets(self._job)
@@ -324,3 +324,11 @@ class PointView(OrbitView):
             self._still = StillScene((*grid, rig, *plain), orbit, size, ratio, theme.panel, part)
             self._still_of = made_of
         return self._still
+
+
+def _is_same(target: Target, other: Target | None) -> bool:
+    """Return whether two targets are one place: a job that is evaluated again makes others."""
+    return other is not None and (
+        np.array_equal(target.surface_world, other.surface_world)
+        and np.array_equal(target.normal_world, other.normal_world)
+    )
