@@ -82,7 +82,7 @@ class PointView(OrbitView):
         self._tags: tuple[Tag, ...] = ()
         self._job_low: float | None = None
         self._part = PlacedScene(self)
-        self._part.changed.connect(self.update)
+        self._part.changed.connect(self._look_again)
         self._mode = RenderMode.SHADED
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
@@ -240,6 +240,12 @@ class PointView(OrbitView):
         later = () if self._job is None else active_targets(self._job)
         turned = side_for(orbit, target, later, lambda side: self._part.hides(target, side))
         return turned, turned is not orbit
+
+    def _look_again(self) -> None:
+        """See whether the next place is hidden: now there is a mesh that tells."""
+        self._seen_target = None
+        self._look_for_work()
+        self.update()
 
     def _ease(self, orbit: Orbit) -> None:
         self._moved_to(orbit)
