@@ -188,6 +188,14 @@ def test_orientation_rules_of_the_probe_are_kept() -> None:
         assert (turn @ axis) @ world > 0.2
 
 
+def test_where_rules_leave_no_attitude_that_is_said() -> None:
+    thesis = load_probe(resource("probes", "thesis.toml"))
+    for rig in (RIG, None):
+        reach = Reach(BLOCK, 3.0, Setting(thesis, None, rig), NO_AXES)
+        found = reach.of(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4])
+        assert "held from below" in reach.why_not(found)
+
+
 @pytest.mark.parametrize("word", ["+z", "-Z", "x", "+y"])
 def test_an_axis_is_named_by_its_letter(word: str) -> None:
     up = up_of(word)
