@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
+from ocmm_core.inspection.step._library import static
 from tests.core.inspection.step_models import Make, bent_pocket, block
 from tests.core.inspection.step_models import _moved as moved
 from tests.core.inspection.step_models import _rod as rod
@@ -34,6 +35,7 @@ def _threaded() -> Any:
 
 def _rounded(chamfer: bool) -> Any:
     """Return a block with its four upright edges rounded by 8 mm, or cut by 1.5 mm."""
+    from OCP.BRep import BRep_Tool
     from OCP.BRepFilletAPI import BRepFilletAPI_MakeChamfer, BRepFilletAPI_MakeFillet
     from OCP.TopAbs import TopAbs_EDGE
     from OCP.TopExp import TopExp, TopExp_Explorer
@@ -43,12 +45,11 @@ def _rounded(chamfer: bool) -> Any:
     make = BRepFilletAPI_MakeChamfer(body) if chamfer else BRepFilletAPI_MakeFillet(body)
     edges = TopExp_Explorer(body, TopAbs_EDGE)
     seen: list[Any] = []
-    from OCP.BRep import BRep_Tool
-
     while edges.More():
-        edge = TopoDS.Edge_s(edges.Current())
-        first = BRep_Tool.Pnt_s(TopExp.FirstVertex_s(edge))
-        last = BRep_Tool.Pnt_s(TopExp.LastVertex_s(edge))
+        edge = static(TopoDS, "Edge")(edges.Current())
+        point = static(BRep_Tool, "Pnt")
+        first = point(static(TopExp, "FirstVertex")(edge))
+        last = point(static(TopExp, "LastVertex")(edge))
         upright = abs(first.Z() - last.Z()) > 1.0
         if upright and not any(edge.IsSame(one) for one in seen):
             seen.append(edge)
