@@ -171,7 +171,7 @@ def test_the_distance_from_a_triangle_is_that_of_its_nearest_point() -> None:
     rng = np.random.default_rng(5)
     for _ in range(100):
         triangle, point = rng.uniform(-1, 1, (3, 3)), rng.uniform(-2, 2, 3)
-        exact = kernel.point_triangle.py_func(*point, triangle)
+        exact = kernel.point_triangle.py_func(*point, triangle)  # type: ignore[attr-defined]
         # Points of the grid are up to 0.02 apart, so none is nearer and one is about as near.
         assert exact - 1e-12 <= brute(point, triangle) <= exact + 0.02
 
