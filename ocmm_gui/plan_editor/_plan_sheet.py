@@ -264,6 +264,8 @@ class PlanSheet(Sheet):
         self._read = read
         self._editor.hide()
         self.choice.show_model(read.model.part, read.offers, read.up)
+        if read.model.remark:
+            self.told.emit(read.model.remark)
 
     def _read_again(self, up: str) -> None:
         if self._read is not None:

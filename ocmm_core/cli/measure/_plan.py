@@ -181,6 +181,8 @@ def _print_left_out(model: StepModel, console: Console, *, whole: bool) -> None:
         console.print(f"Left out{how}:", highlight=False)
     for why, count in model.why_not():
         console.print(f"{count:5}  {why}", highlight=False)
+    if model.remark:
+        console.print(model.remark, style="yellow", highlight=False)
 
 
 def _told(plan: Plan, output: Path, model: StepModel) -> dict[str, Any]:

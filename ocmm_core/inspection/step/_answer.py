@@ -93,6 +93,8 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
     remedy
         What to do about a fault, where that is not to export the model again.
+    remark
+        What was not asked about targets, as a sentence; empty where all was.
     part_bytes
         Length of the part, which is sent next, in the form of `ocmm_core.part_model`; 0 for none.
     error
@@ -108,5 +110,6 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     face_words: dict[int, str] = msgspec.field(default_factory=dict)
     fault: str = ""
     remedy: str = ""
+    remark: str = ""
     part_bytes: int = 0
     error: tuple[str, str, str] | None = None

@@ -87,6 +87,8 @@ class StepModel:
         Kind of surface of every face of the file, by its number there.
     reached
         For each of ``features`` how its targets are touched.
+    remark
+        What was not asked about targets, as a sentence; empty where all was.
     """
 
     features: tuple[NominalFeature, ...]
@@ -97,6 +99,7 @@ class StepModel:
     faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
     face_words: dict[int, str] = field(default_factory=dict)
     reached: tuple[Reached, ...] = ()
+    remark: str = ""
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -200,7 +203,7 @@ def _model(
     return StepModel(
         tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
         _in_file(owners, said.face_entities), said.face_words,
-        tuple(Reached(one.numbers, one.held, one.ways) for one in chosen),
+        tuple(Reached(one.numbers, one.held, one.ways) for one in chosen), said.remark,
     )  # fmt: skip
 
 
