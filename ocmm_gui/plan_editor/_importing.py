@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PySide6.QtCore import Signal
 
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
+from ocmm_core.inspection.drawing import Account, plan_with_tolerances
 from ocmm_core.inspection.plan import (
     Plan,
     add_feature,
@@ -26,12 +27,22 @@ _LIMIT_MM = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """The plan before and with what was imported, which item is new, and a sentence about it."""
+    """The plan before and with what was imported, which item is new, and a sentence about it.
+
+    With an account, the plan has what was taken of the tolerances of a model, and ``bare`` is the
+    plan without them.
+    """
 
     before: Plan
     plan: Plan
     chosen: ItemKey
     words: str
+    account: Account | None = None
+    bare: Plan | None = None
+
+    def without_tolerances(self) -> Imported:
+        """Return what was imported without the tolerances of a model."""
+        return replace(self, plan=self.bare or self.plan, account=None, bare=None)
 
 
 def with_file(
@@ -53,7 +64,7 @@ def with_file(
     """
     if path.suffix.lower() == _FRAME:
         return _with_frame(plan, path, relocate=relocate)
-    left_out = 0
+    left_out, model = 0, None
     if path.suffix.lower() in STEP_ENDINGS:
         model = read_model(path, given_up=given_up)
         found, left_out = model.features, sum(count for _, count in model.why_not())
@@ -67,7 +78,13 @@ def with_file(
         said += " " + tr(
             "%n surfaces left out: fillets, text, narrow or free-form faces.", "", left_out
         )
-    return Imported(plan, more, ItemKey("features", found[0].name), said)
+    bare = Imported(plan, more, ItemKey("features", found[0].name), said)
+    if model is None:
+        return bare
+    toleranced, account = plan_with_tolerances(more, model)
+    if not account.items:
+        return bare
+    return replace(bare, plan=toleranced, account=account, bare=more)
 
 
 def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
