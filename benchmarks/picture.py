@@ -1,11 +1,11 @@
 """How fast the part is painted without a graphics card: frames a second, and beside a peer.
 
-A part of some 100,000 triangles fills a picture of 1920 x 1080 and is turned by two degrees a frame:
-its whole mesh in all three modes, the coarser one that the window shows while a view moves, then the
-3-D view of the window with a whole job in it, alone and while the chain of the demonstration runs at
-8 kHz in the same process. The peer is the painter's algorithm as one writes it with numpy and
-QPainter: projected and lit by numpy, what faces away left out, sorted by depth, one polygon a
-triangle. Both are counted in processor time of the thread that paints.
+A part of some 100,000 triangles fills a picture of 1920 x 1080 and is turned by two degrees a
+frame: its whole mesh in all three modes, the coarser one that the window shows while a view moves,
+then the 3-D view of the window with a whole job in it, alone and while the chain of the
+demonstration runs at 8 kHz in the same process. The peer is the painter's algorithm as one writes
+it with numpy and QPainter: projected and lit by numpy, what faces away left out, sorted by depth,
+one polygon a triangle. Both are counted in processor time of the thread that paints.
 
 Run ``python -m benchmarks.picture [--triangles N] [--seconds S]``; the exit code is 1 if the view
 beside 8 kHz shows fewer than 30 frames a second.

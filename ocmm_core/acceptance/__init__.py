@@ -6,7 +6,7 @@ Out: a plan, what is wrong with what was taken, judged values, and a record.
 Read `_procedure` (documents, limits), `_result` (what a test leaves) and `_values` (pure statistics
 of points), then `_kinds` (one entry a kind: planned by `_planning`, judged by `_evaluating` and
 `_placement`), `_session` (the engine, a chain of `_events`), `_guards` and `_recompute`.
-`_register` keeps the artefacts.
+`_register` keeps the artefacts, `_interim` is the chart of interim checks.
 It must not know where a ball centre comes from: cameras, a recording or a simulation.
 """
 
@@ -24,8 +24,17 @@ if TYPE_CHECKING:
         reserved_spots,
         spots_hash,
     )
+    from ocmm_core.acceptance._interim import (
+        ChartPoint,
+        InterimChart,
+        InterimCheck,
+        InterimHistory,
+        InterimWord,
+        interim_chart,
+    )
     from ocmm_core.acceptance._kinds import KINDS, kind_of, plan_of, values_of
     from ocmm_core.acceptance._part_u import (
+        LEAST_RESULTS,
         PartTask,
         PartUncertainty,
         dissimilar,
@@ -93,8 +102,9 @@ else:
         __name__,
         _events="AcceptanceView",
         _guards="begin_findings climate_reasons reserved_spots spots_hash",
+        _interim=("ChartPoint InterimChart InterimCheck InterimHistory InterimWord interim_chart"),
         _kinds="KINDS kind_of plan_of values_of",
-        _part_u="PartTask PartUncertainty dissimilar part_uncertainty share_within",
+        _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
         _procedure="ClimateRule Mpe Procedure find_procedure load_procedure procedure_files",
         _recompute="differences load_record recompute recompute_tips save_record",
         _register=(
@@ -116,6 +126,7 @@ else:
 __all__ = [
     "ARTEFACT_SCHEMA",
     "KINDS",
+    "LEAST_RESULTS",
     "RECORD_SCHEMA",
     "AcceptanceRecord",
     "AcceptanceSession",
@@ -123,9 +134,14 @@ __all__ = [
     "ArtefactEntry",
     "ArtefactKind",
     "ArtefactRegister",
+    "ChartPoint",
     "Climate",
     "ClimateRule",
     "Instrument",
+    "InterimChart",
+    "InterimCheck",
+    "InterimHistory",
+    "InterimWord",
     "JudgedValue",
     "Mpe",
     "Observation",
@@ -151,6 +167,7 @@ __all__ = [
     "differences",
     "dissimilar",
     "find_procedure",
+    "interim_chart",
     "judge",
     "kind_of",
     "load_artefact",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ocmm_core import __version__
-from ocmm_core.cli.acceptance import acceptance_app, artefact_app
+from ocmm_core.cli.acceptance import acceptance_app, artefact_app, msa_app
 from ocmm_core.cli.audit import audit_app, key_app
 from ocmm_core.cli.bus import bus_app, rig_app
 from ocmm_core.cli.calibrate import (
@@ -29,6 +29,7 @@ from ocmm_core.cli.campaign import selftest_app
 from ocmm_core.cli.measure import (
     align_command,
     align_plan_command,
+    certificate_app,
     compare_command,
     plan_app,
     recall_command,
@@ -117,9 +118,11 @@ app.add_typer(probe_app, name="probe")
 app.add_typer(plan_app, name="plan")
 app.add_typer(audit_app, name="audit")
 app.add_typer(key_app, name="key")
+app.add_typer(certificate_app, name="certificate")
 app.add_typer(station_app, name="station")
 app.add_typer(acceptance_app, name="acceptance")
 app.add_typer(artefact_app, name="artefact")
+app.add_typer(msa_app, name="msa")
 calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
 calibrate_app.command(name="tip")(tip_command)

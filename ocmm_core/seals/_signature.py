@@ -28,6 +28,7 @@ class Signed(StrEnum):
     HISTORY = "history"
     JOB = "job"
     REPORT = "report"
+    CERTIFICATE = "certificate"
 
 
 class Signature(msgspec.Struct, frozen=True, forbid_unknown_fields=True):

@@ -5,8 +5,8 @@ preview.
 
 Read `_pdf` (the report), `_paper_head`, `_sections`, `_plots`, `_part_picture` and `_paper_end`
 (its parts), `_canvas` (pages that fill) and `_drawing` (without a window), `_symbols`, `_messages`,
-`_pdf_writer` (the file with other files in it), `_recall`, `_preview`. `_side` writes in a process
-of its own.
+`_pdf_writer` (the file with other files in it), `_recall`, `_certificate` (papers about the
+machine), `_preview`. `_side` writes in a process of its own.
 Numbers come from `export.report`, none is computed here. It must not know sheets or the station.
 """
 

@@ -21,12 +21,13 @@ def closing(canvas: Canvas, data: ReportData) -> None:
     canvas.room(60.0 * len(told) + _LINES + 60.0)
     for sentence in told:
         canvas.text(sentence, Style(26.0))
-    canvas.draw(_LINES, partial(_paint_signatures, words=data.paper.template.signatures))
+    canvas.draw(_LINES, partial(paint_signatures, words=data.paper.template.signatures))
     end = f"End of report {report_number(data)}"
     canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
 
 
-def _paint_signatures(painter: QPainter, box: QRectF, *, words: list[str]) -> None:
+def paint_signatures(painter: QPainter, box: QRectF, *, words: list[str]) -> None:
+    """Draw lines to sign on, with the words below each."""
     each = WIDTH / len(words)
     y = box.bottom() - 60.0
     for index, signer in enumerate(words):

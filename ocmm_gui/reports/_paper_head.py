@@ -8,7 +8,7 @@ from functools import partial
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QImage, QPainter
 
-from ocmm_core.export.report import NOT_STATED, PaperFact, ReportData, paper_facts
+from ocmm_core.export.report import NOT_STATED, Paper, PaperFact, ReportData, paper_facts
 from ocmm_gui.reports._canvas import (
     INK,
     LEFT,
@@ -38,8 +38,13 @@ _COLUMNS = ((("laboratory", "Laboratory"), ("customer", "Customer"), ("item", "I
 
 def letterhead(canvas: Canvas, data: ReportData) -> None:
     """Write the laboratory with its logo across the top of the first page, where it is known."""
-    house = data.paper.template.laboratory
-    logo = _picture(data.paper.logo)
+    paper_letterhead(canvas, data.paper)
+
+
+def paper_letterhead(canvas: Canvas, paper: Paper) -> None:
+    """Write the letterhead of a paper."""
+    house = paper.template.laboratory
+    logo = _picture(paper.logo)
     if not house.name and logo is None:
         return
     address = " · ".join([*house.address, *([house.contact] if house.contact else [])])

@@ -56,10 +56,13 @@ class PartScene:
     moving: bool
     slack_mm: float = 0.0
 
-    def scale(self, size: QSize, ratio: float) -> float:
-        """Return the pixels that are painted for each of the window's."""
-        pixels = size.width() * size.height() * ratio**2
-        return 0.5 * ratio if self.moving and pixels > _MOVING_PIXELS else ratio
+    def scale(self, size: QSize, ratio: float, *, slow: bool) -> float:
+        """Return the pixels that are painted for each of the window's.
+
+        ``slow`` is whether a frame took too long just now.
+        """
+        large = size.width() * size.height() * ratio**2 > _MOVING_PIXELS
+        return 0.5 * ratio if self.moving and (large or slow) else ratio
 
     def rendering(self, orbit: Orbit, size: QSize, canvas: Canvas, scale: float) -> Rendering:
         """Return the painting of it that is to be done."""

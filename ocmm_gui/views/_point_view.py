@@ -16,6 +16,7 @@ from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import (
     JobDrawing,
+    active_targets,
     grid_items,
     probe_items,
     probe_places,
@@ -235,7 +236,8 @@ class PointView(OrbitView):
         if target is None or target is self._seen_target:
             return orbit, False
         self._seen_target = target
-        turned = side_for(orbit, target, lambda side: self._part.hides(target, side))
+        later = () if self._job is None else active_targets(self._job)
+        turned = side_for(orbit, target, later, lambda side: self._part.hides(target, side))
         return turned, turned is not orbit
 
     def _ease(self, orbit: Orbit) -> None:

@@ -22,6 +22,8 @@ from ocmm_gui.views._scene_painter import Depth, ScenePainter
 _SLICE_S = 0.012
 """As long as a frame of a screen that is refreshed 80 times a second."""
 
+_FRAME_S = 0.024
+"""A picture of a moving view that takes longer is followed by those of half the size."""
 _ITEM_PX = 3.0
 """Lines and marks that lie on the part and are seen at 70 degrees are so much deeper at its rim."""
 _THROUGH = 0.5
@@ -67,7 +69,9 @@ class StillPicture:
 class _Drawing:
     """A picture, and what of its scene is left to paint."""
 
-    def __init__(self, scene: StillScene, font: QFont, canvases: _Canvases) -> None:
+    def __init__(
+        self, scene: StillScene, font: QFont, canvases: _Canvases, *, slow: bool = False
+    ) -> None:
         self.scene = scene
         self._font = font
         self.image = QImage(scene.size * scene.ratio, QImage.Format.Format_ARGB32_Premultiplied)
@@ -80,7 +84,7 @@ class _Drawing:
         self._left: ScenePainter | None = None
         part = scene.part
         if part is not None:
-            scale = part.scale(scene.size, scene.ratio)
+            scale = part.scale(scene.size, scene.ratio, slow=slow)
             self.canvas = canvases.take(
                 max(round(scene.size.width() * scale), 1),
                 max(round(scene.size.height() * scale), 1),
@@ -92,14 +96,18 @@ class _Drawing:
         self.is_done = False
 
     @property
+    def is_moving(self) -> bool:
+        """Return whether another picture follows at once."""
+        return self.scene.part is not None and self.scene.part.moving
+
+    @property
     def seen(self) -> StillPicture:
         """Return the picture as far as it is."""
         return StillPicture(self.image, self._depth)
 
     def go_on(self) -> None:
         """Paint for a slice of time; what is shown while the view moves is painted at once."""
-        moving = self.scene.part is not None and self.scene.part.moving
-        until = math.inf if moving else perf_counter() + _SLICE_S
+        until = math.inf if self.is_moving else perf_counter() + _SLICE_S
         if self._left is None:
             if not self._part.go_on(until):
                 return
@@ -180,6 +188,7 @@ class SceneLayer(QObject):
         self._shown: _Drawing | None = None
         self._next: _Drawing | None = None
         self._canvases = _Canvases()
+        self._slow = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self._finish)
@@ -197,7 +206,7 @@ class SceneLayer(QObject):
         drawing = self._next
         if drawing is None or drawing.scene is not scene:
             self._drop_next()
-            drawing = self._next = _Drawing(scene, font, self._canvases)
+            drawing = self._next = _Drawing(scene, font, self._canvases, slow=self._slow)
             self._go_on()
         if drawing.is_done or before is None or not before.scene.is_seen_as(scene):
             return drawing.seen
@@ -221,7 +230,11 @@ class SceneLayer(QObject):
         drawing = self._next
         if drawing is None:
             return
+        began = perf_counter()
         drawing.go_on()
+        # As long as the view moves; the next time it may have the processor for itself.
+        slow = perf_counter() - began > _FRAME_S
+        self._slow = drawing.is_moving and (self._slow or slow)
         if drawing.is_done:
             if self._shown is not None:
                 self._canvases.give_back(self._shown.canvas)

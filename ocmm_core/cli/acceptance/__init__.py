@@ -16,7 +16,10 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.cli.acceptance._acceptance import acceptance_app
     from ocmm_core.cli.acceptance._artefact import artefact_app
+    from ocmm_core.cli.acceptance._msa import msa_app
 else:
-    __getattr__ = door(__name__, _acceptance="acceptance_app", _artefact="artefact_app")
+    __getattr__ = door(
+        __name__, _acceptance="acceptance_app", _artefact="artefact_app", _msa="msa_app"
+    )
 
-__all__ = ["acceptance_app", "artefact_app"]
+__all__ = ["acceptance_app", "artefact_app", "msa_app"]

@@ -3,7 +3,8 @@
 In: a plan and a source, or job files. Out: job files, reports, tables, an exit code.
 
 Read `_headless` (a whole job without a window), `_measure_parts` (a batch), `_plan` (check, new,
-import), `_align`, `_report`, `_compare`, `_recall`, and `_recording` (raw frames to a file).
+import), `_align`, `_report`, `_compare`, `_recall`, `_certificate` (papers about the machine), and
+`_recording` (raw frames to a file).
 It computes nothing: jobs are run by `station` and opened by `inspection.archive`.
 """
 
@@ -15,6 +16,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.cli.measure._align import align_command, align_plan_command
+    from ocmm_core.cli.measure._certificate import certificate_app
     from ocmm_core.cli.measure._compare import compare_command
     from ocmm_core.cli.measure._headless import (
         exit_code,
@@ -34,6 +36,7 @@ else:
     __getattr__ = door(
         __name__,
         _align="align_command align_plan_command",
+        _certificate="certificate_app",
         _compare="compare_command",
         _headless=(
             "exit_code missing_sentences print_explanations print_states print_table "
@@ -50,6 +53,7 @@ __all__ = [
     "align_command",
     "align_plan_command",
     "await_part",
+    "certificate_app",
     "compare_command",
     "exit_code",
     "missing_sentences",

@@ -43,6 +43,8 @@ class LaboratoryPart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
         PNG or JPEG beside the template; empty for none.
     accreditation
         Number under which the laboratory is accredited for what it reports; empty for none.
+    country
+        Two letters (ISO 3166-1), for digital certificates; empty where it is not stated.
     """
 
     name: str = ""
@@ -50,6 +52,7 @@ class LaboratoryPart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_f
     contact: str = ""
     logo: str = ""
     accreditation: str = ""
+    country: str = ""
 
 
 class MachinePart(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -172,6 +175,9 @@ def load_paper(path: Path | str, given: Particulars | None = None) -> Paper:
     """
     path = Path(path)
     template = load_document(path, ReportTemplate, SCHEMA)
+    country = template.laboratory.country
+    if country and not (len(country) == 2 and country.isascii() and country.isupper()):
+        raise _error(path, "laboratory.country", "is no code of two capital letters")
     missing = [name for name in _NEEDED if name not in template.sections]
     if missing:
         raise _error(path, "sections", f"leaves out {', '.join(missing)}, which a report must have")

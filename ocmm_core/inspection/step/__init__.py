@@ -18,7 +18,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.step._asking import STEP_ENDINGS
+    from ocmm_core.inspection.step._asking import (
+        STEP_ENDINGS,
+        STEP_SETUP,
+        STEP_SIZE_MB,
+        has_step,
+    )
     from ocmm_core.inspection.step._choice import Choice, Offer, chosen, offers_of
     from ocmm_core.inspection.step._model import (
         USUAL_BALL_MM,
@@ -32,7 +37,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _asking="STEP_ENDINGS",
+        _asking="STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
         _choice="Choice Offer chosen offers_of",
         _model="LeftOut Reached StepModel USUAL_BALL_MM read_model read_part",
         _request="StepRequest setting_of up_of usual_request",
@@ -40,6 +45,8 @@ else:
 
 __all__ = [
     "STEP_ENDINGS",
+    "STEP_SETUP",
+    "STEP_SIZE_MB",
     "USUAL_BALL_MM",
     "Choice",
     "LeftOut",
@@ -48,6 +55,7 @@ __all__ = [
     "StepModel",
     "StepRequest",
     "chosen",
+    "has_step",
     "offers_of",
     "read_model",
     "read_part",

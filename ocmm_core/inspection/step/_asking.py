@@ -8,6 +8,7 @@ import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -21,6 +22,9 @@ from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 
 STEP_ENDINGS = (".step", ".stp", ".p21")
+STEP_SETUP = "./run setup --step"
+"""Installs the extra, by its lock file and with hashes."""
+STEP_SIZE_MB = 400
 _LOOK_S = 0.05
 _LONGEST_ANSWER = 100_000_000
 REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
@@ -33,6 +37,11 @@ class Asking:
     timeout_s: float
     given_up: Callable[[], bool]
     progress: Callable[[str], None]
+
+
+def has_step() -> bool:
+    """Return whether the extra that reads STEP files is installed."""
+    return find_spec("OCP") is not None
 
 
 def ask(
@@ -140,8 +149,8 @@ def _checked(path: Path, said: StepAnswer) -> StepAnswer:
         raise InputError(
             "plan.step_extra",
             "Reading STEP files needs an extra that is not installed.",
-            "Install it with: .venv/bin/pip install --require-hashes -r requirements-step.lock; "
-            "or import the features from CSV.",
+            f"Install it with: {STEP_SETUP} (some {STEP_SIZE_MB} MB on the disk); or import the "
+            "features from CSV.",
         )
     if said.fault:
         raise step_error(path, said.fault, said.remedy or REMEDY)

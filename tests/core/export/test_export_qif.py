@@ -368,3 +368,42 @@ def test_the_schemas_of_the_standard_accept_the_document(tmp_path: Path) -> None
     for data in (sample_report(), every_way(), every_way(length=0.0, width=0.0)):
         (path,) = write_report(data, ("qif",), tmp_path)
         schema.assertValid(etree.parse(path))
+
+
+_DRAWING_ONLY = ("A-AN-UV", "A-AN-NG")
+"""Messages of the preview checks about annotations of drawings (the README beside them)."""
+
+
+def test_the_schemas_beside_the_checkout_accept_what_we_write_and_the_samples(
+    tmp_path: Path, reference: Path
+) -> None:
+    home = reference / "qif"
+    schema = etree.XMLSchema(etree.parse(home / "QIFApplications" / "QIFDocument.xsd"))
+    for number, data in enumerate((sample_report(), every_way(), every_way(length=0.0, width=0.0),
+                                   sample_report(frame=None))):  # fmt: skip
+        (path,) = write_report(data, ("qif",), tmp_path / str(number))
+        schema.assertValid(etree.parse(path))
+    samples = sorted((home / "samples").glob("*.[qQ][iI][fF]"))
+    assert samples
+    for sample in samples:
+        schema.assertValid(etree.parse(sample))
+
+
+def test_the_checks_of_the_standard_have_no_message(tmp_path: Path, reference: Path) -> None:
+    checks = etree.XSLT(etree.parse(reference / "qif" / "checks" / "Check.xsl"))
+    for number, data in enumerate((sample_report(), every_way(), every_way(length=0.0, width=0.0),
+                                   sample_report(frame=None))):  # fmt: skip
+        (path,) = write_report(data, ("qif",), tmp_path / str(number))
+        told = messages_of(checks(etree.parse(path)))
+        assert told == [], told[:5]
+        # The checks see what is wrong: they are not blind to our documents.
+        spoiled = etree.parse(path)
+        counted = next(one for one in spoiled.iter() if one.get("n") and len(one))
+        counted.set("n", "77")
+        assert messages_of(checks(spoiled))
+
+
+def messages_of(found: etree._XSLTResultTree) -> list[str]:
+    """Return the messages of the checks about anything but drawings."""
+    reports = [str(one.text) for one in found.getroot().iter("Report")]
+    return [text for text in reports if not any(word in text for word in _DRAWING_ONLY)]

@@ -1,0 +1,127 @@
+"""``ocmm certificate``: papers about the machine, and certificates that come from elsewhere."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import msgspec
+import typer
+
+from ocmm_core.cli.measure._pages import print_pages
+from ocmm_core.cli.terminal import make_console
+
+certificate_app = typer.Typer(
+    name="certificate",
+    no_args_is_help=True,
+    help="Papers about cameras and tips (PDF and DCC), and certificates of artefacts.",
+)
+
+
+@certificate_app.command()
+def make(
+    folder: Annotated[
+        Path, typer.Argument(help="Folder of the records of one rig, or of one probe.")
+    ],
+    *,
+    tip: Annotated[str, typer.Option("--tip", help="Tip of the probe.")] = "",
+    out: Annotated[Path, typer.Option("--out", help="Folder of the files.")] = Path(),
+    template: Annotated[
+        Path | None,
+        typer.Option("--template", help="Template of the report: letterhead, machine, place."),
+    ] = None,
+    customer: Annotated[
+        str, typer.Option("--customer", help="Default: the laboratory itself.")
+    ] = "",
+    place: Annotated[str, typer.Option("--place", help="Where it was tested.")] = "",
+    pages: Annotated[bool, typer.Option("--pages/--no-pages", help="Also write a PDF.")] = True,
+) -> None:
+    """Write the paper of the last verification of cameras, or of a qualified tip.
+
+    A digital calibration certificate (DCC 3.1.2), its signature by this station, and pages with a
+    graph. Both runs are in it where something was adjusted. It calls itself a calibration
+    certificate only where a procedure names an accreditation.
+    """
+    from ocmm_core.export.certificate import certificate_of_folder, write_certificate
+    from ocmm_core.export.report import Particulars, load_paper, standard_template
+
+    given = Particulars(customer=customer, place=place)
+    sheet = load_paper(template or standard_template(), given)
+    paper = certificate_of_folder(folder, sheet, tip)
+    console = make_console(soft_wrap=True)
+    for path in write_certificate(paper, out):
+        console.print(f"Certificate  {path}", highlight=False, markup=False)
+    if not pages:
+        return
+    options = [str(folder), "--out", str(out), "--given", msgspec.json.encode(given).decode()]
+    options += ["--tip", tip] if tip else []
+    options += ["--template", str(template)] if template is not None else []
+    for line in print_pages(
+        "ocmm_gui.reports._certificate", [options], "certificate.pdf",
+        "The pages were not written", "The DCC is not affected.",
+    ):  # fmt: skip
+        console.print(f"Certificate  {line}", highlight=False, markup=False)
+
+
+@certificate_app.command()
+def check(
+    file: Annotated[Path, typer.Argument(help="Digital calibration certificate (XML).")],
+) -> None:
+    """Say who signed a digital certificate, and what it states; exit code 1 without a sound one."""
+    from ocmm_core.export.certificate import check_dcc_seal
+    from ocmm_core.seals import KeyFolder
+
+    found = check_dcc_seal(file, KeyFolder())
+    console = make_console(soft_wrap=True)
+    dcc = found.dcc
+    console.print(
+        f"{dcc.number}: {dcc.laboratory}, {dcc.begin} to {dcc.end}. {found.words}",
+        highlight=False, markup=False,
+    )  # fmt: skip
+    for one in dcc.quantities:
+        unc = "" if one.expanded is None else f", U = {one.expanded:.6g} (k = {one.k:g})"
+        word = f", {one.conformity}" if one.conformity else ""
+        console.print(
+            f"  {one.name}: {one.value:.9g} {one.unit}{unc}{word}", highlight=False, markup=False
+        )
+    if not found.state.sound:
+        raise typer.Exit(1)
+
+
+@certificate_app.command()
+def artefact(
+    file: Annotated[Path, typer.Argument(help="Digital calibration certificate (XML).")],
+    kind: Annotated[Literal["bar", "sphere"], typer.Argument(help="What it is about.")],
+    out: Annotated[Path, typer.Argument(help="Artefact document (TOML) to write.")],
+    *,
+    due: Annotated[str, typer.Option("--due", help="Holds until, YYYY-MM-DD: your own rule.")],
+    quantity: Annotated[
+        str, typer.Option("--quantity", help="Part of the name, where there are several lengths.")
+    ] = "",
+    expansion: Annotated[
+        float | None, typer.Option("--expansion", help="1/K, where the certificate has none.")
+    ] = None,
+    expansion_sigma: Annotated[
+        float | None, typer.Option("--expansion-sigma", help="Its standard uncertainty, 1/K.")
+    ] = None,
+) -> None:
+    """Make the document of a bar or a sphere from its certificate: nobody types a number."""
+    from ocmm_core.calibration.records import load_bar, load_sphere
+    from ocmm_core.documents import read_bytes, write_new
+    from ocmm_core.export.certificate import Expansion, artefact_text, read_dcc
+
+    grows = (
+        None
+        if expansion is None or expansion_sigma is None
+        else Expansion(expansion, expansion_sigma)
+    )
+    dcc = read_dcc(read_bytes(file))
+    text = artefact_text(dcc, kind, due, quantity=quantity, expansion=grows)
+    write_new(out, text.encode("utf-8"))
+    # The reader of the product has the last word: what it refuses does not stay.
+    try:
+        _ = load_bar(out) if kind == "bar" else load_sphere(out)
+    except Exception:
+        out.unlink()
+        raise
+    make_console(soft_wrap=True).print(f"Artefact  {out}", highlight=False, markup=False)

@@ -1,0 +1,71 @@
+"""Papers about the machine itself: verifications, calibrations of cameras, qualified tips.
+
+In: sealed records, or the certificate of an artefact from elsewhere. Out: a Digital Calibration
+Certificate (DCC 3.1.2) with a detached signature, and an artefact document.
+
+Read `_content` (all that such a paper says, and its list of clauses), `_from_records` (what the
+records know), `_dcc` (the XML), `_seal` (the signature), `_reader` (what a DCC says, whoever wrote
+it), `_artefact` (a certificate of a bar or a sphere becomes its document).
+It must not judge: errors, limits and verdicts are those of the records. The PDF is drawn in
+`ocmm_gui.reports`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.export.certificate._artefact import Expansion, artefact_text
+    from ocmm_core.export.certificate._content import (
+        Certificate,
+        CertificateLine,
+        CertificateRun,
+        CertificateValue,
+        Conformity,
+        certificate_facts,
+        open_certificate_clauses,
+    )
+    from ocmm_core.export.certificate._dcc import dcc_bytes
+    from ocmm_core.export.certificate._from_records import (
+        certificate_of_cameras,
+        certificate_of_folder,
+        certificate_of_tip,
+    )
+    from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
+    from ocmm_core.export.certificate._seal import check_dcc_seal, write_certificate
+else:
+    __getattr__ = door(
+        __name__,
+        _artefact="Expansion artefact_text",
+        _content=(
+            "Certificate CertificateLine CertificateRun CertificateValue Conformity "
+            "certificate_facts open_certificate_clauses"
+        ),
+        _dcc="dcc_bytes",
+        _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
+        _reader="Dcc DccQuantity read_dcc",
+        _seal="check_dcc_seal write_certificate",
+    )
+
+__all__ = [
+    "Certificate",
+    "CertificateLine",
+    "CertificateRun",
+    "CertificateValue",
+    "Conformity",
+    "Dcc",
+    "DccQuantity",
+    "Expansion",
+    "artefact_text",
+    "certificate_facts",
+    "certificate_of_cameras",
+    "certificate_of_folder",
+    "certificate_of_tip",
+    "check_dcc_seal",
+    "dcc_bytes",
+    "open_certificate_clauses",
+    "read_dcc",
+    "write_certificate",
+]

@@ -1,0 +1,258 @@
+"""A paper about the machine as a Digital Calibration Certificate (PTB DCC 3.1.2 with D-SI 2.1.0).
+
+Numbers are written with all their digits (`repr`), so that whoever reads them has the same ones.
+Every error has its U, k and coverage probability, its limit, and how it stands to it in the words
+of the schema: CONFORM is ``pass``, NOT CONFORM ``fail``, NOT PROVEN ``conditionalPass`` or
+``conditionalFail``. What nobody knows is "not stated"; the schema wants a country, and gets the
+user-assigned code ``ZZ`` for none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from lxml import etree
+
+from ocmm_core import __version__
+from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.errors import StorageError
+from ocmm_core.export.certificate._content import (
+    STATUS_WORDS,
+    Certificate,
+    CertificateLine,
+    CertificateRun,
+    CertificateValue,
+    K,
+    certificate_facts,
+    conformity_words,
+)
+from ocmm_core.export.report import NOT_STATED, one_line
+
+DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"
+VERSION = "3.1.2"
+_NO_COUNTRY = "ZZ"
+_COVERAGE = "0.95"
+_MM = "\\milli\\metre"
+_SHA256 = "SHA-256"
+
+
+def dcc_bytes(paper: Certificate) -> bytes:
+    """Return a paper as a DCC.
+
+    Raises
+    ------
+    StorageError
+        A number is not finite.
+    """
+    root = etree.Element(f"{{{DCC}}}digitalCalibrationCertificate", nsmap={"dcc": DCC, "si": SI})
+    root.set("schemaVersion", VERSION)
+    _administrative(_add(root, "administrativeData"), paper)
+    results = _add(root, "measurementResults")
+    for run in paper.runs:
+        _run(_add(results, "measurementResult"), paper, run)
+    if paper.values:
+        _values(_add(results, "measurementResult"), paper)
+    content: bytes = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
+    return content
+
+
+def _administrative(parent: etree._Element, paper: Certificate) -> None:
+    house, given = paper.paper.template.laboratory, paper.paper.given
+    software = _add(_add(parent, "dccSoftware"), "software")
+    _text(software, "name", "OCMM")
+    _add(software, "release", __version__)
+    core = _add(parent, "coreData")
+    _add(core, "countryCodeISO3166_1", house.country or _NO_COUNTRY)
+    _add(core, "usedLangCodeISO639_1", "en")
+    _add(core, "mandatoryLangCodeISO639_1", "en")
+    _add(core, "uniqueIdentifier", paper.number)
+    _add(core, "beginPerformanceDate", paper.begin_utc[:10])
+    _add(core, "endPerformanceDate", paper.end_utc[:10])
+    _add(core, "performanceLocation", "other")
+    if paper.previous:
+        _hash(_add(core, "previousReport"), "Record before", paper.previous[:16], paper.previous)
+    item = _add(_add(parent, "items"), "item")
+    _text(item, "name", paper.item)
+    machine = paper.paper.template.machine
+    _text(_add(item, "manufacturer"), "name", machine.name or NOT_STATED)
+    marks = _add(item, "identifications")
+    for name, value in paper.identifications:
+        mark = _add(marks, "identification")
+        _add(mark, "issuer", "other")
+        _add(mark, "value", value)
+        _text(mark, "name", name)
+    laboratory = _add(parent, "calibrationLaboratory")
+    if paper.accreditation:
+        _add(laboratory, "calibrationLaboratoryCode", paper.accreditation)
+    _contact(_add(laboratory, "contact"), house.name, house.contact, ", ".join(house.address))
+    persons = _add(parent, "respPersons")
+    people = dict.fromkeys(run.made_by for run in reversed(paper.runs))
+    for index, who in enumerate(people or {NOT_STATED: None}):
+        person = _add(persons, "respPerson")
+        _text(_add(person, "person"), "name", who)
+        _add(person, "role", "carried out the test")
+        _add(person, "mainSigner", "true" if index == 0 else "false")
+    _contact(_add(parent, "customer"), given.customer or house.name, "", given.customer_address)
+    statements = _add(parent, "statements")
+    for fact in certificate_facts(paper):
+        statement = _add(statements, "statement")
+        if fact.clause:
+            _add(statement, "norm", f"ISO/IEC 17025:2017, {fact.clause}")
+        _rich(statement, "declaration", f"{fact.name}: {fact.value}")
+    overall = _add(statements, "statement")
+    _rich(overall, "declaration", conformity_words(paper) or "No statement of conformity.")
+    _add(overall, "conformity", "pass" if paper.passed else "fail" if paper.runs else "noPass")
+
+
+def _run(parent: etree._Element, paper: Certificate, run: CertificateRun) -> None:
+    _text(parent, "name", f"{paper.item}, {STATUS_WORDS[run.status]}")
+    _rich(parent, "description", f"Judged by: {run.rule}.")
+    _methods(parent, paper)
+    if paper.artefacts:
+        equipments = _add(parent, "measuringEquipments")
+        for use in paper.artefacts:
+            _equipment(_add(equipments, "measuringEquipment"), use)
+    conditions = _add(parent, "influenceConditions")
+    condition = _add(conditions, "influenceCondition", refType="basic_temperature")
+    _text(condition, "name", "Temperature of the surroundings")
+    _add(condition, "status", run.status)
+    data = _add(condition, "data")
+    if run.temperature_c is None:
+        _rich(data, "text", NOT_STATED)
+    else:
+        _real(_add(data, "quantity"), "Temperature", run.temperature_c, "\\degreeCelsius")
+    results = _add(parent, "results")
+    for line in run.lines:
+        _line(_add(results, "result"), line)
+    if not run.lines:
+        empty = _add(results, "result")
+        _text(empty, "name", "No result")
+        _rich(_add(empty, "data"), "text", "The record holds no result.")
+    meta = _add(_add(parent, "measurementMetaData"), "metaData")
+    _rich(meta, "declaration", f"Made {run.made_utc} by {run.made_by}. " + " ".join(run.notes))
+    _add(meta, "conformity", "pass" if run.passed else "fail")
+    behind = _add(parent[-1], "metaData")
+    _add(behind, "reference", f"record {_SHA256} {run.record}")
+    _add(behind, "reference", f"observations {_SHA256} {run.data_sha256}")
+
+
+def _line(parent: etree._Element, line: CertificateLine) -> None:
+    _text(parent, "name", line.name)
+    data = _add(parent, "data")
+    measured = _add(data, "quantity", refType="basic_measuredValue")
+    _real(measured, "measured", line.measured, _MM)
+    certified = _add(data, "quantity", refType="basic_referenceValue")
+    _real(certified, "certified", line.reference, _MM)
+    error = _add(data, "quantity", refType="basic_measurementError")
+    _real(error, "error", line.error, _MM, line.expanded)
+    meta = _add(_add(error, "measurementMetaData"), "metaData")
+    _add(meta, "norm", "ISO 14253-1")
+    _add(meta, "conformity", line.conformity.value)
+    limit = _add(_add(meta, "data"), "quantity", refType="basic_acceptanceLimit")
+    _real(limit, "maximum permissible error", line.limit, _MM)
+
+
+def _values(parent: etree._Element, paper: Certificate) -> None:
+    _text(parent, "name", f"{paper.item}, further values")
+    _methods(parent, paper)
+    results = _add(parent, "results")
+    for value in paper.values:
+        _value(_add(results, "result"), value)
+
+
+def _value(parent: etree._Element, value: CertificateValue) -> None:
+    _text(parent, "name", value.name)
+    quantity = _add(_add(parent, "data"), "quantity")
+    _real(quantity, value.name, value.value, value.unit, value.expanded)
+
+
+def _methods(parent: etree._Element, paper: Certificate) -> None:
+    method = _add(_add(parent, "usedMethods"), "usedMethod")
+    _text(method, "name", paper.method)
+    for norm in paper.norms:
+        _add(method, "norm", norm)
+
+
+def _equipment(parent: etree._Element, use: ArtefactUse) -> None:
+    _text(parent, "name", use.name)
+    if use.certificate_sha256:
+        _hash(_add(parent, "certificate"), "Certificate", use.certificate, use.certificate_sha256)
+    marks = _add(parent, "identifications")
+    for name, value in _marks(use):
+        mark = _add(marks, "identification")
+        _add(mark, "issuer", "other")
+        _add(mark, "value", value)
+        _text(mark, "name", name)
+
+
+def _marks(use: ArtefactUse) -> Iterator[tuple[str, str]]:
+    yield "serial number", use.serial or NOT_STATED
+    yield "certificate", use.certificate or NOT_STATED
+    yield "due", use.due_utc[:10] or NOT_STATED
+
+
+def _contact(parent: etree._Element, name: str, mail: str, where: str) -> None:
+    _text(parent, "name", name or NOT_STATED)
+    _add(parent, "eMail", mail or NOT_STATED)
+    _rich(_add(parent, "location"), "further", where or NOT_STATED)
+
+
+def _hash(parent: etree._Element, what: str, number: str, digest: str) -> None:
+    _text(parent, "referral", what)
+    _add(parent, "referralID", number or NOT_STATED)
+    _add(parent, "procedure", _SHA256)
+    _add(parent, "value", digest)
+
+
+def _real(
+    parent: etree._Element, label: str, value: float, unit: str, expanded: float | None = None
+) -> None:  # fmt: skip
+    _text(parent, "name", label)
+    real = etree.SubElement(parent, f"{{{SI}}}real")
+    for name, told in (("label", _plain(label)), ("value", _number(label, value)), ("unit", unit)):
+        etree.SubElement(real, f"{{{SI}}}{name}").text = told
+    if expanded is None:
+        return
+    unc = etree.SubElement(real, f"{{{SI}}}expandedUnc")
+    for name, told in (
+        ("uncertainty", _number(label, expanded)),
+        ("coverageFactor", _number(label, K)),
+        ("coverageProbability", _COVERAGE),
+    ):
+        etree.SubElement(unc, f"{{{SI}}}{name}").text = told
+
+
+def _number(name: str, value: float) -> str:
+    if not abs(value) < float("inf"):
+        raise StorageError(
+            "certificate.number",
+            f"{name} is {value}, which is no number for a certificate.",
+            "Repeat the test; send the record to the maintainers of this program.",
+        )
+    return repr(float(value))
+
+
+def _add(
+    parent: etree._Element, name: str, text: str | None = None, **attributes: str
+) -> etree._Element:
+    node = etree.SubElement(parent, f"{{{DCC}}}{name}", attributes)
+    if text is not None:
+        node.text = _plain(text)
+    return node
+
+
+def _text(parent: etree._Element, name: str, text: str) -> None:
+    _language(_add(_add(parent, name), "content", text))
+
+
+def _rich(parent: etree._Element, name: str, text: str) -> None:
+    _language(_add(_add(parent, name), "content", text))
+
+
+def _language(node: etree._Element) -> None:
+    node.set("lang", "en")
+
+
+def _plain(text: str) -> str:
+    """Return a text as XML holds it."""
+    return one_line(text)

@@ -1,0 +1,220 @@
+"""What a Digital Calibration Certificate says, whoever wrote it: bounded, and it fetches nothing.
+
+A certificate comes from elsewhere and is hostile until it was read: no document type, no entity, no
+other file, no network, at most `LARGEST` bytes, `_DEEPEST` levels and `_MOST` quantities. Only
+numbers that are finite are numbers.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+from lxml import etree
+
+from ocmm_core.errors import InputError
+from ocmm_core.export.certificate._dcc import DCC, SI
+
+LARGEST = 20_000_000
+_DEEPEST = 64
+_MOST = 20_000
+_VERSIONS = ("3.",)
+_LONGEST_NAME = 400
+
+
+@dataclass(frozen=True, slots=True)
+class DccQuantity:
+    """A number of a certificate.
+
+    Attributes
+    ----------
+    path
+        Names of the results that it stands in, from outside in.
+    kind
+        ``refType``; may be empty.
+    value, unit
+        As they are written.
+    expanded, k
+        Expanded uncertainty in the same unit, and its coverage factor; None without any.
+    conformity
+        As the certificate states it; empty where it states nothing.
+    """
+
+    path: tuple[str, ...]
+    kind: str
+    value: float
+    unit: str
+    expanded: float | None
+    k: float | None
+    conformity: str
+
+    @property
+    def name(self) -> str:
+        """Return the names in one line."""
+        return " / ".join(self.path)
+
+
+@dataclass(frozen=True, slots=True)
+class Dcc:
+    """A certificate as it was read.
+
+    Attributes
+    ----------
+    number
+        Its unique identifier.
+    laboratory, customer
+        Names.
+    items
+        What was calibrated, with all identifications.
+    begin, end
+        Dates of the calibration, ISO 8601 text.
+    quantities
+        All numbers of the results, in their order.
+    sha256
+        Of the file.
+    canonical
+        Canonical form (C14N) of the whole document, which is what is signed.
+    """
+
+    number: str
+    laboratory: str
+    customer: str
+    items: tuple[tuple[str, tuple[str, ...]], ...]
+    begin: str
+    end: str
+    quantities: tuple[DccQuantity, ...]
+    sha256: str
+    canonical: bytes
+
+
+def read_dcc(content: bytes) -> Dcc:
+    """Return what a certificate says.
+
+    Raises
+    ------
+    InputError
+        It is no DCC of version 3, too large or too deep, has a document type, or holds a number
+        that is none.
+    """
+    root = _root(content)
+    core = f"{{{DCC}}}administrativeData/{{{DCC}}}coreData/{{{DCC}}}"
+    found: list[DccQuantity] = []
+    for result in root.iterfind(f"{{{DCC}}}measurementResults/{{{DCC}}}measurementResult"):
+        results = result.find(f"{{{DCC}}}results")
+        if results is not None:
+            found += _quantities(results, (_named(result),))
+    return Dcc(
+        number=root.findtext(f"{core}uniqueIdentifier") or "",
+        laboratory=_content(root, "administrativeData/calibrationLaboratory/contact/name"),
+        customer=_content(root, "administrativeData/customer/name"),
+        items=tuple(
+            (_named(item), tuple(text for text in _marks(item) if text))
+            for item in root.iterfind(f"{{{DCC}}}administrativeData/{{{DCC}}}items/{{{DCC}}}item")
+        ),
+        begin=root.findtext(f"{core}beginPerformanceDate") or "",
+        end=root.findtext(f"{core}endPerformanceDate") or "",
+        quantities=tuple(found),
+        sha256=hashlib.sha256(content).hexdigest(),
+        canonical=etree.tostring(root.getroottree(), method="c14n", with_comments=True),
+    )
+
+
+def _root(content: bytes) -> etree._Element:
+    if len(content) > LARGEST:
+        raise _refused(f"it has {len(content)} bytes, more than {LARGEST}")
+    parser = etree.XMLParser(
+        resolve_entities=False, no_network=True, load_dtd=False, dtd_validation=False,
+        huge_tree=False, recover=False,
+    )  # fmt: skip
+    try:
+        root = etree.fromstring(content, parser)
+    except (etree.XMLSyntaxError, ValueError) as error:
+        raise _refused(str(error)[:200]) from error
+    if root.getroottree().docinfo.internalDTD is not None:
+        raise _refused("it has a document type, which may name other files")
+    if root.tag != f"{{{DCC}}}digitalCalibrationCertificate":
+        raise _refused(f"it begins with {str(root.tag)[:80]}")
+    version = root.get("schemaVersion", "")
+    if not version.startswith(_VERSIONS):
+        raise _refused(f"its version is {version[:20]!r}, and 3 is read")
+    for node in root.iter():
+        if node.tag is etree.Entity:
+            raise _refused("it has an entity")
+        if sum(1 for _ in node.iterancestors()) > _DEEPEST:
+            raise _refused(f"it is nested more than {_DEEPEST} levels deep")
+    return root
+
+
+def _quantities(parent: etree._Element, path: tuple[str, ...]) -> list[DccQuantity]:
+    found = [
+        quantity
+        for node in parent.iter(f"{{{DCC}}}quantity")
+        if (quantity := _quantity(node, parent, path)) is not None
+    ]
+    if len(found) > _MOST:
+        raise _refused(f"it has more than {_MOST} quantities")
+    return found
+
+
+def _quantity(
+    node: etree._Element, top: etree._Element, path: tuple[str, ...]
+) -> DccQuantity | None:
+    real = node.find(f"{{{SI}}}real")
+    if real is None:
+        return None
+    names = [_named(node)]
+    for above in node.iterancestors():
+        if above is top:
+            break
+        # A limit stands inside the quantity that it is about.
+        if above.tag in (f"{{{DCC}}}result", f"{{{DCC}}}list", f"{{{DCC}}}quantity"):
+            names.insert(0, _named(above))
+    unc = real.find(f"{{{SI}}}expandedUnc")
+    conformity = node.findtext(
+        f"{{{DCC}}}measurementMetaData/{{{DCC}}}metaData/{{{DCC}}}conformity"
+    )
+    return DccQuantity(
+        path=(*path, *(name for name in names if name)),
+        kind=node.get("refType", ""),
+        value=_number(real.findtext(f"{{{SI}}}value")),
+        unit=(real.findtext(f"{{{SI}}}unit") or "").strip(),
+        expanded=None if unc is None else _number(unc.findtext(f"{{{SI}}}uncertainty")),
+        k=None if unc is None else _number(unc.findtext(f"{{{SI}}}coverageFactor")),
+        conformity=(conformity or "").strip(),
+    )
+
+
+def _number(text: str | None) -> float:
+    try:
+        value = float(text or "")
+    except ValueError as error:
+        raise _refused(f"{(text or '')[:40]!r} is no number") from error
+    # Underscores are Python's, not XML's.
+    if not math.isfinite(value) or "_" in (text or ""):
+        raise _refused(f"{(text or '')[:40]!r} is no number")
+    return value
+
+
+def _named(node: etree._Element) -> str:
+    text = node.findtext(f"{{{DCC}}}name/{{{DCC}}}content") or ""
+    return " ".join(text.split())[:_LONGEST_NAME]
+
+
+def _content(root: etree._Element, path: str) -> str:
+    steps = "/".join(f"{{{DCC}}}{step}" for step in (*path.split("/"), "content"))
+    return " ".join((root.findtext(steps) or "").split())[:_LONGEST_NAME]
+
+
+def _marks(item: etree._Element) -> Iterator[str]:
+    for mark in item.iterfind(f"{{{DCC}}}identifications/{{{DCC}}}identification"):
+        yield (mark.findtext(f"{{{DCC}}}value") or "").strip()[:_LONGEST_NAME]
+
+
+def _refused(why: str) -> InputError:
+    return InputError(
+        "dcc.unreadable",
+        f"This is no digital calibration certificate that can be read: {why}.",
+        "Ask the laboratory for the certificate as DCC 3 (XML), or type it in.",
+    )

@@ -1,0 +1,116 @@
+"""The signature of a certificate: detached, by the key of this station, over the canonical form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.export._files import write_together
+from ocmm_core.export.certificate._content import Certificate
+from ocmm_core.export.certificate._dcc import dcc_bytes
+from ocmm_core.export.certificate._reader import LARGEST, Dcc, read_dcc
+from ocmm_core.seals import KeyFolder, SealState, Signature, Signed, judge_signature, sign
+
+SCHEMA = "ocmm.certificate-seal/1"
+SUFFIX, SEAL_SUFFIX = ".dcc.xml", ".sig.json"
+
+
+class CertificateSeal(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The content of the file beside a certificate: its number and the signature on it."""
+
+    schema: str
+    number: str
+    signature: Signature
+
+
+@dataclass(frozen=True, slots=True)
+class DccFound:
+    """A certificate that was read, and what is to be said of its signature."""
+
+    dcc: Dcc
+    state: SealState
+
+    @property
+    def words(self) -> str:
+        """Return what may be done with it."""
+        if self.state.sound:
+            return f"Signed by {self.state.signer}."
+        return f"{self.state.word.value}: for information only."
+
+
+def write_certificate(paper: Certificate, folder: Path) -> tuple[Path, Path]:
+    """Write the DCC of a paper and its signature, both or none; return their paths.
+
+    Raises
+    ------
+    StorageError
+        A number is not finite, what was read back differs, or the folder or the key of this
+        station cannot be used.
+    """
+    content = dcc_bytes(paper)
+    read = read_dcc(content)
+    _require_same(paper, read)
+    seal = CertificateSeal(
+        schema=SCHEMA,
+        number=paper.number,
+        signature=sign(KeyFolder().station_key(), Signed.CERTIFICATE, read.canonical),
+    )
+    path = folder / f"{paper.number}{SUFFIX}"
+    beside = path.with_name(path.name + SEAL_SUFFIX)
+    signed = msgspec.json.format(msgspec.json.encode(seal), indent=1) + b"\n"
+    write_together({path: content, beside: signed})
+    return path, beside
+
+
+def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
+    """Return a certificate at ``path`` with what is to be said of the signature beside it.
+
+    Raises
+    ------
+    InputError
+        The certificate or its signature cannot be read.
+    StorageError
+        The ring of known keys cannot be read.
+    """
+    dcc = read_dcc(read_bytes(path, LARGEST))
+    beside = path.with_name(path.name + SEAL_SUFFIX)
+    signature = None
+    if beside.exists():
+        try:
+            seal = msgspec.json.decode(read_bytes(beside), type=CertificateSeal)
+        except (ValueError, RecursionError) as error:
+            raise _no_seal(beside, str(error)) from error
+        if seal.schema != SCHEMA:
+            raise _no_seal(beside, f"its schema is {seal.schema!r}")
+        signature = seal.signature
+    return DccFound(dcc, judge_signature(keys, Signed.CERTIFICATE, dcc.canonical, signature))
+
+
+def _require_same(paper: Certificate, read: Dcc) -> None:
+    wanted = [
+        number
+        for run in paper.runs
+        for line in run.lines
+        for number in (line.measured, line.reference, line.error, line.limit)
+    ] + [value.value for value in paper.values]
+    unc = [line.expanded for run in paper.runs for line in run.lines]
+    unc += [value.expanded for value in paper.values if value.expanded is not None]
+    told = [quantity.value for quantity in read.quantities]
+    if told != wanted or [one.expanded for one in read.quantities if one.k is not None] != unc:
+        raise StorageError(
+            "certificate.differs",
+            f"The certificate {paper.number} was read back and its numbers differ.",
+            "Nothing was written. Send the record to the maintainers of this program.",
+        )
+
+
+def _no_seal(path: Path, why: str) -> InputError:
+    return InputError(
+        "certificate.seal",
+        f"{path}: this is not the signature of a certificate ({why}).",
+        f"Give the file ending in {SEAL_SUFFIX} that came with the certificate.",
+    )

@@ -1,0 +1,251 @@
+"""The pages of a paper about the machine: ``python -m ocmm_gui.reports._certificate FOLDER``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from functools import partial
+from itertools import pairwise
+from pathlib import Path
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+
+from ocmm_core import __version__
+from ocmm_core.documents import decode_json
+from ocmm_core.export import write_together
+from ocmm_core.export.certificate import (
+    Certificate,
+    CertificateLine,
+    CertificateRun,
+    Conformity,
+    certificate_facts,
+    certificate_of_folder,
+)
+from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, standard_template
+from ocmm_gui.reports._canvas import (
+    INK,
+    LEFT,
+    SMALL,
+    STRONG,
+    TITLE,
+    Canvas,
+    Column,
+    PageField,
+    Style,
+    paint_text,
+    text_height,
+)
+from ocmm_gui.reports._drawing import draw
+from ocmm_gui.reports._paper_end import paint_signatures
+from ocmm_gui.reports._paper_head import paper_letterhead
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+
+_COLUMNS = (
+    Column("Test", 560.0),
+    Column("Measured, mm", 250.0, right=True),
+    Column("Certified, mm", 250.0, right=True),
+    Column("Error, mm", 190.0, right=True),
+    Column("U (k = 2), mm", 190.0, right=True),
+    Column("MPE, mm", 160.0, right=True),
+    Column("ISO 14253-1", 200.0),
+)
+_VALUES = (
+    Column("Value", 1000.0),
+    Column("", 400.0, right=True),
+    Column("U (k = 2)", 400.0, right=True),
+)
+_COLOURS = {Conformity.CONFORM: INK.good, Conformity.NOT_CONFORM: INK.bad}
+_NAME = 330.0
+_PLOT = 1100.0
+_SIGN = 200.0
+_HEADS = {"beforeAdjustment": "As found", "afterAdjustment": "After adjustment"}
+_UNITS = {"\\milli\\metre": " mm", "\\one": ""}
+
+
+def lay_out(paper: Certificate) -> Canvas:
+    """Return the pages: head, verdicts, every error with U and limit, the graph, signatures."""
+    canvas = Canvas()
+    paper_letterhead(canvas, paper.paper)
+    canvas.text(paper.title, TITLE)
+    if paper.runs:
+        good = paper.passed
+        style = Style(40.0, bold=True, colour=INK.good if good else INK.bad)
+        canvas.text("PASSED" if good else "NOT PASSED", style)
+    canvas.skip(10.0)
+    for fact in certificate_facts(paper):
+        if fact.name not in ("Title", "Statement"):
+            _fact(canvas, fact.name, fact.value)
+    for run in paper.runs:
+        _run(canvas, run)
+    if paper.values:
+        canvas.heading("Further values", 120.0)
+        canvas.table(
+            _VALUES,
+            [
+                [
+                    PageField(one.name),
+                    PageField(f"{one.value:.6g}{_UNITS.get(one.unit, '')}", STRONG),
+                    PageField("–" if one.expanded is None
+                              else f"{one.expanded:.2g}{_UNITS.get(one.unit, '')}"),
+                ]
+                for one in paper.values
+            ],
+        )  # fmt: skip
+    if any(run.lines for run in paper.runs):
+        canvas.heading("Errors between the permissible errors (MPE)", _PLOT)
+        canvas.draw(_PLOT, partial(_paint_errors, paper=paper))
+    _closing(canvas, paper)
+    return canvas
+
+
+def certificate_pdf(paper: Certificate) -> bytes:
+    """Return the pages as PDF; StorageError as `written_pdf`."""
+    canvas = lay_out(paper)
+    foot = f"{paper.number}   OCMM {__version__}"
+    return written_pdf(
+        canvas,
+        lambda painter, index: paint_with_foot(painter, canvas, index, foot),
+        {},
+        title=f"{paper.title}: {paper.item}",
+        software=__version__,
+    )
+
+
+def _run(canvas: Canvas, run: CertificateRun) -> None:
+    canvas.heading(f"{_HEADS[run.status]}: {'passed' if run.passed else 'NOT passed'}", 200.0)
+    warm = NOT_STATED if run.temperature_c is None else f"{run.temperature_c:.1f} °C"
+    when = run.made_utc[:16].replace("T", " ")
+    canvas.text(f"{when} UTC, {run.made_by}, {warm}. {run.rule}.", SMALL)
+    for note in run.notes:
+        canvas.text(note, SMALL)
+    canvas.table(_COLUMNS, [_row(line) for line in run.lines])
+    canvas.text(f"Record {run.record}; observations {run.data_sha256} (SHA-256)", SMALL)
+
+
+def _row(line: CertificateLine) -> list[PageField]:
+    told = line.conformity
+    return [
+        PageField(line.name, STRONG),
+        PageField(f"{line.measured:z.4f}"),
+        PageField(f"{line.reference:z.4f}"),
+        PageField(f"{line.error:+z.4f}", STRONG),
+        PageField(f"{line.expanded:.4f}"),
+        PageField(f"{line.limit:.4f}"),
+        PageField(told.words, Style(24.0, bold=True, colour=_COLOURS.get(told, INK.warn))),
+    ]
+
+
+def _fact(canvas: Canvas, name: str, value: str) -> None:
+    style = SMALL if value == NOT_STATED else Style(25.0)
+    height = max(text_height(value, style, 1800.0 - _NAME), 34.0)
+
+    def paint(painter: QPainter, box: QRectF) -> None:
+        paint_text(painter, QRectF(LEFT, box.top(), _NAME - 10.0, 60.0), name, SMALL)
+        paint_text(painter, box.adjusted(_NAME, 0.0, 0.0, 0.0), value, style)
+
+    canvas.draw(height + 4.0, paint)
+
+
+def _closing(canvas: Canvas, paper: Certificate) -> None:
+    said = [fact.value for fact in certificate_facts(paper) if fact.name == "Statement"]
+    canvas.skip(30.0)
+    canvas.room(50.0 * len(said) + _SIGN + 60.0)
+    for sentence in said:
+        canvas.text(sentence, Style(26.0))
+    canvas.draw(_SIGN, partial(paint_signatures, words=paper.paper.template.signatures))
+    end = f"End of {paper.number}"
+    canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
+
+
+def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate) -> None:
+    """Draw every error over its certified value, with U, between the lines of its MPE."""
+    lines = [line for run in paper.runs for line in run.lines]
+    plot = box.adjusted(150.0, 60.0, -20.0, -110.0)
+    longest = max(abs(line.reference) for line in lines) or 1.0
+    highest = 1.15 * max(max(line.limit, abs(line.error) + line.expanded) for line in lines)
+
+    def place(length: float, error: float) -> QPointF:
+        return QPointF(
+            plot.left() + plot.width() * abs(length) / (1.05 * longest),
+            plot.center().y() - 0.5 * plot.height() * error / highest,
+        )
+
+    painter.setPen(QPen(QColor(INK.border), 2.0))
+    painter.setBrush(Qt.BrushStyle.NoBrush)
+    painter.drawRect(plot)
+    painter.drawLine(place(0.0, 0.0), place(1.05 * longest, 0.0))
+    painter.setPen(QPen(QColor(INK.bad), 4.0))
+    ordered = sorted({(abs(line.reference), line.limit) for line in lines})
+    for sense in (1.0, -1.0):
+        for length, limit in ordered:
+            at = place(length, sense * limit)
+            painter.drawLine(at - QPointF(16.0, 0.0), at + QPointF(16.0, 0.0))
+        for first, second in pairwise(ordered):
+            painter.drawLine(place(first[0], sense * first[1]), place(second[0], sense * second[1]))
+    for run in paper.runs:
+        filled = run is paper.runs[-1]
+        for line in run.lines:
+            _paint_error(painter, place, line, filled=filled)
+    _paint_scales(painter, box, plot, longest, highest)
+
+
+def _paint_error(
+    painter: QPainter,
+    place: Callable[[float, float], QPointF],
+    line: CertificateLine,
+    *,
+    filled: bool,
+) -> None:
+    painter.setPen(QPen(QColor(INK.text), 3.0))
+    low = place(line.reference, line.error - line.expanded)
+    high = place(line.reference, line.error + line.expanded)
+    painter.drawLine(low, high)
+    painter.setBrush(QColor(INK.text if filled else "#ffffff"))
+    painter.drawEllipse(place(line.reference, line.error), 10.0, 10.0)
+
+
+def _paint_scales(
+    painter: QPainter, box: QRectF, plot: QRectF, longest: float, highest: float
+) -> None:
+    for share in (-1.0, -0.5, 0.0, 0.5, 1.0):
+        y = plot.center().y() - 0.5 * plot.height() * share
+        told = QRectF(box.left(), y - 18.0, 140.0, 36.0)
+        align = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+        paint_text(painter, told, f"{1e3 * share * highest:+.0f} µm", SMALL, align)
+    for share in (0.0, 0.5, 1.0):
+        x = plot.left() + plot.width() * share / 1.05
+        told = QRectF(x - 100.0, plot.bottom() + 8.0, 200.0, 36.0)
+        align = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop
+        paint_text(painter, told, f"{share * longest:.0f} mm", SMALL, align)
+    words = (
+        "Error over certified length. Red: ± MPE. Whisker: U (k = 2). Filled: last run; "
+        "open: as found before an adjustment."
+    )
+    paint_text(painter, QRectF(plot.left(), box.bottom() - 60.0, plot.width(), 50.0), words, SMALL)
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the pages; return 0, 2 where they could not be made, 3 where nobody foresaw why."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("--tip", default="")
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--template", type=Path)
+    parser.add_argument("--given", default="{}", help="Particulars, as JSON.")
+    options = parser.parse_args(arguments)
+
+    def write() -> None:
+        given = decode_json(options.given, Particulars)
+        sheet = load_paper(options.template or standard_template(), given)
+        paper = certificate_of_folder(options.folder, sheet, options.tip)
+        path = options.out / f"{paper.number}.pdf"
+        write_together({path: certificate_pdf(paper)})
+        sys.stdout.write(f"{path}\n")
+
+    return draw(write, "The certificate", "The records are unchanged.")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

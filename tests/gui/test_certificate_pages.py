@@ -1,0 +1,87 @@
+"""The pages of papers about the machine, by the command and as they are drawn."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+from pathlib import Path
+
+import msgspec
+import pytest
+from typer.testing import CliRunner
+
+from ocmm_core.calibration.records import CalibrationStore
+from ocmm_core.cli import app
+from ocmm_core.export.certificate import Certificate, certificate_facts, certificate_of_folder
+from ocmm_core.export.report import plain_paper
+from ocmm_gui.reports import _certificate as pages
+from tests.core.calibration.made_records import make_record, make_verification
+from tests.gui.pdf_texts import texts
+
+NOW = datetime(2026, 11, 25, 12, tzinfo=UTC)
+
+
+@pytest.fixture(name="folder")
+def _folder(tmp_path: Path) -> Path:
+    store = CalibrationStore(tmp_path / "cameras")
+    record = make_record()
+    store.accept(record, "Ada", "first", NOW)
+    plain = make_verification(record)
+    many = tuple(
+        msgspec.structs.replace(
+            plain.checks[0], name=f"line {number}", certified_mm=100.0 * number,
+            measured_mm=100.0 * number + 0.001 * number,
+        )
+        for number in range(1, 36)
+    )  # fmt: skip
+    store.verify(msgspec.structs.replace(plain, checks=many), NOW)
+    return tmp_path / "cameras"
+
+
+@pytest.fixture(name="paper")
+def _paper(folder: Path) -> Certificate:
+    return certificate_of_folder(folder, plain_paper())
+
+
+@pytest.mark.usefixtures("qapp")
+def test_every_fact_and_every_error_is_on_the_pages(paper: Certificate) -> None:
+    said = " ".join(texts(pages.lay_out(paper)).split())
+    for fact in certificate_facts(paper):
+        assert fact.value in said, fact
+    for line in paper.runs[-1].lines:
+        for number in (f"{line.error:+.4f}", f"{line.limit:.4f}", f"{line.expanded:.4f}"):
+            assert number in said
+    assert "Calibration certificate" not in said
+    assert said.endswith(f"End of {paper.number}")
+
+
+@pytest.mark.usefixtures("qapp")
+def test_what_did_not_pass_says_so_first(paper: Certificate) -> None:
+    failed = replace(paper, runs=(replace(paper.runs[0], passed=False),))
+    said = texts(pages.lay_out(failed))
+    assert "NOT PASSED" in said
+    assert said.index("NOT PASSED") < said.index("Laboratory")
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_pages_are_a_whole_pdf(paper: Certificate) -> None:
+    assert pages.certificate_pdf(paper).startswith(b"%PDF")
+    assert pages.certificate_pdf(replace(paper, runs=())).startswith(b"%PDF")
+
+
+@pytest.mark.slow
+def test_the_command_writes_certificate_signature_and_pages_and_checks_them(
+    folder: Path, tmp_path: Path
+) -> None:
+    out = tmp_path / "out"
+    runner = CliRunner()
+    done = runner.invoke(app, ["certificate", "make", str(folder), "--out", str(out)])
+    assert done.exit_code == 0, done.output
+    names = sorted(path.name for path in out.iterdir())
+    assert [name.partition(".")[2] for name in names] == ["dcc.xml", "dcc.xml.sig.json", "pdf"]
+    told = runner.invoke(app, ["certificate", "check", str(out / names[0])])
+    assert (told.exit_code, "Signed by" in told.output) == (0, True), told.output
+    content = (out / names[0]).read_text("utf-8")
+    (out / names[0]).write_text(content.replace("0.001", "0.002", 1), "utf-8")
+    told = runner.invoke(app, ["certificate", "check", str(out / names[0])])
+    assert (told.exit_code, "FORGED" in told.output) == (1, True), told.output
