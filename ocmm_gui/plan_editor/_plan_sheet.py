@@ -115,7 +115,8 @@ class PlanSheet(Sheet):
             ALIGNMENT.group: ItemForm(tr("Alignment"), Alignment | None),
             "features": ItemForm(tr("Feature"), NominalFeature),
             "constructions": ItemForm(tr("Construction"), Construction),
-            "characteristics": ItemForm(tr("Characteristic"), Characteristic),
+            # Faces of the model come from the model; they are kept and not written by hand.
+            "characteristics": ItemForm(tr("Characteristic"), Characteristic, ("faces",)),
         }
         self._stack = QStackedWidget()
         for form in self.forms.values():

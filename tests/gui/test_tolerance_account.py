@@ -41,10 +41,12 @@ def sheet(qtbot: QtBot, tmp_path: Path) -> Iterator[PlanSheet]:
     sheet = PlanSheet(plan, None, lambda: tmp_path / "none.ocmm")
     qtbot.addWidget(sheet)
     sheet.resize(1600, 900)
-    sheet.show()
+    with qtbot.waitActive(sheet):
+        sheet.show()
+        sheet.activateWindow()
     sheet.open()
     yield sheet
-    sheet.importing.close_work(1.0)
+    sheet.close_work()
 
 
 def imported(before: Plan) -> Imported:
