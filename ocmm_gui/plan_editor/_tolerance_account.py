@@ -34,6 +34,8 @@ _GROUPS = {
 class ToleranceAccount(QWidget):
     """How many items were taken, and each with its reason: those refused first.
 
+    Datum references and labels are counted; they follow what they belong to.
+
     Return takes the tolerances over with the features, Esc nothing; a button the features alone.
     """
 
@@ -96,7 +98,7 @@ class ToleranceAccount(QWidget):
             )
         taken = tr("Taken as a whole: {counts}.").format(counts=", ".join(told))
         self.summary.setText("\n".join((taken, *account.remarks)))
-        self._items = sorted(account.items, key=lambda item: _ORDER.index(item.status))
+        self._items = sorted(account.by_itself(), key=lambda item: _ORDER.index(item.status))
         self._fill()
         self.show()
         self.table.resizeRowsToContents()
