@@ -220,8 +220,8 @@ def test_damage_of_the_whole_text_is_said_or_leaves_items_with_faults() -> None:
         pmi, _ = read_pmi(whole[:end])
         for one in pmi.dimensions:
             assert one.lower in (None, -0.2), whole[:end][-60:]
-        for one in pmi.tolerances:
-            assert one.size in (None, 0.254, 0.05)
+        for other in pmi.tolerances:
+            assert other.size in (None, 0.254, 0.05)
 
 
 def test_texts_made_to_cost_time_do_not() -> None:
