@@ -31,12 +31,14 @@ from ocmm_core.inspection.plan import (
     with_head,
     with_picture,
 )
+from ocmm_core.inspection.step import Offer
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, later, panel, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
-from ocmm_gui.plan_editor._importing import Imported, Importing, what_is_missing
+from ocmm_gui.plan_editor._importing import Imported, Importing, ReadModel, what_is_missing
 from ocmm_gui.plan_editor._item_form import ItemForm
+from ocmm_gui.plan_editor._model_choice import ModelChoice
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, faulty_field
 from ocmm_gui.plan_editor._plan_items import (
     ALIGNMENT,
@@ -118,6 +120,7 @@ class PlanSheet(Sheet):
             # Faces of the model come from the model; they are kept and not written by hand.
             "characteristics": ItemForm(tr("Characteristic"), Characteristic, ("faces",)),
         }
+        self._editor = QWidget()
         self._stack = QStackedWidget()
         for form in self.forms.values():
             self._stack.addWidget(form)
@@ -146,7 +149,13 @@ class PlanSheet(Sheet):
         self.source.given.connect(self.import_file)
         self.importing = Importing()
         self.importing.imported.connect(self._on_imported)
+        self.importing.offered.connect(self._on_offered)
         self.importing.failed.connect(self.failed)
+        self.choice = ModelChoice()
+        self.choice.taken.connect(self._take_offers)
+        self.choice.declined.connect(self._show_editor)
+        self.choice.up_changed.connect(self._read_again)
+        self._read: ReadModel | None = None
         self.tolerances = ToleranceAccount()
         self._asked: Imported | None = None
         self.tolerances.agreed.connect(lambda: self._answer_tolerances("all"))
@@ -181,6 +190,7 @@ class PlanSheet(Sheet):
 
     def open(self) -> None:
         """Go on writing where it was left."""
+        self._show_editor()
         self._refresh(self.items.chosen())
         self.items.setFocus()
 
@@ -256,7 +266,28 @@ class PlanSheet(Sheet):
     def import_file(self, path: Path) -> None:
         """Add the features of a table or of a model, or take the frame of a document."""
         relocate = self.forms[ALIGNMENT.group].choice() == "relocation"
-        self.importing.read(self.draft.plan, path, relocate=relocate, plan_file=self.draft.path)
+        self.importing.read(self.draft.plan, path, relocate=relocate)
+        self.items.setFocus()
+
+    def _on_offered(self, read: ReadModel) -> None:
+        """Show what a model offers in the place of the editor."""
+        self._read = read
+        self._editor.hide()
+        self.choice.show_model(read.model.part, read.offers, read.up)
+
+    def _read_again(self, up: str) -> None:
+        if self._read is not None:
+            self.importing.read(self.draft.plan, self._read.path, relocate=False, up=up)
+
+    def _take_offers(self, taken: tuple[Offer, ...]) -> None:
+        if self._read is not None:
+            self.importing.take(self.draft.plan, self._read, taken, self.draft.path)
+            self._show_editor()
+
+    def _show_editor(self) -> None:
+        self._read = None
+        self.choice.hide()
+        self._editor.show()
         self.items.setFocus()
 
     def _on_imported(self, found: Imported) -> None:
@@ -278,13 +309,13 @@ class PlanSheet(Sheet):
         """Show what became of the tolerances of a model before they are taken over."""
         self._asked = found
         count = len(found.plan.characteristics) - len(found.before.characteristics)
-        self._desk.hide()
+        self._editor.hide()
         self.tolerances.show_account(account, count)
 
     def _answer_tolerances(self, answer: Literal["all", "features", "nothing"]) -> None:
         found, self._asked = self._asked, None
         self.tolerances.close_account()
-        self._desk.show()
+        self._editor.show()
         self.items.setFocus()
         if found is None or answer == "nothing":
             self.told.emit(tr("Nothing was imported."))
@@ -445,13 +476,13 @@ class PlanSheet(Sheet):
         right.addWidget(self.picture, 3)
         right.addWidget(self.checks, 2)
         right.addWidget(self._teaching)
-        right.addWidget(self.importing)
-        self._desk = QWidget()
-        row = QHBoxLayout(self._desk)
+        row = QHBoxLayout(self._editor)
         row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(10)
         row.addWidget(self.items, 32)
         row.addWidget(panel(middle), 40)
         row.addWidget(panel(right), 28)
+        self.body.addWidget(self._editor, 1)
+        self.body.addWidget(self.choice, 1)
         self.body.addWidget(self.tolerances, 1)
-        self.body.addWidget(self._desk, 1)
+        self.body.addWidget(self.importing)
