@@ -117,8 +117,7 @@ class PlanSheet(Sheet):
             ALIGNMENT.group: ItemForm(tr("Alignment"), Alignment | None),
             "features": ItemForm(tr("Feature"), NominalFeature),
             "constructions": ItemForm(tr("Construction"), Construction),
-            # Faces of the model come from the model; they are kept and not written by hand.
-            "characteristics": ItemForm(tr("Characteristic"), Characteristic, ("faces",)),
+            "characteristics": ItemForm(tr("Characteristic"), Characteristic),
         }
         self._editor = QWidget()
         self._stack = QStackedWidget()
