@@ -196,7 +196,7 @@ class PointView(OrbitView):
 
     def rough_words(self) -> str:
         """Return what the picture says while nobody knows where the part is; empty where known."""
-        return tr("Part placed roughly until it is aligned") if self._part.is_rough() else ""
+        return tr("Part placed roughly: not aligned yet") if self._part.is_rough() else ""
 
     def _draw_job(self, job: JobView) -> None:
         items, reach = self._drawing.items(job, self._theme, self._chosen)
