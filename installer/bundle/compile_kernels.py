@@ -15,6 +15,7 @@ import sys
 import sysconfig
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
+from importlib import import_module
 from itertools import product
 from pathlib import Path
 
@@ -82,7 +83,7 @@ def compile_one(folder: Path, number: int) -> None:
         def on_end(self, event: object) -> None:
             pass
 
-    _forget_where(folder)
+    forget_where(folder)
     # Looking for garbage takes a seventh of the time, and the process ends soon.
     gc.disable()
     names = Names()
@@ -91,11 +92,12 @@ def compile_one(folder: Path, number: int) -> None:
     sys.stdout.write("\n".join(sorted(names.found)))
 
 
-def _forget_where(folder: Path) -> None:
+def forget_where(folder: Path) -> None:
     """Keep the folders of the build out of the results; they are others each time."""
     from numba.core.annotations.type_annotations import TypeAnnotation
     from numba.core.callconv import CPUCallConv
-    from numba.np.ufunc import array_exprs
+
+    array_exprs = import_module("numba.np.ufunc.array_exprs")
 
     # A text for whoever looks into a function.
     TypeAnnotation.__str__ = lambda _: ""
