@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.archive._camera_history import is_known, settle_cameras
     from ocmm_core.inspection.archive._compare import (
         Comparison,
+        PartValue,
         Trend,
         compare_files,
         compare_folder,
@@ -66,7 +67,7 @@ else:
         __name__,
         _batch="BatchPart SUFFIX next_serial parts_of_batch require_new_serial",
         _camera_history="is_known settle_cameras",
-        _compare="Comparison Trend compare_files compare_folder compare_jobs",
+        _compare="Comparison PartValue Trend compare_files compare_folder compare_jobs",
         _part_before="previous_part_pose",
         _points_in_doubt="first_taken",
         _recall="KeptPlaces decide recall",
@@ -91,6 +92,7 @@ __all__ = [
     "Comparison",
     "KeptPlaces",
     "Outcome",
+    "PartValue",
     "RecallRecord",
     "RecalledCharacteristic",
     "RecalledJob",

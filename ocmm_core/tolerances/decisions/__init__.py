@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.decisions._capability import (
         ControlChart,
         ProcessCapability,
+        Signal,
         capability,
         control_chart,
     )
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _capability="ProcessCapability ControlChart capability control_chart",
+        _capability="ProcessCapability ControlChart Signal capability control_chart",
         _decision=(
             "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
         ),
@@ -76,6 +77,7 @@ __all__ = [
     "PartWord",
     "ProcessCapability",
     "Rule",
+    "Signal",
     "Verdict",
     "VerdictSummary",
     "capability",
