@@ -91,7 +91,7 @@ def test_the_batch_is_filtered_by_feature_and_written_as_a_table(
     sheet.feature.setText("")
     qtbot.keyClicks(sheet.feature, name)
     assert 1 <= sheet.table.rowCount() <= 2
-    assert name in {one for one in sheet.table.chosen().features}  # type: ignore[union-attr]
+    assert name in set(sheet.table.chosen().features)  # type: ignore[union-attr]
     sheet.feature.setText("")
     qtbot.keyClicks(sheet.feature, "NONE")
     # An unknown name shows everything, and says which names there are.
