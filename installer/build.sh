@@ -3,13 +3,14 @@
 #
 #   installer/build.sh [--out DIR] [--work DIR] [--version VERSION]
 #
-#   ocmm_VERSION_amd64.deb              for Debian 12; newer ones and Ubuntu were not tried
+#   ocmm_VERSION_amd64.deb              for Debian 12 and 13 and Ubuntu 24.04 (installer/test.sh)
 #   ocmm-VERSION-linux-amd64.tar.xz     the same programs for other distributions
 #   ocmm-VERSION-py3-none-any.whl       for a Python that is there already
 #   SHA256SUMS
 #
 #   --out DIR          where they go; default: dist of this folder
-#   --work DIR         where is built; default: a new folder under TMPDIR, removed at the end
+#   --work DIR         where is built; default: a new folder under TMPDIR, removed at the end. In one
+#                      that is there already, the tools and kernels that fit are used again
 #   --version VERSION  of the packages, to try an upgrade with; default: what the sources say
 #
 # It needs no root and nothing but Python 3.11 or newer with its shared library, git, dpkg, strip
@@ -22,7 +23,8 @@ LC_ALL=C.UTF-8 TZ=UTC PYTHONHASHSEED=0
 export LC_ALL TZ PYTHONHASHSEED
 unset PYTHONPATH PYTHONDONTWRITEBYTECODE
 
-say() { printf 'build: %s\n' "$*" >&2; }
+begun=$(date +%s)
+say() { printf 'build: %4d s  %s\n' "$(($(date +%s) - begun))" "$*" >&2; }
 fail() { say "$@"; exit 2; }
 
 root=$(cd -- "$(dirname -- "$0")/.." && pwd -P)
@@ -80,7 +82,8 @@ if [ ! -x "$python" ]; then
     [ -n "$base" ] || fail "Python 3.11 or newer is needed. PYTHON=/path/to/python3.11 names one."
     "$base" -m venv "$work/venv"
 fi
-pip="$python -m pip --disable-pip-version-check --quiet install"
+# What is frozen is compiled then.
+pip="$python -m pip --disable-pip-version-check --quiet install --no-compile"
 $pip --require-hashes -r requirements-package.lock
 
 # 3. The wheel; it is also what is frozen.
@@ -92,18 +95,60 @@ $pip --no-deps --force-reinstall "$wheel"
 # What is frozen is what the wheel holds, with its resources.
 rm -rf build ./*.egg-info ocmm_core ocmm_gui
 
-# 4. The programs.
-say "Freezing the programs."
-"$python" -m PyInstaller --noconfirm --log-level WARN --distpath "$work/bundle" \
-    --workpath "$work/pyinstaller" installer/bundle/ocmm.spec
+# 4. The kernels, from a copy of the sources, while the programs are frozen: both take minutes.
+kernels=$work/kernels
+rm -rf "$work/sources"
+mkdir "$work/sources"
+cp -r "$("$python" -c 'import sysconfig; print(sysconfig.get_path("purelib"))')/ocmm_core" installer \
+    "$work/sources/"
+find "$work/sources" -name __pycache__ -prune -exec rm -rf {} +
+# All that a kernel may depend on; the version of OCMM is none of it.
+state=$({
+    "$python" -VV
+    cat requirements-package.lock
+    cd "$work/sources" && find ocmm_core installer/bundle -name '*.py' ! -path ocmm_core/__init__.py -print0 |
+        sort -z | xargs -0 sha256sum
+} | sha256sum)
+if [ "$(cat "$kernels/state" 2>/dev/null)" = "$state" ]; then
+    say "Freezing the programs; the kernels are those of the last build in this folder."
+    compiling=
+else
+    say "Compiling the kernels and freezing the programs, at the same time."
+    rm -rf "$kernels"
+    mv "$work/sources" "$kernels"
+    "$python" installer/bundle/compile_kernels.py "$kernels" & compiling=$!
+fi
 bundle=$work/bundle/ocmm
-# What is not Qt's, nor a library of the LGPL, which stay as their makers handed them out.
-strip --strip-unneeded "$bundle"/_internal/libpython3*.so* \
-    "$bundle"/_internal/llvmlite/binding/libllvmlite.so
+if ! "$python" -m PyInstaller --noconfirm --log-level WARN --distpath "$work/bundle" \
+    --workpath "$work/pyinstaller" installer/bundle/ocmm.spec; then
+    [ -z "$compiling" ] || kill "$compiling" 2>/dev/null || :
+    fail "The programs could not be frozen."
+fi
 
-# 5. The kernels, and the sources as Python keeps them; neither changes with the date of a file.
-say "Compiling the kernels."
-"$python" installer/bundle/compile_kernels.py "$bundle/_internal"
+# 5. What is not Qt's, nor a library of the GPL or LGPL, which stay as their makers handed them out,
+# nor one that was patched after it was linked (numpy, scipy): those cannot be loaded any more.
+for library in "$bundle"/_internal/libpython3*.so* "$bundle"/_internal/llvmlite/binding/libllvmlite.so; do
+    strip --strip-unneeded "$library"
+done
+for folder in python3.* numba pkcs11 cryptography; do
+    find "$bundle"/_internal/$folder -type f -name '*.so' -exec strip --strip-unneeded {} +
+done
+# numpy and scipy bring the same run-time library of their compiler: one of them is enough.
+for library in "$bundle"/_internal/scipy.libs/*.so*; do
+    same=$bundle/_internal/numpy.libs/${library##*/}
+    if cmp -s "$library" "$same"; then
+        ln -sf "../numpy.libs/${library##*/}" "$library"
+    fi
+done
+
+say "The programs are frozen."
+if [ -n "$compiling" ]; then
+    wait "$compiling" || fail "The kernels could not be compiled."
+    printf '%s\n' "$state" >"$kernels/state"
+fi
+# The kernels, and the sources as Python keeps them; neither changes with the date of a file.
+(cd "$kernels" && find ocmm_core -name '*.nb[ci]' -print0 | sort -z | tar --null -T - -cf -) |
+    tar -C "$bundle/_internal" -xf -
 "$python" -m compileall -q -j 0 --invalidation-mode unchecked-hash \
     -s "$bundle" -p /opt/ocmm "$bundle"/_internal/ocmm_core "$bundle"/_internal/ocmm_gui \
     "$bundle"/_internal/installer
@@ -183,3 +228,4 @@ wait "$packing"
 (cd "$out" && sha256sum "ocmm_${version}_amd64.deb" "ocmm-$version-linux-amd64.tar.xz" \
     "ocmm-$version-py3-none-any.whl") >"$out/SHA256SUMS"
 cat "$out/SHA256SUMS"
+say "Done."

@@ -2,17 +2,22 @@
 # Try the packages in clean roots: installed, used, upgraded, killed, removed, purged, installed again.
 #
 #   installer/test.sh [--deb FILE] [--newer FILE] [--suites "bookworm trixie noble"] [--kills N]
-#                     [--rounds N] [--work DIR]
+#                     [--rounds N] [--starts N] [--twice] [--ubuntu-keys FILE] [--work DIR]
 #
-#   --deb FILE      the package; default: built from the last commit (installer/build.sh)
-#   --newer FILE    the same with a higher version number; default: built likewise
-#   --suites LIST   releases of Debian and Ubuntu; a root that cannot be made is NOT RUN
-#   --kills N       moments at which dpkg is killed while it upgrades; default 20
-#   --rounds N      how often it is installed, used, upgraded, removed and purged; default 1
-#   --work DIR      roots and what was seen, pictures too; default: a new folder, which stays
+#   --deb FILE          the package, with what was built beside it; default: built from the last commit
+#                       (installer/build.sh)
+#   --newer FILE        the same with a higher version number; default: made from that one
+#   --suites LIST       releases of Debian and Ubuntu; a root that cannot be made is NOT RUN
+#   --kills N           moments at which dpkg is killed while it upgrades; default 20
+#   --rounds N          how often it is installed, used, upgraded, removed and purged; default 1
+#   --starts N          how often the window is started cold and warm; default 5
+#   --twice             build two more times, in different folders, and compare the bytes
+#   --ubuntu-keys FILE  the keys of Ubuntu's archive; default: those of the package ubuntu-keyring
+#   --work DIR          roots and what was seen, pictures too; default: a new folder, which stays
 #
 # It needs root, mmdebstrap and some 3 GB. Each line says what was tried: PASSED, FAILED or NOT RUN.
-# The exit code is 1 where anything failed.
+# The exit code is 1 where anything failed. Numbers are compared with those of this clone, where it is
+# set up (.venv).
 # shellcheck disable=SC2317,SC2016 # functions are named to `verdict`; dpkg-query reads its own ${}
 set -u
 umask 022
@@ -21,12 +26,15 @@ say() { printf 'test: %s\n' "$*" >&2; }
 fail() { say "$@"; exit 2; }
 
 here=$(cd -- "$(dirname -- "$0")" && pwd -P)
-deb='' newer='' work=''
-suites="bookworm trixie noble" kills=20 rounds=1
+deb='' newer='' work='' twice=''
+suites="bookworm trixie noble" kills=20 rounds=1 starts=5
+ubuntu_keys=/usr/share/keyrings/ubuntu-archive-keyring.gpg
+clone=$here/../.venv/bin/ocmm
 while [ $# -gt 0 ]; do
     case $1 in
         -h | --help) sed -n '2,/^set -u/{/^set -u/d;s/^# \{0,1\}//;p;}' "$0"; exit 0 ;;
-        --deb | --newer | --suites | --kills | --rounds | --work) [ $# -ge 2 ] || fail "$1 needs a value." ;;
+        --twice) twice=yes && shift && continue ;;
+        --deb | --newer | --suites | --kills | --rounds | --starts | --ubuntu-keys | --work) [ $# -ge 2 ] || fail "$1 needs a value." ;;
         *) fail "There is no '$1'. See $0 --help" ;;
     esac
     case $1 in
@@ -35,6 +43,8 @@ while [ $# -gt 0 ]; do
         --suites) suites=$2 ;;
         --kills)  kills=$2 ;;
         --rounds) rounds=$2 ;;
+        --starts) starts=$2 ;;
+        --ubuntu-keys) ubuntu_keys=$(readlink -f "$2") ;;
         --work)   work=$2 ;;
     esac
     shift 2
@@ -44,26 +54,44 @@ command -v mmdebstrap >/dev/null || fail "The program 'mmdebstrap' is missing."
 : "${work:=$(mktemp -d)}"
 mkdir -p "$work"
 work=$(cd -- "$work" && pwd -P)
-if [ -z "$deb" ] || [ -z "$newer" ]; then
+mkdir -p "$work/seen"
+if [ -z "$deb" ]; then
     "$here/build.sh" --out "$work/built" --work "$work/building" || fail "The package was not built."
     deb=$(ls "$work"/built/*.deb)
-    "$here/build.sh" --out "$work/built-newer" --work "$work/building" --version 99.0 ||
-        fail "The newer package was not built."
-    newer=$work/built-newer/ocmm_99.0_amd64.deb
+fi
+# What was built says which version it is.
+version=$(dpkg-deb -f "$deb" Version)
+if [ -z "$newer" ]; then
+    newer=$work/ocmm_99.0_amd64.deb
+    rm -rf "$work/newer"
+    dpkg-deb -R "$deb" "$work/newer"
+    sed -i 's/^Version: .*/Version: 99.0/' "$work/newer/DEBIAN/control"
+    core=$work/newer/opt/ocmm/_internal/ocmm_core
+    sed -i 's/^__version__ = .*/__version__ = "99.0"/' "$core/__init__.py"
+    rm -f "$core"/__pycache__/__init__.*
+    (cd "$work/newer" && find opt usr -type f -print0 | xargs -0 md5sum) >"$work/md5sums"
+    mv "$work/md5sums" "$work/newer/DEBIAN/"
+    dpkg-deb --root-owner-group -Zzstd -z1 --build "$work/newer" "$newer" >&2 || fail "No newer package."
+    rm -rf "$work/newer"
 fi
 
-failed=0
-# verdict NAME COMMAND...: one line; what the command printed is kept.
+failed=0 suite=all
+# verdict NAME COMMAND...: one line; what the command printed is kept. Exit code 77: it was not tried.
 verdict() {
     name=$1
     shift
-    if "$@" >"$work/seen/$suite-$name.txt" 2>&1; then
-        printf 'PASSED   %s %s\n' "$suite" "$name"
-    else
-        printf 'FAILED   %s %s (%s)\n' "$suite" "$name" "$work/seen/$suite-$name.txt"
-        failed=1
-    fi
+    "$@" >"$work/seen/$suite-$name.txt" 2>&1
+    case $? in
+        0) printf 'PASSED   %s %s%s\n' "$suite" "$name" "$(said)" ;;
+        77) printf 'NOT RUN  %s %s%s\n' "$suite" "$name" "$(said)" ;;
+        *)
+            printf 'FAILED   %s %s%s (%s)\n' "$suite" "$name" "$(said)" "$work/seen/$suite-$name.txt"
+            failed=1
+            ;;
+    esac
 }
+# What a check has to say in its line.
+said() { sed -n 's/^SAID//p' "$work/seen/$suite-$name.txt" | tr -d '\n'; }
 inside() { chroot "$root" /usr/bin/env -i PATH=/usr/sbin:/usr/bin:/sbin:/bin LANG=C.UTF-8 "$@"; }
 # as USER COMMAND: at home, without root.
 as() {
@@ -78,16 +106,16 @@ close_root() {
     done
 }
 open_root() {
-    mkdir -p "$root" "$work/seen"
+    mkdir -p "$root"
     if [ ! -f "$work/$suite.tar" ]; then
         components=main
         keys=/usr/share/keyrings
         case $suite in
-            noble) components=main,universe keys=$keys/ubuntu-archive-keyring.gpg ;;
+            noble) components=main,universe keys=$ubuntu_keys ;;
             *) keys=$keys/debian-archive-keyring.gpg ;;
         esac
         mmdebstrap --variant=minbase --components="$components" --keyring="$keys" \
-            --include=ca-certificates,xvfb,x11-apps,xauth,man-db,bash-completion,systemd,strace \
+            --include=ca-certificates,xvfb,x11-apps,x11-utils,xauth,man-db,bash-completion,systemd,strace \
             "$suite" "$work/$suite.tar" >"$work/seen/$suite-root.txt" 2>&1 || return 1
     fi
     tar -C "$root" -xpf "$work/$suite.tar"
@@ -131,6 +159,38 @@ measures() {
     cat "$root/home/tester/$1.txt"
     [ "$code" -le 1 ]
 }
+# numbers FOLDER: what the files of a demo say, without times, names of the run, hashes and signatures.
+numbers() {
+    for file in "$1"/first/*_features.csv "$1"/first/*_points.csv "$1"/first/*_report.csv \
+        "$1"/first/*_cloud.asc "$1"/numbers/*_report.csv "$1"/numbers/*[A-Z].json; do
+        echo "${file##*/}"
+        sed -E 's/"([a-z_]*uuid|[a-z_]*utc|head|key|line|sha256|software_version|seconds)": "[^"]*"//g' "$file"
+    done
+}
+clone_measures() {
+    [ ! -d "$work/clone/numbers" ] || return 0
+    [ -x "$clone" ] || return 77
+    mkdir -p "$work/clone"
+    for words in "demo --headless --out first" "report first/DEMO-001.ocmm --format json --out numbers"; do
+        # shellcheck disable=SC2086 # words
+        (cd "$work/clone" && env -i HOME="$work/clone" PATH=/usr/bin:/bin LANG=C.UTF-8 "$clone" $words)
+        [ $? -le 1 ] || return 1
+    done
+}
+same_numbers_as_the_clone() {
+    clone_measures || return
+    as tester "rm -rf numbers; ocmm report first/*.ocmm --format json --out numbers"
+    [ $? -le 1 ] || return 1
+    numbers "$work/clone" >"$work/seen/clone-numbers.txt"
+    numbers "$root/home/tester" >"$work/seen/$suite-numbers.txt"
+    echo "SAID: $(grep -oE '[0-9]+\.[0-9]+' "$work/seen/clone-numbers.txt" | wc -l) numbers"
+    diff "$work/seen/clone-numbers.txt" "$work/seen/$suite-numbers.txt"
+}
+measures_again() {
+    as tester "rm -rf quick; ocmm measure --plan /opt/ocmm/_internal/ocmm_core/resources/plans/quick.toml \
+        --out quick --seed 3 --speed 0"
+    [ $? -le 1 ] && ls "$root"/home/tester/quick/*.ocmm
+}
 measures_on_the_wire() {
     # Whoever is in a changed root may have no private network; in a root of his own he may.
     # shellcheck disable=SC2016 # for the inner shell
@@ -150,6 +210,58 @@ window() {
     as tester "xvfb-run -a -s '-screen 0 1280x720x24' ocmm -m ocmm_gui $1 --silent --speed 0 --out seen \
         --size 1280x720 --quit-after 12 --screenshot window.png" || return 1
     cp "$root/home/tester/window.png" "$work/seen/$suite-window$2.png"
+}
+# started: the time until the window is on the screen, in ms.
+started() {
+    t0=$(date +%s%N)
+    as tester "DISPLAY=:77 exec ocmm -m ocmm_gui --silent --speed 0 --out starts --size 1280x720 \
+        --quit-after 60" >/dev/null 2>&1 &
+    waited=0
+    until inside xwininfo -display :77 -root -tree 2>/dev/null | sed -n 's/^ *\(0x[0-9a-f]*\) .* 1280x720+.*/\1/p' |
+        while read -r id; do inside xwininfo -display :77 -id "$id"; done | grep -q IsViewable; do
+        waited=$((waited + 1))
+        [ "$waited" -lt 1000 ] || return 1
+        sleep 0.02
+    done
+    echo $((($(date +%s%N) - t0) / 1000000))
+    for process in $(pgrep -u "$(stat -c %u "$root/home/tester")" -f '^ocmm -m ocmm_gui|/ocmm -m ocmm_gui'); do
+        [ "$(readlink "/proc/$process/root")" != "$root" ] || kill "$process"
+    done
+    wait $!
+    :
+}
+starts_in_time() {
+    inside Xvfb :77 -screen 0 1400x900x24 -ac >/dev/null 2>&1 & screen=$!
+    sleep 2
+    : >"$work/cold" >"$work/warm"
+    for one in $(seq 1 "$starts"); do
+        sync
+        echo 3 >/proc/sys/vm/drop_caches
+        started >>"$work/cold"
+        started >>"$work/warm"
+    done
+    kill "$screen" "$(pgrep -f 'Xvfb :77')" 2>/dev/null
+    cold=$(sort -n "$work/cold" | sed -n "$(((starts + 1) / 2))p")
+    warm=$(sort -n "$work/warm" | sed -n "$(((starts + 1) / 2))p")
+    load=$(cut -d' ' -f1 /proc/loadavg)
+    echo "cold: $(tr '\n' ' ' <"$work/cold")ms; warm: $(tr '\n' ' ' <"$work/warm")ms"
+    echo "SAID: cold $cold ms of 3000, warm $warm ms of 2000, medians of $starts; load $load"
+    [ -n "$cold" ] && [ -n "$warm" ] || return 1
+    [ "$cold" -le 3000 ] && [ "$warm" -le 2000 ] && return 0
+    # On a computer that is busy with something else it says nothing.
+    [ "${load%.*}" -lt "$(nproc)" ] || return 77
+    return 1
+}
+tar_runs() {
+    tar=${deb%/*}/ocmm-$version-linux-amd64.tar.xz
+    [ -f "$tar" ] || return 77
+    rm -rf "$root/home/tester/unpacked"
+    mkdir "$root/home/tester/unpacked"
+    tar -C "$root/home/tester/unpacked" --strip-components=1 -xf "$tar"
+    as tester "unpacked/ocmm --version && unpacked/ocmm measure --out from-tar --seed 3 --speed 0 --plan \
+        /opt/ocmm/_internal/ocmm_core/resources/plans/quick.toml"
+    [ $? -le 1 ] || return 1
+    rm -rf "$root/home/tester/unpacked"
 }
 nothing_compiles() {
     as tester "ocmm compile --processes 1" | tee /dev/stderr | grep -q ', 0 were compiled now'
@@ -215,11 +327,38 @@ kills() {
     [ "$mended" -eq "$kills" ]
 }
 
+# The wheel, as README says, in an empty environment of this computer's Python.
+wheel_measures() {
+    wheel=$(ls "${deb%/*}/ocmm-$version-py3-none-any.whl") || return 77
+    python=${PYTHON:-python3}
+    "$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' || return 77
+    rm -rf "$work/wheel"
+    "$python" -m venv "$work/wheel" || return 1
+    (cd "$work/wheel" && bin/pip -q install "$wheel" &&
+        env -i HOME="$work/wheel" PATH=/usr/bin:/bin LANG=C.UTF-8 sh -c \
+            "bin/ocmm compile; bin/ocmm demo --headless --out first; [ \$? -le 1 ] && exec bin/ocmm report \
+            first/DEMO-001.ocmm --format json --out numbers")
+    [ $? -le 1 ] || return 1
+    clone_measures || return 0
+    numbers "$work/clone" >"$work/seen/clone-numbers.txt"
+    numbers "$work/wheel" | diff "$work/seen/clone-numbers.txt" - && echo "SAID: the numbers of the clone"
+}
+same_bytes_twice() {
+    for one in one two/longer; do
+        rm -rf "${work:?}/twice/$one"
+        "$here/build.sh" --out "$work/twice/$one/out" --work "$work/twice/$one/work" || return 1
+        rm -rf "$work/twice/$one/work"
+    done
+    cat "$work/twice/one/out/SHA256SUMS"
+    cmp "$work/twice/one/out/SHA256SUMS" "$work/twice/two/longer/out/SHA256SUMS"
+}
+[ -z "$twice" ] || verdict same-bytes-of-two-builds same_bytes_twice
+verdict wheel wheel_measures
+
 for suite in $suites; do
     root=$work/root-$suite
     trap close_root EXIT
     trap 'exit 130' INT TERM
-    mkdir -p "$work/seen"
     if ! open_root; then
         printf 'NOT RUN  %s: no root could be made (%s)\n' "$suite" "$work/seen/$suite-root.txt"
         continue
@@ -228,8 +367,12 @@ for suite in $suites; do
         verdict "$round-install" install_it /old.deb
         verdict "$round-rights" rights
         verdict "$round-key" key_is_there
-        rm -rf "$root/home/tester/first" "$root/home/tester/wire"
-        verdict "$round-demo" measures first
+        rm -rf "$root/home/tester/wire"
+        if [ "$round" = 1 ]; then
+            verdict demo measures first
+            verdict same-numbers-as-the-clone same_numbers_as_the_clone
+        fi
+        verdict "$round-measures" measures_again
         verdict "$round-wire" measures_on_the_wire
         if [ "$round" = 1 ]; then
             verdict nothing-compiles nothing_compiles
@@ -237,6 +380,8 @@ for suite in $suites; do
             verdict bus-rights bus_has_its_rights
             verdict window window "" ""
             verdict window-of-a-job window 'first/*.ocmm' -job
+            [ "$starts" = 0 ] || verdict starts starts_in_time
+            verdict tar tar_runs
         fi
         keep_sums
         verdict "$round-upgrade" upgrade

@@ -13,7 +13,9 @@ def block_part(
 ) -> PartModel:
     """Return a block from the origin on, mm, each face of it in ``cells`` by ``cells`` squares."""
     size = np.array([length, width, height])
-    vertices, normals, triangles, owners, faces = [], [], [], [], []
+    vertices: list[Float] = []
+    faces: list[ModelFace] = []
+    normals, triangles, owners = [], [], []
     for axis in range(3):
         for end in (0.0, 1.0):
             u, v = (axis + 1) % 3, (axis + 2) % 3
@@ -22,7 +24,7 @@ def block_part(
             steps = np.linspace(0.0, 1.0, cells + 1)
             grid = np.zeros((cells + 1, cells + 1, 3))
             grid[..., u], grid[..., v], grid[..., axis] = steps[:, None], steps[None], end
-            start = sum(len(one) for one in vertices)
+            start = len(faces) * (cells + 1) ** 2
             vertices.append(grid.reshape(-1, 3) * size)
             normal = np.zeros(3)
             normal[axis] = 2.0 * end - 1.0

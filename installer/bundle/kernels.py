@@ -33,6 +33,12 @@ def processor_kind(cpuinfo: str) -> str:
     return AVX2 if processors and all(flags >= _NEEDED for flags in processors) else GENERIC
 
 
+def kernels_beside(file: Path, kind: str) -> Path:
+    """Return the folder that holds what a file's functions were compiled to."""
+    # Whoever names a processor names no other folder.
+    return file.parent / "__pycache__" / kind.replace(os.sep, "_")
+
+
 def environment(kind: str) -> dict[str, str]:
     """Return what numba must find in its environment, before it is imported, to use a kind."""
     return {

@@ -13,11 +13,26 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+from numba.core import config
 from numba.core.caching import Cache, InTreeCacheLocator
+
+from installer.bundle.kernels import kernels_beside
 
 
 class ShippedLocator(InTreeCacheLocator):  # type: ignore[misc] # numba ships no annotations
-    """Beside the file of the function, whether or not that can be written to."""
+    """Beside the file of the function, whether or not that can be written to.
+
+    Each kind of processor has its own folder, so that both can be compiled at the same time: numba
+    keeps one list of results for each function of a folder.
+    """
+
+    def __init__(self, py_func: Any, py_file: str) -> None:
+        super().__init__(py_func, py_file)
+        self._kept = str(kernels_beside(Path(py_file), str(config.CPU_NAME)))
+
+    def get_cache_path(self) -> str:
+        """Return the folder of the results."""
+        return self._kept
 
     @classmethod
     def from_function(cls, py_func: Any, py_file: str) -> ShippedLocator | None:

@@ -6,6 +6,7 @@ Out: a plan, what is wrong with what was taken, judged values, and a record.
 Read `_procedure` (documents, limits), `_result` (what a test leaves) and `_values` (pure statistics
 of points), then `_kinds` (one entry a kind: planned by `_planning`, judged by `_evaluating` and
 `_placement`), `_session` (the engine, a chain of `_events`), `_guards` and `_recompute`.
+`_register` keeps the artefacts, `_interim` is the chart of interim checks.
 It must not know where a ball centre comes from: cameras, a recording or a simulation.
 """
 
@@ -17,9 +18,23 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.acceptance._events import AcceptanceView
-    from ocmm_core.acceptance._guards import begin_findings, climate_reasons, spots_hash
+    from ocmm_core.acceptance._guards import (
+        begin_findings,
+        climate_reasons,
+        reserved_spots,
+        spots_hash,
+    )
+    from ocmm_core.acceptance._interim import (
+        ChartPoint,
+        InterimChart,
+        InterimCheck,
+        InterimHistory,
+        InterimWord,
+        interim_chart,
+    )
     from ocmm_core.acceptance._kinds import KINDS, kind_of, plan_of, values_of
     from ocmm_core.acceptance._part_u import (
+        LEAST_RESULTS,
         PartTask,
         PartUncertainty,
         dissimilar,
@@ -40,6 +55,18 @@ if TYPE_CHECKING:
         recompute,
         recompute_tips,
         save_record,
+    )
+    from ocmm_core.acceptance._register import (
+        ARTEFACT_SCHEMA,
+        ArtefactEntry,
+        ArtefactKind,
+        ArtefactRegister,
+        check_entry,
+        default_artefact_folder,
+        load_artefact,
+        load_used,
+        used_bar,
+        used_sphere,
     )
     from ocmm_core.acceptance._result import (
         RECORD_SCHEMA,
@@ -74,11 +101,16 @@ else:
     __getattr__ = door(
         __name__,
         _events="AcceptanceView",
-        _guards="begin_findings climate_reasons spots_hash",
+        _guards="begin_findings climate_reasons reserved_spots spots_hash",
+        _interim=("ChartPoint InterimChart InterimCheck InterimHistory InterimWord interim_chart"),
         _kinds="KINDS kind_of plan_of values_of",
-        _part_u="PartTask PartUncertainty dissimilar part_uncertainty share_within",
+        _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
         _procedure="ClimateRule Mpe Procedure find_procedure load_procedure procedure_files",
         _recompute="differences load_record recompute recompute_tips save_record",
+        _register=(
+            "ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister check_entry "
+            "default_artefact_folder load_artefact load_used used_bar used_sphere"
+        ),
         _result=(
             "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
             "QuantityResult RECORD_SCHEMA Refusal UsedArtefact Verdict"
@@ -92,14 +124,24 @@ else:
     )
 
 __all__ = [
+    "ARTEFACT_SCHEMA",
     "KINDS",
+    "LEAST_RESULTS",
     "RECORD_SCHEMA",
     "AcceptanceRecord",
     "AcceptanceSession",
     "AcceptanceView",
+    "ArtefactEntry",
+    "ArtefactKind",
+    "ArtefactRegister",
+    "ChartPoint",
     "Climate",
     "ClimateRule",
     "Instrument",
+    "InterimChart",
+    "InterimCheck",
+    "InterimHistory",
+    "InterimWord",
     "JudgedValue",
     "Mpe",
     "Observation",
@@ -119,14 +161,19 @@ __all__ = [
     "begin_findings",
     "block_length",
     "certified_at",
+    "check_entry",
     "climate_reasons",
+    "default_artefact_folder",
     "differences",
     "dissimilar",
     "find_procedure",
+    "interim_chart",
     "judge",
     "kind_of",
+    "load_artefact",
     "load_procedure",
     "load_record",
+    "load_used",
     "location_value",
     "nest_lengths",
     "part_uncertainty",
@@ -135,6 +182,7 @@ __all__ = [
     "recompute",
     "recompute_tips",
     "repeat_ranges",
+    "reserved_spots",
     "save_record",
     "share_within",
     "smallest_ball",
@@ -142,6 +190,8 @@ __all__ = [
     "sphere_values",
     "spots_hash",
     "thickness",
+    "used_bar",
+    "used_sphere",
     "values_of",
     "volumetric_values",
 ]

@@ -252,8 +252,7 @@ def volumetric_results(at: Situation) -> Values:
 
 def plate_results(at: Situation) -> Values:
     """Return thickness and coplanarity (RMS from the plane, over n) of bed and block."""
-    plate, ball = at.stage.only("plate"), at.stage.instrument
-    found = []
+    plate, found = at.stage.only("plate"), []
     for group in groups(at, 2):
         bed, top = (at.tips[one] for one in group)
         # Both faces are touched from above, so that the ball's radius cancels.
@@ -263,7 +262,7 @@ def plate_results(at: Situation) -> Values:
             at.value(
                 "Thickness",
                 group[0],
-                f"mean of {len(top)} points, ball {ball.ball_radius:.3f} mm",
+                f"mean of {len(top)} points",
                 nominal=plate.sizes[0],
                 measured=measured,
                 certified=certified,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 from datetime import datetime
+from pathlib import Path
 
 import msgspec
 
@@ -14,13 +15,16 @@ from ocmm_core.acceptance._result import Climate, UsedArtefact
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.calibration.records import Artefact, ArtefactUse, Finding, same_serial
+from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 
 _FORM_SHARE = 0.20
 """Certified form of a sphere over the limit of form (ISO 10360-5)."""
 
-_READY = ("VALID", "DUE")
+_READY = ("VALID", "DUE", "DESIGN")
+"""`DESIGN` is a virtual rig: real cameras have a record, or no points are taken with them."""
+
 _LARGEST_MM = 1e5
 
 
@@ -194,3 +198,32 @@ def climate_reasons(stage: Stage, climate: Sequence[Climate]) -> list[str]:
             "allowed."
         )
     return reasons
+
+
+def reserved_spots(folders: Sequence[Path]) -> tuple[str, ...]:
+    """Return `spots_hash` of every observation in the session files of folders.
+
+    What the cameras were calibrated from, or the tip was qualified with, must not test them. A line
+    that cannot be read holds nothing that could be offered again.
+    """
+    found: dict[str, None] = {}
+    for folder in folders:
+        for path in sorted(folder.glob("*")) if folder.is_dir() else []:
+            for line in read_bytes(path).splitlines() if path.is_file() else []:
+                try:
+                    _collect(msgspec.json.decode(line), found)
+                except (msgspec.DecodeError, RecursionError, UnicodeError):
+                    continue
+    return tuple(found)
+
+
+def _collect(value: object, found: dict[str, None]) -> None:
+    if isinstance(value, dict):
+        if isinstance(value.get("uv"), list):
+            found[hashlib.sha256(msgspec.json.encode(value["uv"])).hexdigest()] = None
+        for one in value.values():
+            _collect(one, found)
+    elif isinstance(value, list):
+        for one in value:
+            if isinstance(one, dict):
+                _collect(one, found)

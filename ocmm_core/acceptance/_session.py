@@ -261,6 +261,23 @@ class AcceptanceSession:
                 self._append(PositionRedone(utc=utc_text(now), position=position, reason=hint))
             return hint
 
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """Return what of the advice could not be followed, and what only warns."""
+        return self._begun.notes
+
+    @property
+    def current(self) -> int:
+        """Return the position whose points come next; -1 where all were taken."""
+        with self._lock:
+            return self._current()
+
+    def hint(self, tip_world: Float) -> str:
+        """Return why a ball at rest would be refused now; empty where it would be taken."""
+        with self._lock:
+            position = self._current()
+            return "" if position < 0 else judge_point(self.situation(), position, tip_world)
+
     def retest(self, now: datetime) -> Retest:
         """Begin a retest, and return what is measured again.
 

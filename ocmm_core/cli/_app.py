@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ocmm_core import __version__
+from ocmm_core.cli.acceptance import acceptance_app, artefact_app, msa_app
 from ocmm_core.cli.audit import audit_app, key_app
 from ocmm_core.cli.bus import bus_app, rig_app
 from ocmm_core.cli.calibrate import (
@@ -119,6 +120,9 @@ app.add_typer(audit_app, name="audit")
 app.add_typer(key_app, name="key")
 app.add_typer(certificate_app, name="certificate")
 app.add_typer(station_app, name="station")
+app.add_typer(acceptance_app, name="acceptance")
+app.add_typer(artefact_app, name="artefact")
+app.add_typer(msa_app, name="msa")
 calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
 calibrate_app.command(name="tip")(tip_command)

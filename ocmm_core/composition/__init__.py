@@ -6,8 +6,8 @@ Out: a source made ready, the calibration that belongs to it, and a station read
 Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
 source), `_climate`, `_stream_options`, `_defaults`. `_kernels` lists what is compiled, `_compile`
-does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`
-and `_truth` are what the virtual rig needs.
+does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
+`_acceptance_scenes` and `_truth` are what the virtual rig needs.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
 
@@ -18,6 +18,13 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.composition._acceptance_scenes import (
+        acceptance_feed,
+        artefacts_used_before,
+        collect_acceptance,
+        instrument_of,
+        scenes_of_acceptance,
+    )
     from ocmm_core.composition._calibrate_scenes import (
         VirtualSite,
         scenes_of_known_points,
@@ -61,6 +68,10 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _acceptance_scenes=(
+            "acceptance_feed artefacts_used_before collect_acceptance instrument_of "
+            "scenes_of_acceptance"
+        ),
         _calibrate_scenes=(
             "VirtualSite scenes_of_known_points scenes_of_relocation scenes_of_verification"
         ),
@@ -98,21 +109,26 @@ __all__ = [
     "SourceSpec",
     "StationRequest",
     "VirtualSite",
+    "acceptance_feed",
+    "artefacts_used_before",
     "build_station",
     "calibration_of",
     "checked_for_replay",
     "choose_calibration",
     "choose_probe",
     "climate_in_use",
+    "collect_acceptance",
     "compile_all",
     "compile_group",
     "identities",
+    "instrument_of",
     "kernel_groups",
     "make_feed",
     "measured_checks",
     "names_in_words",
     "origin_of",
     "scene_of_tip",
+    "scenes_of_acceptance",
     "scenes_of_known_points",
     "scenes_of_relocation",
     "scenes_of_verification",

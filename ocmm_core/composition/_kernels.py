@@ -20,7 +20,8 @@ _TYPES = {
 
 # A letter is a number of that type. With a digit it is an array of so many dimensions: row by row
 # (C), column by column with a T behind it, in any layout with an A behind it. Groups share what
-# they call: one process compiles a group. The longest come first.
+# they call: one process compiles a group, and two that compiled the same function at the same time
+# would each forget what the other one kept. The longest come first.
 _TABLE = """
 ocmm_core.features.search._axis_kernel
     tubes f2 f2
@@ -67,6 +68,11 @@ ocmm_core.features.zones._kernel
 ocmm_core.tolerances.monte_carlo._refit_kernel
     refit i f2 f i1 f2 f1 f2 f2 f1
 
+ocmm_core.inspection.reach._tree_kernel
+    grow f3 f2 i2 i1
+ocmm_core.inspection.reach._search_kernel
+    search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 b1 f2 i2 i1 i2 f1
+
 ocmm_core.tracking._reference_filter
     _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1
 ocmm_core.tracking.kernels._follow_kernel
@@ -78,6 +84,25 @@ ocmm_core.tracking.kernels._sensitivity_kernel
     answer_of_poses f4 f2 f2 u1 i1 i1 f3 f2 f3 f3 f3
 ocmm_core.tracking.kernels._solve_kernel
     solve_frames f4 f2 f2 f1 f i u1 f2 f3 f3 f2 f1 i1
+
+ocmm_core.camera._centroid
+    measure w2 i i w2 f1 f2 u2 i1 f1
+ocmm_core.camera._search
+    look w2 i2 i w2 f2 i2 b f1
+    plan f2 i2 b f1 i1 i2
+ocmm_core.camera._windows
+    measure_windows w3 i2 w2 f2 f1 f2
+    predict_windows f2 f1 i i i2
+    report f2 f2 f2 u1
+ocmm_core.simulation.scene._exposure
+    expose i i i i f2 f1 U U f f1 f2 w2
+    mix U U
+    run i f3 f1 U U f1 w2 f2 i1 i2 b f1 i w1 b1 u2 f3 f3
+ocmm_core.simulation.scene._kernels
+    move f1 f2 f4 f3 f2 b1 b1
+    see f3 f2 f2 f2 f f1 f f i1 f3 f f3 U1 U1 f3
+ocmm_core.simulation.scene._probe_study_kernel
+    add_paths s2 s2 s2 f2 f1 i s2 f2 f3
 
 ocmm_core.calibration.bundle._kernel
     back_substitute f3 f3 f2 f1 f2
@@ -95,16 +120,6 @@ ocmm_core.calibration.pivot._shape_kernel
     average_turned f3 f1 f2 f2
     fit_turns f2 f3 f3 f2 f1
 
-ocmm_core.camera._centroid
-    measure w2 i i w2 f1 f2 u2 i1 f1
-ocmm_core.camera._search
-    look w2 i2 i w2 f2 i2 b f1
-    plan f2 i2 b f1 i1 i2
-ocmm_core.camera._windows
-    measure_windows w3 i2 w2 f2 f1 f2
-    predict_windows f2 f1 i i i2
-    report f2 f2 f2 u1
-
 ocmm_core.rendering._raster_kernel
     hides f2 j2 f1 f1 f
     project_mesh f2 f2 u2 f2 f1 f2 s2
@@ -114,16 +129,6 @@ ocmm_core.rendering._line_kernel
     draw_lines f2 j1 i i f i f f f s2 v2
     draw_outline s2 i i f i f v2
     merge_layers v2 v2 i i f f
-
-ocmm_core.simulation.scene._exposure
-    expose i i i i f2 f1 U U f f1 f2 w2
-    mix U U
-    run i f3 f1 U U f1 w2 f2 i1 i2 b f1 i w1 b1 u2 f3 f3
-ocmm_core.simulation.scene._kernels
-    move f1 f2 f4 f3 f2 b1 b1
-    see f3 f2 f2 f2 f f1 f f i1 f3 f f3 U1 U1 f3
-ocmm_core.simulation.scene._probe_study_kernel
-    add_paths s2 s2 s2 f2 f1 i s2 f2 f3
 """
 
 Signature = tuple[Any, ...]

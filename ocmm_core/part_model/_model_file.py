@@ -168,7 +168,9 @@ def _face_head(face: ModelFace) -> _FaceHead:
         outward=face.outward,
         spline=None
         if spline is None
-        else _SplineHead(*spline.weights.shape, spline.degree_u, spline.degree_v),
+        else _SplineHead(
+            len(spline.weights), spline.weights.shape[1], spline.degree_u, spline.degree_v
+        ),
         loops=tuple(len(loop) for loop in face.loops),
     )
 

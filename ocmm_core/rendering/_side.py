@@ -14,12 +14,14 @@ _GOOD_COS = float(np.cos(np.radians(58.0)))
 """A new one is looked for nearer to square, so that it is kept for a while."""
 _ELEVATIONS = np.radians([28.0, 45.0, 62.0, 12.0, 80.0, -12.0, -30.0, -50.0])
 _AZIMUTHS = np.radians(np.arange(0.0, 360.0, 20.0))
+_LATER_WORTH = 1.6
+"""So many radians a side may be farther away from which all later places are seen."""
 _LIFT_PRICE = 0.35
 """What turning over the upright costs beside turning about it: people walk round a part."""
 
 
 def choose_side(
-    toward: Float, normal: Float, up: Float, is_hidden: Callable[[Float], bool]
+    toward: Float, normal: Float, up: Float, is_hidden: Callable[[Float], bool], later: Float
 ) -> Float:
     """Return a unit vector (3,) to the eye from where a place on a surface is seen.
 
@@ -37,6 +39,9 @@ def choose_side(
         (3,), unit.
     is_hidden
         Whether the part stands between the place and an eye far away in a direction (3,).
+    later
+        (n, 3): outward normals at the places that come after it. A side from which more of them are
+        seen, too, is worth a longer way: the next place turns nothing then.
     """
     known = bool(np.any(normal))
     if (not known or float(normal @ toward) > _KEPT_COS) and not is_hidden(toward):
@@ -45,6 +50,8 @@ def choose_side(
     facing = sides @ normal if known else np.ones(len(sides))
     turn = np.arccos(np.clip(sides @ toward, -1.0, 1.0))
     price = turn + _LIFT_PRICE * np.abs(np.arcsin(np.clip(sides @ up, -1.0, 1.0)) - _ELEVATIONS[0])
+    if len(later):
+        price = price - _LATER_WORTH * (sides @ later.T > _KEPT_COS).mean(axis=1)
     order = np.argsort(price, kind="stable")
     for least in (_GOOD_COS, 0.12):
         for side in sides[order[facing[order] > least]]:

@@ -16,7 +16,7 @@ from ocmm_core.station._faults import StationEvents
 from ocmm_core.station._frame_loop import FrameLoop
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._jobs import drop_if_empty, give_back, job_for
-from ocmm_core.station._open_job import CurrentJob, Gear, PlanInUse, open_job
+from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
 from ocmm_core.storage import JobFile, JobHead
 
 _NOTHING_CHANGED = "The previous job remains active and unchanged."
@@ -37,6 +37,8 @@ class JobChange:
         Must not measure meanwhile.
     events
         Tell of the exchange.
+    parts
+        Load what the plan of the other job shows.
     """
 
     def __init__(
@@ -46,7 +48,9 @@ class JobChange:
         instruments: Instruments,
         frames: FrameLoop,
         events: StationEvents,
+        parts: PartLoader,
     ) -> None:
+        self._parts = parts
         self._gear, self._current = gear, current
         self._instruments, self._frames, self._events = instruments, frames, events
         self._plan_files: dict[str, Path] = {}
@@ -110,6 +114,7 @@ class JobChange:
         file is closed, and removed where it was ``made`` for this and holds no point.
         """
         before, words = self._current.now, ""
+        self._parts.close()
         was_paused = before.session.pausing.paused
         try:
             after = open_job(job, by(), self._gear)
@@ -127,12 +132,14 @@ class JobChange:
                     self._frames.track_by(pipeline)
         except BaseException as error:
             self._current.now = before
+            self._parts.begin(before)
             give_back(job, made=made)
             if words and not was_paused:
                 before.session.pausing.resume()
             if isinstance(error, OcmmError) or not isinstance(error, Exception):
                 raise
             raise contained(error, "The change of the job", _NOTHING_CHANGED) from error
+        self._parts.begin(after)
         self._events.emit(self._events.changed)
         return words
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from dataclasses import dataclass, replace
 from datetime import timedelta
 from pathlib import Path
@@ -9,9 +10,10 @@ from pathlib import Path
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
 from ocmm_core.camera import Rig
 from ocmm_core.inspection.evaluation import SessionOptions
-from ocmm_core.inspection.plan import Plan, climate_for
+from ocmm_core.inspection.plan import Plan, climate_for, part_of_plan
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.station._drift_watch import ChangeWatch
+from ocmm_core.station._faults import StationEvents, StationFaults
 from ocmm_core.station._probe_watch import PAUSE, ProbeWatch
 from ocmm_core.storage import JobFile
 from ocmm_core.tracking import ProbeBody, ReferenceBody
@@ -122,3 +124,52 @@ class CurrentJob:
     def what_is_safe(self) -> str:
         """Return the sentence that says what is not lost."""
         return f"All points taken are saved in {self.now.file.path.absolute()}."
+
+
+class PartLoader:
+    """Let jobs show the part that their plan names; beside the measuring, which never waits.
+
+    Parameters
+    ----------
+    faults, events
+        Told why a part is not shown, and that one is.
+    """
+
+    def __init__(self, faults: StationFaults, events: StationEvents) -> None:
+        self._faults, self._events = faults, events
+        self._thread: threading.Thread | None = None
+        self._given_up = threading.Event()
+
+    def begin(self, job: OpenJob) -> None:
+        """Load the part of a job, unless its file holds it; a load under way is given up."""
+        self.close()
+        if job.session.part.model is not None or job.use.plan.model is None:
+            return
+        if job.use.file is None:
+            return
+        self._given_up = threading.Event()
+        self._thread = threading.Thread(
+            target=self._load, args=(job, job.use.file.parent, self._given_up), name="part"
+        )
+        self._thread.start()
+
+    def close(self) -> None:
+        """Give up what is loaded, and wait for its end."""
+        self._given_up.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._thread = None
+
+    def _load(self, job: OpenJob, folder: Path, given_up: threading.Event) -> None:
+        try:
+            found = part_of_plan(job.use.plan, folder, given_up.is_set)
+            if given_up.is_set():
+                return
+            if found.doubt is not None:
+                raise found.doubt
+            if found.model is not None:
+                job.session.part.show(found.model)
+                self._events.emit(self._events.changed)
+        except Exception as error:
+            if not given_up.is_set():
+                self._faults.note(error, "The CAD model")

@@ -28,7 +28,7 @@ from ocmm_core.station._job_change import JobChange
 from ocmm_core.station._live import LiveState
 from ocmm_core.station._looks import Looks
 from ocmm_core.station._maintenance import StationMaintenance
-from ocmm_core.station._open_job import CurrentJob, Gear, PlanInUse, open_job
+from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse, open_job
 from ocmm_core.station._options import StationOptions
 from ocmm_core.station._reports import Reports
 from ocmm_core.station._touches import TouchTaker
@@ -117,7 +117,8 @@ class MeasuringStation:
         )
         self.job = StationJob(current, self.looks, frames, faults, events)
         """The job that is measured, and what an inspector does with it."""
-        self.jobs = JobChange(gear, current, instruments, frames, events)
+        self._parts = PartLoader(faults, events)
+        self.jobs = JobChange(gear, current, instruments, frames, events, self._parts)
         """Another job instead of it."""
         self.reports = Reports(current, instruments)
         """Reports of the job as it stands."""
@@ -148,6 +149,7 @@ class MeasuringStation:
             self._acquisition.start()
             self._calibration.start()
             self._frames.start()
+            self._parts.begin(self._current.now)
         except Exception as error:
             raise self.faults.fail(error, "The start", tell=False) from error
 
@@ -168,6 +170,7 @@ class MeasuringStation:
         if self._current.ended:
             return
         self.request_stop()
+        self._parts.close()
         if not self.join(_STOP_S):
             _log.error("The acquisition did not end within %s s.", _STOP_S)
         if self.stream is not None and not self.stream.close():

@@ -32,6 +32,7 @@ AUDITED: dict[str, tuple[str, ...]] = {
     "event": ("id", "time_utc", "kind", "text"),
     "reference": ("id", "text", "sha256", "spots_shape", "spots", "n_frames"),
     "reference_observation": ("number", "spots_shape", "spots"),
+    "part": ("id", "source_name", "source_sha256", "content"),
 }  # fmt: skip
 """The insert-only tables and the columns that their digests cover; the first one is the key."""
 

@@ -18,6 +18,7 @@ from types import MappingProxyType, TracebackType
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, SealWord, StationKey
 from ocmm_core.storage._audit import AuditedStep, find_faults, insert_audited, read_audit
 from ocmm_core.storage._connection import connection_to, make_file
@@ -38,12 +39,14 @@ from ocmm_core.storage._rows import JobEvent, JobHead, JobReference, row_from_he
 from ocmm_core.storage._tables import (
     insert_annulment,
     insert_event,
+    insert_part,
     insert_point,
     insert_reference,
     next_number,
     note_clock,
     stored_events,
     stored_head,
+    stored_part,
     stored_points,
     stored_reference,
     stored_times,
@@ -231,6 +234,24 @@ class JobFile:
         """
         with self._reading() as db:
             return stored_reference(db, self.path)
+
+    def store_part(self, part: PartModel) -> None:
+        """Store the nominal part as its CAD model has it; on the disk when this returns.
+
+        Raises
+        ------
+        StorageError
+            The job has one already, or the file cannot be written.
+        InputError
+            It does not hold together, or is too large.
+        """
+        with self._transaction() as db:
+            insert_part(db, self.path, part)
+
+    def part(self) -> PartModel | None:
+        """Return the nominal part, or None; StorageError where it is not as it was stored."""
+        with self._reading() as db:
+            return stored_part(db, self.path)
 
     def taken_utc(self) -> dict[int, str]:
         """Return when each point was stored, also annulled ones: ISO 8601 text by number."""

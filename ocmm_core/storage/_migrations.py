@@ -70,6 +70,13 @@ _SEAL_TABLE = """CREATE TABLE seal (
         key TEXT NOT NULL, signature TEXT NOT NULL) STRICT"""
 
 
+# The nominal part in the form of `ocmm_core.part_model`.
+_PART_TABLE = """CREATE TABLE part (
+        id INTEGER PRIMARY KEY CHECK (id = 1),
+        source_name TEXT NOT NULL, source_sha256 TEXT NOT NULL,
+        content BLOB NOT NULL) STRICT"""
+
+
 def _version_1(db: sqlite3.Connection) -> None:
     """Make the tables of an empty file and forbid to change or remove any row of them."""
     db.execute(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -94,6 +101,12 @@ def _version_3(db: sqlite3.Connection) -> None:
     _forbid_change(db, "seal", "sequence")
 
 
+def _version_4(db: sqlite3.Connection) -> None:
+    """Add the nominal part, so that a job shows it where the CAD model is not."""
+    db.execute(_PART_TABLE)
+    _forbid_change(db, "part", AUDITED["part"][0])
+
+
 def _forbid_change(db: sqlite3.Connection, table: str, key: str) -> None:
     for action in ("UPDATE", "DELETE"):
         db.execute(
@@ -108,7 +121,7 @@ def _forbid_change(db: sqlite3.Connection, table: str, key: str) -> None:
     )
 
 
-MIGRATIONS: tuple[Step, ...] = (_version_1, _version_2, _version_3)
+MIGRATIONS: tuple[Step, ...] = (_version_1, _version_2, _version_3, _version_4)
 
 
 def require_known(db: sqlite3.Connection, path: Path, steps: tuple[Step, ...] = MIGRATIONS) -> int:

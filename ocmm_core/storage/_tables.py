@@ -10,8 +10,9 @@ from dataclasses import replace
 from datetime import datetime, timedelta
 from pathlib import Path
 
-from ocmm_core.errors import StorageError
+from ocmm_core.errors import InputError, StorageError
 from ocmm_core.measuring import MeasuredPoint
+from ocmm_core.part_model import PartModel, model_from_bytes, model_to_bytes
 from ocmm_core.storage._audit import (
     AUDITED,
     digest_row,
@@ -199,3 +200,35 @@ def stored_reference(db: sqlite3.Connection, path: Path) -> JobReference | None:
     if fault:
         raise damaged(path, fault)
     return reference_from_row(stored)
+
+
+def insert_part(db: sqlite3.Connection, path: Path, part: PartModel) -> None:
+    """Store the nominal part; StorageError where there is one already."""
+    if db.execute("SELECT count(*) FROM part").fetchone()[0]:
+        raise StorageError(
+            "job.part",
+            f"{path}: the job already has a part.",
+            "Start a new job for another one.",
+        )
+    row = (1, part.source_name, part.source_sha256, model_to_bytes(part))
+    insert_audited(db, "part", row)
+
+
+def stored_part(db: sqlite3.Connection, path: Path) -> PartModel | None:
+    """Return the nominal part, or None; StorageError where it is not the one that was stored."""
+    row = db.execute(
+        f"SELECT {','.join(AUDITED['part'])}, content_sha256 FROM part "  # noqa: S608 - constants
+        "LEFT JOIN audit ON subject = 'part' AND key = id"
+    ).fetchone()
+    if row is None:
+        return None
+    *stored, content = row
+    if digest_row(stored) != content:
+        raise damaged(path, "the part was changed after it was stored")
+    try:
+        part = model_from_bytes(stored[3], str(path))
+    except InputError as error:
+        raise StorageError("job.part", error.what, "Restore the job from a good copy.") from error
+    if (part.source_name, part.source_sha256) != (stored[1], stored[2]):
+        raise damaged(path, "the part in it says that it is of another model")
+    return part

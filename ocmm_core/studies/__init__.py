@@ -1,8 +1,9 @@
 """Measurement system analysis: gauge R&R, type 1, linearity, suitability, and our own U tested.
 
-In: values of parts, operators and trials. Out: what the gauge adds to what it measures.
+In: values of parts, operators and trials, or the jobs that hold them. Out: what the gauge adds.
 
-Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference).
+Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference), `_plan` (a drawn,
+blind order) and `_from_jobs` (every characteristic of a plan a study of its own).
 It must not know how a value was measured.
 """
 
@@ -13,7 +14,23 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.studies._from_jobs import (
+        CharacteristicStudy,
+        StudyReport,
+        open_runs,
+        study_jobs,
+        study_of,
+    )
     from ocmm_core.studies._gauge_rr import AIAG_LEVEL, GaugeStudy, SourceRow, gauge_study
+    from ocmm_core.studies._plan import (
+        STUDY_SCHEMA,
+        StudyPlan,
+        StudyRun,
+        load_study,
+        plan_study,
+        plan_text,
+        require_balanced,
+    )
     from ocmm_core.studies._single import (
         LinearityStudy,
         StatedScatter,
@@ -29,7 +46,9 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _from_jobs="CharacteristicStudy StudyReport open_runs study_jobs study_of",
         _gauge_rr="AIAG_LEVEL GaugeStudy SourceRow gauge_study",
+        _plan=("STUDY_SCHEMA StudyPlan StudyRun load_study plan_study plan_text require_balanced"),
         _single=(
             "LinearityStudy StatedScatter Suitability Type1Study compare_stated linearity_study "
             "process_uncertainty suitability system_uncertainty type1_study"
@@ -38,16 +57,28 @@ else:
 
 __all__ = [
     "AIAG_LEVEL",
+    "STUDY_SCHEMA",
+    "CharacteristicStudy",
     "GaugeStudy",
     "LinearityStudy",
     "SourceRow",
     "StatedScatter",
+    "StudyPlan",
+    "StudyReport",
+    "StudyRun",
     "Suitability",
     "Type1Study",
     "compare_stated",
     "gauge_study",
     "linearity_study",
+    "load_study",
+    "open_runs",
+    "plan_study",
+    "plan_text",
     "process_uncertainty",
+    "require_balanced",
+    "study_jobs",
+    "study_of",
     "suitability",
     "system_uncertainty",
     "type1_study",

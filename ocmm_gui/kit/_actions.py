@@ -142,6 +142,10 @@ ACTIONS = (
     ActionInfo(
         "closeup", later("Close-up"), later("Zoom the 3-D view to the active feature"), ("G",),
     ),
+    ActionInfo(
+        "part_mode", later("Part look"),
+        later("Show the part shaded, as hidden lines or transparent"), ("3",),
+    ),
     ActionInfo("export", later("Export"), later("Write the report files"), ("E",)),
     ActionInfo(
         "bus_text", later("Bus report"), later("Write the bus report as text, for support"), ("B",),

@@ -1,4 +1,4 @@
-"""The desk view: plan, 3-D view, feature, status and camera images at once."""
+"""The desk view: the part as large as it can be, plan, feature and status, cameras on demand."""
 
 from __future__ import annotations
 
@@ -8,12 +8,14 @@ from pathlib import Path
 from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
+    QApplication,
     QFrame,
     QGridLayout,
     QHBoxLayout,
     QPushButton,
     QSizePolicy,
     QSplitter,
+    QStyle,
     QVBoxLayout,
     QWidget,
 )
@@ -32,6 +34,7 @@ from ocmm_gui.kit import (
     text_font,
     tr,
 )
+from ocmm_gui.operator._camera_bar import CameraBar
 from ocmm_gui.operator._feature_panel import FeaturePanel
 from ocmm_gui.operator._guidance import Guidance
 from ocmm_gui.operator._part_view import PartVerdictView
@@ -41,7 +44,7 @@ from ocmm_gui.operator._status_strip import StatusStrip
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
 _PAGES = ("job", "plan", "alignment", "results", "keys")
-_TOOLS = ("cameras", "fit", "closeup", "theme", "export", "view", "mode")
+_TOOLS = ("part_mode", "fit", "closeup", "theme", "export", "view", "mode")
 _STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"), ("reopen",))
 _PART_PX = 190
 _PICTURE_PX = (96, 190)
@@ -65,14 +68,19 @@ class DeskView(QWidget):
         super().__init__()
         self.strip = StatusStrip(len(rig.cameras), body.n_leds)
         self.plan = PlanList()
-        self.points = PointView(rig, body)
+        self.points = PointView(rig, body, animated=_animated())
         self.readout = Readout()
         self.feature = FeaturePanel()
         self.guidance = Guidance(15)
         self.picture = StepPicture()
+        self._part_mode = actions["part_mode"]
+        self._part_mode.setEnabled(False)
         self._nominals: Mapping[str, NominalFeature] = {}
         self._folder: Path | None = None
         self.cameras = CameraViews(rig)
+        # Who measures looks at the part; its key or the bar opens them.
+        self.cameras.hide()
+        self.camera_bar = CameraBar(rig, actions["cameras"])
         self._heading = PlainLabel()
         self._heading.setAccessibleName(tr("Job"))
         self._heading.setTextFormat(Qt.TextFormat.PlainText)
@@ -104,9 +112,13 @@ class DeskView(QWidget):
         self._split.setStretchFactor(0, 3)
         self._split.setStretchFactor(1, 1)
         self._split.setSizes([690, 230])
+        left = QVBoxLayout()
+        left.setSpacing(4)
+        left.addWidget(self._split, 1)
+        left.addWidget(self.camera_bar)
         middle = QHBoxLayout()
         middle.setSpacing(8)
-        middle.addWidget(self._split, 1)
+        middle.addLayout(left, 1)
         middle.addWidget(self._right(actions))
         layout = QVBoxLayout(self)
         layout.setContentsMargins(10, 8, 10, 8)
@@ -126,6 +138,7 @@ class DeskView(QWidget):
         self.readout.show_live(live)
         self.guidance.show_live(live)
         self.points.show_live(live)
+        self.camera_bar.show_live(live)
         if self.cameras.isVisible():
             self.cameras.show_live(live)
 
@@ -146,12 +159,13 @@ class DeskView(QWidget):
         self.part.show_job(job)
         self.part.setVisible(job.complete)
         self.points.show_job(job)
+        self._part_mode.setEnabled(job.placed_part is not None)
         self.feature.show_job(job)
         self.guidance.show_job(job)
 
     def toggle_cameras(self) -> None:
         """Show or hide the camera images."""
-        self.cameras.setVisible(not self.cameras.isVisible())
+        self.cameras.setVisible(self.cameras.isHidden())
 
     def _left(self, actions: dict[str, QAction]) -> QWidget:
         side = QWidget()
@@ -205,6 +219,12 @@ class DeskView(QWidget):
             row.addWidget(button, 1)
         layout.addLayout(row)
         return side
+
+
+def _animated() -> bool:
+    """Return whether the desktop wants things to move; somebody may have switched that off."""
+    hint = QStyle.StyleHint.SH_Widget_Animation_Duration
+    return QApplication.style().styleHint(hint) > 0
 
 
 def _tool_row(actions: dict[str, QAction]) -> QHBoxLayout:

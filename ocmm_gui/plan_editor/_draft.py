@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_core.inspection.plan import Plan, carry_pictures, save_plan
+from ocmm_core.inspection.plan import Plan, carry_model, carry_pictures, save_plan
 from ocmm_gui.kit import tr
 
 
@@ -70,16 +70,17 @@ class PlanDraft:
         return True
 
     def save(self, path: Path) -> Path:
-        """Write the plan, read it back and compare; its pictures go with it.
+        """Write the plan, read it back and compare; its pictures and its model go with it.
 
         Raises
         ------
         OcmmError
-            As `save_plan` and `carry_pictures`.
+            As `save_plan`, `carry_pictures` and `carry_model`.
         """
         save_plan(self.plan, path)
         before, self.path = self.folder, path
         self._saved = self.plan
         if before is not None:
             carry_pictures(self.plan, before, path.absolute().parent)
+            carry_model(self.plan, before, path.absolute().parent)
         return path

@@ -15,8 +15,9 @@ from ocmm_core.inspection.plan import (
     add_feature,
     features_from_csv,
     with_alignment,
+    with_model,
 )
-from ocmm_core.inspection.step import STEP_ENDINGS, read_model
+from ocmm_core.inspection.step import STEP_ENDINGS, STEP_SETUP, STEP_SIZE_MB, has_step, read_model
 from ocmm_gui.kit import Worker, WorkLine, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
 
@@ -35,7 +36,12 @@ class Imported:
 
 
 def with_file(
-    plan: Plan, path: Path, *, relocate: bool, given_up: Callable[[], bool] = lambda: False
+    plan: Plan,
+    path: Path,
+    *,
+    relocate: bool,
+    given_up: Callable[[], bool] = lambda: False,
+    plan_file: Path | None = None,
 ) -> Imported:
     """Return the plan with what is in a file; a model takes up to a minute.
 
@@ -45,9 +51,14 @@ def with_file(
         A frame is to be found again at its control points, and not taken as it was saved.
     given_up
         Asked while a model is read.
+    plan_file
+        Where the plan is, with its model beside it; None where it was never saved, and no model is
+        kept.
 
     Raises
     ------
+    StorageError
+        The model cannot be copied beside the plan.
     InputError
         The file cannot be used, or the plan could not be measured with it.
     """
@@ -55,19 +66,30 @@ def with_file(
         return _with_frame(plan, path, relocate=relocate)
     left_out = 0
     if path.suffix.lower() in STEP_ENDINGS:
-        model = read_model(path, given_up=given_up)
+        model = read_model(path, given_up=given_up, with_part=plan_file is not None)
         found, left_out = model.features, sum(count for _, count in model.why_not())
     else:
         found = features_from_csv(path)
     more = plan
     for feature in found:
         more = add_feature(more, feature)
+    if path.suffix.lower() in STEP_ENDINGS and plan_file is not None:
+        more = with_model(more, plan_file, path, model.part)
     said = tr("%n features added from {name}.", "", len(found)).format(name=path.name)
     if left_out:
         said += " " + tr(
             "%n surfaces left out: fillets, text, narrow or free-form faces.", "", left_out
         )
     return Imported(plan, more, ItemKey("features", found[0].name), said)
+
+
+def what_is_missing() -> str:
+    """Return what has to be installed before a CAD model can be imported; empty for nothing."""
+    if has_step():
+        return ""
+    return tr("CAD models (STEP) need an extra of some {size} MB: {command}").format(
+        size=STEP_SIZE_MB, command=STEP_SETUP
+    )
 
 
 def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
@@ -100,14 +122,18 @@ class Importing(WorkLine):
         self._given_up = threading.Event()
         self._reads = False
 
-    def read(self, plan: Plan, path: Path, *, relocate: bool) -> None:
+    def read(
+        self, plan: Plan, path: Path, *, relocate: bool, plan_file: Path | None = None
+    ) -> None:
         """Begin with a file; what is read already is given up."""
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
         self.begin(tr("Importing {name}.").format(name=path.name), tr("F12 cancels."))
         self._worker.do(
-            lambda: with_file(plan, path, relocate=relocate, given_up=given_up.is_set),
+            lambda: with_file(
+                plan, path, relocate=relocate, given_up=given_up.is_set, plan_file=plan_file
+            ),
             lambda found: self._done(given_up, found),
             lambda error: self._not_done(given_up, error),
         )

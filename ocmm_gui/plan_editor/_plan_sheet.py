@@ -32,7 +32,7 @@ from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, later, panel, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
-from ocmm_gui.plan_editor._importing import Imported, Importing
+from ocmm_gui.plan_editor._importing import Imported, Importing, what_is_missing
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, faulty_field
 from ocmm_gui.plan_editor._plan_items import (
@@ -240,11 +240,13 @@ class PlanSheet(Sheet):
         """Ask for a file to import, or give up the one that is being read."""
         if not self.importing.give_up():
             self.source.ask(self._folder())
+            if missing := what_is_missing():
+                self.told.emit(missing)
 
     def import_file(self, path: Path) -> None:
         """Add the features of a table or of a model, or take the frame of a document."""
         relocate = self.forms[ALIGNMENT.group].choice() == "relocation"
-        self.importing.read(self.draft.plan, path, relocate=relocate)
+        self.importing.read(self.draft.plan, path, relocate=relocate, plan_file=self.draft.path)
         self.items.setFocus()
 
     def _on_imported(self, found: Imported) -> None:

@@ -127,7 +127,7 @@ class JobDrawing:
             self._reach[feature.name] = places
         if len(items) != len(self._items) or not all(map(is_, items, self._items)):
             self._items = tuple(items)
-        targets = [target.surface_world for target in _wanted(job)]
+        targets = [target.surface_world for target in active_targets(job)]
         if targets:
             before = self._reach.get(job.active, np.empty((0, 3)))
             self._reach[job.active] = np.concatenate([before, np.stack(targets)])
@@ -191,7 +191,7 @@ def _marked_points(feature: FeatureView, theme: Theme, chosen: int) -> list[Item
     return items
 
 
-def _wanted(job: JobView) -> tuple[Target, ...]:
+def active_targets(job: JobView) -> tuple[Target, ...]:
     """Return where the active feature still wants points."""
     return next((item.targets for item in job.features if item.name == job.active), ())
 
@@ -206,7 +206,7 @@ def target_items(
     """
     if job is None:
         return ()
-    others = [target.surface_world for target in _wanted(job)]
+    others = [target.surface_world for target in active_targets(job)]
     items: list[Item] = []
     if others:
         items.append(Dots(np.stack(others), theme.panel, 9.0, theme.accent))

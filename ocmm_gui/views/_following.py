@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -18,6 +18,7 @@ _CHASE = 1.4
 it cannot be read."""
 _CALM = 1.7
 """A view that is so much wider than it has to be takes in what is nearer."""
+_LATER = 8
 _RIM = 0.03
 """What is nearer to the edge of the picture than this part of it is about to leave it."""
 
@@ -57,13 +58,21 @@ class Work:
         return np.concatenate([self.needed(), self.whole])
 
 
-def side_for(orbit: Orbit, target: Target, is_hidden: Callable[[Float], bool]) -> Orbit:
+def side_for(
+    orbit: Orbit, target: Target, later: Sequence[Target], is_hidden: Callable[[Float], bool]
+) -> Orbit:
     """Return the view turned so that the next place is in sight; the very same if it is.
 
-    ``is_hidden`` is whether the part stands between the place and an eye in a direction (3,).
+    Parameters
+    ----------
+    target, later
+        The next place, and those that come after it.
+    is_hidden
+        Whether the part stands between the next place and an eye in a direction (3,).
     """
     toward = orbit.axes()[2]
-    side = choose_side(toward, target.normal_world, orbit.up, is_hidden)
+    normals = np.array([one.normal_world for one in later[:_LATER]]).reshape(-1, 3)
+    side = choose_side(toward, target.normal_world, orbit.up, is_hidden, normals)
     return orbit if side is toward else orbit.looking_from(side)
 
 

@@ -98,7 +98,7 @@ class OrbitView(Painted):
         delta = event.position() - self._mouse
         self._mouse = event.position()
         if event.buttons() & Qt.MouseButton.LeftButton:
-            self._turn(-0.008 * delta.x(), 0.008 * delta.y())
+            self.turn(-0.008 * delta.x(), 0.008 * delta.y())
         else:
             box = self._inside()
             scale = 2.0 * self._orbit.radius / min(box.width(), box.height())
@@ -130,7 +130,7 @@ class OrbitView(Painted):
         }
         key = Qt.Key(event.key())
         if key in turns:
-            self._turn(*turns[key])
+            self.turn(*turns[key])
         elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
             self._moved(self._orbit.zoomed(1.0 / 1.2))
         elif key is Qt.Key.Key_Minus:
@@ -138,5 +138,6 @@ class OrbitView(Painted):
         else:
             super().keyPressEvent(event)
 
-    def _turn(self, azimuth: float, elevation: float) -> None:
+    def turn(self, azimuth: float, elevation: float = 0.0) -> None:
+        """Turn the view, rad, as the mouse and the arrow keys do."""
         self._moved(self._orbit.turned(azimuth, elevation))

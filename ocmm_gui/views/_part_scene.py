@@ -45,6 +45,8 @@ class PartScene:
         Where it is.
     moving
         The picture may be coarse, and the next one follows at once.
+    slack_mm
+        So deep in the part something measured is still drawn over it: no part is its nominal.
     """
 
     mesh: RenderMesh
@@ -52,11 +54,15 @@ class PartScene:
     style: RenderStyle
     T_world_from_model: RigidTransform
     moving: bool
+    slack_mm: float = 0.0
 
-    def scale(self, size: QSize, ratio: float) -> float:
-        """Return the pixels that are painted for each of the window's."""
-        pixels = size.width() * size.height() * ratio**2
-        return 0.5 * ratio if self.moving and pixels > _MOVING_PIXELS else ratio
+    def scale(self, size: QSize, ratio: float, *, slow: bool) -> float:
+        """Return the pixels that are painted for each of the window's.
+
+        ``slow`` is whether a frame took too long just now.
+        """
+        large = size.width() * size.height() * ratio**2 > _MOVING_PIXELS
+        return 0.5 * ratio if self.moving and (large or slow) else ratio
 
     def rendering(self, orbit: Orbit, size: QSize, canvas: Canvas, scale: float) -> Rendering:
         """Return the painting of it that is to be done."""
@@ -114,7 +120,7 @@ class PartDrawing(QObject):
     def scene(
         self, place: RigidTransform, theme: Theme, mode: RenderMode,
         marked: Mapping[int, str] | None = None, colours: Colours | None = None,
-        *, moving: bool = False,
+        *, moving: bool = False, slack_mm: float = 0.0,
     ) -> PartScene | None:  # fmt: skip
         """Return the part as it is now to be painted; None where there is none.
 
@@ -126,6 +132,8 @@ class PartDrawing(QObject):
             Colours ``#rrggbb`` by the place of a face in the model.
         colours
             (n, 3) of its vertices, in place of those of its faces.
+        moving, slack_mm
+            See `PartScene`.
         """
         if self._model is None or self._whole is None:
             return None
@@ -148,8 +156,9 @@ class PartDrawing(QObject):
             or before.style != style
             or before.T_world_from_model is not place
             or before.moving != moving
+            or before.slack_mm != slack_mm
         ):
-            self._scene = PartScene(mesh, self._colours, style, place, moving)
+            self._scene = PartScene(mesh, self._colours, style, place, moving, slack_mm)
         return self._scene
 
     def _make(self, model: PartModel, whole: RenderMesh) -> None:

@@ -15,6 +15,8 @@ from ocmm_gui.views._part_scene import PartDrawing, PartScene, blended, part_col
 
 _ACTIVE_SHARE = 0.55
 """Faces of the feature that is measured have so much of the colour of what is marked."""
+_ALIGNED_MM, _ROUGH_MM = 1.0, 8.0
+"""So deep in the part a measured point may seem to lie, and is still drawn over it."""
 _NO_PLACES = np.empty((0, 3))
 
 
@@ -92,7 +94,10 @@ class PlacedScene(PartDrawing):
             return None
         colour = blended(part_colour(theme), theme.accent, _ACTIVE_SHARE)
         marked = dict.fromkeys(self._faces(active), colour)
-        return self.scene(placed.T_world_from_model, theme, mode, marked, moving=moving)
+        slack = _ROUGH_MM if placed.is_rough else _ALIGNED_MM
+        return self.scene(
+            placed.T_world_from_model, theme, mode, marked, moving=moving, slack_mm=slack
+        )
 
     def _faces(self, feature: str) -> list[int]:
         if self._placed is None or not feature:

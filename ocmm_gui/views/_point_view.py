@@ -16,6 +16,7 @@ from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import (
     JobDrawing,
+    active_targets,
     grid_items,
     probe_items,
     probe_places,
@@ -145,10 +146,13 @@ class PointView(OrbitView):
             wanted = self._orbit.fitted(places, box.width(), box.height(), margin=1.6)
             self._easing.begin(self._orbit, wanted)
 
-    def next_mode(self) -> RenderMode:
-        """Paint the part in the next of its ways, and return which one that is."""
+    def next_mode(self) -> None:
+        """Paint the part in the next of its ways: shaded, hidden lines, transparent."""
         self._mode = self._mode.following
         self.update()
+
+    def mode(self) -> RenderMode:
+        """Return how the part is painted."""
         return self._mode
 
     def set_theme(self, theme: Theme) -> None:
@@ -176,6 +180,14 @@ class PointView(OrbitView):
     def kept_free(self) -> list[QRectF]:
         """Return where no word may stand in the picture as painted last, px; for tests."""
         return list(self._kept_free)
+
+    def still_scene(self) -> StillScene | None:
+        """Return what was painted once and is shown again; for tests."""
+        return self._still
+
+    def is_easing(self) -> bool:
+        """Return whether the view is on its way to another place."""
+        return self._easing.is_running()
 
     def is_painted(self) -> bool:
         """Return whether what is shown is all there is to show; for tests and screenshots."""
@@ -224,7 +236,8 @@ class PointView(OrbitView):
         if target is None or target is self._seen_target:
             return orbit, False
         self._seen_target = target
-        turned = side_for(orbit, target, lambda side: self._part.hides(target, side))
+        later = () if self._job is None else active_targets(self._job)
+        turned = side_for(orbit, target, later, lambda side: self._part.hides(target, side))
         return turned, turned is not orbit
 
     def _ease(self, orbit: Orbit) -> None:

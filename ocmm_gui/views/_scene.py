@@ -5,6 +5,8 @@ The projection is orthographic, so that lengths can be compared by eye wherever 
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -120,15 +122,17 @@ class Orbit:
 
     def axes(self) -> Float:
         """Return the picture's right, up and outward directions as rows, (3, 3), world."""
-        first = np.eye(3)[int(np.argmin(np.abs(self.up)))]
-        east = np.cross(self.up, first)
-        east /= np.linalg.norm(east)
-        north = np.cross(self.up, east)
-        flat = np.cos(self.azimuth) * east + np.sin(self.azimuth) * north
-        outward = np.cos(self.elevation) * flat + np.sin(self.elevation) * self.up
-        right = np.cross(self.up, outward)
-        right /= np.linalg.norm(right)
-        return np.stack([right, np.cross(outward, right), outward])
+        up = tuple(self.up.tolist())
+        least = min(range(3), key=lambda axis: abs(up[axis]))
+        east = _unit(_cross(up, (float(least == 0), float(least == 1), float(least == 2))))
+        north = _cross(up, east)
+        ca, sa = math.cos(self.azimuth), math.sin(self.azimuth)
+        ce, se = math.cos(self.elevation), math.sin(self.elevation)
+        outward = tuple(
+            ce * (ca * e + sa * n) + se * u for e, n, u in zip(east, north, up, strict=True)
+        )
+        right = _unit(_cross(up, outward))
+        return np.array([right, _cross(outward, right), outward])
 
     def projection(self, width: float, height: float) -> ScreenProjection:
         """Return how world points come into a picture of that size, px."""
@@ -198,3 +202,14 @@ class Orbit:
         half = 0.5 * (high - low)[:2] * min(width, height) / np.array([width, height])
         target = axes.T @ (0.5 * (low + high))
         return replace(self, target=target, radius=max(margin * float(half.max()), 15.0))
+
+
+def _cross(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float]:
+    """Return the vector product; of three numbers numpy would take twenty times as long."""
+    return (a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0])
+
+
+def _unit(vector: Sequence[float]) -> tuple[float, float, float]:
+    length = math.sqrt(sum(value * value for value in vector))
+    x, y, z = (value / length for value in vector)
+    return x, y, z

@@ -14,13 +14,20 @@ from time import perf_counter
 from PySide6.QtCore import QObject, QRectF, QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
-from ocmm_core.rendering import Canvas, blend_flat
+from ocmm_core.rendering import Canvas, RenderMode, blend_flat
 from ocmm_gui.views._part_scene import PartScene
 from ocmm_gui.views._scene import Face, Item, Orbit
 from ocmm_gui.views._scene_painter import Depth, ScenePainter
 
 _SLICE_S = 0.012
 """As long as a frame of a screen that is refreshed 80 times a second."""
+
+_FRAME_S = 0.024
+"""A picture of a moving view that takes longer is followed by those of half the size."""
+_ITEM_PX = 3.0
+"""Lines and marks that lie on the part and are seen at 70 degrees are so much deeper at its rim."""
+_THROUGH = 0.5
+"""What lies behind a transparent part keeps so much of its colour."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -62,7 +69,9 @@ class StillPicture:
 class _Drawing:
     """A picture, and what of its scene is left to paint."""
 
-    def __init__(self, scene: StillScene, font: QFont, canvases: _Canvases) -> None:
+    def __init__(
+        self, scene: StillScene, font: QFont, canvases: _Canvases, *, slow: bool = False
+    ) -> None:
         self.scene = scene
         self._font = font
         self.image = QImage(scene.size * scene.ratio, QImage.Format.Format_ARGB32_Premultiplied)
@@ -75,7 +84,7 @@ class _Drawing:
         self._left: ScenePainter | None = None
         part = scene.part
         if part is not None:
-            scale = part.scale(scene.size, scene.ratio)
+            scale = part.scale(scene.size, scene.ratio, slow=slow)
             self.canvas = canvases.take(
                 max(round(scene.size.width() * scale), 1),
                 max(round(scene.size.height() * scale), 1),
@@ -87,14 +96,18 @@ class _Drawing:
         self.is_done = False
 
     @property
+    def is_moving(self) -> bool:
+        """Return whether another picture follows at once."""
+        return self.scene.part is not None and self.scene.part.moving
+
+    @property
     def seen(self) -> StillPicture:
         """Return the picture as far as it is."""
         return StillPicture(self.image, self._depth)
 
     def go_on(self) -> None:
         """Paint for a slice of time; what is shown while the view moves is painted at once."""
-        moving = self.scene.part is not None and self.scene.part.moving
-        until = math.inf if moving else perf_counter() + _SLICE_S
+        until = math.inf if self.is_moving else perf_counter() + _SLICE_S
         if self._left is None:
             if not self._part.go_on(until):
                 return
@@ -108,15 +121,16 @@ class _Drawing:
     def _lay_part(self) -> None:
         """Put the painted part into the picture, with the flat fields that lie before or on it."""
         canvas, scene = self.canvas, self.scene
-        if canvas is None:
+        if canvas is None or scene.part is None:
             return
-        self._depth = Depth(canvas, self._scale, self._part.bias)
+        bias = _ITEM_PX * self._part.px_mm + scene.part.slack_mm
+        self._depth = Depth(canvas, self._scale, bias)
         projection = scene.orbit.projection(scene.size.width(), scene.size.height())
         for item in scene.items:
             if isinstance(item, Face):
                 corners = projection.apply(item.corners)
                 corners[:, :2] *= self._scale
-                blend_flat(canvas, corners, item.colour, item.alpha / 255.0, self._part.bias)
+                blend_flat(canvas, corners, item.colour, item.alpha / 255.0, bias)
         self._items = tuple(item for item in scene.items if not isinstance(item, Face))
         painted = QImage(
             canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
@@ -129,9 +143,11 @@ class _Drawing:
 
     def _begin_items(self) -> None:
         scene = self.scene
+        clear = scene.part is not None and scene.part.style.mode is RenderMode.TRANSPARENT
         self._left = ScenePainter(
-            self._items, scene.orbit, self._box, self._font, scene.background, depth=self._depth
-        )
+            self._items, scene.orbit, self._box, self._font, scene.background,
+            depth=self._depth, ghost=_THROUGH if clear else 0.0,
+        )  # fmt: skip
 
 
 class _Canvases:
@@ -172,6 +188,7 @@ class SceneLayer(QObject):
         self._shown: _Drawing | None = None
         self._next: _Drawing | None = None
         self._canvases = _Canvases()
+        self._slow = False
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self._finish)
@@ -189,7 +206,7 @@ class SceneLayer(QObject):
         drawing = self._next
         if drawing is None or drawing.scene is not scene:
             self._drop_next()
-            drawing = self._next = _Drawing(scene, font, self._canvases)
+            drawing = self._next = _Drawing(scene, font, self._canvases, slow=self._slow)
             self._go_on()
         if drawing.is_done or before is None or not before.scene.is_seen_as(scene):
             return drawing.seen
@@ -213,7 +230,11 @@ class SceneLayer(QObject):
         drawing = self._next
         if drawing is None:
             return
+        began = perf_counter()
         drawing.go_on()
+        # As long as the view moves; the next time it may have the processor for itself.
+        slow = perf_counter() - began > _FRAME_S
+        self._slow = drawing.is_moving and (self._slow or slow)
         if drawing.is_done:
             if self._shown is not None:
                 self._canvases.give_back(self._shown.canvas)

@@ -277,6 +277,7 @@ class MainWindow(QMainWindow):
             "recall": sheets.open_recall,
             "view": lambda: self.show_far(not self.is_far()),
             "cameras": self.desk.toggle_cameras,
+            "part_mode": self.desk.points.next_mode,
             "fit": self.desk.points.fit,
             "closeup": self.desk.points.close_up,
             "theme": self._next_theme,

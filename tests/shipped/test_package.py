@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import configparser
 import json
 import os
@@ -16,6 +17,7 @@ import pytest
 from installer.bundle import kernels, pages
 from installer.locks import ROOT
 from ocmm_core.cli import app
+from ocmm_core.composition import kernel_groups
 from tests.host import HANG_S, on_linux_only
 
 _DEBIAN = ROOT / "installer" / "debian"
@@ -109,6 +111,83 @@ def test_a_shell_completes_words(shell: str) -> None:
 def test_a_processor_gets_the_kernels_that_it_can_run(flags: list[str], kind: str) -> None:
     cpuinfo = "".join(f"processor\t: 0\nflags\t\t: {one}\n\n" for one in flags)
     assert kernels.processor_kind(cpuinfo) == kind
+
+
+def test_each_kind_of_processor_has_its_folder(tmp_path: Path) -> None:
+    """Two kinds are compiled at the same time, and numba keeps one list for each function."""
+    folders = {kernels.kernels_beside(tmp_path / "a.py", kind) for kind in kernels.KINDS}
+    assert len(folders) == len(kernels.KINDS)
+    assert {folder.parent for folder in folders} == {tmp_path / "__pycache__"}
+    assert kernels.kernels_beside(tmp_path / "a.py", "../x").parent == tmp_path / "__pycache__"
+
+
+def test_no_two_groups_of_kernels_share_a_function() -> None:
+    """Two processes that compile the same function forget each other's result."""
+    reached = [_compiled_modules({module for module, _, _ in group}) for group in kernel_groups()]
+    assert all(len(modules) > 1 for modules in reached)
+    for number, modules in enumerate(reached):
+        for others in reached[number + 1 :]:
+            assert modules & others == set()
+
+
+def _compiled_modules(wanted: set[str]) -> set[str]:
+    """Return those modules, and what they import, that hold compiled functions of their own."""
+    found: set[str] = set()
+    while wanted:
+        name = wanted.pop()
+        path = ROOT.joinpath(*name.split(".")).with_suffix(".py")
+        if name in found or not path.is_file():
+            continue
+        text = path.read_text(encoding="utf-8")
+        # What is put into its callers as it stands is no function of its own.
+        if not re.search(r"^@(?:njit|compiled)\b(?!.*inline=\"always\")", text, re.M):
+            continue
+        found.add(name)
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                wanted |= {node.module, *(f"{node.module}.{one.name}" for one in node.names)}
+    return found
+
+
+def test_nothing_that_the_package_leaves_out_is_needed() -> None:
+    """Every module of OCMM is imported where those do not exist; what it imports later is named."""
+    code = (
+        "import sys\n"
+        "class Never:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        f"        if any(name == one or name.startswith(one + '.') for one in {_left_out()!r}):\n"
+        "            raise ModuleNotFoundError(name)\n"
+        "sys.meta_path.insert(0, Never())\n"
+        "import importlib as i, pkgutil\n"
+        "for root in ('ocmm_core', 'ocmm_gui'):\n"
+        "    for one in pkgutil.walk_packages(i.import_module(root).__path__, root + '.'):\n"
+        "        if not one.name.endswith('__main__'):\n"
+        "            i.import_module(one.name)\n"
+        "import scipy.linalg, scipy.ndimage, scipy.optimize, scipy.sparse.linalg\n"
+        "import scipy.spatial.transform, scipy.special\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG_S, check=False,
+        env={**os.environ, "QT_QPA_PLATFORM": "offscreen"},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    later = {
+        name
+        for root in ("ocmm_core", "ocmm_gui")
+        for path in (ROOT / root).rglob("*.py")
+        for name in re.findall(r"^\s+(?:from|import) ([\w.]+)", path.read_text("utf-8"), re.M)
+    }
+    assert "xlsxwriter" in later
+    left_out = tuple(f"{name}." for name in _left_out())
+    assert {name for name in later if f"{name}.".startswith(left_out)} == set()
+
+
+def _left_out() -> list[str]:
+    spec = (ROOT / "installer/bundle/ocmm.spec").read_text(encoding="utf-8")
+    (never,) = re.findall(r"^never = (\[.*?\n\])", spec, re.M | re.S)
+    names: list[str] = ast.literal_eval(never)
+    assert "scipy.stats" in names
+    return names
 
 
 def test_a_program_of_the_package_starts_parts_of_ocmm_and_nothing_else(tmp_path: Path) -> None:

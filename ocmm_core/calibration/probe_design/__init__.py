@@ -17,6 +17,8 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.probe_design._beam import (
+        Bar,
+        Panel,
         compression,
         sag,
         side_load,
@@ -64,7 +66,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _beam="compression sag side_load upright_shortening",
+        _beam="Bar Panel compression sag side_load upright_shortening",
         _definition=(
             "DefinitionCheck definition_of examine probe_text read_definition save_definition"
         ),
@@ -82,9 +84,11 @@ __all__ = [
     "HIGHEST_C",
     "LOWEST_C",
     "REFERENCE_C",
+    "Bar",
     "ContactForce",
     "DefinitionCheck",
     "Expansion",
+    "Panel",
     "Postures",
     "ProbeDesign",
     "Temperature",

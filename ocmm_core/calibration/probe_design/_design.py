@@ -125,8 +125,10 @@ class ProbeDesign:
         Of the design and of the probe that it belongs to.
     axis_probe, soft_probe
         (3,), unit, probe frame: along it, and across it where it bends most easily.
+    sections
+        What it is made of along the axis, from the ball on.
     beam
-        What bends.
+        What bends: the sections on a grid.
     chain
         What grows.
     ball
@@ -147,6 +149,7 @@ class ProbeDesign:
     probe: str
     axis_probe: Float
     soft_probe: Float
+    sections: tuple[Section, ...]
     beam: Beam
     chain: LayerChain
     ball: Expansion
@@ -188,12 +191,14 @@ def load_design(path: Path | str, body: ProbeBody) -> ProbeDesign:
         Layer(start, float(end), expansions[entry.material])
         for start, end, entry in zip(starts, ends, document.chain, strict=True)
     )
+    sections = tuple(_section(entry, materials[entry.material]) for entry in document.sections)
     return ProbeDesign(
         name=document.name,
         probe=document.probe,
         axis_probe=axis,
         soft_probe=unit(across),
-        beam=make_beam([_section(entry, materials[entry.material]) for entry in document.sections]),
+        sections=sections,
+        beam=make_beam(sections),
         chain=LayerChain(axis, layers),
         ball=expansions[document.ball],
         handle_mm=document.handle,

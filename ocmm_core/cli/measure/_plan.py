@@ -93,6 +93,12 @@ def import_(
             "iso2768-f, -m, -c or -v."
         ),
     ] = "",
+    keep_model: Annotated[
+        bool,
+        typer.Option(
+            "--model/--no-model", help="Copy the model beside the plan, so that it is shown."
+        ),
+    ] = True,
     as_json: Annotated[
         bool, typer.Option("--json", help="Of a model: what became of it as JSON.")
     ] = False,
@@ -106,7 +112,7 @@ def import_(
     """
     from ocmm_core.cli.measure._account import account_json, print_account
     from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
-    from ocmm_core.inspection.plan import features_from_csv
+    from ocmm_core.inspection.plan import features_from_csv, with_model
     from ocmm_core.inspection.step import STEP_ENDINGS, read_model
 
     if file.suffix.lower() == ".qif":
@@ -116,12 +122,15 @@ def import_(
         _write(_plan(features_from_csv(file), output, name, part), output, overwrite=overwrite)
         return
     general_of(general)
-    model = read_model(file, ball)
+    _require_free(output, overwrite=overwrite)
+    model = read_model(file, ball, with_part=keep_model)
     more = tuple(one.feature for one in model.left_out) if whole else ()
     plan = _plan((*model.features, *more), output, name, part)
     account = None
     if tolerances:
         plan, account = plan_with_tolerances(plan, model, general)
+    if keep_model:
+        plan = with_model(plan, output, file, model.part)
     _write(plan, output, overwrite=overwrite, silent=as_json)
     if as_json:
         typer.echo(account_json(account or Account(), _told(plan, output, model)))
@@ -179,6 +188,8 @@ def warnings_of(plan: Plan, folder: Path) -> list[str]:
         for feature in plan.features
         if feature.picture and not (folder / feature.picture).is_file()
     ]
+    if plan.model is not None and not (folder / plan.model.file).is_file():
+        found.append(f"CAD model {plan.model.file} not found; the part is not shown.")
     sizeless = [f.name for f in plan.features if not len(places_of(f, f.points).points)]
     if sizeless:
         found.append(f"No length or width: {', '.join(sizeless)}; no targets are shown for these.")
@@ -199,15 +210,19 @@ def _plan(
 def _write(plan: Plan, output: Path, *, overwrite: bool, silent: bool = False) -> None:
     from ocmm_core.inspection.plan import check_plan, save_plan
 
-    if output.exists() and not overwrite:
-        raise InputError(
-            "plan.exists",
-            f"{output}: this file already exists.",
-            "Choose another name, or give --overwrite.",
-        )
+    _require_free(output, overwrite=overwrite)
     check_plan(output, plan)
     save_plan(plan, output)
     if not silent:
         count = len(plan.characteristics)
         told = f", {count} characteristics" if count else ""
         make_console().print(f"{output}: {len(plan.features)} features{told}.", highlight=False)
+
+
+def _require_free(output: Path, *, overwrite: bool) -> None:
+    if output.exists() and not overwrite:
+        raise InputError(
+            "plan.exists",
+            f"{output}: this file already exists.",
+            "Choose another name, or give --overwrite.",
+        )

@@ -64,8 +64,8 @@ else:
         __name__,
         _actual="ActualFeature ResidualSlopes Touches actual_features",
         _construct=(
-            "Bisector Construction FitThrough Intersection Midpoint Offset PartOf in_order needed_features "
-            "probed_features"
+            "Bisector Construction FitThrough Intersection Midpoint Offset PartOf in_order "
+            "needed_features probed_features"
         ),
         _construct_checks="AXIAL CENTRED LONG construction_fault shapes_with",
         _construct_geometry="gauge_point",
@@ -82,7 +82,6 @@ else:
     )
 
 __all__ = [
-    "Bisector",
     "APEX_LIMIT",
     "AXIAL",
     "CENTRED",
@@ -91,6 +90,7 @@ __all__ = [
     "POSITION_LIMIT",
     "SIZE_LIMIT",
     "ActualFeature",
+    "Bisector",
     "Certificate",
     "Construction",
     "Convention",

@@ -15,8 +15,8 @@ from ocmm_core.features.measured import Bisector, nominal_geometries
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.drawing._account import AccountItem, RefusedError
 from ocmm_core.inspection.drawing._context import Context
-from ocmm_core.inspection.pmi import Datum, DatumReference, DatumTarget, Tolerance
 from ocmm_core.inspection.plan import NAME_PATTERN, add_construction, add_feature, with_alignment
+from ocmm_core.inspection.pmi import Datum, DatumReference, DatumTarget, Tolerance
 
 _OPPOSITE = -1.0 + 1e-9
 _SAME_PLANE_MM = 1e-3

@@ -13,9 +13,9 @@ from ocmm_core.inspection.drawing._general import general_of
 from ocmm_core.inspection.drawing._sizes import Sizes
 from ocmm_core.inspection.drawing._surfaces import Surfaces
 from ocmm_core.inspection.drawing._zones import Zones
-from ocmm_core.inspection.pmi import Annotation, Pmi, Tolerance
-from ocmm_core.inspection.plan import Plan, check_plan
 from ocmm_core.inspection.plan import EDITED as A_PLAN
+from ocmm_core.inspection.plan import Plan, check_plan
+from ocmm_core.inspection.pmi import Annotation, Pmi, Tolerance
 from ocmm_core.inspection.step import StepModel
 
 _MEANING = (
@@ -73,8 +73,8 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
     remarks = [aligned, _MEANING, *_standards(pmi)]
     if asked is not None:
         remarks.append(
-            f"{asked.words} was asked for: it stands for sizes and distances of the model that have "
-            "no tolerance of their own, and for nothing that the model does not dimension."
+            f"{asked.words} was asked for: it stands for sizes and distances of the model without "
+            "a tolerance of their own, and for nothing that the model does not dimension."
         )
     return context.plan, Account(items=_with_notes(items, pmi), remarks=tuple(remarks))
 

@@ -165,7 +165,8 @@ class Sizes:
 def _of(
     item: Dimension, kind: str, features: tuple[NominalFeature, ...], *, several: bool = False
 ) -> Characteristic:
-    assert item.nominal is not None and item.lower is not None and item.upper is not None
+    if item.nominal is None or item.lower is None or item.upper is None:
+        raise RefusedError("the file gives it no value")
     return Characteristic(
         name=plan_name(item.name, features[0] if several else None), kind=kind,
         features=[feature.name for feature in features], nominal=item.nominal, lower=item.lower,

@@ -199,7 +199,8 @@ def _refuse_middle(features: Sequence[NominalFeature]) -> None:
 def _of(
     item: Tolerance, features: Sequence[NominalFeature], datums: list[str], *, several: bool = False
 ) -> Characteristic:
-    assert item.size is not None
+    if item.size is None:
+        raise RefusedError("the file gives it no size")
     return Characteristic(
         name=plan_name(item.name, features[0] if several else None), kind=item.word,
         features=[feature.name for feature in features], upper=item.size, datums=datums,

@@ -5,8 +5,8 @@ Out: a checked plan, and TOML that reads back to the same plan.
 
 Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
 (what speaks against a plan), `_edit` (changes: a plan in, another one out), `_shelf` (plans of a
-folder), `_picture`. It is filled by `_csv` and `_teach`. `_stored_plan` reads the plan of a job
-file.
+folder), `_picture`, `_cad_model` with `_part_cache` (the part that is shown). It is filled by
+`_csv` and `_teach`. `_stored_plan` reads the plan of a job file.
 It must not know points or sessions.
 """
 
@@ -17,6 +17,13 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.inspection.plan._cad_model import (
+        PartOfPlan,
+        carry_model,
+        part_of_plan,
+        with_model,
+        without_model,
+    )
     from ocmm_core.inspection.plan._climate import climate_for, material_expansion
     from ocmm_core.inspection.plan._csv import features_from_csv, number
     from ocmm_core.inspection.plan._doubts import nominal_doubts
@@ -39,6 +46,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan._plan import (
         MAX_EXPANSION_PPM,
         NAME_PATTERN,
+        CadModel,
         Material,
         Plan,
         check_plan,
@@ -51,6 +59,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _cad_model="PartOfPlan carry_model part_of_plan with_model without_model",
         _climate="climate_for material_expansion",
         _csv="features_from_csv number",
         _doubts="nominal_doubts",
@@ -60,7 +69,7 @@ else:
         ),
         _file="save_plan",
         _picture="carry_pictures with_picture without_file",
-        _plan="MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
+        _plan="CadModel MAX_EXPANSION_PPM Material NAME_PATTERN Plan check_plan load_plan",
         _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
         _stored_plan="stored_plan",
@@ -72,12 +81,15 @@ __all__ = [
     "HEAD_FIELDS",
     "MAX_EXPANSION_PPM",
     "NAME_PATTERN",
+    "CadModel",
     "Material",
+    "PartOfPlan",
     "Plan",
     "PlanSummary",
     "add_characteristic",
     "add_construction",
     "add_feature",
+    "carry_model",
     "carry_pictures",
     "check_plan",
     "climate_for",
@@ -89,6 +101,7 @@ __all__ = [
     "new_plan",
     "nominal_doubts",
     "number",
+    "part_of_plan",
     "plan_card",
     "remove_item",
     "replace_item",
@@ -99,6 +112,8 @@ __all__ = [
     "usual_points",
     "with_alignment",
     "with_head",
+    "with_model",
     "with_picture",
     "without_file",
+    "without_model",
 ]

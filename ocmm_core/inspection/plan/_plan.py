@@ -19,7 +19,8 @@ from ocmm_core.features.measured import (
     shapes_with,
 )
 from ocmm_core.features.shapes import MINIMUM_POINTS, NominalFeature, Shape, shape_fault
-from ocmm_core.inspection.plan._step_checks import step_fault
+from ocmm_core.inspection.plan._step_checks import file_fault, step_fault
+from ocmm_core.inspection.step import STEP_ENDINGS
 from ocmm_core.tolerances.kinds import characteristic_fault, involved_features
 from ocmm_core.tolerances.zones import Characteristic
 
@@ -27,6 +28,7 @@ SCHEMA = "ocmm.plan/1"
 MAX_EXPANSION_PPM = 200.0
 """No solid grows more for a kelvin."""
 
+_HASH = re.compile(r"[0-9a-f]{64}")
 NAME_PATTERN = re.compile(r"[A-Za-z0-9_][A-Za-z0-9 _.\-]{0,59}")
 """Names that every export takes as they are: no comma, quote, dollar or leading sign."""
 
@@ -37,6 +39,21 @@ class Material(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
     name: str
     expansion_ppm: float
     expansion_sigma_ppm: float = 1.0
+
+
+class CadModel(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """The STEP file that the nominals are of: its place beside the plan, and its hash.
+
+    Attributes
+    ----------
+    file
+        Relative to the folder of the plan, and inside it.
+    sha256
+        Of the bytes of the file, 64 hex digits.
+    """
+
+    file: str
+    sha256: str
 
 
 class Plan(Document, frozen=True, kw_only=True):
@@ -62,6 +79,9 @@ class Plan(Document, frozen=True, kw_only=True):
     compensation
         How the side of the material is found where a feature does not say it
         (`measuring.compensation.METHODS`).
+    model
+        The CAD model whose frame is that of the nominals; it is shown, and nothing is computed of
+        it.
     """
 
     name: str
@@ -73,6 +93,7 @@ class Plan(Document, frozen=True, kw_only=True):
     rule: Literal["iso14253-1", "ilac-g8", "simple"] = "iso14253-1"
     material: Material | None = None
     compensation: Literal["approach", "pulled", "shank", "nominal"] = "approach"
+    model: CadModel | None = None
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:
@@ -166,6 +187,11 @@ def check_plan(path: Path, plan: Plan) -> None:
         raise _error(path, *fault)
     if plan.material is not None:
         _check_material(path, plan.material)
+    if plan.model is not None:
+        if fault := file_fault(plan.model.file, "CAD model", STEP_ENDINGS):
+            raise _error(path, "model.file", fault)
+        if not _HASH.fullmatch(plan.model.sha256):
+            raise _error(path, "model.sha256", "is no SHA-256: 64 digits from 0 to f")
 
 
 def _check_feature(path: Path, plan: Plan, index: int, feature: NominalFeature) -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import PurePosixPath, PureWindowsPath
 
+from ocmm_core.documents import shortened
 from ocmm_core.features.shapes import NominalFeature, Shape
 
 LONGEST_TEXT = 500
@@ -11,6 +13,7 @@ WITH_TARGETS = (Shape.PLANE, Shape.CYLINDER, Shape.CONE, Shape.SPHERE, Shape.TOR
 """Shapes whose surface says at any place which way it looks."""
 MOST_TARGETS = 1000
 FARTHEST_MM = 1e6
+LONGEST_NAME = 255
 PICTURES = (".png", ".jpg", ".jpeg", ".svg", ".webp")
 
 
@@ -58,19 +61,22 @@ def targets_fault(feature: NominalFeature) -> str:
 
 
 def picture_fault(picture: str) -> str:
-    """Return what is wrong with the name of a picture; empty where nothing is, or none is given.
+    """Return what is wrong with the name of a picture; empty where nothing is, or none is given."""
+    return file_fault(picture, "picture", PICTURES) if picture else ""
+
+
+def file_fault(name: str, what: str, endings: Sequence[str]) -> str:
+    """Return what is wrong with the name of a file beside the plan; empty where nothing is.
 
     It stays beside the plan or in a folder there: an absolute path or one that climbs out would
     show any file of the computer, on every computer another one.
     """
-    if not picture:
-        return ""
-    path = PurePosixPath(picture)
+    path = PurePosixPath(name)
     # A name that Windows reads otherwise must not mean another file there.
-    windows = PureWindowsPath(picture)
-    outside = path.is_absolute() or ".." in path.parts or "\\" in picture or windows.drive
-    if outside or ":" in picture or not picture.isprintable():
-        return f"is {picture!r}, which does not stay beside the plan"
-    if path.suffix.lower() not in PICTURES:
-        return f"is {picture!r}; a picture ends in one of: {', '.join(PICTURES)}"
+    windows = PureWindowsPath(name)
+    outside = path.is_absolute() or ".." in path.parts or "\\" in name or windows.drive
+    if not name or outside or ":" in name or not name.isprintable() or len(name) > LONGEST_NAME:
+        return f"is {shortened(name)}, which does not stay beside the plan"
+    if path.suffix.lower() not in endings:
+        return f"is {shortened(name)}; a {what} ends in one of: {', '.join(endings)}"
     return ""

@@ -12,6 +12,7 @@ from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, plain, refs
 
 _LINKS = ("DRAUGHTING_MODEL_ITEM_ASSOCIATION", "DRAUGHTING_MODEL_ITEM_ASSOCIATION_WITH_PLACEHOLDER")
 _SAYS = "PMI representation to presentation link"
+_HOLDS = "PROPERTY_DEFINITION_REPRESENTATION"
 _STANDARD = re.compile(r"ASME Y14\.5(?:\.1)?M?(?:-\d{4})?|ISO (?:1101|8015|5459|2768)\b(?::\d{4})?")
 _ITEMS = ("DIMENSION", "ANGULAR_SIZE", "ANGULAR_LOCATION", "DATUM", "PLACED_DATUM")
 _LONGEST = 300
@@ -22,6 +23,7 @@ class Labels:
 
     def __init__(self, file: Part21) -> None:
         self._file = file
+        self._texts = file.users(_HOLDS, 0)
         self._about: dict[int, list[int]] = {}
         self._said: dict[int, list[int]] = {}
         for word in _LINKS:

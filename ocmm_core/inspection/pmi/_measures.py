@@ -24,6 +24,13 @@ _KNOWN = {
 }  # fmt: skip
 """What one of a unit is, mm or degrees: a file that says otherwise is not believed."""
 
+_MEASURES = (
+    "MEASURE_WITH_UNIT",
+    "LENGTH_MEASURE_WITH_UNIT",
+    "PLANE_ANGLE_MEASURE_WITH_UNIT",
+    "MEASURE_REPRESENTATION_ITEM",
+)
+
 Dimension = Literal["length", "angle"]
 
 
@@ -108,24 +115,33 @@ def _si_factor(arguments: tuple[object, ...], of: Dimension) -> float:
 
 
 def _value_and_unit(file: Part21, number: int) -> tuple[float, int]:
+    """Return a value and the number of its unit."""
     records = file.records(number)
-    for word in (
-        "MEASURE_WITH_UNIT",
-        "LENGTH_MEASURE_WITH_UNIT",
-        "PLANE_ANGLE_MEASURE_WITH_UNIT",
-        "MEASURE_REPRESENTATION_ITEM",
-    ):
-        arguments = records.get(word, ())
-        typed = [item for item in arguments if isinstance(item, Typed)]
-        if not typed:
-            continue
-        units = [item.number for item in arguments if isinstance(item, Ref)]
-        if len(units) != 1:
-            msg = f"its value #{number} has no unit"
-            raise BadEntityError(msg)
-        value = typed[0].values[0] if typed[0].values else None
-        if isinstance(value, bool) or not isinstance(value, int | float):
-            break
-        return float(value), units[0]
-    msg = f"its value #{number} is not a number"
-    raise BadEntityError(msg)
+    arguments = next((records[word] for word in _MEASURES if records.get(word)), ())
+    values = [one for one in arguments if isinstance(one, Typed | int | float)]
+    units = [one.number for one in arguments if isinstance(one, Ref)]
+    if len(values) != 1:
+        msg = f"its value #{number} is not a number"
+        raise BadEntityError(msg)
+    if len(units) != 1:
+        msg = f"its value #{number} has no unit"
+        raise BadEntityError(msg)
+    value = values[0]
+    if isinstance(value, Typed):
+        _check_kind(file, value, units[0], number)
+        value = value.values[0] if value.values else None
+    if isinstance(value, bool) or not isinstance(value, int | float):
+        msg = f"its value #{number} is not a number"
+        raise BadEntityError(msg)
+    return float(value), units[0]
+
+
+def _check_kind(file: Part21, value: Typed, unit: int, number: int) -> None:
+    """Refuse a length with a unit of angles, and the other way round."""
+    types = file.types(unit)
+    for word, wanted in (("LENGTH", "LENGTH_UNIT"), ("ANGLE", "PLANE_ANGLE_UNIT")):
+        if word in value.name and wanted in types:
+            return
+    if types & {"LENGTH_UNIT", "PLANE_ANGLE_UNIT"}:
+        msg = f"its value #{number} is a {value.name.lower().replace('_', ' ')} in another unit"
+        raise BadEntityError(msg)

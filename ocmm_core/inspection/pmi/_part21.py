@@ -13,15 +13,17 @@ from typing import Any, NamedTuple, TypeAlias
 
 MOST_ENTITIES = 5_000_000
 _DEEPEST = 30
-_STATEMENT = re.compile(r"#\s*+(\d++)\s*+=\s*+((?:[^;'#]++|#|'[^']*+')*+);")
-_COMMENT = re.compile(r"'(?:[^']|'')*+'|(/\*.*?\*/)", re.DOTALL)
+_STATEMENT = re.compile(r"((?:[^;']++|'[^']*+')*+);")
+_ENTITY = re.compile(r"\s*+#\s*+(\d++)\s*+=\s*+(.*)", re.DOTALL)
+_DATA = re.compile(r"\s*+DATA\s*+(\(|\Z)")
+_TEXT_OR_COMMENT = re.compile(r"'[^']*+'|/\*")
 _HEAD = re.compile(r"[A-Z_0-9]+")
-_RECORD = re.compile(r"([A-Z][A-Z_0-9]*)\s*\(")
 _TOKEN = re.compile(
     r"\s*(?:(?P<text>'(?:[^']|'')*+')|#\s*(?P<ref>\d+)|\.(?P<word>[A-Z_0-9a-z]+)\."
     r"|(?P<number>[+-]?\d+(?:\.\d*)?(?:[Ee][+-]?\d+)?)|(?P<name>[A-Z_][A-Z_0-9]*)"
     r'|(?P<binary>"[0-9A-F]*")|(?P<mark>[(),$*]))'
 )
+_OUTLINE = re.compile(r"'(?:[^']|'')*+'|[()]|(?<![A-Z_0-9])[A-Z][A-Z_0-9]*+(?=\s*+\()")
 _WIDE = re.compile(r"\\X2\\([0-9A-Fa-f]*)\\X0\\|\\X4\\([0-9A-Fa-f]*)\\X0\\|\\X\\([0-9A-Fa-f]{2})")
 
 
@@ -48,7 +50,7 @@ class Typed(NamedTuple):
     values: tuple[Any, ...]
 
 
-Argument: TypeAlias = "Ref | Word | Typed | str | float | int | None | tuple[Any, ...]"
+Argument: TypeAlias = "Ref | Word | Typed | str | float | int | tuple[Any, ...] | None"
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,17 +169,17 @@ def read_part21(text: str) -> Part21:
     BadEntityError
         The text has no data section, or more entities than a model can have.
     """
-    start = text.find("DATA")
-    if start < 0:
-        msg = "the file has no data section"
-        raise BadEntityError(msg)
     if "/*" in text:
-        text = _COMMENT.sub(lambda found: "" if found[1] else found[0], text)
-        start = text.find("DATA")
+        text = _without_comments(text)
     bodies: dict[int, str] = {}
     twice: set[int] = set()
     by_type: dict[str, list[int]] = {}
-    for found in _STATEMENT.finditer(text, start):
+    in_data = False
+    for statement in _statements(text):
+        in_data = in_data or _DATA.match(statement) is not None
+        found = _ENTITY.match(statement) if in_data else None
+        if found is None:
+            continue
         number, body = int(found[1]), found[2].strip()
         if number in bodies:
             twice.add(number)
@@ -187,6 +189,9 @@ def read_part21(text: str) -> Part21:
         if len(bodies) > MOST_ENTITIES:
             msg = f"the file has more than {MOST_ENTITIES} entities"
             raise BadEntityError(msg)
+    if not in_data:
+        msg = "the file has no data section"
+        raise BadEntityError(msg)
     return Part21(bodies, frozenset(twice), by_type)
 
 
@@ -209,21 +214,42 @@ def plain(argument: Argument, longest: int = 200) -> str:
     return line if len(line) <= longest else line[: longest - 1] + "…"
 
 
+def _statements(text: str) -> Iterator[str]:
+    """Yield what stands before each semicolon that is not in a text, in one pass."""
+    start = 0
+    while found := _STATEMENT.match(text, start):
+        yield found[1]
+        start = found.end()
+
+
+def _without_comments(text: str) -> str:
+    kept: list[str] = []
+    place = 0
+    while found := _TEXT_OR_COMMENT.search(text, place):
+        if found[0] != "/*":
+            kept.append(text[place : found.end()])
+            place = found.end()
+            continue
+        kept.append(text[place : found.start()])
+        end = text.find("*/", found.end())
+        if end < 0:
+            return "".join(kept)
+        place = end + 2
+    return "".join((*kept, text[place:]))
+
+
 def _words(body: str) -> Iterator[str]:
     if not body.startswith("("):
         if found := _HEAD.match(body):
             yield found[0]
         return
     # Parts of a complex entity stand beside each other; what stands inside is an argument.
-    depth, place = 0, 0
-    for found in re.finditer(r"'(?:[^']|'')*+'|[()]|[A-Z][A-Z_0-9]*+(?=\s*+\()", body):
-        token = found[0]
-        if token == "(":
-            depth += 1
-        elif token == ")":
-            depth -= 1
-        elif depth == 1 and token[0] != "'" and found.start() >= place:
-            yield token
+    depth = 0
+    for found in _OUTLINE.finditer(body):
+        sign = found[0]
+        depth += (sign == "(") - (sign == ")")
+        if depth == 1 and sign[0].isalpha():
+            yield sign
 
 
 def _records(body: str, number: int) -> dict[str, tuple[Argument, ...]]:

@@ -31,7 +31,9 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._job_points import JobPoints
+from ocmm_core.inspection.session._placed_part import placed
 from ocmm_core.measuring import Refusal
+from ocmm_core.part_model import PartModel
 from ocmm_core.tracking import ProbeBody, TipSensitivity
 
 
@@ -59,6 +61,8 @@ class JobState:
         What these would take back, in words.
     simulated
         Some of it came from a virtual rig.
+    part
+        The nominal part; None where the job has none.
     """
 
     job: str
@@ -72,6 +76,7 @@ class JobState:
     undo: str
     redo: str
     simulated: bool
+    part: PartModel | None = None
 
 
 def view_of(
@@ -127,6 +132,9 @@ def view_of(
         undo=state.undo,
         redo=state.redo,
         simulated=state.simulated,
+        placed_part=cache.known(
+            "part", (state.part, place, rig), lambda: placed(state.part, place, rig)
+        ),
     )
 
 

@@ -29,6 +29,7 @@ from ocmm_core.inspection.session._intake import TouchIntake
 from ocmm_core.inspection.session._job_view import JobState, view_of
 from ocmm_core.inspection.session._ledger import JobLedger, UnderWay
 from ocmm_core.inspection.session._measured_frame import MeasuredFrame
+from ocmm_core.inspection.session._placed_part import JobPart
 from ocmm_core.inspection.session._point_steps import PointSteps
 from ocmm_core.inspection.session._reference_use import ReferenceUse
 from ocmm_core.inspection.session._side_choice import awaits_pull, methods_of
@@ -71,6 +72,8 @@ class InspectionSession:
         """Whether points are taken at all."""
         self.held = HeldPoints(ledger)
         """Points that do not count while cameras or tip are in doubt."""
+        self.part = JobPart(ledger)
+        """The nominal part, where there is a CAD model."""
         self._rig = rig
         self._body = body
         self._options = options
@@ -230,4 +233,5 @@ class InspectionSession:
             undo=step.words if step is not None else "",
             redo=undone.words if undone is not None else "",
             simulated=self.conditions.simulated,
+            part=self.part.model,
         )

@@ -1,14 +1,14 @@
 """Features of a plan from the surfaces of a STEP file; needs the extra ``step``.
 
-In: a STEP file and the radius of the ball. Out: features with targets on the trimmed faces, and
-what is none, with the reason; the part itself, as mesh and faces.
+In: a STEP file, the ball, and if wanted probe, cameras and placement. Out: features with targets
+on the trimmed faces, and what is none, with the reason; the part itself, as mesh and faces.
 
-Read `_model` (what is asked for, and what comes back), `_asking` and `_worker` (the process that
-reads, from both sides), `_library`, `_document` (the file as the library has it), `_raw_faces`
-(faces as numbers), `_joined` (which faces are one surface, where a ball can touch it),
-`_surface_splines`, `_part` (the part), `_face_order` (which faces tolerances are of), `_answer`
-(what the process tells). It must not know what a
-plan is.
+Read `_model` (what is asked for, and what comes back), `_request` (by which probe and cameras),
+`_choice` (what is taken), `_asking` and `_worker` (the process that reads, from both sides),
+`_library`, `_document` (the file as the library has it), `_raw_faces` (faces as numbers), `_joined`
+(which faces are one surface, where a ball can touch it), `_placed` (which places are targets),
+`_solid_mesh` (what a probe could run into), `_surface_splines`, `_part` (the part), `_face_order`
+(which faces tolerances are of), `_answer` (what the process tells). It must not know plans.
 """
 
 from __future__ import annotations
@@ -18,26 +18,48 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.inspection.step._asking import STEP_ENDINGS
+    from ocmm_core.inspection.step._asking import (
+        STEP_ENDINGS,
+        STEP_SETUP,
+        STEP_SIZE_MB,
+        has_step,
+    )
+    from ocmm_core.inspection.step._choice import Choice, Offer, chosen, offers_of
     from ocmm_core.inspection.step._model import (
         USUAL_BALL_MM,
         LeftOut,
+        Reached,
         StepModel,
         read_model,
         read_part,
     )
+    from ocmm_core.inspection.step._request import StepRequest, setting_of, up_of, usual_request
 else:
     __getattr__ = door(
         __name__,
-        _asking="STEP_ENDINGS",
-        _model="LeftOut StepModel USUAL_BALL_MM read_model read_part",
+        _asking="STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
+        _choice="Choice Offer chosen offers_of",
+        _model="LeftOut Reached StepModel USUAL_BALL_MM read_model read_part",
+        _request="StepRequest setting_of up_of usual_request",
     )
 
 __all__ = [
     "STEP_ENDINGS",
+    "STEP_SETUP",
+    "STEP_SIZE_MB",
     "USUAL_BALL_MM",
+    "Choice",
     "LeftOut",
+    "Offer",
+    "Reached",
     "StepModel",
+    "StepRequest",
+    "chosen",
+    "has_step",
+    "offers_of",
     "read_model",
     "read_part",
+    "setting_of",
+    "up_of",
+    "usual_request",
 ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from ocmm_core.inspection.pmi import Pmi
+
 Triple = tuple[float, float, float]
 
 
@@ -50,6 +51,11 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
         Its shape, place and size.
     targets
         mm, on the trimmed faces, each as far as can be from those before it.
+    held
+        How the probe is held at each target: rotation vector, rad, frame of the model from that of
+        the probe. Empty where nobody asked.
+    ways
+        mm: straight way along the normal that is free at each target.
     against
         Why it is no feature to begin with, as a part of a sentence; empty where it is one.
     numbers
@@ -58,6 +64,8 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
 
     face: StepFace
     targets: tuple[Triple, ...] = ()
+    held: tuple[Triple, ...] = ()
+    ways: tuple[float, ...] = ()
     against: str = ""
     numbers: tuple[int, ...] = ()
 

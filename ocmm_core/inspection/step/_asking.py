@@ -8,6 +8,7 @@ import signal
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
+from importlib.util import find_spec
 from multiprocessing.connection import Connection
 from pathlib import Path
 
@@ -16,10 +17,14 @@ import msgspec
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.inspection.step._answer import StepAnswer
+from ocmm_core.inspection.step._request import StepRequest
 from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 
 STEP_ENDINGS = (".step", ".stp", ".p21")
+STEP_SETUP = "./run setup --step"
+"""Installs the extra, by its lock file and with hashes."""
+STEP_SIZE_MB = 400
 _LOOK_S = 0.05
 _LONGEST_ANSWER = 100_000_000
 REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
@@ -34,15 +39,20 @@ class Asking:
     progress: Callable[[str], None]
 
 
+def has_step() -> bool:
+    """Return whether the extra that reads STEP files is installed."""
+    return find_spec("OCP") is not None
+
+
 def ask(
-    path: Path, ball_radius: float, with_part: bool, asking: Asking
+    path: Path, request: StepRequest | None, with_part: bool, asking: Asking
 ) -> tuple[StepAnswer, PartModel | None]:
     """Return what a process reads from a STEP file, and the part where it is wanted.
 
     Parameters
     ----------
-    ball_radius
-        mm; 0 where no features are wanted.
+    request
+        What targets are chosen by; None where no features are wanted.
 
     Raises
     ------
@@ -54,7 +64,7 @@ def ask(
         raise step_error(
             path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}."
         )
-    wanted = Wanted(ball_radius, hashlib.sha256(content).hexdigest() if with_part else "")
+    wanted = Wanted(request, hashlib.sha256(content).hexdigest() if with_part else "")
     del content
     context = multiprocessing.get_context("spawn")
     answer, asked = context.Pipe(duplex=False)
@@ -139,8 +149,8 @@ def _checked(path: Path, said: StepAnswer) -> StepAnswer:
         raise InputError(
             "plan.step_extra",
             "Reading STEP files needs an extra that is not installed.",
-            "Install it with: .venv/bin/pip install --require-hashes -r requirements-step.lock; "
-            "or import the features from CSV.",
+            f"Install it with: {STEP_SETUP} (some {STEP_SIZE_MB} MB on the disk); or import the "
+            "features from CSV.",
         )
     if said.fault:
         raise step_error(path, said.fault, said.remedy or REMEDY)

@@ -5,7 +5,7 @@ Two bores on one axis stay two; two halves of one bore become one. Needs no OCP.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import msgspec
 import numpy as np
@@ -14,7 +14,9 @@ from scipy.spatial import cKDTree
 
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.inspection.reach import Reach
 from ocmm_core.inspection.step._answer import StepFace, StepSurface
+from ocmm_core.inspection.step._placed import placed
 from ocmm_core.inspection.step._raw_faces import RawFace, Rim
 
 _SAME_MM, _SAME_RAD = 1e-4, 1e-6
@@ -25,22 +27,51 @@ EDGE_MM = 1.0
 """No target lies nearer to an edge: a hand is no more exact."""
 _HOLLOW = -0.1
 """An edge is one that falls away where the normal beyond it leans back by more than this."""
+_SAME_AXIS, _MOST_AXES = np.cos(np.radians(1.0)), 40
 _SPARE = 2
 """So many times the usual points are placed, for who wants more."""
 
 
-def surfaces_of(faces: Sequence[RawFace], ball_radius: float) -> list[StepSurface]:
+def surfaces_of(
+    faces: Sequence[RawFace],
+    ball_radius: float,
+    reach: Reach | None = None,
+    doing: Callable[[str], None] = lambda _: None,
+) -> list[StepSurface]:
     """Return the surfaces of faces, with targets for a ball.
 
     Parameters
     ----------
     ball_radius
         mm.
+    reach
+        Asked whether targets can be touched; None where nobody asks.
+    doing
+        Told which surface it is at.
     """
     groups = _groups(faces)
     hollow = _hollow_rims(faces, groups)
-    return [_surface([faces[i] for i in group], [hollow[i] for i in group], ball_radius)
-            for group in groups]  # fmt: skip
+    surfaces = []
+    for number, group in enumerate(groups, start=1):
+        doing(f"targets on surface {number} of {len(groups)}")
+        of_it = [faces[i] for i in group]
+        surfaces.append(_surface(of_it, [hollow[i] for i in group], ball_radius, reach))
+    return surfaces
+
+
+def bore_axes(faces: Sequence[RawFace]) -> Float:
+    """Return the directions of hollow round faces (m, 3), each once."""
+    found = [
+        one.face.direction
+        for one in faces
+        if one.face.inner and one.face.shape in ("Cylinder", "Cone")
+    ]
+    axes = np.array(found).reshape(-1, 3)
+    kept: list[int] = []
+    for row, axis in enumerate(axes):
+        if len(kept) < _MOST_AXES and (np.abs(axes[kept] @ axis) < _SAME_AXIS).all():
+            kept.append(row)
+    return axes[kept]
 
 
 def _groups(faces: Sequence[RawFace]) -> list[list[int]]:
@@ -144,15 +175,18 @@ def _falls_away(face: RawFace, rim: Rim, beyond: Rim) -> bool:
 
 
 def _surface(
-    group: Sequence[RawFace], hollow: Sequence[Sequence[Float]], ball_radius: float
+    group: Sequence[RawFace],
+    hollow: Sequence[Sequence[Float]],
+    ball_radius: float,
+    reach: Reach | None,
 ) -> StepSurface:
     face = _joined([one.face for one in group])
+    numbers = tuple(one.number for one in group)
     places = np.concatenate([one.places for one in group])
     wanted = Shape(face.shape).spec.usual_points
-    numbers = tuple(one.number for one in group)
     against = _against(face, places, ball_radius)
     if against:
-        return StepSurface(face=face, against=against, numbers=numbers)
+        return StepSurface(face=face, numbers=numbers, against=against)
     places = places[_ball_fits(face, places, ball_radius)]
     falls = np.concatenate([both[0] for both in hollow])
     rises = np.concatenate([both[1] for both in hollow])
@@ -164,15 +198,23 @@ def _surface(
     if len(free) < wanted:
         return StepSurface(
             face=face,
-            against=f"a ball of {2.0 * ball_radius:g} mm has no room for {wanted} points",
             numbers=numbers,
+            against=f"a ball of {2.0 * ball_radius:g} mm has no room for {wanted} points",
         )
-    targets = _spread(free, _SPARE * wanted)
+    own = [number - 1 for number in numbers]
+    found = placed(face, free, _SPARE * wanted, wanted, own, reach)
     return StepSurface(
         face=face,
-        targets=tuple((x, y, z) for x, y, z in targets.tolist()),
+        targets=_triples(found.points),
+        held=_triples(found.held),
+        ways=tuple(found.ways.tolist()),
         numbers=numbers,
+        against=found.against,
     )
+
+
+def _triples(rows: Float) -> tuple[tuple[float, float, float], ...]:
+    return tuple((x, y, z) for x, y, z in rows.tolist())
 
 
 def _joined(faces: Sequence[StepFace]) -> StepFace:
@@ -233,14 +275,3 @@ def _distances(places: Float, stretches: Float) -> Float:
         share = np.clip(arms @ along / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(places))
         nearest = np.minimum(nearest, np.linalg.norm(arms - share[:, None] * along, axis=1))
     return nearest
-
-
-def _spread(places: Float, count: int) -> Float:
-    """Return some of the places, each as far as can be from those before it."""
-    nearest = np.linalg.norm(places - places.mean(axis=0), axis=1)
-    chosen = [int(np.argmax(nearest))]
-    nearest = np.linalg.norm(places - places[chosen[0]], axis=1)
-    while len(chosen) < min(count, len(places)):
-        chosen.append(int(np.argmax(nearest)))
-        nearest = np.minimum(nearest, np.linalg.norm(places - places[chosen[-1]], axis=1))
-    return places[chosen]

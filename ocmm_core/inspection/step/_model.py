@@ -11,8 +11,9 @@ import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.pmi import Pmi
-from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface
+from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface, Triple
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
+from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.part_model import PartModel
 
 USUAL_BALL_MM = 6.0
@@ -32,10 +33,33 @@ class LeftOut:
         What it would be; without targets.
     why
         Part of a sentence.
+    faces
+        Numbers of its faces, see `ModelFace`.
     """
 
     feature: NominalFeature
     why: str
+    faces: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Reached:
+    """How the targets of a feature are touched.
+
+    Attributes
+    ----------
+    faces
+        Numbers of the faces that the feature is made of, see `ModelFace`.
+    held
+        For each target how the probe is held: rotation vector, rad, frame of the model from that
+        of the probe. Empty where nobody asked.
+    ways
+        mm: straight way along the normal that is free at each target.
+    """
+
+    faces: tuple[int, ...] = ()
+    held: tuple[Triple, ...] = ()
+    ways: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +83,8 @@ class StepModel:
         several where a part stands in an assembly more than once.
     face_words
         Kind of surface of every face of the file, by its number there.
+    reached
+        For each of ``features`` how its targets are touched.
     """
 
     features: tuple[NominalFeature, ...]
@@ -68,6 +94,7 @@ class StepModel:
     pmi: Pmi | None = None
     faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
     face_words: dict[int, str] = field(default_factory=dict)
+    reached: tuple[Reached, ...] = ()
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -83,6 +110,7 @@ def read_model(
     given_up: Callable[[], bool] = lambda: False,
     progress: Callable[[str], None] = lambda _: None,
     with_part: bool = False,
+    request: StepRequest | None = None,
 ) -> StepModel:
     """Return the planes, cylinders, cones, spheres and tori of a model, in its own frame.
 
@@ -102,6 +130,9 @@ def read_model(
         Told what is being read, as a part of a sentence.
     with_part
         The part is made, too.
+    request
+        Probe, cameras and placement, by which targets are chosen; its ball goes before ``ball_mm``.
+        Without it the ball alone is asked whether it has room.
 
     Raises
     ------
@@ -111,7 +142,10 @@ def read_model(
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)
-    said, part = ask(path, 0.5 * ball_mm, with_part, asking)
+    request = request or StepRequest(ball_mm=ball_mm)
+    # What is wrong with its documents is said here and not by another process.
+    setting_of(request)
+    said, part = ask(path, request, with_part, asking)
     return _model(path, said, part)
 
 
@@ -127,7 +161,7 @@ def read_part(
     those of `read_model`.
     """
     path = Path(path)
-    _, part = ask(path, 0.0, True, Asking(timeout_s, given_up, progress))
+    _, part = ask(path, None, True, Asking(timeout_s, given_up, progress))
     if part is None:
         raise step_error(path, "no part was made of it", REMEDY)
     return part
@@ -152,12 +186,13 @@ def _model(path: Path, said: StepAnswer, part: PartModel | None) -> StepModel:
         feature = _feature(surface, f"{shape.upper()}_{counts[shape]}")
         owners.update(dict.fromkeys(surface.numbers, feature.name))
         if surface.against:
-            left_out.append(LeftOut(feature, surface.against))
+            left_out.append(LeftOut(feature, surface.against, surface.numbers))
         else:
             features.append(feature)
     return StepModel(
         tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
         _in_file(owners, said.face_entities), said.face_words,
+        tuple(Reached(one.numbers, one.held, one.ways) for one in chosen),
     )  # fmt: skip
 
 

@@ -7,27 +7,32 @@ comes back, the program that asked goes on, and knows what was being read.
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from multiprocessing.connection import Connection
 from pathlib import Path
+from typing import Any
 
 import msgspec
 
 from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
-from ocmm_core.inspection.step._answer import StepAnswer
+from ocmm_core.inspection.reach import Reach
+from ocmm_core.inspection.step._answer import StepAnswer, StepSurface
 from ocmm_core.inspection.step._document import read_document
 from ocmm_core.inspection.step._face_order import tolerances_of
-from ocmm_core.inspection.step._joined import surfaces_of
+from ocmm_core.inspection.step._joined import bore_axes, surfaces_of
 from ocmm_core.inspection.step._part import part_of
 from ocmm_core.inspection.step._raw_faces import (
+    RawFace,
     UnusableModelError,
     as_numbers,
     faces_of,
     faces_with_surface,
 )
+from ocmm_core.inspection.step._request import StepRequest, setting_of
+from ocmm_core.inspection.step._solid_mesh import mesh_of
 from ocmm_core.part_model import model_to_bytes
 
 _MOST_BYTES = 1_500_000_000
@@ -39,13 +44,13 @@ class Wanted:
 
     Attributes
     ----------
-    ball_radius
-        mm: of the ball that is to touch the surfaces; 0 where no features are wanted.
+    request
+        What targets are chosen by; None where no features are wanted.
     source_sha256
         Hash of the file, for the part; empty where no part is wanted.
     """
 
-    ball_radius: float = 0.0
+    request: StepRequest | None = None
     source_sha256: str = ""
 
 
@@ -96,21 +101,33 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
 def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[StepAnswer, bytes]:
     document = read_document(path, doing)
     answer, part = StepAnswer(), b""
-    if wanted.ball_radius > 0.0:
+    if wanted.request is not None:
         faces, others = faces_of(document.shape, doing)
         pmi, entities, words = tolerances_of(
             Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
             faces_with_surface(document.shape)[0], faces, doing,
         )  # fmt: skip
-        doing("placing targets")
         answer = StepAnswer(
-            surfaces=tuple(surfaces_of(faces, wanted.ball_radius)), others=others, pmi=pmi,
-            face_entities=entities, face_words=words,
+            surfaces=_with_targets(document.shape, faces, wanted.request, doing), others=others,
+            pmi=pmi, face_entities=entities, face_words=words,
         )  # fmt: skip
     if wanted.source_sha256:
         part = model_to_bytes(part_of(document, (Path(path).name, wanted.source_sha256), doing))
         answer = msgspec.structs.replace(answer, part_bytes=len(part))
     return answer, part
+
+
+def _with_targets(
+    shape: Any, faces: Sequence[RawFace], request: StepRequest, doing: Callable[[str], None]
+) -> tuple[StepSurface, ...]:
+    """Return the surfaces of faces with targets that can be reached and seen."""
+    doing("the mesh to find targets by")
+    part = mesh_of(shape, faces_with_surface(shape)[0])
+    radius = 0.5 * request.ball_mm
+    reach = None
+    if part is not None:
+        reach = Reach(part, radius, setting_of(request), bore_axes(faces))
+    return tuple(surfaces_of(faces, radius, reach, doing))
 
 
 def _be_silent() -> None:

@@ -80,6 +80,7 @@ def test_a_line_of_a_report_proves_the_file_or_does_not(job: Path) -> None:
 def test_an_old_job_is_taken_over_by_name(job: Path) -> None:
     db = sqlite3.connect(job)
     db.execute("DROP TABLE seal")
+    db.execute("DROP TABLE part")
     db.execute("PRAGMA user_version = 2")
     db.commit()
     db.close()

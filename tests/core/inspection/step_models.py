@@ -117,7 +117,183 @@ def bent_pocket() -> Any:
     return _without(block(), _moved(tool, 0, 0, -5))
 
 
+def _spline_curve(places: Sequence[Sequence[float]]) -> Any:
+    """Return a curve of degree 3 (or as many as the places allow) by its poles."""
+    import OCP.collections as held
+    from OCP.Geom import Geom_BSplineCurve
+    from OCP.gp import gp_Pnt
+
+    degree = min(3, len(places) - 1)
+    spans = len(places) - degree
+    poles = held.Array1_gp_Pnt(1, len(places))
+    for index, place in enumerate(places, start=1):
+        poles.SetValue(index, gp_Pnt(*map(float, place)))
+    knots, often = held.Array1_double(1, spans + 1), held.Array1_int(1, spans + 1)
+    for index in range(spans + 1):
+        knots.SetValue(index + 1, float(index))
+        often.SetValue(index + 1, degree + 1 if index in (0, spans) else 1)
+    return Geom_BSplineCurve(poles, knots, often, degree)
+
+
+def _outlined(*curves: Any) -> Any:
+    """Return a face in a plane whose outline the curves are."""
+    from OCP.BRepBuilderAPI import (
+        BRepBuilderAPI_MakeEdge,
+        BRepBuilderAPI_MakeFace,
+        BRepBuilderAPI_MakeWire,
+    )
+
+    wire = BRepBuilderAPI_MakeWire()
+    for curve in curves:
+        wire.Add(BRepBuilderAPI_MakeEdge(curve).Edge())
+    return BRepBuilderAPI_MakeFace(wire.Wire()).Face()
+
+
+def _straight(start: Sequence[float], end: Sequence[float]) -> Any:
+    return _spline_curve([start, end])
+
+
+def vase() -> Any:
+    """Return a body that a spline makes which is turned about z."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeRevol
+    from OCP.gp import gp_Ax1, gp_Dir, gp_Pnt
+
+    bent = _spline_curve([(20, 0, 0), (35, 0, 15), (15, 0, 35), (25, 0, 60), (22, 0, 80)])
+    outline = _outlined(
+        bent, _straight((22, 0, 80), (0, 0, 80)), _straight((0, 0, 80), (0, 0, 0)),
+        _straight((0, 0, 0), (20, 0, 0)),
+    )  # fmt: skip
+    return BRepPrimAPI_MakeRevol(outline, gp_Ax1(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1))).Shape()
+
+
+def rail() -> Any:
+    """Return a body that a spline makes which is drawn along y."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.gp import gp_Vec
+
+    bent = _spline_curve([(0, 0, 20), (20, 0, 45), (50, 0, 5), (80, 0, 40), (100, 0, 20)])
+    outline = _outlined(
+        bent, _straight((100, 0, 20), (100, 0, 0)), _straight((100, 0, 0), (0, 0, 0)),
+        _straight((0, 0, 0), (0, 0, 20)),
+    )  # fmt: skip
+    return BRepPrimAPI_MakePrism(outline, gp_Vec(0, 60, 0)).Shape()
+
+
+def hill(rational: bool = False) -> Any:
+    """Return a block of 100 by 60 whose top is a free surface some 30 mm high, with a bore."""
+    import OCP.collections as held
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Splitter
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace
+    from OCP.Geom import Geom_BSplineSurface
+    from OCP.gp import gp_Pnt
+
+    count = 7
+    poles, weights = held.Array2_gp_Pnt(1, count, 1, count), held.Array2_double(1, count, 1, count)
+    for i in range(count):
+        for j in range(count):
+            x, y = -20.0 + 140.0 * i / (count - 1), -20.0 + 100.0 * j / (count - 1)
+            z = 30.0 + 8.0 * np.sin(0.05 * x) * np.cos(0.06 * y)
+            poles.SetValue(i + 1, j + 1, gp_Pnt(x, y, z))
+            weights.SetValue(i + 1, j + 1, 1.0 + (0.3 * ((i + j) % 2) if rational else 0.0))
+    knots, often = held.Array1_double(1, 5), held.Array1_int(1, 5)
+    for index in range(5):
+        knots.SetValue(index + 1, float(index))
+        often.SetValue(index + 1, 4 if index in (0, 4) else 1)
+    top = Geom_BSplineSurface(poles, weights, knots, knots, often, often, 3, 3)
+    body = block(100, 60, 60)
+    bodies, tools = held.List_TopoDS_Shape(), held.List_TopoDS_Shape()
+    bodies.Append(body)
+    tools.Append(BRepBuilderAPI_MakeFace(top, 1e-6).Face())
+    split = BRepAlgoAPI_Splitter()
+    split.SetArguments(bodies)
+    split.SetTools(tools)
+    split.Build()
+    return _without(_lowest(split.Shape()), _rod((50, 30, -1), (0, 0, 1), 8, 80))
+
+
+def _lowest(shape: Any) -> Any:
+    """Return that of some solids whose middle lies lowest."""
+    import OCP.TopAbs as TopAbs
+    from OCP.BRepGProp import BRepGProp
+    from OCP.GProp import GProp_GProps
+    from OCP.TopExp import TopExp_Explorer
+
+    measure = getattr(BRepGProp, "VolumeProperties_s", None) or BRepGProp.VolumeProperties
+    found = []
+    solids = TopExp_Explorer(shape, TopAbs.TopAbs_SOLID)
+    while solids.More():
+        volume = GProp_GProps()
+        measure(solids.Current(), volume)
+        found.append((volume.CentreOfMass().Z(), solids.Current()))
+        solids.Next()
+    return min(found, key=lambda one: one[0])[1]
+
+
+def elliptic() -> Any:
+    """Return a block with a pocket whose wall is drawn from an ellipse, and one from an arc."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakePrism
+    from OCP.Geom import Geom_Ellipse
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt, gp_Vec
+
+    oval = Geom_Ellipse(gp_Ax2(gp_Pnt(50, 30, -5), gp_Dir(0, 0, 1), gp_Dir(1, 1, 0)), 25.0, 12.0)
+    return _without(block(), BRepPrimAPI_MakePrism(_outlined(oval), gp_Vec(0, 0, 40)).Shape())
+
+
+def labelled(path: Path) -> Path:
+    """Write an assembly of two bored blocks: a face has a name, the body and a face a colour."""
+    from OCP.Interface import Interface_Static
+    from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.TopAbs import TopAbs_FACE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
+
+    def static(owner: Any, name: str) -> Any:
+        return getattr(owner, f"{name}_s", None) or getattr(owner, name)
+
+    document = TDocStd_Document(TCollection_ExtendedString("MDTV-XCAF"))
+    shapes = static(XCAFDoc_DocumentTool, "ShapeTool")(document.Main())
+    colours = static(XCAFDoc_DocumentTool, "ColorTool")(document.Main())
+    layers = static(XCAFDoc_DocumentTool, "LayerTool")(document.Main())
+    part = MODELS["bored"][0]()
+    body = shapes.AddShape(part, False)
+    whole = shapes.NewShape()
+    from OCP.gp import gp_Trsf, gp_Vec
+    from OCP.TopLoc import TopLoc_Location
+
+    for x in (0.0, 300.0):
+        motion = gp_Trsf()
+        motion.SetTranslation(gp_Vec(x, 0.0, 0.0))
+        shapes.AddComponent(whole, body, TopLoc_Location(motion))
+    colours.SetColor(body, Quantity_Color(0.0, 0.0, 1.0, Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
+    layers.SetLayer(body, TCollection_ExtendedString("7"))
+    face = TopExp_Explorer(part, TopAbs_FACE).Current()
+    label = shapes.AddSubShape(body, face)
+    static(TDataStd_Name, "Set")(label, TCollection_ExtendedString("DATUM FACE"))
+    colours.SetColor(label, Quantity_Color(1.0, 0.0, 0.0, Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
+    shapes.UpdateAssemblies()
+    writer = STEPCAFControl_Writer()
+    static(Interface_Static, "SetIVal")("write.stepcaf.subshapes.name", 1)
+    writer.SetNameMode(True)
+    writer.SetColorMode(True)
+    writer.SetLayerMode(True)
+    writer.Transfer(document)
+    writer.Write(str(path))
+    return path
+
+
 X = (1, 0, 0)
+FREE_FORM: dict[str, Make] = {
+    "vase": vase,
+    "rail": rail,
+    "hill": hill,
+    "rational hill": lambda: hill(True),
+    "elliptic": elliptic,
+    "bent pocket": bent_pocket,
+}
 MODELS: dict[str, tuple[Make, dict[str, int]]] = {
     # Plane counts the faces with room for nine points of a ball of 6 mm.
     "block": (block, {"Plane": 6}),

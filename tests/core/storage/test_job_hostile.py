@@ -126,6 +126,7 @@ def test_a_job_of_the_first_version_is_still_opened(good: Path) -> None:
     db.execute("DROP TABLE reference_observation")
     db.execute("DROP TABLE reference")
     db.execute("DROP TABLE seal")
+    db.execute("DROP TABLE part")
     db.execute("PRAGMA user_version = 1")
     db.close()
     with JobFile.open(good) as job:

@@ -83,7 +83,7 @@ def test_without_its_signatures_a_job_proves_nothing(
     if how == "removed":
         tamper(path, "DROP TRIGGER seal_no_delete", "DELETE FROM seal")
     else:
-        tamper(path, "DROP TABLE seal", "PRAGMA user_version = 2")
+        tamper(path, "DROP TABLE seal", "DROP TABLE part", "PRAGMA user_version = 2")
     (found,) = doubts(path)
     assert found.startswith("The job is not signed")
 
@@ -171,7 +171,7 @@ def test_who_takes_over_an_old_job_is_kept_in_it(
     tmp_path: Path, head: JobHead, make_point: MakePoint
 ) -> None:
     path = measured(tmp_path / "a.ocmm", head, make_point)
-    tamper(path, "DROP TABLE seal", "PRAGMA user_version = 2")
+    tamper(path, "DROP TABLE seal", "DROP TABLE part", "PRAGMA user_version = 2")
     with JobFile.open(path) as job:
         job.adopt("Ada", "made before jobs were signed")
         assert job.verify() == []
@@ -188,7 +188,7 @@ def test_a_changed_old_job_is_not_taken_over(
 ) -> None:
     path = measured(tmp_path / "a.ocmm", head, make_point)
     tamper(
-        path, "DROP TABLE seal", "PRAGMA user_version = 2", "DROP TRIGGER observation_no_update",
+        path, "DROP TABLE seal", "DROP TABLE part", "PRAGMA user_version = 2", "DROP TRIGGER observation_no_update",
         "UPDATE observation SET tip_radius = 1.4 WHERE number = 2",
     )  # fmt: skip
     with JobFile.open(path) as job, pytest.raises(StorageError, match="was changed") as caught:

@@ -1,0 +1,204 @@
+"""The chart of interim checks: is the instrument still what it was.
+
+The first 25 checks set centre c and s. Then a check with error e and z = (e - c) / s signals
+where |z| > 3 (Shewhart), where eight in a row lie on one side, or where a cumulative sum
+C+ = max(0, C+ + z - 1/2), C- likewise, exceeds 5 (CUSUM). A signal alone comes by chance once in
+some hundred checks, so it is repeated at once; where the repeat lies on the same side beyond 2 s
+the check is out, else the sums begin anew. Beyond the hard limit, half of the permissible error,
+it is out after the repeat whatever the chart says.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from enum import StrEnum
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.chain_file import ChainFile
+
+LEARNING = 25
+_SHEWHART, _RUN = 3.0, 8
+_CUSUM_K, _CUSUM_H = 0.5, 5.0
+_CONFIRMED = 2.0
+_LEAST_S_MM = 1e-4
+"""A scatter below a tenth of a micrometre is that of a typed number, not of a measurement."""
+
+
+class InterimWord(StrEnum):
+    """What a check says."""
+
+    LEARNING = "learning"
+    GOOD = "good"
+    REPEAT = "repeat it now"
+    STOP = "stop"
+
+
+class InterimCheck(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One check.
+
+    Attributes
+    ----------
+    utc
+        When.
+    calibration, artefact, tip
+        Hash of the calibration, serial of the artefact, name of the tip: a chart is of one of each.
+    error_mm, limit_mm
+        Of the length, and the hard limit.
+    record
+        Hash of its acceptance record; empty where it has none.
+    """
+
+    utc: str
+    calibration: str
+    artefact: str
+    tip: str
+    error_mm: float
+    limit_mm: float
+    record: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class ChartPoint:
+    """A check on the chart.
+
+    Attributes
+    ----------
+    check
+        See `InterimCheck`.
+    z
+        (e - c) / s; NaN while the chart learns.
+    high, low
+        The sums after it.
+    word, reason
+        What it says, and why.
+    """
+
+    check: InterimCheck
+    z: float
+    high: float
+    low: float
+    word: InterimWord
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class InterimChart:
+    """All checks of one calibration, artefact and tip.
+
+    Attributes
+    ----------
+    points
+        Oldest first.
+    centre, sigma
+        mm; NaN while the chart learns.
+    last_good
+        When the last check was good; None where none was.
+    """
+
+    points: tuple[ChartPoint, ...]
+    centre: float
+    sigma: float
+    last_good: datetime | None
+
+    @property
+    def word(self) -> InterimWord:
+        """Return what the last check says."""
+        return self.points[-1].word if self.points else InterimWord.LEARNING
+
+
+def interim_chart(checks: Sequence[InterimCheck]) -> InterimChart:
+    """Return the chart of checks, oldest first."""
+    points: list[ChartPoint] = []
+    learnt: list[float] = []
+    centre = sigma = math.nan
+    high = low = 0.0
+    side = run = 0
+    asked = ""
+    toward = 0
+    good: datetime | None = None
+    for check in checks:
+        error, z = check.error_mm, math.nan
+        beyond = not abs(error) <= check.limit_mm
+        repeat, asked = asked, ""
+        reason = ""
+        if beyond:
+            toward = 1 if error > 0.0 else -1
+            reason = (
+                f"The error is {1e3 * error:+.1f} µm; {1e3 * check.limit_mm:.1f} µm are allowed."
+            )
+        if len(learnt) >= LEARNING:
+            z = (error - centre) / sigma
+            high, low = max(0.0, high + z - _CUSUM_K), max(0.0, low - z - _CUSUM_K)
+            sign = 1 if z > 0.0 else -1
+            run = run + 1 if sign == side else 1
+            side = sign
+            if repeat and not beyond:
+                if z * toward > _CONFIRMED:
+                    reason = repeat
+                else:
+                    high = low = 0.0
+                    run = 0
+            elif not beyond:
+                reason, toward = _signal(z, high, low, run, side)
+        word = InterimWord.GOOD if len(learnt) >= LEARNING else InterimWord.LEARNING
+        if reason:
+            word = InterimWord.STOP if repeat else InterimWord.REPEAT
+            asked = "" if repeat else reason
+        else:
+            good = datetime.fromisoformat(check.utc)
+            if len(learnt) < LEARNING:
+                learnt.append(error)
+                if len(learnt) == LEARNING:
+                    centre = float(np.mean(learnt))
+                    sigma = max(float(np.std(learnt, ddof=1)), _LEAST_S_MM)
+        points.append(ChartPoint(check, z, high, low, word, reason))
+    return InterimChart(tuple(points), centre, sigma, good)
+
+
+def _signal(z: float, high: float, low: float, run: int, side: int) -> tuple[str, int]:
+    """Return why a check signals and on which side; nothing where it does not."""
+    if abs(z) > _SHEWHART:
+        return f"The check lies {abs(z):.1f} s from the centre of its chart.", (
+            1 if z > 0.0 else -1
+        )
+    if max(high, low) > _CUSUM_H:
+        return "The checks drift: their cumulative sum is out.", (1 if high > low else -1)
+    if run >= _RUN:
+        return f"{run} checks in a row lie on one side of the centre.", side
+    return "", 0
+
+
+class InterimHistory:
+    """The checks of a folder; every one is on the disk before `add` returns.
+
+    Raises
+    ------
+    StorageError
+        A line was changed.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._chain: ChainFile[InterimCheck] = ChainFile(
+            folder / "interim.chain", InterimCheck, remembered=True
+        )
+
+    def chart(self, calibration: str, artefact: str, tip: str) -> InterimChart:
+        """Return the chart of one calibration, artefact and tip."""
+        return interim_chart(
+            [
+                one
+                for one in self._chain.items
+                if (one.calibration, one.artefact, one.tip) == (calibration, artefact, tip)
+            ]
+        )
+
+    def add(self, check: InterimCheck) -> InterimChart:
+        """Add a check and return its chart; StorageError where it cannot be written."""
+        self._chain.append(check)
+        return self.chart(check.calibration, check.artefact, check.tip)

@@ -1,0 +1,288 @@
+"""The artefact register: spheres, bars, gauge blocks and parts of this user, with certificates.
+
+One chain file in the user's data folder: nothing is overwritten, every line is bound to the one
+before, and two programs that write at once are noticed. `add` takes an entry from wherever it
+comes: typed, or read from a certificate file.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime
+from itertools import pairwise
+from pathlib import Path
+from typing import Literal, TypeAlias, get_args
+
+import msgspec
+import platformdirs
+
+from ocmm_core.acceptance._result import UsedArtefact
+from ocmm_core.calibration.guided import utc_text
+from ocmm_core.calibration.probe_design import HIGHEST_C, LOWEST_C
+from ocmm_core.calibration.records import ArtefactUse, LengthBar, Sphere
+from ocmm_core.chain_file import ChainFile
+from ocmm_core.documents import Document, digest, load_document
+from ocmm_core.errors import InputError, StorageError
+
+ARTEFACT_SCHEMA = "ocmm.artefact/1"
+
+ArtefactKind: TypeAlias = Literal["sphere", "bar", "gauge block", "part", "plate", "dumbbell"]
+_SIZES: dict[str, tuple[int, int]] = {
+    "sphere": (1, 1),
+    "bar": (2, 100),
+    "gauge block": (1, 1),
+    "part": (1, 1000),
+    "plate": (1, 1),
+    "dumbbell": (3, 3),
+}
+_LARGEST_EXPANSION = 1e-4
+_ATTEMPTS = 5
+
+
+class ArtefactEntry(Document, frozen=True, kw_only=True):
+    """A calibrated artefact as the register keeps it; lengths in mm at 20 degrees, U with k = 2.
+
+    Attributes
+    ----------
+    id
+        What commands call it.
+    kind, name, maker, serial
+        What it is.
+    laboratory, certificate, certificate_sha256
+        Who calibrated it, the number of the certificate, and the hash of its file.
+    due_utc
+        ISO 8601 text: it holds until then.
+    sizes
+        Diameter of a sphere; nests of a bar; length of a block; two diameters and the distance of
+        a dumbbell; certified values of a part.
+    expanded, expanded_per_length
+        U: constant part, and part of the length.
+    form
+        Certified form error; zero where it is within U.
+    expansion, expansion_sigma
+        1/K.
+    temperatures
+        Where the certificate holds, degrees Celsius.
+    supports
+        How it is to be held.
+    source
+        "typed", or which file it was read from.
+    """
+
+    id: str
+    kind: ArtefactKind
+    name: str
+    maker: str = ""
+    serial: str
+    laboratory: str
+    certificate: str
+    certificate_sha256: str = ""
+    due_utc: str
+    sizes: tuple[float, ...]
+    expanded: float
+    expanded_per_length: float = 0.0
+    form: float = 0.0
+    expansion: float
+    expansion_sigma: float
+    temperatures: tuple[float, float] = (10.0, 35.0)
+    supports: str = ""
+    source: str = "typed"
+
+    def used(self, role: str | None = None) -> UsedArtefact:
+        """Return it as a test uses it."""
+        return UsedArtefact(
+            role=role or self.kind,
+            use=ArtefactUse(
+                name=self.name,
+                serial=self.serial,
+                certificate=self.certificate,
+                certificate_sha256=self.certificate_sha256,
+                due_utc=_moment(self.due_utc).isoformat(),
+            ),
+            laboratory=self.laboratory,
+            sizes=self.sizes,
+            expanded=self.expanded,
+            expanded_per_length=self.expanded_per_length,
+            form=self.form,
+            expansion=self.expansion,
+            expansion_sigma=self.expansion_sigma,
+            temperatures=self.temperatures,
+            supports=self.supports,
+            identity="",
+        )
+
+
+class _Change(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    utc: str
+    who: str
+    removed: str = ""
+    added: ArtefactEntry | None = None
+
+
+class ArtefactRegister:
+    """The register of a folder; made empty where there is none.
+
+    Raises
+    ------
+    StorageError
+        A line of its file was changed.
+    """
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.path = (folder or default_artefact_folder()) / "artefacts.chain"
+        self._read()
+
+    def _read(self) -> None:
+        self._chain: ChainFile[_Change] = ChainFile(self.path, _Change, remembered=True)
+
+    @property
+    def entries(self) -> dict[str, ArtefactEntry]:
+        """Return what is in it, by id, in the order in which it was added."""
+        found: dict[str, ArtefactEntry] = {}
+        for change in self._chain.items:
+            if change.removed:
+                found.pop(change.removed, None)
+            if change.added is not None:
+                found[change.added.id] = change.added
+        return found
+
+    def entry(self, name: str) -> ArtefactEntry:
+        """Return an artefact by its id; raise InputError where there is none."""
+        found = self.entries.get(name)
+        if found is None:
+            known = ", ".join(self.entries) or "none yet"
+            raise InputError(
+                "artefact.unknown", f"There is no artefact '{name}'.", f"Give one of: {known}."
+            )
+        return found
+
+    def add(self, entry: ArtefactEntry, who: str, now: datetime, *, replace: bool = False) -> None:
+        """Add an artefact, or put a newer certificate in the place of the one before.
+
+        Raises
+        ------
+        InputError
+            A field cannot be meant, the certificate ended already, or the id is taken.
+        StorageError
+            It cannot be written.
+        """
+        check_entry(entry, "artefact")
+        if _moment(entry.due_utc) <= now:
+            raise InputError(
+                "artefact.expired",
+                f"The certificate of '{entry.name}' expired on {entry.due_utc[:10]}.",
+                "Have it calibrated; it cannot be used before.",
+            )
+
+        def change() -> _Change:
+            if entry.id in self.entries and not replace:
+                raise InputError(
+                    "artefact.taken",
+                    f"There is an artefact '{entry.id}' already.",
+                    "Give --replace with its new certificate, or another id.",
+                )
+            return _Change(utc=utc_text(now), who=who, added=entry)
+
+        self._write(change)
+
+    def remove(self, name: str, who: str, now: datetime) -> None:
+        """Take an artefact out; its lines stay. Raise InputError where there is none."""
+
+        def change() -> _Change:
+            self.entry(name)
+            return _Change(utc=utc_text(now), who=who, removed=name)
+
+        self._write(change)
+
+    def _write(self, change: Callable[[], _Change]) -> None:
+        for attempt in range(_ATTEMPTS):
+            made = change()
+            try:
+                self._chain.append(made)
+            except StorageError as error:
+                # Another program wrote meanwhile: what is asked is judged anew by its entries.
+                if error.code != "chain.elsewhere" or attempt == _ATTEMPTS - 1:
+                    raise
+                self._read()
+            else:
+                return
+
+
+def default_artefact_folder() -> Path:
+    """Return where the artefacts of this user are kept."""
+    return platformdirs.user_data_path("ocmm") / "artefacts"
+
+
+def load_artefact(path: Path | str) -> ArtefactEntry:
+    """Return the artefact of a document (`ocmm.artefact/1`); raise InputError where it is wrong."""
+    entry = load_document(path, ArtefactEntry, ARTEFACT_SCHEMA)
+    check_entry(entry, str(path))
+    return entry
+
+
+def check_entry(entry: ArtefactEntry, where: str) -> None:
+    """Raise InputError where a field of an entry cannot be meant."""
+    few, many = _SIZES[entry.kind]
+    sizes = entry.sizes
+    low, high = entry.temperatures
+    wrong = {
+        "id": not entry.id or not entry.id.replace("-", "").replace("_", "").isalnum(),
+        "kind": entry.kind not in get_args(ArtefactKind),
+        "serial": not any(letter.isalnum() for letter in entry.serial),
+        "certificate": not entry.certificate.strip(),
+        "sizes": not few <= len(sizes) <= many
+        or (entry.kind == "bar" and any(b <= a for a, b in pairwise(sizes)))
+        or (entry.kind not in ("bar", "part") and not all(0.0 < one < 1e5 for one in sizes)),
+        "expanded": not 0.0 < entry.expanded < 1.0,
+        "expanded_per_length": not 0.0 <= entry.expanded_per_length < 1e-3,
+        "form": not 0.0 <= entry.form < 1.0,
+        "expansion": not -_LARGEST_EXPANSION <= entry.expansion <= _LARGEST_EXPANSION,
+        "expansion_sigma": not 0.0 <= entry.expansion_sigma <= _LARGEST_EXPANSION,
+        "temperatures": not LOWEST_C <= low < high <= HIGHEST_C,
+    }
+    for field, is_wrong in wrong.items():
+        if is_wrong:
+            raise InputError(
+                "artefact.field",
+                f"{where}: field '{field}' is {getattr(entry, field)!r}, which cannot be meant.",
+                "Correct that field; see docs/acceptance.md for what it holds.",
+            )
+    try:
+        _moment(entry.due_utc)
+    except ValueError as error:
+        raise InputError(
+            "artefact.field",
+            f"{where}: field 'due_utc' is no date.",
+            "Write it like 2030-12-31T00:00:00+00:00.",
+        ) from error
+
+
+def used_bar(bar: LengthBar) -> UsedArtefact:
+    """Return a length bar of a document as a test uses it."""
+    return _used("bar", bar, bar.nests)
+
+
+def used_sphere(sphere: Sphere) -> UsedArtefact:
+    """Return a sphere of a document as a test uses it."""
+    return _used("sphere", sphere, (sphere.diameter,))
+
+
+def load_used(path: Path) -> UsedArtefact:
+    """Return the artefact of a document of the register as a test uses it."""
+    entry = load_artefact(path)
+    return msgspec.structs.replace(entry.used(), identity=digest(path))
+
+
+def _used(role: str, one: LengthBar | Sphere, sizes: tuple[float, ...]) -> UsedArtefact:
+    known = one.artefact
+    return UsedArtefact(
+        role=role, use=known.use, sizes=sizes, expanded=known.expanded,
+        expanded_per_length=known.expanded_per_length, expansion=known.expansion,
+        expansion_sigma=known.expansion_sigma, temperatures=known.temperatures,
+        identity=known.identity,
+    )  # fmt: skip
+
+
+def _moment(text: str) -> datetime:
+    moment = datetime.fromisoformat(text)
+    return moment.replace(tzinfo=UTC) if moment.tzinfo is None else moment

@@ -1,0 +1,223 @@
+"""``ocmm acceptance``: list, plan, run, recompute and status of acceptance tests."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_core.cli.terminal import (
+    CalibrationsOption,
+    ForceOption,
+    ProbeOption,
+    ProbesOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    SpeedOption,
+    TipOption,
+    make_console,
+)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, RECOMMENDED_RIG, STANDARD_PROBE
+
+if TYPE_CHECKING:
+    from ocmm_core.acceptance import AcceptanceRecord
+
+acceptance_app = typer.Typer(
+    no_args_is_help=True,
+    help="Acceptance and reverification tests of the instrument, by procedure documents.\n\nEvery "
+    "point is stored at once: an interrupted test continues when the command is started again."
+    "\n\nExit codes: 0 PASS, 1 FAIL, NOT PROVEN or VOID, 2 could not run.",
+)
+
+ProcedureArgument = Annotated[
+    str, typer.Argument(help="Id of a shipped procedure, or a TOML file of your own.")
+]
+ArtefactsOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--artefact",
+        help="Id in the register, or a document; repeat for several. Virtual rig: shipped ones.",
+    ),
+]
+FolderOption = Annotated[
+    Path | None,
+    typer.Option("--folder", help="Of sessions and records; default: that of this user."),
+]
+
+
+@acceptance_app.command(name="list")
+def list_command() -> None:
+    """List the shipped procedures with their standards and limits."""
+    from rich.table import Table
+
+    from ocmm_core.acceptance import load_procedure, procedure_files
+
+    table = Table("Id", "Title", "Standard", "Limits", "Minutes")
+    for name, path in procedure_files().items():
+        one = load_procedure(path)[0]
+        limits = "\n".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
+        table.add_row(name, one.title, one.wording, limits, f"{one.minutes:g}")
+    make_console().print(table)
+
+
+@acceptance_app.command()
+def plan(
+    *,
+    procedure: ProcedureArgument,
+    artefact: ArtefactsOption = None,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    seed: SeedOption = DEFAULT_SEED,
+) -> None:
+    """Print where artefacts go and how many points are taken, in the order that the seed draws."""
+    from ocmm_core.acceptance import plan_of
+    from ocmm_core.cli.acceptance._site import open_test_site
+
+    console = make_console()
+    site = open_test_site(
+        procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
+    )
+    positions, notes = plan_of(site.stage)
+    console.print(f"{site.stage.procedure.title}, {site.stage.procedure.wording}")
+    for number, one in enumerate(positions, start=1):
+        ends = (one.points_world[0], one.points_world[-1])
+        begin, end = ("({:.0f}, {:.0f}, {:.0f})".format(*point) for point in ends)
+        count = len(one.points_world) * one.repeats
+        console.print(f"{number:3}  {one.name}: {count} points, {begin} to {end}", highlight=False)
+    for note in notes:
+        console.print(f"Note     {note}", highlight=False)
+
+
+@acceptance_app.command()
+def run(
+    *,
+    procedure: ProcedureArgument,
+    artefact: ArtefactsOption = None,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+    tip: TipOption = None,
+    temperature: Annotated[
+        float, typer.Option("--temperature", help="Of the room, degrees Celsius.")
+    ] = 20.0,
+    who: Annotated[str, typer.Option("--who", help="Name for the record.")] = "unnamed",
+    place: Annotated[str, typer.Option("--place", help="Where the test is made.")] = "",
+    customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
+    condition: Annotated[
+        str, typer.Option("--condition", help="'as found' or 'after adjustment'.")
+    ] = "as found",
+    retest: Annotated[
+        bool, typer.Option("--retest/--no-retest", help="Repeat what may be repeated.")
+    ] = True,
+    new: Annotated[bool, typer.Option("--new", help="Begin anew.")] = False,
+    seed: SeedOption = DEFAULT_SEED,
+    speed: SpeedOption = 0.0,
+    record: Annotated[
+        Path | None, typer.Option("--record", help="Keep the frames in this file.")
+    ] = None,
+    folder: FolderOption = None,
+    force: ForceOption = False,
+) -> None:
+    """Run a test, or continue it: points are taken as soon as the ball rests where it should."""
+    from ocmm_core.acceptance import save_record
+    from ocmm_core.cli.acceptance._report import print_record
+    from ocmm_core.cli.acceptance._run import run_test
+    from ocmm_core.cli.acceptance._site import open_test_site, tests_folder
+
+    console = make_console()
+    site = open_test_site(
+        procedure, artefact or [], source, rig, probe, calibrations, probes, tip, seed
+    )
+    base = tests_folder(folder, site)
+    found = run_test(
+        site, base, console, temperature_c=temperature, who=who, place=place, customer=customer,
+        condition=condition, retest=retest, new=new, speed=speed, record=record, force=force,
+    )  # fmt: skip
+    print_record(console, found)
+    console.print(f"Record   {save_record(base / 'records', found)}", highlight=False)
+    _exit(found)
+
+
+@acceptance_app.command()
+def recompute(
+    *,
+    file: Annotated[Path, typer.Argument(help="Record of a finished test.")],
+    rig: RigOption = RECOMMENDED_RIG,
+    probe: ProbeOption = STANDARD_PROBE,
+    spots: Annotated[
+        bool,
+        typer.Option("--spots/--points", help="Also from the spots, with the rig and the probe."),
+    ] = False,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+    source: SourceOption = DEFAULT_SOURCE,
+    tip: TipOption = None,
+) -> None:
+    """Compute all numbers of a record from its raw data, and compare."""
+    from ocmm_core.acceptance import differences, load_record, recompute_tips
+    from ocmm_core.acceptance import recompute as compute
+    from ocmm_core.cli.acceptance._report import print_record
+    from ocmm_core.composition import choose_calibration, choose_probe
+
+    console, stored = make_console(), load_record(file)
+    again = compute(stored)
+    found = differences(stored, again)
+    if spots:
+        cameras = choose_calibration(source, rig, calibrations, uncalibrated=False)
+        body = choose_probe(source, probe, probes, tip, uncalibrated=False).body
+        found += recompute_tips(stored, cameras.rig, body)
+    print_record(console, again)
+    for one in found:
+        console.print(f"Differs  {one}", style="red", highlight=False)
+    if found:
+        raise typer.Exit(2)
+    console.print("Recomputed from raw data: matches the file.")
+    _exit(again)
+
+
+@acceptance_app.command()
+def status(*, folder: FolderOption = None) -> None:
+    """List the tests of a folder: unfinished ones, and records with their verdicts."""
+    from rich.table import Table
+
+    from ocmm_core.acceptance import AcceptanceSession, load_record
+    from ocmm_core.cli.acceptance._site import default_test_folder
+    from ocmm_core.errors import OcmmError
+
+    console, base = make_console(), folder or default_test_folder()
+    table = Table("Test", "Begun", "Points", "Verdict", "File")
+    for path in sorted(base.rglob("*.chain")):
+        try:
+            view = AcceptanceSession.resume(path).view
+        except OcmmError as error:
+            console.print(f"Left out {error.what}", style="dim", highlight=False, markup=False)
+            continue
+        if not view.finished:
+            wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
+            table.add_row(view.title, "", f"{sum(view.done)} of {wanted}", "unfinished", path.name)
+    for path in sorted(base.rglob("records/*.json")):
+        try:
+            one = load_record(path)
+        except OcmmError as error:
+            console.print(f"Left out {error.what}", style="red", highlight=False, markup=False)
+            continue
+        table.add_row(
+            one.procedure.id, one.begun_utc[:16], str(len(one.observations)), one.verdict.value,
+            path.name,
+        )  # fmt: skip
+    console.print(table)
+
+
+def _exit(record: AcceptanceRecord) -> None:
+    from ocmm_core.acceptance import Verdict
+
+    if record.verdict is not Verdict.PASS:
+        raise typer.Exit(1)

@@ -1,0 +1,135 @@
+"""``ocmm artefact``: the register of spheres, bars, gauge blocks and parts."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, cast
+
+import typer
+
+from ocmm_core.cli.terminal import make_console
+
+if TYPE_CHECKING:
+    from ocmm_core.acceptance import ArtefactKind
+
+artefact_app = typer.Typer(
+    no_args_is_help=True,
+    help="Keep the calibrated artefacts: certificate, U, form, expansion, due date.",
+)
+
+FolderOption = Annotated[
+    Path | None, typer.Option("--folder", help="Of the register; default: that of this user.")
+]
+NameArgument = Annotated[str, typer.Argument(help="Id of the artefact.")]
+WhoOption = Annotated[str, typer.Option("--who", help="Name for the register.")]
+
+
+@artefact_app.command()
+def add(
+    *,
+    file: Annotated[
+        Path | None, typer.Argument(help="Document (ocmm.artefact/1); or give the options.")
+    ] = None,
+    name: Annotated[str, typer.Option("--id", help="What commands call it.")] = "",
+    kind: Annotated[
+        str, typer.Option("--kind", help="sphere, bar, gauge block, part, plate or dumbbell.")
+    ] = "",
+    title: Annotated[str, typer.Option("--name", help="Of the artefact.")] = "",
+    maker: Annotated[str, typer.Option("--maker")] = "",
+    serial: Annotated[str, typer.Option("--serial")] = "",
+    laboratory: Annotated[str, typer.Option("--laboratory", help="That calibrated it.")] = "",
+    certificate: Annotated[str, typer.Option("--certificate", help="Its number.")] = "",
+    certificate_file: Annotated[
+        Path | None, typer.Option("--certificate-file", help="Its file, for the hash.")
+    ] = None,
+    due: Annotated[str, typer.Option("--due", help="It holds until then, like 2027-06-30.")] = "",
+    size: Annotated[
+        list[float] | None,
+        typer.Option("--size", help="mm at 20 °C; once for each nest of a bar, from 0."),
+    ] = None,
+    u: Annotated[float, typer.Option("--U", help="Expanded uncertainty (k = 2), mm.")] = 0.0,
+    u_per_length: Annotated[
+        float, typer.Option("--U-per-length", help="Its part that grows with the length.")
+    ] = 0.0,
+    form: Annotated[float, typer.Option("--form", help="Certified form error, mm.")] = 0.0,
+    expansion: Annotated[float, typer.Option("--expansion", help="1/K.")] = 11.5e-6,
+    expansion_u: Annotated[
+        float, typer.Option("--expansion-u", help="Its standard uncertainty, 1/K.")
+    ] = 1e-6,
+    supports: Annotated[str, typer.Option("--supports", help="How it is held.")] = "",
+    replace: Annotated[
+        bool, typer.Option("--replace", help="A newer certificate of an artefact that is there.")
+    ] = False,
+    who: WhoOption = "unnamed",
+    folder: FolderOption = None,
+) -> None:
+    """Add an artefact from a document, or as it is typed."""
+    from ocmm_core.acceptance import (
+        ARTEFACT_SCHEMA,
+        ArtefactEntry,
+        ArtefactRegister,
+        load_artefact,
+    )
+    from ocmm_core.documents import digest
+    from ocmm_core.errors import InputError
+
+    if file is not None:
+        entry = load_artefact(file)
+    else:
+        kinds = ("sphere", "bar", "gauge block", "part", "plate", "dumbbell")
+        if kind not in kinds:
+            raise InputError(
+                "artefact.kind", f"--kind is {kind!r}.", f"Give one of: {', '.join(kinds)}."
+            )
+        entry = ArtefactEntry(
+            schema=ARTEFACT_SCHEMA, unit="mm", id=name, kind=cast("ArtefactKind", kind),
+            name=title or name, maker=maker, serial=serial, laboratory=laboratory,
+            certificate=certificate,
+            certificate_sha256="" if certificate_file is None else digest(certificate_file),
+            due_utc=due, sizes=tuple(size or ()), expanded=u, expanded_per_length=u_per_length,
+            form=form, expansion=expansion, expansion_sigma=expansion_u, supports=supports,
+        )  # fmt: skip
+    ArtefactRegister(folder).add(entry, who, datetime.now(UTC), replace=replace)
+    make_console().print(f"Added    {entry.id}: {entry.name}, serial {entry.serial}")
+
+
+@artefact_app.command(name="list")
+def list_command(*, folder: FolderOption = None) -> None:
+    """List the artefacts with their due dates."""
+    from rich.table import Table
+
+    from ocmm_core.acceptance import ArtefactRegister
+
+    console, now = make_console(), datetime.now(UTC)
+    entries = ArtefactRegister(folder).entries
+    if not entries:
+        console.print("No artefacts yet. Add one: ocmm artefact add FILE")
+        return
+    table = Table("Id", "Kind", "Serial", "U (k = 2), µm", "Certificate", "Due")
+    for one in entries.values():
+        due = datetime.fromisoformat(one.used().use.due_utc)
+        word = f"{due.date().isoformat()}{' EXPIRED' if due <= now else ''}"
+        table.add_row(
+            one.id, one.kind, one.serial, f"{1e3 * one.expanded:.2f}", one.certificate, word
+        )
+    console.print(table)
+
+
+@artefact_app.command()
+def show(*, name: NameArgument, folder: FolderOption = None) -> None:
+    """Print everything that is known of an artefact."""
+    from ocmm_core.acceptance import ArtefactRegister
+
+    console, entry = make_console(), ArtefactRegister(folder).entry(name)
+    for field in entry.__struct_fields__:
+        console.print(f"{field:20} {getattr(entry, field)}", highlight=False, markup=False)
+
+
+@artefact_app.command()
+def remove(*, name: NameArgument, who: WhoOption = "unnamed", folder: FolderOption = None) -> None:
+    """Take an artefact out of the register; what was said of it stays in its file."""
+    from ocmm_core.acceptance import ArtefactRegister
+
+    ArtefactRegister(folder).remove(name, who, datetime.now(UTC))
+    make_console().print(f"Removed  {name}", highlight=False)

@@ -1,0 +1,229 @@
+"""``ocmm msa``: gauge R&R, type-1 studies and calibrated parts, from jobs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from ocmm_core.cli.terminal import (
+    CalibrationsOption,
+    OutOption,
+    PlanOption,
+    ProbesOption,
+    RigOption,
+    SeedOption,
+    SourceOption,
+    make_console,
+)
+from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, DEMO_PLAN, RECOMMENDED_RIG
+from ocmm_core.errors import InputError
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.archive import Trend
+
+msa_app = typer.Typer(
+    no_args_is_help=True,
+    help="Measurement system analysis: is the gauge fit for the tolerance.\n\nA study is a plan of "
+    "blind codes; each job carries its code as serial number. Every characteristic of the "
+    "inspection plan is a study of its own.",
+)
+
+StudyArgument = Annotated[Path, typer.Argument(help="Plan of the study (ocmm msa plan).")]
+JobsArgument = Annotated[Path, typer.Argument(help="Folder of the jobs.")]
+NameOption = Annotated[str, typer.Option("--characteristic", help="As in the inspection plan.")]
+
+
+@msa_app.command()
+def plan(
+    *,
+    file: Annotated[Path, typer.Argument(help="Plan that is written.")],
+    name: Annotated[str, typer.Option("--name", help="Of the study, and batch of its jobs.")],
+    parts: Annotated[int, typer.Option("--parts", help="How many.")] = 10,
+    operators: Annotated[
+        str, typer.Option("--operators", help="Names, parted by commas.")
+    ] = "A,B,C",
+    trials: Annotated[int, typer.Option("--trials", help="Of each operator on each part.")] = 3,
+    seed: SeedOption = DEFAULT_SEED,
+) -> None:
+    """Draw the order of a crossed study, and give every measurement a blind code."""
+    from ocmm_core.documents import write_atomic
+    from ocmm_core.studies import plan_study, plan_text
+
+    if file.exists():
+        raise InputError("msa.exists", f"{file}: the file exists.", "Give another name.")
+    names = [f"{number + 1:0{len(str(parts))}}" for number in range(parts)]
+    drawn = plan_study(name, names, [one.strip() for one in operators.split(",")], trials, seed)
+    write_atomic(file, plan_text(drawn).encode("utf-8"))
+    make_console().print(f"Plan     {file}: {len(drawn.runs)} measurements", highlight=False)
+
+
+@msa_app.command()
+def run(
+    *,
+    study: StudyArgument,
+    plan: PlanOption = DEMO_PLAN,
+    out: OutOption,
+    source: SourceOption = DEFAULT_SOURCE,
+    rig: RigOption = RECOMMENDED_RIG,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+    seed: SeedOption = DEFAULT_SEED,
+    most: Annotated[int, typer.Option("--most", help="Stop after so many.")] = 10_000,
+) -> None:
+    """Measure what is still missing, in the drawn order; says who measures which part.
+
+    Values are not shown: nobody sees what was measured before. On the virtual rig every measurement
+    is of a rig and a part of its own, so that its study tests the program and not a gauge.
+    """
+    from ocmm_core.cli.measure import await_part, run_job
+    from ocmm_core.composition import Origin, StationRequest, build_station, origin_of
+    from ocmm_core.inspection.archive import parts_of_batch
+    from ocmm_core.studies import load_study, open_runs
+
+    console, planned = make_console(), load_study(study)
+    seen = {one.serial for one in parts_of_batch(out, planned.name)} if out.is_dir() else set()
+    left = open_runs(planned, seen)
+    console.print(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}")
+    for number, one in enumerate(left[:most], start=1):
+        console.print(f"Operator {one.operator}: part {one.part}, code {one.code}", highlight=False)
+        if origin_of(source) is not Origin.VIRTUAL:
+            await_part(console, number, len(left), one.code, replayed=False)
+        request = StationRequest(
+            plan=plan, out=out, rig=rig, source=source, seed=seed + planned.runs.index(one),
+            operator=one.operator, serial=one.code, batch=planned.name,
+            calibrations=calibrations, probes=probes,
+        )  # fmt: skip
+        run_job(build_station(request), out / "reports", console)
+    console.print(f"To go    {max(len(left) - most, 0)}")
+
+
+@msa_app.command()
+def status(*, study: StudyArgument, jobs: JobsArgument) -> None:
+    """Say how far a study is, and what comes next."""
+    from ocmm_core.inspection.archive import parts_of_batch
+    from ocmm_core.studies import load_study, open_runs
+
+    console, planned = make_console(), load_study(study)
+    seen = {one.serial for one in parts_of_batch(jobs, planned.name)}
+    left = open_runs(planned, seen)
+    console.print(f"Measured {len(planned.runs) - len(left)} of {len(planned.runs)}")
+    if left:
+        one = left[0]
+        console.print(
+            f"Next     operator {one.operator}, part {one.part}, code {one.code}", highlight=False
+        )
+
+
+@msa_app.command()
+def report(
+    *,
+    study: StudyArgument,
+    jobs: JobsArgument,
+    level: Annotated[
+        float,
+        typer.Option("--level", min=0.0, max=1.0, help="Interaction pooled above this p-value."),
+    ] = 0.25,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+) -> None:
+    """Print gauge R&R of every characteristic, with intervals, and our own U beside the scatter."""
+    from ocmm_core.cli.acceptance._msa_report import print_study
+    from ocmm_core.cli.terminal import progress_line
+    from ocmm_core.studies import load_study, study_jobs
+
+    planned = load_study(study)
+    with progress_line() as tell:
+        found = study_jobs(
+            planned, jobs, level=level, progress=tell, probes=probes, calibrations=calibrations
+        )
+    print_study(make_console(), found)
+    if any(one.study is None for one in found.characteristics):
+        raise typer.Exit(1)
+
+
+@msa_app.command()
+def type1(
+    *,
+    jobs: JobsArgument,
+    name: NameOption,
+    reference: Annotated[float, typer.Option("--reference", help="Certified value, mm.")],
+    tolerance: Annotated[
+        float | None, typer.Option("--tolerance", help="Its width; default: of the plan.")
+    ] = None,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+) -> None:
+    """Cg and Cgk of one calibrated part that was measured 25 times or more."""
+    from ocmm_core.studies import type1_study
+
+    console, trend = make_console(), _trend(jobs, name, probes, calibrations)
+    width = trend.high - trend.low if tolerance is None else tolerance
+    found = type1_study(trend.values, reference, width)
+    console.print(
+        f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, bias {found.bias:+.5f} "
+        f"(t {found.t:.2f}, {'significant' if found.biased else 'not significant'} at 5 %)"
+    )
+    console.print(
+        f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk {found.cgk:.3f}"
+    )
+    console.print(f"Least tolerance {found.least_tolerance:.4f} mm")
+    console.print("CAPABLE" if found.capable else "NOT CAPABLE")
+    if not found.capable:
+        raise typer.Exit(1)
+
+
+@msa_app.command()
+def part(
+    *,
+    jobs: JobsArgument,
+    name: NameOption,
+    certified: Annotated[float, typer.Option("--certified", help="Of the certificate, mm.")],
+    u_cal: Annotated[float, typer.Option("--U-cal", help="Its U (k = 2), mm.")],
+    u_workpiece: Annotated[
+        float, typer.Option("--u-workpiece", help="Standard uncertainty of the parts, mm.")
+    ] = 0.0,
+    temperature: Annotated[float, typer.Option("--temperature", help="Of use.")] = 20.0,
+    u_expansion: Annotated[
+        float, typer.Option("--u-expansion", help="Standard uncertainty, 1/K.")
+    ] = 0.0,
+    calibrations: CalibrationsOption = None,
+    probes: ProbesOption = None,
+) -> None:
+    """Uncertainty of a measuring task from a calibrated part (modelled on ISO 15530-3), and E_n."""
+    import numpy as np
+
+    from ocmm_core.acceptance import LEAST_RESULTS, part_uncertainty
+
+    console, trend = make_console(), _trend(jobs, name, probes, calibrations)
+    own = [one.uncertainty for one in trend.parts if one.uncertainty is not None]
+    found = part_uncertainty(
+        trend.values.tolist(), certified, u_cal, u_workpiece=u_workpiece,
+        temperature_c=temperature, u_expansion=u_expansion,
+        expanded_model=float(np.median(own)) if own else None,
+    )  # fmt: skip
+    console.print(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f}")
+    console.print(
+        f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
+        "uncorrected one (k = 2, mm)"
+    )
+    if found.results < LEAST_RESULTS:
+        console.print(f"{LEAST_RESULTS} results are the least: this U is not used.", style="yellow")
+    if found.normalized is not None:
+        word = "agrees" if found.normalized <= 1.0 else "does NOT agree"
+        console.print(f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part")
+    if found.results < LEAST_RESULTS or (found.normalized or 0.0) > 1.0:
+        raise typer.Exit(1)
+
+
+def _trend(jobs: Path, name: str, probes: Path | None, calibrations: Path | None) -> Trend:
+    """Return one characteristic of the jobs of a folder."""
+    from ocmm_core.inspection.archive import compare_folder
+
+    found = compare_folder(jobs, probes=probes, calibrations=calibrations)
+    for trend in found.trends:
+        if trend.name == name:
+            return trend
+    known = ", ".join(trend.name for trend in found.trends)
+    raise InputError("msa.name", f"There is no characteristic '{name}'.", f"Give one of {known}.")

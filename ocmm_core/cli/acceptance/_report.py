@@ -1,0 +1,38 @@
+"""Acceptance records as tables on the terminal."""
+
+from __future__ import annotations
+
+from rich.console import Console
+from rich.table import Table
+
+from ocmm_core.acceptance import AcceptanceRecord
+
+_STYLES = {"PASS": "green", "FAIL": "red"}
+
+
+def print_record(console: Console, record: AcceptanceRecord) -> None:
+    """Print quantities, what was repeated or refused, and the verdict."""
+    if record.instrument.simulated:
+        console.print("SIMULATED: measured on the virtual rig", style="yellow")
+    rule = "U taken off the limit" if record.procedure.rule == "guarded" else "simple acceptance"
+    console.print(
+        f"{record.procedure.id}, {record.wording}; decision rule: {rule}", highlight=False
+    )
+    table = Table("Quantity", "N", "Worst, µm", "U (k = 2), µm", "MPE, µm", "At", "Verdict")
+    for one in record.quantities:
+        value = record.values[one.worst]
+        table.add_row(
+            one.quantity, str(one.count), f"{1e3 * one.error_mm:+.1f}",
+            f"{1e3 * one.expanded_mm:.1f}", f"{1e3 * one.limit_mm:.1f}",
+            f"{value.position}, {value.name}", one.verdict.value,
+        )  # fmt: skip
+    console.print(table)
+    if record.retests:
+        count = sum(one.superseded for one in record.values)
+        console.print(f"Retests  {record.retests}; {count} values superseded, kept in the record")
+    for refusal in record.refusals:
+        console.print(f"Refused  {refusal.reason}", highlight=False)
+    for reason in record.void_reasons:
+        console.print(f"Void     {reason}", highlight=False)
+    style = _STYLES.get(record.verdict.name, "yellow")
+    console.print(f"Verdict  {record.verdict.value}", style=style, highlight=False)

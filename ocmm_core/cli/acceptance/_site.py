@@ -1,0 +1,136 @@
+"""What a test on the command line stands on: procedure, artefacts, cameras, probe, folders."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+
+import platformdirs
+
+from ocmm_core.acceptance import (
+    ArtefactRegister,
+    Stage,
+    UsedArtefact,
+    find_procedure,
+    kind_of,
+    load_procedure,
+    load_used,
+    used_bar,
+    used_sphere,
+)
+from ocmm_core.calibration.records import (
+    CalibrationInUse,
+    ProbeInUse,
+    load_bar,
+    load_sphere,
+)
+from ocmm_core.composition import Origin, choose_calibration, choose_probe, instrument_of, origin_of
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
+
+_SHIPPED = {
+    "bar": ("artefacts", "verification_bar.toml"),
+    "sphere": ("artefacts", "acceptance_sphere.toml"),
+    "plate": ("artefacts", "plate.toml"),
+    "dumbbell": ("artefacts", "dumbbell.toml"),
+}
+"""Artefacts of the virtual rig, which nobody calibrated it with."""
+
+
+@dataclass(frozen=True, slots=True)
+class AcceptanceSite:
+    """See the module.
+
+    Attributes
+    ----------
+    stage, procedure_sha256
+        Of the test.
+    cameras, probe
+        In use.
+    source, rig, probe_document, seed
+        As they were given.
+    """
+
+    stage: Stage
+    procedure_sha256: str
+    cameras: CalibrationInUse
+    probe: ProbeInUse
+    source: str
+    rig: Path
+    probe_document: Path
+    seed: int
+
+
+def open_test_site(
+    procedure: str,
+    artefacts: Sequence[str],
+    source: str,
+    rig: Path,
+    probe: Path,
+    calibrations: Path | None,
+    probes: Path | None,
+    tip: str | None,
+    seed: int,
+) -> AcceptanceSite:
+    """Return what a test stands on.
+
+    Raises
+    ------
+    InputError
+        A document is wrong, or there is no such artefact.
+    """
+    cameras = choose_calibration(source, rig, calibrations, uncalibrated=False)
+    of_probe = choose_probe(source, probe, probes, tip, uncalibrated=False)
+    document, sha256 = load_procedure(find_procedure(procedure))
+    instrument = instrument_of(cameras, of_probe, source, datetime.now(UTC))
+    bare = Stage(document, instrument, (), seed)
+    found = [named_artefact(one) for one in artefacts]
+    if origin_of(source) is Origin.VIRTUAL:
+        given = {one.role for one in found}
+        found += [
+            named_artefact(str(resource(*_SHIPPED[role])))
+            for role in kind_of(bare).roles
+            if role not in given
+        ]
+    stage = Stage(document, instrument, tuple(found), seed)
+    return AcceptanceSite(stage, sha256, cameras, of_probe, source, rig, probe, seed)
+
+
+def named_artefact(name: str) -> UsedArtefact:
+    """Return an artefact by its id in the register, or by its document of any of three kinds."""
+    path = Path(name)
+    if path.suffix != ".toml":
+        return ArtefactRegister().entry(name).used()
+    readers = (
+        lambda: load_used(path),
+        lambda: used_bar(load_bar(path)),
+        lambda: used_sphere(load_sphere(path)),
+    )
+    last: InputError | None = None
+    for read in readers:
+        try:
+            return read()
+        except InputError as error:
+            if error.code != "document.schema":
+                raise
+            last = error
+    raise InputError(
+        "acceptance.artefact_document",
+        f"{path}: this is no document of an artefact.",
+        "Give ocmm.artefact/1, ocmm.length-bar/1 or ocmm.sphere/1.",
+    ) from last
+
+
+def default_test_folder() -> Path:
+    """Return where tests of this user are kept."""
+    return platformdirs.user_data_path("ocmm") / "acceptance"
+
+
+def tests_folder(folder: Path | None, site: AcceptanceSite) -> Path:
+    """Return the folder of a site's tests; virtual ones must not pass for real ones."""
+    if folder is not None:
+        return folder
+    base = default_test_folder()
+    return base.with_name("virtual-acceptance") if site.stage.instrument.simulated else base

@@ -1,0 +1,242 @@
+"""Acceptance tests on a source: what the virtual rig shows, and points taken from frames."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
+
+import numpy as np
+
+from ocmm_core import __version__
+from ocmm_core.acceptance import AcceptanceSession, AcceptanceView, Instrument, UsedArtefact
+from ocmm_core.acquisition.frames import AcquisitionState, read_status
+from ocmm_core.acquisition.recording import FrameRecorder
+from ocmm_core.calibration.guided import (
+    STILL_FRAMES,
+    ProbeSpotAverager,
+    handle_axis,
+    to_spots,
+)
+from ocmm_core.calibration.records import ArtefactUse, CalibrationInUse, ProbeInUse, judge
+from ocmm_core.camera import Rig
+from ocmm_core.composition._calibrate_scenes import VirtualSite
+from ocmm_core.composition._feeds import Feed
+from ocmm_core.composition._sources import Origin, origin_of, source_of
+from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.geometry import Float, unit
+from ocmm_core.simulation.calibration_scenes import Scene, TouchSeats, TouchSphere, TouchWithTip
+from ocmm_core.tracking import ProbeBody, solve
+
+_BATCH = 80
+_IDLE_S = 0.002
+_APART_MM, _TURN_RAD = 1.5, 0.15
+_CERTIFICATE = 45
+_EXTREMES = np.radians(28.0)
+
+
+def scenes_of_acceptance(
+    site: VirtualSite, view: AcceptanceView, artefacts: Sequence[UsedArtefact], away: Float
+) -> tuple[Scene, ...]:
+    """Return the touches that a test still wants; artefacts are off by what their certificates say.
+
+    Parameters
+    ----------
+    away
+        (3,): from the cameras to the volume.
+    """
+    scenes: list[Scene] = []
+    known = {one.role: one for one in artefacts}
+    right = unit(np.cross(away, [0.0, 0.0, 1.0]))
+    for number, (position, done) in enumerate(zip(view.positions, view.done, strict=True)):
+        points = np.array(position.points_world * position.repeats)
+        artefact = known.get(position.role)
+        error = 0.0
+        if artefact is not None:
+            draw = np.random.default_rng([site.seed, _CERTIFICATE]).standard_normal()
+            error = 0.5 * artefact.expanded * float(draw)
+        seed = site.seed + 7 * number + 1000 * done
+        left = points[done:]
+        if not len(left):
+            continue
+        if position.role == "cone":
+            leans = [1.0 if (done + one) % 2 else -1.0 for one in range(len(left))]
+            handles = [
+                np.cos(_EXTREMES) * np.array([0.0, 0.0, 1.0]) + lean * np.sin(_EXTREMES) * right
+                for lean in leans
+            ]
+            scenes.append(_rest(left[0], handles, seed))
+        elif position.handle is not None:
+            scenes += [
+                _rest(point, [np.array(position.handle)], seed + one)
+                for one, point in enumerate(left)
+            ]
+        elif position.normals and artefact is not None:
+            normals = np.array(position.normals * position.repeats)
+            reach = float(np.linalg.norm(points[0] - points[1]))
+            reach /= float(np.linalg.norm(normals[0] - normals[1]))
+            centre = points[0] - reach * normals[0]
+            scenes.append(
+                TouchSphere(
+                    centre=_vector(centre),
+                    diameter=artefact.sizes[0] + error,
+                    normals=tuple(_vector(one) for one in normals[done:]),
+                    seed=seed,
+                )  # fmt: skip
+            )
+        else:
+            first = points[0]
+            scale = 1.0
+            if position.role == "bar" and artefact is not None:
+                scale += error / (artefact.sizes[-1] - artefact.sizes[0])
+            scenes.append(
+                TouchSeats(
+                    tips=tuple(_vector(first + scale * (one - first)) for one in left), seed=seed
+                )
+            )
+    return tuple(scenes)
+
+
+def _rest(point: Float, handles: Sequence[Float], seed: int) -> TouchWithTip:
+    return TouchWithTip(
+        centre=(0.0, 0.0, 0.0), diameter=10.0, normals=(), cone=_vector(point),
+        handles=tuple(_vector(one) for one in handles), seed=seed,
+    )  # fmt: skip
+
+
+def acceptance_feed(
+    site: VirtualSite, source: str, scenes: tuple[Scene, ...], speed: float
+) -> tuple[Feed, int]:
+    """Return the virtual rig with scenes and how many frames it shows.
+
+    Raises
+    ------
+    InputError
+        The source plays no scenes.
+    """
+    make = source_of(source).spec.scenes
+    if make is None:
+        raise InputError(
+            "acceptance.source",
+            f"--source is {source!r}, which plays no scenes of an acceptance test.",
+            "Give 'simulated', a recording (replay:FILE), or cameras.",
+        )
+    script = site.script(scenes)
+    return make(script, speed), script.build().n_frames
+
+
+def collect_acceptance(
+    session: AcceptanceSession,
+    feed: Feed,
+    rig: Rig,
+    body: ProbeBody,
+    frames: int | None,
+    *,
+    temperature: Callable[[], float],
+    told: Callable[[AcceptanceView, str], None],
+    stop: Callable[[], bool] = lambda: False,
+    recorder: FrameRecorder | None = None,
+) -> None:
+    """Take every point that rests where it is wanted, until all are taken or the source ends.
+
+    Parameters
+    ----------
+    frames
+        Of the script; None where the source does not end by itself.
+    temperature
+        Of the room, asked whenever the test wants it.
+    told
+        Called with the view and a hint while points are taken.
+    stop
+        Asked for between batches.
+
+    Raises
+    ------
+    CalibrationError
+        The source ended before the last point; what was taken is stored.
+    """
+    probe = ProbeSpotAverager(
+        rig, body, STILL_FRAMES, resting=True, distance_mm=_APART_MM, turn_rad=_TURN_RAD
+    )
+    axis, seen, hint = handle_axis(body), 0, ""
+    try:
+        feed.acquisition.start()
+        while session.current >= 0 and not stop():
+            stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
+            block = feed.ring.read(_BATCH)
+            if block is None:
+                if stopped or (frames is not None and seen >= frames):
+                    break
+                time.sleep(_IDLE_S)
+                continue
+            if recorder is not None:
+                recorder.append(block)
+            seen += len(block)
+            probe.feed(block)
+            live = probe.live()
+            if not live.ready:
+                continue
+            average = probe.average()
+            pose = solve(average.uv[None], rig, body, average.sigma_px)
+            tip = pose.tip_world[0]
+            hint = session.hint(tip)
+            if not hint:
+                now = datetime.now(UTC)
+                if session.needs_temperature():
+                    session.note_temperature(temperature(), now)
+                handle = unit(pose.rotation_world_from_probe[0] @ axis)
+                hint = session.take(
+                    tip, now, handle=handle, uv=to_spots(average.uv), sigma_px=average.sigma_px
+                )
+                probe.taken(average)
+            told(session.view, hint)
+    finally:
+        feed.end()
+        if recorder is not None:
+            recorder.close()
+    if session.current >= 0 and not stop():
+        raise CalibrationError(
+            "acceptance.source_ended",
+            f"The source ended before the last point. {session.view.instruction} {hint}".strip(),
+            "Start the command again: it continues this test.",
+        )
+
+
+def instrument_of(
+    cameras: CalibrationInUse, probe: ProbeInUse, source: str, now: datetime
+) -> Instrument:
+    """Return what is tested, as a record holds it."""
+    rig, record = cameras.rig, cameras.record
+    low, high = rig.volume_world
+    centres = np.array([camera.centre_world for camera in rig.cameras])
+    return Instrument(
+        rig=rig.name,
+        calibration="" if record is None else rig.identity,
+        calibration_status=judge(cameras, now).word.value,
+        probe=probe.body.name,
+        tip=probe.tip,
+        tip_record=probe.body.identity,
+        ball_radius=probe.body.tip_radius,
+        ball_sigma=probe.body.tip_radius_sigma,
+        cameras=tuple(camera.name for camera in rig.cameras),
+        volume_min=_vector(low),
+        volume_max=_vector(high),
+        software=__version__,
+        simulated=origin_of(source) is Origin.VIRTUAL,
+        away=_vector(unit(rig.volume_world.mean(axis=0) - centres.mean(axis=0))),
+    )
+
+
+def artefacts_used_before(
+    cameras: CalibrationInUse, probe: ProbeInUse
+) -> tuple[tuple[ArtefactUse, ...], tuple[ArtefactUse, ...]]:
+    """Return what the calibration rests on, and what the qualification of the tip does."""
+    of_cameras = () if cameras.record is None else cameras.record.artefacts
+    records = probe.records
+    qualification = None if records is None else records.qualification
+    return of_cameras, () if qualification is None else qualification.artefacts
+
+
+def _vector(values: Float) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

@@ -1,0 +1,191 @@
+"""The CAD model of a plan: it lies beside the plan, goes with it, and becomes the part shown."""
+
+from __future__ import annotations
+
+import hashlib
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.documents import read_bytes, write_atomic
+from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.inspection.plan._part_cache import cached_part, keep_part
+from ocmm_core.inspection.plan._plan import CadModel, Plan
+from ocmm_core.inspection.plan._step_checks import file_fault
+from ocmm_core.inspection.step import STEP_ENDINGS, read_part
+from ocmm_core.part_model import PartModel
+
+_MOST_NAMES = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class PartOfPlan:
+    """The part that a plan names.
+
+    Attributes
+    ----------
+    model
+        None where there is none to show.
+    doubt
+        Why a model that the plan names is not shown; None where it is, or there is none.
+    """
+
+    model: PartModel | None = None
+    doubt: OcmmError | None = None
+
+
+def with_model(
+    plan: Plan, plan_file: Path | None, source: Path, part: PartModel | None = None
+) -> Plan:
+    """Return the plan with a CAD model; the file is copied beside the plan.
+
+    A file that lies in the folder of the plan already is named as it is. Nothing is written over:
+    another file of the same name stays, and the copy is numbered.
+
+    Parameters
+    ----------
+    plan_file
+        Where the plan is, or is to be; None where it was never saved.
+    source
+        A STEP file in whose frame the nominals are.
+    part
+        What was read from it, where that is known: kept, so that it is not read again.
+
+    Raises
+    ------
+    InputError
+        The plan has no file, or the source is no STEP file, or is not what ``part`` is of.
+    StorageError
+        It cannot be copied.
+    """
+    if plan_file is None:
+        raise InputError(
+            "plan.no_file",
+            "The CAD model is stored beside its plan, and the plan has no file yet.",
+            "Save the plan first.",
+        )
+    content = read_bytes(source)
+    if source.suffix.lower() not in STEP_ENDINGS or not content.lstrip().startswith(
+        b"ISO-10303-21"
+    ):
+        raise InputError(
+            "plan.no_model",
+            f"{source}: not a STEP file.",
+            f"Choose a CAD model ending in {', '.join(STEP_ENDINGS)}.",
+        )
+    sha256 = hashlib.sha256(content).hexdigest()
+    if part is not None and part.source_sha256 != sha256:
+        raise InputError(
+            "plan.other_model", f"{source}: the file was changed meanwhile.", "Import it again."
+        )
+    folder = plan_file.absolute().parent
+    name = _inside(source, folder) or _copied(source, content, folder)
+    if part is not None:
+        keep_part(folder, part)
+    return msgspec.structs.replace(plan, model=CadModel(file=name, sha256=sha256))
+
+
+def without_model(plan: Plan) -> Plan:
+    """Return the plan without a CAD model; its file stays where it is."""
+    return msgspec.structs.replace(plan, model=None)
+
+
+def carry_model(plan: Plan, old: Path, new: Path) -> None:
+    """Copy the CAD model of a plan from its old folder to a new one; what is there stays.
+
+    Raises
+    ------
+    StorageError
+        It cannot be copied.
+    """
+    if plan.model is None:
+        return
+    source, target = old / plan.model.file, new / plan.model.file
+    if source.is_file() and not target.exists():
+        _write(target, read_bytes(source))
+
+
+def part_of_plan(
+    plan: Plan,
+    folder: Path | None,
+    given_up: Callable[[], bool] = lambda: False,
+    progress: Callable[[str], None] = lambda _: None,
+) -> PartOfPlan:
+    """Return the part that a plan names: as it was kept, or read from its model.
+
+    A plan is measured without it, so nothing is raised: what is wrong is said.
+
+    Parameters
+    ----------
+    folder
+        Of the plan; None where that is not known.
+    given_up, progress
+        As of `read_part`; not asked where the part is kept.
+    """
+    if plan.model is None or folder is None:
+        return PartOfPlan()
+    path = folder / plan.model.file
+    try:
+        if not path.is_file():
+            raise _not_shown(
+                "plan.model_missing",
+                f"{path}: the CAD model of the plan is not there",
+                "Copy it beside the plan, or import it again.",
+            )
+        if hashlib.sha256(read_bytes(path)).hexdigest() != plan.model.sha256:
+            raise _not_shown(
+                "plan.model_changed",
+                f"{path}: it is not the CAD model that the plan was made from (another hash)",
+                "Restore the file, or import it again.",
+            )
+        part = cached_part(folder, plan.model.sha256)
+        if part is None:
+            part = read_part(path, given_up=given_up, progress=progress)
+            keep_part(folder, part)
+    except OcmmError as error:
+        return PartOfPlan(None, error)
+    return PartOfPlan(part)
+
+
+def _not_shown(code: str, what: str, remedy: str) -> InputError:
+    return InputError(code, f"{what}; the part is not shown.", remedy)
+
+
+def _inside(source: Path, folder: Path) -> str:
+    """Return the name of a file in the folder of the plan; empty where it is outside."""
+    source = source.absolute()
+    if not source.is_relative_to(folder):
+        return ""
+    name = source.relative_to(folder).as_posix()
+    return "" if file_fault(name, "CAD model", STEP_ENDINGS) else name
+
+
+def _copied(source: Path, content: bytes, folder: Path) -> str:
+    """Return the name of a copy in the folder, under a name that every computer takes."""
+    stem = re.sub(r"[^A-Za-z0-9_\-]+", "_", source.stem).strip("_-")[:60] or "model"
+    for number in range(1, _MOST_NAMES):
+        name = f"{stem}{'' if number == 1 else f'-{number}'}{source.suffix.lower()}"
+        target = folder / name
+        if not target.exists():
+            _write(target, content)
+            return name
+        if target.is_file() and target.read_bytes() == content:
+            return name
+    raise StorageError(
+        "plan.model_names", f"{folder}: no free file name for {stem}.", "Rename the file."
+    )
+
+
+def _write(target: Path, content: bytes) -> None:
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        write_atomic(target, content)
+    except OSError as error:
+        raise StorageError(
+            "plan.model_not_written",
+            f"{target}: the CAD model cannot be written ({error.strerror or error}).",
+            "Choose a writable folder with enough space.",
+        ) from error

@@ -1,0 +1,41 @@
+"""Whether a probe reaches places on a part, and whether cameras see its LEDs there.
+
+In: triangles of a part, places with normals, probe, rig, how the part stands. Out: for each place
+an attitude of the probe, or what stands against it.
+
+Read `_reach` (what is asked), `_setting` (probe, cameras, placement, attitudes), `_probe_solid`
+(what of a probe can touch), `_part_in_the_way` (the mesh), and the compiled `_search_kernel` and
+`_tree_kernel`. It must not know files of models, features or plans.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.inspection.reach._part_in_the_way import Obstacle, make_obstacle
+    from ocmm_core.inspection.reach._probe_solid import solid_of
+    from ocmm_core.inspection.reach._reach import LEAST_LEDS, Reach, Reached
+    from ocmm_core.inspection.reach._setting import TILT_DEG, Placement, Setting
+else:
+    __getattr__ = door(
+        __name__,
+        _part_in_the_way="Obstacle make_obstacle",
+        _probe_solid="solid_of",
+        _reach="LEAST_LEDS Reach Reached",
+        _setting="Placement Setting TILT_DEG",
+    )
+
+__all__ = [
+    "LEAST_LEDS",
+    "TILT_DEG",
+    "Obstacle",
+    "Placement",
+    "Reach",
+    "Reached",
+    "Setting",
+    "make_obstacle",
+    "solid_of",
+]

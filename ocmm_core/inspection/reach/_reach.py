@@ -1,0 +1,194 @@
+"""Which targets can be touched, in which attitude, and what stands against the others."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ocmm_core.geometry import Float, Int
+from ocmm_core.inspection.reach import _search_kernel as kernel
+from ocmm_core.inspection.reach._part_in_the_way import Obstacle
+from ocmm_core.inspection.reach._setting import Setting, attitudes, handle_directions
+
+LEAST_LEDS = 4
+"""Identification needs so many."""
+WAYS_MM = (8.0, 4.0, 2.0, 1.0, 0.5, 0.2)
+"""Straight ways along the normal that are tried; a hand comes the longest that is free."""
+_STEP_MM = 2.0
+_BALL_GAP_MM = 0.05
+"""The ball keeps so much more than the deflection of the mesh from every face but its own."""
+_STYLUS_GAP_MM, _BODY_GAP_MM = 1.0, 3.0
+"""A hand is no more exact than that."""
+_SMALL_BALL = 0.2
+"""Of a small ball the stylus keeps this part of its radius, for it is as near to the surface."""
+_EMISSION_MARGIN = np.radians(3.0)
+_OUTSIDE = 5
+_LEAN_GAIN = 0.32
+"""The handle follows the outward normal by this part of its angle from the vertical."""
+_UPRIGHT_GAIN = 0.15
+_OFF_AXIS, _SKIMMING = np.radians(50.0), np.sin(np.radians(-2.0))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Reached:
+    """What became of targets.
+
+    Attributes
+    ----------
+    stage
+        (n,): 0 where a target can be touched and is seen, else what stands against it.
+    face
+        (n,): the face that would be touched, from 0; -1 for none.
+    turns_part_from_probe
+        (n, 3, 3): how the probe is held; NaN where a target cannot be reached.
+    ways_mm
+        (n,): free along the normal.
+    leds
+        (n,): how many LEDs two cameras see.
+    """
+
+    stage: Int
+    face: Int
+    turns_part_from_probe: Float
+    ways_mm: Float
+    leds: Int
+
+
+class Reach:
+    """Asks for targets on one part whether a probe reaches them and cameras see it.
+
+    Parameters
+    ----------
+    obstacle
+        The part.
+    ball_radius
+        mm.
+    setting
+        Probe, cameras and placement; None where the ball alone is asked for.
+    axes_part
+        (m, 3), unit: of bores, into which the handle is held along.
+    """
+
+    def __init__(
+        self, obstacle: Obstacle, ball_radius: float, setting: Setting | None, axes_part: Float
+    ) -> None:
+        self._obstacle, self._radius, self._setting = obstacle, ball_radius, setting
+        self._limits = np.zeros(kernel.N_LIMITS)
+        self._limits[kernel.BALL_GAP] = obstacle.deflection_mm + _BALL_GAP_MM
+        # Of a hollow face the triangles lie inside: nearer to the ball by what they are off.
+        self._limits[kernel.OWN_GAP] = -(obstacle.deflection_mm + 1e-3)
+        slim = min(_STYLUS_GAP_MM, _SMALL_BALL * ball_radius)
+        self._limits[kernel.STYLUS_GAP] = slim + obstacle.deflection_mm
+        self._limits[kernel.BODY_GAP] = _BODY_GAP_MM + obstacle.deflection_mm
+        self._limits[kernel.STEP] = _STEP_MM
+        self._limits[kernel.LEAST_LEDS] = LEAST_LEDS
+        self._turns, self._handles = np.empty((0, 1, 3, 3)), np.empty((0, 3))
+        self._solid, self._leds = np.empty((0, 14)), np.empty((0, 3))
+        self._cameras, self._sensors = np.empty((0, 21)), np.empty((0, 2))
+        self._looks = np.empty((0, 3))
+        if setting is not None:
+            self._prepare(setting, axes_part)
+
+    def _prepare(self, setting: Setting, axes_part: Float) -> None:
+        pose = setting.pose(self._obstacle.middle)
+        self._pose = pose
+        both = np.concatenate([axes_part, -axes_part]) @ pose.rotation.T
+        handles = handle_directions(setting.tilt_deg, both)
+        turns = attitudes(setting, handles, pose.apply(self._obstacle.middle))
+        allowed = np.isfinite(turns[:, 0, 0, 0])
+        handles, turns = handles[allowed], turns[allowed]
+        # One that a rule excludes is tried as the first once more.
+        turns = np.where(np.isfinite(turns), turns, turns[:, :1])
+        self._handles = handles
+        self._turns = np.ascontiguousarray(pose.rotation.T @ turns)
+        self._solid = setting.solid()
+        self._leds = setting.body.leds_probe - setting.body.tip_probe
+        self._looks = setting.body.led_directions_probe
+        half = max(setting.body.emission_half_angle - _EMISSION_MARGIN, 0.0)
+        self._limits[kernel.COS_EMISSION] = np.cos(half)
+        if setting.rig is not None:
+            seen = [
+                replace(camera, T_camera_from_world=camera.T_camera_from_world.compose(pose))
+                for camera in setting.rig.cameras
+            ]
+            self._cameras = np.stack([camera.packed() for camera in seen])
+            self._sensors = np.array([[c.width - 1.0, c.height - 1.0] for c in seen])
+
+    def of(
+        self, points: Float, normals: Float, own: list[int], axis_part: Float | None = None
+    ) -> Reached:
+        """Return what becomes of targets.
+
+        Parameters
+        ----------
+        points, normals
+            (n, 3), mm and unit, out of the material.
+        own
+            Faces of the surface that they lie on, from 0.
+        axis_part
+            (3,), unit: of the bore that they lie in; None outside.
+        """
+        count = len(points)
+        found, ways = np.zeros((count, 5), dtype=np.int64), np.zeros(count)
+        mask = np.zeros(self._obstacle.n_faces, dtype=np.bool_)
+        mask[own] = True
+        part = self._obstacle
+        kernel.search(
+            np.ascontiguousarray(points), np.ascontiguousarray(normals), self._radius,
+            np.array(WAYS_MM), self._turns, self._ranks(normals, axis_part), self._solid,
+            self._leds, self._looks, self._cameras, self._sensors, self._limits, part.triangles,
+            part.faces, mask, part.boxes, part.links, part.order, found, ways,
+        )  # fmt: skip
+        stage = np.where(self._outside(points, normals), _OUTSIDE, found[:, 0])
+        held = np.full((count, 3, 3), np.nan)
+        if len(self._turns):
+            good = stage == kernel.FOUND
+            held[good] = self._turns[found[good, 2], found[good, 3]]
+        return Reached(stage, found[:, 1], held, ways, found[:, 4])
+
+    def _outside(self, points: Float, normals: Float) -> Float:
+        if self._setting is None or self._setting.rig is None:
+            return np.zeros(len(points), dtype=np.bool_)
+        centres = self._pose.apply(points + self._radius * normals)
+        low, high = self._setting.rig.volume_world
+        return ((centres < low) | (centres > high)).any(axis=1)
+
+    def _ranks(self, normals: Float, axis_part: Float | None) -> Int:
+        """Return for each target the directions of the handle, (n, d), the most natural first."""
+        if not len(self._handles):
+            return np.full((len(normals), 1), -1, dtype=np.int64)
+        handles = self._handles
+        world = normals @ self._pose.rotation.T
+        if axis_part is not None:
+            axis = self._pose.rotation @ axis_part
+            likes = np.abs(handles @ axis)[None].repeat(len(normals), axis=0)
+        else:
+            level = np.hypot(world[:, 0], world[:, 1])
+            lean = _LEAN_GAIN * np.arctan2(level, world[:, 2])
+            flat = world[:, :2] / np.maximum(level, 1e-9)[:, None]
+            wanted = np.column_stack([np.sin(lean)[:, None] * flat, np.cos(lean)])
+            likes = wanted @ handles.T
+        cost = np.arccos(np.clip(likes, -1.0, 1.0))
+        # From below its surface nobody comes, and into a bore nobody far from its axis.
+        far = cost > _OFF_AXIS if axis_part is not None else world @ handles.T < _SKIMMING
+        cost = cost + _UPRIGHT_GAIN * np.arccos(np.clip(handles[:, 2], -1.0, 1.0))
+        ranks = np.argsort(np.where(far, np.inf, cost), axis=1, kind="stable")
+        ranks[np.arange(ranks.shape[1]) >= (~far).sum(axis=1)[:, None]] = -1
+        return np.ascontiguousarray(ranks[:, : max(1, int((~far).sum(axis=1).max()))])
+
+    def why_not(self, reached: Reached) -> str:
+        """Return what most often stands against those targets that cannot be touched."""
+        against = reached.stage != kernel.FOUND
+        if not against.any():
+            return ""
+        pairs = zip(reached.stage[against].tolist(), reached.face[against].tolist(), strict=True)
+        (stage, face), _ = Counter(pairs).most_common(1)[0]
+        if stage == _OUTSIDE:
+            return "it is outside the measuring volume where the part stands"
+        if stage == kernel.SIGHT:
+            most = int(reached.leds[reached.stage == kernel.SIGHT].max())
+            return f"two cameras see {most} LEDs of the probe there, {LEAST_LEDS} are needed"
+        what = {kernel.BALL: "ball", kernel.STYLUS: "stylus", kernel.BODY: "body of the probe"}
+        return f"the {what[stage]} would touch face {face + 1}"

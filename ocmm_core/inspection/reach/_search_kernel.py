@@ -1,0 +1,255 @@
+"""Compiled: for each target the first attitude in which nothing touches and the cameras see enough.
+
+All places are in the frame of the part; the cameras are turned into it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float, Int
+from ocmm_core.inspection.reach import _tree_kernel as tree
+from ocmm_core.inspection.reach._tree_kernel import FREE, first_near
+
+FOUND, BALL, STYLUS, BODY, SIGHT = range(5)
+"""How far the search came: what stands against the attitude that came farthest."""
+
+_LINE_MM = 2.0
+"""Radius about the line from an LED to a camera in which nothing may be: its lens has as much."""
+# Columns of the limits, mm but for the cosine and the number.
+BALL_GAP, OWN_GAP, STYLUS_GAP, BODY_GAP, STEP, COS_EMISSION, LEAST_LEDS = range(7)
+N_LIMITS = 7
+
+
+@compiled(tree)
+def _ball_way(
+    point: Float, normal: Float, radius: float, ways: Float, limits: Float, ball: Float,
+    triangles: Float, faces: Int, own: NDArray[np.bool_], boxes: Float, links: Int, order: Int,
+) -> tuple[float, int]:  # fmt: skip
+    """Return the longest of the ways (w,), mm, that the ball can come along the normal, or a face.
+
+    The ways fall in length; 0 and the face that the ball touches where none is free.
+    """
+    face = FREE
+    ball[:] = 0.0
+    ball[tree.AT_START], ball[tree.AT_END] = radius, radius
+    for k in range(len(ways)):
+        for a in range(3):
+            ball[tree.START + a] = point[a] + radius * normal[a]
+            ball[tree.END + a] = point[a] + (radius + ways[k]) * normal[a]
+        face = first_near(
+            ball, limits[BALL_GAP], limits[OWN_GAP], triangles, faces, own, boxes, links, order
+        )
+        if face == FREE:
+            return ways[k], FREE
+    return 0.0, face
+
+
+@compiled(tree)
+def _hit(
+    part: int, bodies: Float, turn: Float, centre: Float, normal: Float, way: float, limits: Float,
+    body: Float, triangles: Float, faces: Int, nobody: NDArray[np.bool_], boxes: Float, links: Int,
+    order: Int,
+) -> int:  # fmt: skip
+    """Return a face that a part of the probe touches anywhere on the way of the ball, or FREE.
+
+    ``turn`` (3, 3): part from probe. ``centre`` (3,): of the ball at the touch.
+    """
+    gap = limits[STYLUS_GAP] if part == 0 else limits[BODY_GAP]
+    steps = max(1, int(np.ceil(way / limits[STEP])))
+    for step in range(steps + 1):
+        back = way * step / steps
+        for row in range(len(bodies)):
+            if bodies[row, tree.PART] != part:
+                continue
+            body[:] = bodies[row]
+            for a in range(3):
+                start, end, across = centre[a] + back * normal[a], centre[a] + back * normal[a], 0.0
+                for b in range(3):
+                    start += turn[a, b] * bodies[row, tree.START + b]
+                    end += turn[a, b] * bodies[row, tree.END + b]
+                    across += turn[a, b] * bodies[row, tree.ACROSS + b]
+                body[tree.START + a], body[tree.END + a] = start, end
+                body[tree.ACROSS + a] = across
+            face = first_near(body, gap, gap, triangles, faces, nobody, boxes, links, order)
+            if face != FREE:
+                return face
+    return FREE
+
+
+@compiled(tree)
+def leds_seen(
+    turn: Float, centre: Float, leds: Float, directions: Float, cameras: Float, sensors: Float,
+    limits: Float, ray: Float, triangles: Float, faces: Int, nobody: NDArray[np.bool_],
+    boxes: Float, links: Int, order: Int, through: bool,
+) -> int:  # fmt: skip
+    """Return how many LEDs two cameras or more see; ``through`` the part, or past it.
+
+    ``leds`` (L, 3) from the ball, and ``directions`` (L, 3), probe frame. ``cameras`` (c, 21): as
+    `CameraModel.packed`, for points of the part. ``sensors`` (c, 2): last column and row, px.
+    """
+    by_two = 0
+    p, light, eye = np.empty(3), np.empty(3), np.empty(3)
+    ray[:] = 0.0
+    ray[tree.AT_START], ray[tree.AT_END] = _LINE_MM, _LINE_MM
+    for n in range(len(leds)):
+        cameras_of_it = 0
+        for a in range(3):
+            p[a], light[a] = centre[a], 0.0
+            for b in range(3):
+                p[a] += turn[a, b] * leds[n, b]
+                light[a] += turn[a, b] * directions[n, b]
+        for c in range(len(cameras)):
+            m = cameras[c]
+            towards, away2 = 0.0, 0.0
+            for a in range(3):
+                # C = -R't, where the camera is.
+                eye[a] = -(m[a] * m[9] + m[3 + a] * m[10] + m[6 + a] * m[11])
+                towards += light[a] * (eye[a] - p[a])
+                away2 += (eye[a] - p[a]) ** 2
+            z = m[6] * p[0] + m[7] * p[1] + m[8] * p[2] + m[11]
+            if towards < limits[COS_EMISSION] * np.sqrt(away2) or z <= 0.0:
+                continue
+            # As `camera.project`: ideal image, mm; distortion; pixels.
+            x = m[12] * (m[0] * p[0] + m[1] * p[1] + m[2] * p[2] + m[9]) / z
+            y = m[12] * (m[3] * p[0] + m[4] * p[1] + m[5] * p[2] + m[10]) / z
+            r2 = x * x + y * y
+            radial = r2 * (m[17] + m[18] * r2)
+            u = x + x * radial + 2.0 * m[19] * x * y + m[20] * (3.0 * x * x + y * y)
+            v = y + y * radial + m[19] * (x * x + 3.0 * y * y) + 2.0 * m[20] * x * y
+            u, v = m[15] + m[13] * u, m[16] + m[14] * v
+            if not (0.0 <= u <= sensors[c, 0] and 0.0 <= v <= sensors[c, 1]):
+                continue
+            for a in range(3):
+                ray[tree.START + a], ray[tree.END + a] = p[a], eye[a]
+            if (
+                through
+                or first_near(ray, 0.0, 0.0, triangles, faces, nobody, boxes, links, order) == FREE
+            ):
+                cameras_of_it += 1
+        if cameras_of_it >= 2:
+            by_two += 1
+    return by_two
+
+
+@compiled(tree)
+def _is_among(d: int, ranks: Int) -> bool:
+    """Return whether a direction is one of the more natural half of those that are tried."""
+    count = 0
+    found = -1
+    for rank in range(len(ranks)):
+        if ranks[rank] < 0:
+            break
+        if ranks[rank] == d:
+            found = rank
+        count += 1
+    return found >= 0 and 2 * found < count
+
+
+@compiled(tree)
+def search(
+    points: Float, normals: Float, radius: float, ways: Float, turns: Float, ranks: Int,
+    bodies: Float, leds: Float, directions: Float, cameras: Float, sensors: Float, limits: Float,
+    triangles: Float, faces: Int, own: NDArray[np.bool_], boxes: Float, links: Int, order: Int,
+    found: Int, way_of: Float,
+) -> None:  # fmt: skip
+    """Fill in for each target how far the search came, and by which attitude.
+
+    ``points`` and ``normals`` (n, 3). ``turns`` (d, y, 3, 3): part from probe, for directions of
+    the handle and turns about it. ``ranks`` (n, d): directions, the most natural first. ``own``
+    (f,): faces of the surface that is touched. ``found`` (n, 5): stage, face against it, direction,
+    turn, LEDs seen by two cameras; ``way_of`` (n,), mm, free along the normal. Without cameras
+    (0, 21) sight is not asked.
+    """
+    body = np.empty(tree.N_COLUMNS)
+    centre = np.empty(3)
+    nobody = np.zeros(len(own), dtype=np.bool_)
+    facing = np.zeros(turns.shape[1], dtype=np.int64)
+    last = -1
+    for i in range(len(points)):
+        found[i, 0], found[i, 1], found[i, 2], found[i, 3], found[i, 4] = BALL, FREE, -1, -1, 0
+        way, face = _ball_way(
+            points[i], normals[i], radius, ways, limits, body, triangles, faces, own, boxes, links,
+            order,
+        )  # fmt: skip
+        way_of[i] = way
+        if face != FREE:
+            found[i, 1] = face
+            continue
+        for a in range(3):
+            centre[a] = points[i, a] + radius * normals[i, a]
+        done, turned_away = False, True
+        # Without a body nothing but the ball is asked.
+        if len(bodies) == 0:
+            found[i, 0] = FOUND
+            done = True
+        # What served the target before serves its neighbour, if it is natural for it as well.
+        for rank in range(-1, ranks.shape[1]):
+            if done:
+                break
+            d = ranks[i, rank] if rank >= 0 else last
+            if d < 0 and rank >= 0:
+                break
+            if d < 0 or (rank >= 0 and d == last) or (rank < 0 and not _is_among(d, ranks[i])):
+                continue
+            if len(cameras):
+                # Without the part in between it is soon counted: most attitudes turn the LEDs away.
+                most = 0
+                for y in range(turns.shape[1]):
+                    count = leds_seen(
+                        turns[d, y], centre, leds, directions, cameras, sensors, limits, body,
+                        triangles, faces, nobody, boxes, links, order, True,
+                    )  # fmt: skip
+                    facing[y] = count
+                    most = max(most, count)
+                if most < limits[LEAST_LEDS]:
+                    found[i, 4] = max(found[i, 4], most)
+                    continue
+                turned_away = False
+            # The stylus and the core of the body are round: turned about themselves the same.
+            face = _hit(
+                0, bodies, turns[d, 0], centre, normals[i], way, limits, body, triangles, faces,
+                nobody, boxes, links, order,
+            )  # fmt: skip
+            if face != FREE:
+                if found[i, 0] < STYLUS:
+                    found[i, 0], found[i, 1] = STYLUS, face
+                continue
+            face = _hit(
+                2, bodies, turns[d, 0], centre, normals[i], way, limits, body, triangles, faces,
+                nobody, boxes, links, order,
+            )  # fmt: skip
+            if face != FREE:
+                if found[i, 0] < BODY:
+                    found[i, 0], found[i, 1] = BODY, face
+                continue
+            for y in range(turns.shape[1]):
+                count = 0
+                if len(cameras):
+                    if facing[y] < limits[LEAST_LEDS]:
+                        continue
+                    count = leds_seen(
+                        turns[d, y], centre, leds, directions, cameras, sensors, limits, body,
+                        triangles, faces, nobody, boxes, links, order, False,
+                    )  # fmt: skip
+                    if count < limits[LEAST_LEDS]:
+                        if found[i, 0] < SIGHT or count > found[i, 4]:
+                            found[i, 0], found[i, 1], found[i, 4] = SIGHT, FREE, count
+                        continue
+                face = _hit(
+                    1, bodies, turns[d, y], centre, normals[i], way, limits, body, triangles,
+                    faces, nobody, boxes, links, order,
+                )  # fmt: skip
+                if face != FREE:
+                    if found[i, 0] < BODY:
+                        found[i, 0], found[i, 1] = BODY, face
+                    continue
+                found[i, 0], found[i, 1], found[i, 2], found[i, 3] = FOUND, FREE, d, y
+                found[i, 4] = count
+                last = d
+                done = True
+                break
+        if not done and turned_away and len(cameras):
+            found[i, 0], found[i, 1] = SIGHT, FREE

@@ -1,0 +1,114 @@
+"""What a model offers, and which of it is taken: the same for command line, window and scripts."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from fnmatch import fnmatchcase
+
+from ocmm_core.errors import InputError
+from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.step._model import StepModel
+
+
+@dataclass(frozen=True, slots=True)
+class Offer:
+    """A surface of a model that can become a feature.
+
+    Attributes
+    ----------
+    feature
+        What it becomes; without targets where something stands against it.
+    faces
+        Numbers of its faces, see `ModelFace`.
+    against
+        Why it is not chosen to begin with, as a part of a sentence; empty where it is.
+    """
+
+    feature: NominalFeature
+    faces: tuple[int, ...]
+    against: str = ""
+
+    @property
+    def size_mm(self) -> float:
+        """Return the diameter, or of a plane its longer side."""
+        return self.feature.diameter or max(self.feature.length, self.feature.width)
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """Which surfaces are taken; what says nothing leaves out nothing.
+
+    Attributes
+    ----------
+    only, without
+        Names, with ``*`` and ``?`` as in names of files, or numbers of faces. Named in ``only``
+        also those are taken that are not chosen to begin with.
+    kinds
+        Words of shapes, such as Cylinder; in any case.
+    least_mm, most_mm
+        Of the diameter, or the longer side of a plane.
+    everything
+        Also what is not chosen to begin with.
+    """
+
+    only: tuple[str, ...] = ()
+    without: tuple[str, ...] = ()
+    kinds: tuple[str, ...] = ()
+    least_mm: float = 0.0
+    most_mm: float = float("inf")
+    everything: bool = False
+
+
+def offers_of(model: StepModel) -> tuple[Offer, ...]:
+    """Return all that a model offers: first what is chosen to begin with."""
+    good = [Offer(one, how.faces) for one, how in zip(model.features, model.reached, strict=True)]
+    return (*good, *(Offer(one.feature, one.faces, one.why) for one in model.left_out))
+
+
+def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
+    """Return the offers that are taken.
+
+    Raises
+    ------
+    InputError
+        A word of the choice fits nothing, or nothing is left.
+    """
+    for word in (*choice.only, *choice.without):
+        if not any(_named(offer, (word,)) for offer in offers):
+            raise _error(f"no surface has the name or the face number '{word}'")
+    known = {offer.feature.shape.value.lower() for offer in offers}
+    for kind in choice.kinds:
+        if kind.lower() not in known:
+            raise _error(
+                f"no surface is of the kind '{kind}'; there are {', '.join(sorted(known))}"
+            )
+    taken = tuple(offer for offer in offers if _fits(offer, choice))
+    if not taken:
+        raise _error("no surface fits the choice")
+    return taken
+
+
+def _fits(offer: Offer, choice: Choice) -> bool:
+    kinds = {kind.lower() for kind in choice.kinds}
+    named = _named(offer, choice.only)
+    return (
+        (named if choice.only else choice.everything or not offer.against)
+        and not _named(offer, choice.without)
+        and (not kinds or offer.feature.shape.value.lower() in kinds)
+        and choice.least_mm <= offer.size_mm <= choice.most_mm
+    )
+
+
+def _named(offer: Offer, words: Sequence[str]) -> bool:
+    name = offer.feature.name.upper()
+    return any(
+        (word.isdecimal() and int(word) in offer.faces) or fnmatchcase(name, word.upper())
+        for word in words
+    )
+
+
+def _error(what: str) -> InputError:
+    return InputError(
+        "plan.choice", f"Of the model {what}.", "Look at what it offers: ocmm plan import --list."
+    )

@@ -1,0 +1,142 @@
+"""Which places on a surface become targets: far from each other, and all within reach."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial.transform import Rotation
+
+from ocmm_core.geometry import Float, perpendicular_pair
+from ocmm_core.inspection.reach import Reach, Reached
+from ocmm_core.inspection.step._answer import StepFace
+
+_TRIED = 1, 2, 5
+"""So many times the targets are tried before a surface is given up."""
+_WIDEST_GAP_DEG = 215.0
+"""A round surface whose targets leave more of the turn free would be measured from one side."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Placed:
+    """Targets of a surface.
+
+    Attributes
+    ----------
+    points
+        (n, 3), mm.
+    held
+        (n, 3): rotation vector, rad, part from probe; (0, 3) where no attitude was asked for.
+    ways
+        (n,), mm: free along the normal; (0,) where nothing was asked.
+    against
+        Why these are not enough; empty where they are.
+    """
+
+    points: Float
+    held: Float
+    ways: Float
+    against: str = ""
+
+
+def placed(
+    face: StepFace, free: Float, wanted: int, least: int, own: Sequence[int], reach: Reach | None
+) -> Placed:
+    """Return up to ``wanted`` of the free places of a surface as targets.
+
+    Parameters
+    ----------
+    free
+        (n, 3), mm: where a ball has room.
+    least
+        With fewer a surface cannot be measured.
+    own
+        Its faces in the mesh, from 0.
+    reach
+        None where nothing is asked.
+    """
+    nobody = np.empty((0, 3))
+    if reach is None:
+        return Placed(spread(free, wanted), nobody, np.empty(0))
+    axis = np.array(face.direction) if face.inner and face.shape in ("Cylinder", "Cone") else None
+    tried = 0
+    order = spread(free, _TRIED[-1] * wanted)
+    found: list[tuple[Float, Reached]] = []
+    good = 0
+    for times in _TRIED:
+        until = times * wanted
+        more = order[tried:until]
+        tried = until
+        if len(more):
+            found.append((more, reach.of(more, normals_of(face, more), list(own), axis)))
+            good += int((found[-1][1].stage == 0).sum())
+        # Where half of the turn is out of reach, none of the first may be in the other half.
+        if good >= wanted or (times == _TRIED[1] and not 0 < good < least):
+            break
+    points = np.concatenate([one for one, _ in found])
+    every = Reached(*(
+        np.concatenate([getattr(one, name) for _, one in found])
+        for name in ("stage", "face", "turns_part_from_probe", "ways_mm", "leds")
+    ))  # fmt: skip
+    can = np.flatnonzero(every.stage == 0)
+    if len(can) < least:
+        return Placed(nobody, nobody, np.empty(0), reach.why_not(every))
+    gap = _gap_deg(face, points[can])
+    if gap > _WIDEST_GAP_DEG:
+        against = f"only {360.0 - gap:.0f} degrees of its turn can be reached"
+        why = reach.why_not(every)
+        return Placed(nobody, nobody, np.empty(0), f"{against}; beyond, {why}" if why else against)
+    taken = can[spread_rows(points[can], wanted)]
+    held = every.turns_part_from_probe[taken]
+    vectors = nobody
+    if np.isfinite(held).all():
+        vectors = Rotation.from_matrix(held).as_rotvec()
+    return Placed(points[taken], vectors, every.ways_mm[taken])
+
+
+def spread(places: Float, count: int) -> Float:
+    """Return some of the places, each as far as can be from those before it."""
+    return places[spread_rows(places, count)]
+
+
+def spread_rows(places: Float, count: int) -> list[int]:
+    """Return which of the places `spread` takes, in its order."""
+    nearest = np.linalg.norm(places - places.mean(axis=0), axis=1)
+    chosen = [int(np.argmax(nearest))]
+    nearest = np.linalg.norm(places - places[chosen[0]], axis=1)
+    while len(chosen) < min(count, len(places)):
+        chosen.append(int(np.argmax(nearest)))
+        nearest = np.minimum(nearest, np.linalg.norm(places - places[chosen[-1]], axis=1))
+    return chosen
+
+
+def normals_of(face: StepFace, points: Float) -> Float:
+    """Return the normals out of the material (n, 3) of a surface at points on it (n, 3), mm."""
+    direction = np.array(face.direction)
+    if face.shape == "Plane":
+        return np.tile(direction, (len(points), 1))
+    arms = points - np.array(face.point)
+    along = arms @ direction
+    across = arms - along[:, None] * direction
+    if face.shape == "Cone":
+        # The axis leads from the tip into the cone: outwards is across, and back by the angle.
+        round_it = across / np.linalg.norm(across, axis=1, keepdims=True)
+        arms = np.cos(face.half_angle) * round_it - np.sin(face.half_angle) * direction
+    elif face.shape == "Cylinder":
+        arms = across
+    elif face.shape == "Torus":
+        arms = arms - face.radius * across / np.linalg.norm(across, axis=1, keepdims=True)
+    normals: Float = arms / np.linalg.norm(arms, axis=1, keepdims=True)
+    return -normals if face.inner else normals
+
+
+def _gap_deg(face: StepFace, points: Float) -> float:
+    """Return the widest part of the turn about the axis without a point, degrees; 0 for others."""
+    if face.shape not in ("Cylinder", "Cone", "Torus"):
+        return 0.0
+    across, up = perpendicular_pair(np.array(face.direction))
+    arms = points - np.array(face.point)
+    angles = np.sort(np.arctan2(arms @ up, arms @ across))
+    gaps = np.diff(angles, append=angles[0] + 2.0 * np.pi)
+    return float(np.degrees(gaps.max()))

@@ -1,0 +1,61 @@
+"""Triangles of all faces of a model, to find what a probe would run into; needs OCP."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ocmm_core.geometry import Float, Int
+from ocmm_core.inspection.reach import Obstacle, make_obstacle
+from ocmm_core.inspection.step._library import static
+
+DEFLECTION_MM = 0.04
+_BEND_RAD = 0.35
+_LARGE_MM, _LARGE_PART = 800.0, 5e-5
+"""A part longer than this gets a coarser mesh, by this part of its length."""
+
+
+def mesh_of(shape: Any, faces: Sequence[Any]) -> Obstacle | None:
+    """Return the faces of a model as something to run into; None where no mesh can be made.
+
+    Parameters
+    ----------
+    shape
+        The model.
+    faces
+        Its faces with a surface, in order: the obstacle counts them from 0.
+    """
+    from OCP.Bnd import Bnd_Box
+    from OCP.BRep import BRep_Tool
+    from OCP.BRepBndLib import BRepBndLib
+    from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.TopLoc import TopLoc_Location
+
+    box = Bnd_Box()
+    static(BRepBndLib, "Add")(shape, box)
+    longest = float(np.sqrt(box.SquareExtent()))
+    deflection = max(DEFLECTION_MM, _LARGE_PART * longest if longest > _LARGE_MM else 0.0)
+    BRepMesh_IncrementalMesh(shape, deflection, False, _BEND_RAD, False)
+    of_face = static(BRep_Tool, "Triangulation")
+    triangles: list[Float] = []
+    owners: list[Int] = []
+    for number, face in enumerate(faces):
+        location = TopLoc_Location()
+        mesh = of_face(face, location)
+        if mesh is None:
+            continue
+        moved = location.Transformation()
+        nodes = np.array(
+            [
+                (p.X(), p.Y(), p.Z())
+                for p in (mesh.Node(i).Transformed(moved) for i in range(1, mesh.NbNodes() + 1))
+            ]
+        )
+        rows = np.array([mesh.Triangle(i).Get() for i in range(1, mesh.NbTriangles() + 1)])
+        triangles.append(nodes[rows.reshape(-1, 3) - 1])
+        owners.append(np.full(len(triangles[-1]), number, dtype=np.int64))
+    if not triangles:
+        return None
+    return make_obstacle(np.concatenate(triangles), np.concatenate(owners), len(faces), deflection)

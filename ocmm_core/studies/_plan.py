@@ -1,0 +1,143 @@
+"""Plans of gauge studies: who measures which part when, drawn and blind.
+
+Every measurement has a code, which is the serial number of its job: the operator gives the code,
+and does not see which part and which trial it stands for. Order is drawn for each operator and
+trial, so that neither a drift nor a memory favours a part.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import msgspec
+import numpy as np
+
+from ocmm_core.documents import Document, load_document
+from ocmm_core.errors import InputError
+from ocmm_core.studies._gauge_rr import LEAST_OPERATORS, LEAST_PARTS, LEAST_TRIALS
+
+STUDY_SCHEMA = "ocmm.msa-plan/1"
+_MOST = 10_000
+
+
+class StudyRun(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One measurement: its code, and what it stands for; trials count from 1."""
+
+    code: str
+    part: str
+    operator: str
+    trial: int
+
+
+class StudyPlan(Document, frozen=True, kw_only=True):
+    """A plan, in the order in which it is measured.
+
+    Attributes
+    ----------
+    name
+        Of the study; the batch of its jobs.
+    seed
+        That its order was drawn from.
+    runs
+        See `StudyRun`.
+    """
+
+    name: str
+    seed: int
+    runs: tuple[StudyRun, ...]
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Return the parts, sorted."""
+        return tuple(sorted({one.part for one in self.runs}))
+
+    @property
+    def operators(self) -> tuple[str, ...]:
+        """Return the operators, sorted."""
+        return tuple(sorted({one.operator for one in self.runs}))
+
+    @property
+    def trials(self) -> int:
+        """Return how often each of them measures each part."""
+        return max(one.trial for one in self.runs)
+
+
+def plan_study(
+    name: str, parts: Sequence[str], operators: Sequence[str], trials: int, seed: int
+) -> StudyPlan:
+    """Return a crossed plan with a drawn order and blind codes.
+
+    Raises
+    ------
+    InputError
+        It is too small, too large, or names something twice.
+    """
+    if len(set(parts)) != len(parts) or len(set(operators)) != len(operators):
+        raise InputError(
+            "msa.twice", "A part or an operator is named twice.", "Name each of them once."
+        )
+    count = len(parts) * len(operators) * trials
+    if len(parts) < LEAST_PARTS or len(operators) < LEAST_OPERATORS or trials < LEAST_TRIALS:
+        raise InputError(
+            "msa.too_small",
+            f"{len(parts)} parts, {len(operators)} operators and {trials} trials were asked for; "
+            f"{LEAST_PARTS}, {LEAST_OPERATORS} and {LEAST_TRIALS} are the least.",
+            "10 parts, 3 operators and 3 trials are usual.",
+        )
+    if count > _MOST:
+        raise InputError("msa.too_large", f"{count} measurements.", f"At most {_MOST}.")
+    for word in (name, *parts, *operators):
+        if not word.strip() or any(one in '"\\' or not one.isprintable() for one in word):
+            raise InputError(
+                "msa.name", f"{word!r} cannot be a name.", "Use letters, digits and blanks."
+            )
+    rng = np.random.default_rng([seed, 12])
+    runs, codes = [], rng.permutation(count) + 1
+    for trial in range(1, trials + 1):
+        for operator in (operators[int(i)] for i in rng.permutation(len(operators))):
+            for part in (parts[int(i)] for i in rng.permutation(len(parts))):
+                code = f"{name}-{int(codes[len(runs)]):0{len(str(count))}}"
+                runs.append(StudyRun(code=code, part=part, operator=operator, trial=trial))
+    return StudyPlan(schema=STUDY_SCHEMA, unit="mm", name=name, seed=seed, runs=tuple(runs))
+
+
+def plan_text(plan: StudyPlan) -> str:
+    """Return a plan as TOML."""
+    head = (
+        f'schema = "{plan.schema}"\nunit = "{plan.unit}"\nname = "{plan.name}"\n'
+        f"seed = {plan.seed}\n"
+    )
+    runs = [
+        f'[[runs]]\ncode = "{one.code}"\npart = "{one.part}"\noperator = "{one.operator}"\n'
+        f"trial = {one.trial}\n"
+        for one in plan.runs
+    ]
+    return "\n".join([head, *runs])
+
+
+def load_study(path: Path | str) -> StudyPlan:
+    """Return a plan; raise InputError where it is not crossed and balanced, or a code is twice."""
+    plan = load_document(path, StudyPlan, STUDY_SCHEMA)
+    require_balanced(plan, str(path))
+    return plan
+
+
+def require_balanced(plan: StudyPlan, where: str) -> None:
+    """Raise InputError where a part, operator and trial is missing or there twice."""
+    wanted = [
+        (part, operator, trial)
+        for part in plan.parts
+        for operator in plan.operators
+        for trial in range(1, plan.trials + 1)
+    ]
+    found = [(one.part, one.operator, one.trial) for one in plan.runs]
+    codes = {one.code for one in plan.runs}
+    if sorted(found) != sorted(wanted) or len(codes) != len(found):
+        missing = sorted(set(wanted) - set(found))
+        what = f"{missing[0]} is missing" if missing else "a measurement or a code is there twice"
+        raise InputError(
+            "msa.unbalanced",
+            f"{where}: the study is not balanced: {what}.",
+            "Every operator measures every part equally often; plan it again.",
+        )
