@@ -2,8 +2,8 @@
 
 The probe is built anew as solids of the library (a ball, cones, prisms, posts), put where each
 target says that it is held, at the touch and where its way along the normal begins, and the least
-distance from the part is asked of `BRepExtrema`. Lines from LEDs to cameras likewise. Nothing of the
-mesh, of the tree of boxes and of the search is used. Needs the extra ``step``:
+distance from the part is asked of `BRepExtrema`. Lines from LEDs to cameras likewise. Nothing of
+the mesh, of the tree of boxes and of the search is used. Needs the extra ``step``:
 
     python -m benchmarks.reach --targets 1000 [model.stp ...]
 """
@@ -37,7 +37,9 @@ def main(arguments: list[str] | None = None) -> int:
     """Print how many targets touch or are not seen; code 1 where one does or is not."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("models", nargs="*", type=Path)
-    parser.add_argument("--targets", type=int, default=1000, help="of all models together")
+    parser.add_argument(
+        "--targets", type=int, default=1000, help="of all models together, as many of each"
+    )
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         paths = options.models or _made(Path(folder))
@@ -50,7 +52,7 @@ def run(paths: list[Path], share: int) -> int:
     rng = np.random.default_rng(SEED)
     request = usual_request()
     setting = setting_of(request)
-    assert setting is not None  # noqa: S101
+    assert setting is not None
     total = hits = unseen = 0
     nearest, fewest = np.inf, 99
     for path in paths:
@@ -66,7 +68,9 @@ def run(paths: list[Path], share: int) -> int:
             hits += gap <= 0.0
             unseen += seen < 4
             nearest, fewest = min(nearest, gap), min(fewest, seen)
-        print(f"{path.stem}: {len(rows)} targets in {read_s:.1f} s, {len(taken)} examined", flush=True)
+        print(
+            f"{path.stem}: {len(rows)} targets in {read_s:.1f} s, {len(taken)} examined", flush=True
+        )
     print(f"{hits} of {total} touch; least distance of stylus and body {nearest:.3f} mm")
     print(f"{unseen} of {total} show fewer than 4 LEDs to both cameras; fewest {fewest}")
     return int(hits > 0 or unseen > 0)
@@ -95,7 +99,7 @@ def _normals(feature: NominalFeature) -> Float:
 
 
 def examined(part: Any, row: Row, setting: Setting, middle: Float) -> tuple[float, int]:
-    """Return the least distance of the probe from the part, mm, and how many LEDs both see."""
+    """Return the distance of stylus and body, mm, 0 where the ball hits; and LEDs both see."""
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
 
     target, normal, held, way = row
@@ -103,7 +107,10 @@ def examined(part: Any, row: Row, setting: Setting, middle: Float) -> tuple[floa
     least = np.inf
     for back in (0.0, way):
         centre = target + (setting.ball_radius + back) * normal
-        for solid in _probe(setting, RigidTransform(turn, centre)):
+        ball, *others = _probe(setting, RigidTransform(turn, centre))
+        if BRepExtrema_DistShapeShape(ball, part).Value() <= 0.0:
+            least = 0.0
+        for solid in others:
             least = min(least, float(BRepExtrema_DistShapeShape(solid, part).Value()))
     return least, _seen(part, setting, turn, target + setting.ball_radius * normal, middle)
 
@@ -113,7 +120,7 @@ def _seen(part: Any, setting: Setting, turn: Float, centre: Float, middle: Float
     from OCP.BRepExtrema import BRepExtrema_DistShapeShape
     from OCP.gp import gp_Pnt
 
-    assert setting.rig is not None  # noqa: S101
+    assert setting.rig is not None
     pose = setting.pose(middle)
     leds_part = (setting.body.leds_probe - setting.body.tip_probe) @ turn.T + centre
     leds = pose.apply(leds_part)
@@ -138,7 +145,7 @@ def _probe(setting: Setting, pose: RigidTransform) -> list[Any]:
     from OCP.gp import gp_Trsf
 
     design = setting.design
-    assert design is not None  # noqa: S101
+    assert design is not None
     solids = [BRepPrimAPI_MakeSphere(setting.ball_radius - _BALL_SLACK_MM).Shape()]
     solids += [_section(design, section) for section in design.sections]
     across = np.cross(design.soft_probe, design.axis_probe)

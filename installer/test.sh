@@ -87,6 +87,7 @@ verdict() {
         *)
             printf 'FAILED   %s %s%s (%s)\n' "$suite" "$name" "$(said)" "$work/seen/$suite-$name.txt"
             failed=1
+            return 1
             ;;
     esac
 }
@@ -115,7 +116,7 @@ open_root() {
             *) keys=$keys/debian-archive-keyring.gpg ;;
         esac
         mmdebstrap --variant=minbase --components="$components" --keyring="$keys" \
-            --include=ca-certificates,xvfb,x11-apps,x11-utils,xauth,man-db,bash-completion,systemd,strace \
+            --include=apt,ca-certificates,xvfb,x11-apps,x11-utils,xauth,man-db,bash-completion,systemd,strace \
             "$suite" "$work/$suite.tar" >"$work/seen/$suite-root.txt" 2>&1 || return 1
     fi
     tar -C "$root" -xpf "$work/$suite.tar"
@@ -211,6 +212,12 @@ window() {
         --size 1280x720 --quit-after 12 --screenshot window.png" || return 1
     cp "$root/home/tester/window.png" "$work/seen/$suite-window$2.png"
 }
+# end SIGNAL PATTERN: what runs in this root alone.
+end() {
+    for process in $(pgrep -f "$2"); do
+        [ "$(readlink "/proc/$process/root")" != "$root" ] || kill "-$1" "$process"
+    done
+}
 # started: the time until the window is on the screen, in ms.
 started() {
     t0=$(date +%s%N)
@@ -224,14 +231,12 @@ started() {
         sleep 0.02
     done
     echo $((($(date +%s%N) - t0) / 1000000))
-    for process in $(pgrep -u "$(stat -c %u "$root/home/tester")" -f '^ocmm -m ocmm_gui|/ocmm -m ocmm_gui'); do
-        [ "$(readlink "/proc/$process/root")" != "$root" ] || kill "$process"
-    done
+    end TERM '^([^ ]*/)?ocmm -m ocmm_gui'
     wait $!
     :
 }
 starts_in_time() {
-    inside Xvfb :77 -screen 0 1400x900x24 -ac >/dev/null 2>&1 & screen=$!
+    inside Xvfb :77 -screen 0 1400x900x24 -ac >/dev/null 2>&1 &
     sleep 2
     : >"$work/cold" >"$work/warm"
     for one in $(seq 1 "$starts"); do
@@ -240,7 +245,7 @@ starts_in_time() {
         started >>"$work/cold"
         started >>"$work/warm"
     done
-    kill "$screen" "$(pgrep -f 'Xvfb :77')" 2>/dev/null
+    end TERM '^Xvfb :77'
     cold=$(sort -n "$work/cold" | sed -n "$(((starts + 1) / 2))p")
     warm=$(sort -n "$work/warm" | sed -n "$(((starts + 1) / 2))p")
     load=$(cut -d' ' -f1 /proc/loadavg)
@@ -293,9 +298,7 @@ one_kill() {
     inside setsid dpkg -i /newer.deb >/dev/null 2>&1 &
     started=$!
     sleep "$1"
-    for process in $(pgrep -f 'dpkg -i /newer.deb|dpkg-deb .*newer.deb|ocmm.postinst|ocmm.preinst'); do
-        [ "$(readlink "/proc/$process/root")" = "$root" ] && kill -9 "$process"
-    done
+    end KILL 'dpkg -i /newer.deb|dpkg-deb .*newer.deb|ocmm.postinst|ocmm.preinst'
     wait "$started" 2>/dev/null
     before=$(inside dpkg-query -W -f='${Status}' ocmm)
     # Whole as it is: the old version or the new one.
@@ -364,7 +367,8 @@ for suite in $suites; do
         continue
     fi
     for round in $(seq 1 "$rounds"); do
-        verdict "$round-install" install_it /old.deb
+        # Where it is not there, all else would fail for the same reason.
+        verdict "$round-install" install_it /old.deb || break
         verdict "$round-rights" rights
         verdict "$round-key" key_is_there
         rm -rf "$root/home/tester/wire"

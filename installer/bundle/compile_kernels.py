@@ -12,6 +12,7 @@ import gc
 import os
 import subprocess
 import sys
+import sysconfig
 from collections import Counter
 from concurrent.futures import ThreadPoolExecutor
 from itertools import product
@@ -66,7 +67,6 @@ def compile_one(folder: Path, number: int) -> None:
     """Compile one group for the processor that the environment names; print what was compiled."""
     sys.path.insert(0, str(folder))
     from numba.core import event
-    from numba.core.annotations.type_annotations import TypeAnnotation
 
     from ocmm_core.composition import compile_group
 
@@ -82,14 +82,42 @@ def compile_one(folder: Path, number: int) -> None:
         def on_end(self, event: object) -> None:
             pass
 
-    # A text for whoever looks into a function; it names the folder of the build.
-    TypeAnnotation.__str__ = lambda _: ""
+    _forget_where(folder)
     # Looking for garbage takes a seventh of the time, and the process ends soon.
     gc.disable()
     names = Names()
     with event.install_listener("numba:compile", names):
         compile_group(number)
     sys.stdout.write("\n".join(sorted(names.found)))
+
+
+def _forget_where(folder: Path) -> None:
+    """Keep the folders of the build out of the results; they are others each time."""
+    from numba.core.annotations.type_annotations import TypeAnnotation
+    from numba.core.callconv import CPUCallConv
+    from numba.np.ufunc import array_exprs
+
+    # A text for whoever looks into a function.
+    TypeAnnotation.__str__ = lambda _: ""
+
+    # Where an error is raised: files are named as they are called where the package is installed,
+    # in the place and in the words.
+    built = CPUCallConv.build_excinfo_struct
+    folders = sorted({str(folder), sysconfig.get_path("purelib"), sysconfig.get_path("platlib")})
+
+    def installed(told: object) -> object:
+        if isinstance(told, tuple):
+            return tuple(map(installed, told))
+        if isinstance(told, str):
+            for one in folders:
+                told = told.replace(f"{one}/", "/opt/ocmm/_internal/")
+        return told
+
+    CPUCallConv.build_excinfo_struct = lambda self, *told: installed(built(self, *told))
+
+    # What is computed with whole arrays gets a name from its address in memory: here, a number.
+    numbers: dict[int, tuple[int, object]] = {}
+    array_exprs.hash = lambda told: numbers.setdefault(id(told), (len(numbers), told))[0]
 
 
 if __name__ == "__main__":

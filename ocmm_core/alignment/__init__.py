@@ -5,8 +5,9 @@ Out: the frame of the part with its derivative by the points, residuals, and fre
 
 Read `_rules` (every kind of alignment as a document holds it) and `_checks`. `_datums` chooses
 the way: `_three_two_one`, `_datum_frame` and `_precedence` (ISO 5459), `_best_fit`,
-`_reference_points` (RPS). `_frame_jacobian` says how a frame answers to the points, `_residuals`,
-`_freedom` and `_report` what an inspector sees before he accepts it; `_frame_document` saves one.
+`_reference_points` (RPS); `_model_fit` fits ball centres to faces of the model.
+`_frame_jacobian` says how a frame answers to the points, `_residuals`, `_freedom` and `_report`
+what an inspector sees before he accepts it; `_frame_document` saves one.
 It must not know tolerances, plans or job files.
 """
 
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.alignment._frame_doubt import doubt_of, saved_frame_in, unknown_frame
     from ocmm_core.alignment._frame_jacobian import frame_jacobian
+    from ocmm_core.alignment._model_fit import ModelFit, fit_to_faces
     from ocmm_core.alignment._precedence import (
         datums_refit_by,
         in_precedence,
@@ -67,6 +69,7 @@ else:
         ),
         _frame_doubt="doubt_of saved_frame_in unknown_frame",
         _frame_jacobian="frame_jacobian",
+        _model_fit="ModelFit fit_to_faces",
         _precedence="refit_under_precedence in_precedence may_be_refit part_frame datums_refit_by",
         _report="AlignmentReport preview_alignment report_lines",
         _residuals="Residual",
@@ -87,6 +90,7 @@ __all__ = [
     "DatumAlignment",
     "DatumReferenceFrame",
     "LockedMotion",
+    "ModelFit",
     "Relocation",
     "Residual",
     "SavedFrame",
@@ -97,6 +101,7 @@ __all__ = [
     "doubt_of",
     "fit_points",
     "fit_points_locked",
+    "fit_to_faces",
     "frame_document",
     "frame_jacobian",
     "frame_name",

@@ -22,7 +22,8 @@ MIN_TRIANGLE_MM = 5.0
 LEAST_HOLD = 1e-3
 """Part of the size of the point set by which the points must stand off the axis of a free turn."""
 
-_MOTIONS: tuple[LockedMotion, ...] = ("rx", "ry", "rz", "x", "y", "z")
+MOTIONS: tuple[LockedMotion, ...] = ("rx", "ry", "rz", "x", "y", "z")
+"""Of the part frame, in the order of a motion (6,): turns, rad, then shifts, mm."""
 _MOST_STEPS = 100
 _CONVERGED = 1e-13
 """Step of a turn, rad, and of a shift as part of the size of the point set."""
@@ -130,8 +131,8 @@ def fit_points_locked(
     FitError
         The points leave a motion open, or the fit finds no end.
     """
-    free = [index for index, name in enumerate(_MOTIONS) if name not in locked]
-    if len(free) == len(_MOTIONS):
+    free = [index for index, name in enumerate(MOTIONS) if name not in locked]
+    if len(free) == len(MOTIONS):
         return fit_points(measured, wanted, weights)
     if not free:
         return start
@@ -150,7 +151,7 @@ def fit_points_locked(
         rotation = rotation_from_vector(motion[:3])
         turned = points @ rotation.T
         off = (turned + np.outer(ones, motion[3:]) - targets).ravel()
-        by_turn = np.vstack([-skew(point) for point in turned]) @ _left_jacobian(motion[:3])
+        by_turn = np.vstack([-skew(point) for point in turned]) @ left_jacobian(motion[:3])
         by_motion = np.hstack([by_turn, np.kron(ones[:, None], np.eye(3))])[:, free] * scale
         if step_number == 0:
             _check_held(free, by_motion)
@@ -178,7 +179,7 @@ def _places(names: Sequence[str], geometries: Mapping[str, Float]) -> Points3:
     return joined.reshape(len(names), GEOMETRY_SIZE)[:, POINT]
 
 
-def _left_jacobian(vector: Float) -> Float:
+def left_jacobian(vector: Float) -> Float:
     """Return d(turn) / d(rotation vector), (3, 3), the turn seen in the turned frame."""
     angle = float(np.linalg.norm(vector))
     cross = skew(vector)
@@ -217,7 +218,7 @@ def _check_held(free: Sequence[int], by_motion: Float) -> None:
         rest = rest - basis @ (basis.T @ rest)
     _, values, ways = np.linalg.svd(rest, full_matrices=False)
     if values[-1] < LEAST_HOLD:
-        name = _MOTIONS[free[turns[int(np.argmax(np.abs(ways[-1])))]]]
+        name = MOTIONS[free[turns[int(np.argmax(np.abs(ways[-1])))]]]
         raise FitError(
             "alignment.open",
             f"The points do not constrain the motion {name}.",

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
         artefacts_used_before,
         collect_acceptance,
         instrument_of,
+        require_recorded,
         scenes_of_acceptance,
     )
     from ocmm_core.composition._calibrate_scenes import (
@@ -70,7 +71,7 @@ else:
         __name__,
         _acceptance_scenes=(
             "acceptance_feed artefacts_used_before collect_acceptance instrument_of "
-            "scenes_of_acceptance"
+            "require_recorded scenes_of_acceptance"
         ),
         _calibrate_scenes=(
             "VirtualSite scenes_of_known_points scenes_of_relocation scenes_of_verification"
@@ -127,6 +128,7 @@ __all__ = [
     "measured_checks",
     "names_in_words",
     "origin_of",
+    "require_recorded",
     "scene_of_tip",
     "scenes_of_acceptance",
     "scenes_of_known_points",

@@ -6,6 +6,7 @@ import time
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
+import msgspec
 import numpy as np
 
 from ocmm_core import __version__
@@ -21,8 +22,12 @@ from ocmm_core.calibration.guided import (
 from ocmm_core.calibration.records import ArtefactUse, CalibrationInUse, ProbeInUse, judge
 from ocmm_core.camera import Rig
 from ocmm_core.composition._calibrate_scenes import VirtualSite
+from ocmm_core.composition._calibration_choice import (
+    checked_for_replay,
+    checked_probe_for_replay,
+)
 from ocmm_core.composition._feeds import Feed
-from ocmm_core.composition._sources import Origin, origin_of, source_of
+from ocmm_core.composition._sources import VIRTUAL_NAMES, Origin, origin_of, source_of
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.simulation.calibration_scenes import Scene, TouchSeats, TouchSphere, TouchWithTip
@@ -82,7 +87,7 @@ def scenes_of_acceptance(
                     diameter=artefact.sizes[0] + error,
                     normals=tuple(_vector(one) for one in normals[done:]),
                     seed=seed,
-                )  # fmt: skip
+                )
             )
         else:
             first = points[0]
@@ -225,6 +230,31 @@ def instrument_of(
         simulated=origin_of(source) is Origin.VIRTUAL,
         away=_vector(unit(rig.volume_world.mean(axis=0) - centres.mean(axis=0))),
     )
+
+
+def require_recorded(
+    cameras: CalibrationInUse, probe: ProbeInUse, instrument: Instrument, recorded: str
+) -> Instrument:
+    """Return the instrument of a recording: simulated where a virtual rig was recorded.
+
+    Parameters
+    ----------
+    recorded
+        Name of the source that was recorded; empty where nothing is replayed.
+
+    Raises
+    ------
+    CalibrationError
+        Real cameras or a real probe were recorded, and only a document says how they are.
+    """
+    for fault in (
+        checked_for_replay(cameras, recorded).fault,
+        checked_probe_for_replay(probe, recorded).fault,
+    ):
+        if fault is not None:
+            raise CalibrationError("acceptance.replay", fault[1].what, fault[1].remedy)
+    virtual = recorded.startswith(VIRTUAL_NAMES) if recorded else instrument.simulated
+    return msgspec.structs.replace(instrument, simulated=virtual)
 
 
 def artefacts_used_before(

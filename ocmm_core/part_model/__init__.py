@@ -7,7 +7,7 @@ and the nearest places of its faces to points.
 Read `_part_model` (what there is of a part), `_checked_model` (whether it holds together) and
 `_model_file` (as bytes); `_spline_points` and `_spline` compute with one surface, `_trimming` with
 its outline, `_patches` bounds how near it can be, `_nearest` finds the nearest place of trimmed
-faces. `_nominal_face` is a face as a plan holds it.
+faces. `_nominal_face` is a face as a plan holds it, `_spread` places on it to touch.
 It must not know plans, features or pictures.
 """
 
@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.part_model._spline import bezier_surface, normals_at, places_at
     from ocmm_core.part_model._spline_points import spline_frames, spline_points
+    from ocmm_core.part_model._spread import spread_places
 else:
     __getattr__ = door(
         __name__,
@@ -62,6 +63,7 @@ else:
         _nominal_face="NominalFace face_fault nominal_face searched",
         _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles",
         _spline="bezier_surface normals_at places_at",
+        _spread="spread_places",
         _spline_points="spline_frames spline_points",
     )
 
@@ -96,5 +98,6 @@ __all__ = [
     "searched_face",
     "spline_frames",
     "spline_points",
+    "spread_places",
     "write_model_file",
 ]

@@ -41,8 +41,10 @@ STRETCH = 0.1
 
 _STEPS = 60
 _SETTLED = 1e-9
-"""Step of a foot, as part of the size of the surface, after which it stays: what is left of Newton's
-step is its square, and a distance answers to the square of that."""
+"""Step of a foot, as part of the size of the surface, after which it stays.
+
+What is left of Newton's step is its square, and a distance answers to the square of that.
+"""
 _SAME = 1e-4
 """mm: feet that are nearer to each other are one."""
 _CHUNK = 512
@@ -87,8 +89,8 @@ class Feet:
     on_edge
         (n,): the nearest place is on an edge, or not told from one.
     stretches
-        (n,): part of a shift of the point along the surface that its foot does not follow inversely:
-        one plus distance times curvature, the least; zero in a centre of curvature.
+        (n,): one plus distance times curvature, the least: a foot shifts by the shift of its point
+        over this. Zero in a centre of curvature.
     """
 
     faces: Int
@@ -215,14 +217,17 @@ def _nearest(points: Points3, faces: Sequence[SearchedFace]) -> Feet:
     edge, edge_place, edge_face = _edges_near(points, faces)
     # First of each face its nearest piece, which gives a distance that others must come below.
     least = [_bounds(points, face) for face in faces]
-    found = [_first(points, i, face, bounds) for i, (face, bounds) in enumerate(zip(faces, least))]
+    found = [
+        _first(points, i, face, bounds)
+        for i, (face, bounds) in enumerate(zip(faces, least, strict=True))
+    ]
     best = edge.copy()
     for own in found:
         np.minimum.at(best, own.points, own.distances)
     margin = best + RIVAL_MM
     found += [
         _others(points, i, face, bounds, margin)
-        for i, (face, bounds) in enumerate(zip(faces, least))
+        for i, (face, bounds) in enumerate(zip(faces, least, strict=True))
     ]
     all_feet = _Found.joined(found)
     order = np.lexsort((all_feet.distances, all_feet.points))

@@ -144,10 +144,7 @@ def _halved(poles: Float, low: Float, high: Float) -> tuple[Float, Float, Float]
     bent_u = _bend(places, 1)
     bent_v = _bend(places, 2)
     # What is straight in one direction is halved in the other, unless it is far too long there.
-    by_u = np.where(
-        np.maximum(bent_u, bent_v) > 0.0, bent_u * 4.0 + 0.01 * long_u >= bent_v * 4.0 + 0.01 * long_v,
-        long_u >= long_v,
-    )  # fmt: skip
+    by_u = 4.0 * bent_u + 0.01 * long_u >= 4.0 * bent_v + 0.01 * long_v
     found = []
     for chosen, axis in ((by_u, 0), (~by_u, 1)):
         own, least, most = poles[chosen], low[chosen], high[chosen]

@@ -10,6 +10,9 @@ from numpy.typing import NDArray
 from ocmm_core.geometry import Float
 from ocmm_core.rendering._arrays import NO_FACE, NOWHERE, Depths, FaceNumbers, Pixmap
 
+_KEPT_PIXELS = 2_500_000
+"""The second layer of a larger picture is not kept: 12 bytes a pixel."""
+
 
 @dataclass(slots=True, eq=False)
 class Canvas:
@@ -48,6 +51,11 @@ class Canvas:
             for buffer, empty in zip(self._second, (0, NOWHERE, NO_FACE), strict=True):
                 buffer.fill(empty)
         return self._second
+
+    def merged(self) -> None:
+        """Give the memory of the second layer back where it is much."""
+        if self.width * self.height > _KEPT_PIXELS:
+            self._second = None
 
     def face_at(self, x: float, y: float) -> int:
         """Return the place of the face that a pixel shows; `NO_FACE` for none or outside."""

@@ -141,6 +141,7 @@ class Rendering:
                 stop = min(start + _ROWS, canvas.height)
                 merge_layers(canvas.image, image, start, stop, _FRONT, _BACK)
                 yield False
+            canvas.merged()
         yield from self._lines()
 
     def _raster(

@@ -93,7 +93,8 @@ def plan_study(
                 "msa.name", f"{word!r} cannot be a name.", "Use letters, digits and blanks."
             )
     rng = np.random.default_rng([seed, 12])
-    runs, codes = [], rng.permutation(count) + 1
+    runs: list[StudyRun] = []
+    codes = rng.permutation(count) + 1
     for trial in range(1, trials + 1):
         for operator in (operators[int(i)] for i in rng.permutation(len(operators))):
             for part in (parts[int(i)] for i in rng.permutation(len(parts))):

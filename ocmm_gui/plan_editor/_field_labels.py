@@ -76,6 +76,10 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "length": (later("Length, mm"), later("Toleranced length of an axis; 0: probed length")),
         "offset": (later("Offset, mm"), later("Offset of a profile zone; else 0")),
         "at": (later("At, mm"), later("Cone: height of the diameter; else 0")),
+        "faces": (
+            later("Faces"),
+            later("Of the model, for a surface profile: what points are held against"),
+        ),
     },
     "Plan": {
         "name": (later("Plan"), later("Plan name, used for file names")),

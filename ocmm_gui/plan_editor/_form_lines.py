@@ -15,6 +15,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 
 import msgspec
 
+from ocmm_core.part_model import NominalFace
 from ocmm_gui.plan_editor._field_labels import Words, choices_of, words_of
 
 GIVEN = "given"
@@ -223,5 +224,6 @@ def _listed(inner: tuple[Any, ...]) -> tuple[FieldKind, tuple[str, ...], Any]:
         return FieldKind.NAMES, get_args(first), []
     if first is str:
         return FieldKind.NAMES, (), []
-    # Rows of numbers come from documents only.
-    return (FieldKind.FIXED if get_origin(first) is tuple else FieldKind.PLACES), (), []
+    # Rows of numbers and faces of a model come from documents only.
+    fixed = get_origin(first) is tuple or first is NominalFace
+    return (FieldKind.FIXED if fixed else FieldKind.PLACES), (), []

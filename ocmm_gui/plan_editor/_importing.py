@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from PySide6.QtCore import Signal
+import msgspec
+from PySide6.QtCore import Qt, Signal
 
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
+from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.plan import (
     Plan,
     add_feature,
@@ -17,11 +19,23 @@ from ocmm_core.inspection.plan import (
     with_alignment,
     with_model,
 )
-from ocmm_core.inspection.step import STEP_ENDINGS, STEP_SETUP, STEP_SIZE_MB, has_step, read_model
+from ocmm_core.inspection.step import (
+    STEP_ENDINGS,
+    STEP_SETUP,
+    STEP_SIZE_MB,
+    Offer,
+    StepModel,
+    has_step,
+    offers_of,
+    read_model,
+    up_of,
+    usual_request,
+)
 from ocmm_gui.kit import Worker, WorkLine, tr
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
 
 _FRAME = ".toml"
+_UP = "+z"
 _LIMIT_MM = 0.1
 
 
@@ -35,22 +49,75 @@ class Imported:
     words: str
 
 
-def with_file(
-    plan: Plan,
-    path: Path,
-    *,
-    relocate: bool,
-    given_up: Callable[[], bool] = lambda: False,
-    plan_file: Path | None = None,
-) -> Imported:
-    """Return the plan with what is in a file; a model takes up to a minute.
+@dataclass(frozen=True, slots=True)
+class ReadModel:
+    """A model that was read: what it offers is chosen from before the plan is changed.
+
+    Attributes
+    ----------
+    path
+        Its file.
+    model
+        With its part.
+    offers
+        All that can become features.
+    up
+        Axis of the model that points up.
+    """
+
+    path: Path
+    model: StepModel
+    offers: tuple[Offer, ...]
+    up: str
+
+
+def with_file(plan: Plan, path: Path, *, relocate: bool) -> Imported:
+    """Return the plan with what is in a table or in the document of a frame.
 
     Parameters
     ----------
     relocate
         A frame is to be found again at its control points, and not taken as it was saved.
-    given_up
-        Asked while a model is read.
+
+    Raises
+    ------
+    InputError
+        The file cannot be used, or the plan could not be measured with it.
+    """
+    if path.suffix.lower() == _FRAME:
+        return _with_frame(plan, path, relocate=relocate)
+    return _with_features(plan, path, features_from_csv(path))
+
+
+def model_of(
+    path: Path, up: str, given_up: Callable[[], bool], progress: Callable[[str], None]
+) -> ReadModel:
+    """Return what a model offers, for the standard probe before the recommended rig.
+
+    Parameters
+    ----------
+    up
+        Axis of the model that points up.
+    given_up, progress
+        As `read_model` has them: it takes up to a minute.
+
+    Raises
+    ------
+    InputError
+        The file cannot be used.
+    """
+    request = msgspec.structs.replace(usual_request(), up=up_of(up))
+    model = read_model(path, given_up=given_up, progress=progress, with_part=True, request=request)
+    return ReadModel(path, model, offers_of(model), up)
+
+
+def with_offers(
+    plan: Plan, read: ReadModel, taken: Sequence[Offer], plan_file: Path | None
+) -> Imported:
+    """Return the plan with what was chosen of a model.
+
+    Parameters
+    ----------
     plan_file
         Where the plan is, with its model beside it; None where it was never saved, and no model is
         kept.
@@ -60,26 +127,19 @@ def with_file(
     StorageError
         The model cannot be copied beside the plan.
     InputError
-        The file cannot be used, or the plan could not be measured with it.
+        The plan could not be measured with it.
     """
-    if path.suffix.lower() == _FRAME:
-        return _with_frame(plan, path, relocate=relocate)
-    left_out = 0
-    if path.suffix.lower() in STEP_ENDINGS:
-        model = read_model(path, given_up=given_up, with_part=plan_file is not None)
-        found, left_out = model.features, sum(count for _, count in model.why_not())
-    else:
-        found = features_from_csv(path)
+    found = _with_features(plan, read.path, [offer.feature for offer in taken])
+    if plan_file is None:
+        return found
+    return replace(found, plan=with_model(found.plan, plan_file, read.path, read.model.part))
+
+
+def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> Imported:
     more = plan
     for feature in found:
         more = add_feature(more, feature)
-    if path.suffix.lower() in STEP_ENDINGS and plan_file is not None:
-        more = with_model(more, plan_file, path, model.part)
     said = tr("%n features added from {name}.", "", len(found)).format(name=path.name)
-    if left_out:
-        said += " " + tr(
-            "%n surfaces left out: fillets, text, narrow or free-form faces.", "", left_out
-        )
     return Imported(plan, more, ItemKey("features", found[0].name), said)
 
 
@@ -113,27 +173,57 @@ class Importing(WorkLine):
 
     imported = Signal(object)
     """Emits what was `Imported`."""
+    offered = Signal(object)
+    """Emits a `ReadModel`: its features are to be chosen."""
     failed = Signal(object)
     """Emits the exception: why nothing was."""
+    _reading = Signal(str)
 
     def __init__(self) -> None:
         super().__init__(tr("Importing"))
         self._worker = Worker("ocmm-import", self)
         self._given_up = threading.Event()
         self._reads = False
+        # The thread that reads tells it, and the window shows it when it comes to it.
+        self._reading.connect(self._show_progress, Qt.ConnectionType.QueuedConnection)
 
-    def read(
-        self, plan: Plan, path: Path, *, relocate: bool, plan_file: Path | None = None
-    ) -> None:
-        """Begin with a file; what is read already is given up."""
+    def read(self, plan: Plan, path: Path, *, relocate: bool, up: str = _UP) -> None:
+        """Begin with a file; what is read already is given up.
+
+        Parameters
+        ----------
+        relocate
+            See `with_file`.
+        up
+            Axis of a model that points up.
+        """
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
         self.begin(tr("Importing {name}.").format(name=path.name), tr("F12 cancels."))
+        is_model = path.suffix.lower() in STEP_ENDINGS
+
+        def work() -> object:
+            if is_model:
+                return model_of(path, up, given_up.is_set, self._reading.emit)
+            return with_file(plan, path, relocate=relocate)
+
         self._worker.do(
-            lambda: with_file(
-                plan, path, relocate=relocate, given_up=given_up.is_set, plan_file=plan_file
-            ),
+            work,
+            lambda found: self._done(given_up, found),
+            lambda error: self._not_done(given_up, error),
+        )
+
+    def take(
+        self, plan: Plan, model: ReadModel, taken: Sequence[Offer], plan_file: Path | None
+    ) -> None:
+        """Put what was chosen of a model into a plan; see `with_offers`."""
+        self._given_up.set()
+        given_up = self._given_up = threading.Event()
+        self._reads = True
+        self.begin(tr("Importing {name}.").format(name=model.path.name))
+        self._worker.do(
+            lambda: with_offers(plan, model, taken, plan_file),
             lambda found: self._done(given_up, found),
             lambda error: self._not_done(given_up, error),
         )
@@ -150,10 +240,14 @@ class Importing(WorkLine):
         self.give_up()
         self._worker.close(limit_s)
 
-    def _done(self, given_up: threading.Event, found: Imported) -> None:
+    def _done(self, given_up: threading.Event, found: object) -> None:
         if not given_up.is_set():
             self.give_up()
-            self.imported.emit(found)
+            (self.offered if isinstance(found, ReadModel) else self.imported).emit(found)
+
+    def _show_progress(self, what: str) -> None:
+        if self._reads:
+            self.begin(tr("Importing: {what}.").format(what=what), tr("F12 cancels."))
 
     def _not_done(self, given_up: threading.Event, error: Exception) -> None:
         if not given_up.is_set():

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout
+from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
 
 from ocmm_core.alignment import Alignment
 from ocmm_core.errors import InputError, OcmmError
@@ -28,12 +28,14 @@ from ocmm_core.inspection.plan import (
     with_head,
     with_picture,
 )
+from ocmm_core.inspection.step import Offer
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, later, panel, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
-from ocmm_gui.plan_editor._importing import Imported, Importing, what_is_missing
+from ocmm_gui.plan_editor._importing import Imported, Importing, ReadModel, what_is_missing
 from ocmm_gui.plan_editor._item_form import ItemForm
+from ocmm_gui.plan_editor._model_choice import ModelChoice
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, faulty_field
 from ocmm_gui.plan_editor._plan_items import (
     ALIGNMENT,
@@ -113,6 +115,7 @@ class PlanSheet(Sheet):
             "constructions": ItemForm(tr("Construction"), Construction),
             "characteristics": ItemForm(tr("Characteristic"), Characteristic),
         }
+        self._editor = QWidget()
         self._stack = QStackedWidget()
         for form in self.forms.values():
             self._stack.addWidget(form)
@@ -141,7 +144,13 @@ class PlanSheet(Sheet):
         self.source.given.connect(self.import_file)
         self.importing = Importing()
         self.importing.imported.connect(self._on_imported)
+        self.importing.offered.connect(self._on_offered)
         self.importing.failed.connect(self.failed)
+        self.choice = ModelChoice()
+        self.choice.taken.connect(self._take_offers)
+        self.choice.declined.connect(self._show_editor)
+        self.choice.up_changed.connect(self._read_again)
+        self._read: ReadModel | None = None
         self.image.given.connect(self.attach_picture)
         self.other.given.connect(self.open_file)
         self._lay_out()
@@ -171,6 +180,7 @@ class PlanSheet(Sheet):
 
     def open(self) -> None:
         """Go on writing where it was left."""
+        self._show_editor()
         self._refresh(self.items.chosen())
         self.items.setFocus()
 
@@ -246,7 +256,28 @@ class PlanSheet(Sheet):
     def import_file(self, path: Path) -> None:
         """Add the features of a table or of a model, or take the frame of a document."""
         relocate = self.forms[ALIGNMENT.group].choice() == "relocation"
-        self.importing.read(self.draft.plan, path, relocate=relocate, plan_file=self.draft.path)
+        self.importing.read(self.draft.plan, path, relocate=relocate)
+        self.items.setFocus()
+
+    def _on_offered(self, read: ReadModel) -> None:
+        """Show what a model offers in the place of the editor."""
+        self._read = read
+        self._editor.hide()
+        self.choice.show_model(read.model.part, read.offers, read.up)
+
+    def _read_again(self, up: str) -> None:
+        if self._read is not None:
+            self.importing.read(self.draft.plan, self._read.path, relocate=False, up=up)
+
+    def _take_offers(self, taken: tuple[Offer, ...]) -> None:
+        if self._read is not None:
+            self.importing.take(self.draft.plan, self._read, taken, self.draft.path)
+            self._show_editor()
+
+    def _show_editor(self) -> None:
+        self._read = None
+        self.choice.hide()
+        self._editor.show()
         self.items.setFocus()
 
     def _on_imported(self, found: Imported) -> None:
@@ -415,10 +446,12 @@ class PlanSheet(Sheet):
         right.addWidget(self.picture, 3)
         right.addWidget(self.checks, 2)
         right.addWidget(self._teaching)
-        right.addWidget(self.importing)
-        row = QHBoxLayout()
+        row = QHBoxLayout(self._editor)
+        row.setContentsMargins(0, 0, 0, 0)
         row.setSpacing(10)
         row.addWidget(self.items, 32)
         row.addWidget(panel(middle), 40)
         row.addWidget(panel(right), 28)
-        self.body.addLayout(row, 1)
+        self.body.addWidget(self._editor, 1)
+        self.body.addWidget(self.choice, 1)
+        self.body.addWidget(self.importing)

@@ -29,6 +29,7 @@ from ocmm_gui.kit import (
     verdict_colour,
     verdict_mark,
 )
+from ocmm_gui.results._deviation_view import DeviationView
 from ocmm_gui.results._driving_points import DrivingPoints
 from ocmm_gui.results._job_source import JobSource
 from ocmm_gui.results._opening import OpenedJob, opened_job
@@ -80,6 +81,7 @@ class ResultsSheet(Sheet):
         self.detail = ResultDetail()
         self.points = DrivingPoints()
         self.points.hide()
+        self.deviations = DeviationView()
         self.file = PathPanel(tr("Open the job from the file"), tr("File of the job"), tr("Open"))
         self.opening = WorkLine(tr("Opening a job"))
         self._opening = SideProcess(self)
@@ -94,6 +96,7 @@ class ResultsSheet(Sheet):
         left = QVBoxLayout()
         left.setSpacing(8)
         left.addWidget(self.table, 3)
+        left.addWidget(self.deviations, 3)
         left.addWidget(self.points, 2)
         row = QHBoxLayout()
         row.setSpacing(10)
@@ -189,6 +192,7 @@ class ResultsSheet(Sheet):
         self.say(self._source.words(job))
         self._show_summary(job)
         self.table.show_job(job)
+        self.deviations.show_job(job, self.detail.up())
         self._show_detail(self.table.chosen())
 
     def _show_summary(self, job: JobView) -> None:

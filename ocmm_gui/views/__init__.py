@@ -5,11 +5,11 @@ needed.
 
 Read `_scene` (a small 3-D scene, and how it is projected), `_labels` (where its words stand),
 `_scene_painter` (QPainter draws it), `_shapes` (wire shapes in mm, world frame), `_contents` (what
-is shown); `_part_scene` (the nominal part), `_placed` (where it is), `_scene_layer` (what stands
-still); `_orbit_view` (what turns), `_easing` (calmly), `_following` (where the eye has to be),
-`_rig_sides`, `_view_dress` (what stands round a scene); `_part_picture` (the part by itself),
-`_point_view` (the 3-D view), `_camera_view` (spots of each camera), `_step_picture` (the picture of
-a step).
+is shown), `_deviations` (whiskers of touched places, and their scale); `_part_scene` (the nominal
+part), `_placed` (where it is), `_scene_layer` (what stands still); `_orbit_view` (what turns),
+`_easing` (calmly), `_following` (where the eye has to be), `_rig_sides`, `_view_dress` (what stands
+round a scene); `_part_picture` (the part by itself), `_point_view` (the 3-D view), `_camera_view`
+(spots of each camera), `_step_picture` (the picture of a step).
 It must not know the station or the bridge: it is given what it draws.
 """
 
@@ -23,6 +23,14 @@ if TYPE_CHECKING:
     from ocmm_gui.views import _shapes as shapes
     from ocmm_gui.views._camera_view import CameraViews
     from ocmm_gui.views._contents import job_items
+    from ocmm_gui.views._deviations import (
+        SCALE_PX,
+        deviation_colour,
+        deviation_items,
+        deviations_of,
+        paint_scale,
+        scale_words,
+    )
     from ocmm_gui.views._part_picture import PartPicture
     from ocmm_gui.views._point_view import PointView
     from ocmm_gui.views._rig_sides import seen_from, upright
@@ -34,6 +42,9 @@ else:
         __name__,
         _camera_view="CameraViews",
         _contents="job_items",
+        _deviations=(
+            "SCALE_PX deviation_colour deviation_items deviations_of paint_scale scale_words"
+        ),
         _part_picture="PartPicture",
         _point_view="PointView",
         _rig_sides="seen_from upright",
@@ -44,6 +55,7 @@ else:
     )
 
 __all__ = [
+    "SCALE_PX",
     "CameraViews",
     "Diamonds",
     "Dots",
@@ -55,9 +67,14 @@ __all__ = [
     "PointView",
     "StepPicture",
     "Tag",
+    "deviation_colour",
+    "deviation_items",
+    "deviations_of",
     "job_items",
+    "paint_scale",
     "paint_scene",
     "read_picture",
+    "scale_words",
     "seen_from",
     "shapes",
     "upright",

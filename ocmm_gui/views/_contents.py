@@ -16,9 +16,11 @@ from ocmm_core.inspection.evaluation import (
     Target,
     cue,
 )
+from ocmm_core.tolerances.decisions import NO_DEVIATIONS
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, led_name, reference_led_name, tr, verdict_colour
 from ocmm_gui.views import _shapes as shapes
+from ocmm_gui.views._deviations import deviation_items, deviations_of
 from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, Tag
 
 _ARROW_MM = 9.0
@@ -93,6 +95,9 @@ class JobDrawing:
     def __init__(self) -> None:
         self._kept: dict[str, tuple[FeatureView, _Look, tuple[Item, ...], Float]] = {}
         self._items: tuple[Item, ...] = ()
+        self._deviations: tuple[Item, ...] = ()
+        self._deviations_of: tuple[object, ...] = ()
+        self.deviations = NO_DEVIATIONS
         self._reach: dict[str, Float] = {}
 
     def reach(self, name: str = "") -> Float:
@@ -125,6 +130,7 @@ class JobDrawing:
             own, places = self._known(feature, look)
             items += own
             self._reach[feature.name] = places
+        items += self._whiskers(job, theme)
         if len(items) != len(self._items) or not all(map(is_, items, self._items)):
             self._items = tuple(items)
         targets = [target.surface_world for target in active_targets(job)]
@@ -132,6 +138,15 @@ class JobDrawing:
             before = self._reach.get(job.active, np.empty((0, 3)))
             self._reach[job.active] = np.concatenate([before, np.stack(targets)])
         return self._items, self.reach()
+
+    def _whiskers(self, job: JobView, theme: Theme) -> tuple[Item, ...]:
+        made_of = (*job.characteristics, job.held, theme)
+        before = self._deviations_of
+        if len(made_of) != len(before) or not all(map(is_, made_of, before)):
+            self._deviations_of = made_of
+            self.deviations = deviations_of(job)
+            self._deviations = deviation_items(self.deviations, theme)
+        return self._deviations
 
     def _known(self, feature: FeatureView, look: _Look) -> tuple[tuple[Item, ...], Float]:
         kept = self._kept.get(feature.name)

@@ -16,7 +16,7 @@ _MARGIN = 1.18
 _CHASE = 1.4
 """So much more room a view takes that the ball has left: it will go on, and a view that moves with
 it cannot be read."""
-_CALM = 1.7
+_CALM = 1.45
 """A view that is so much wider than it has to be takes in what is nearer."""
 _LATER = 8
 _RIM = 0.03

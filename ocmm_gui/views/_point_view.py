@@ -23,6 +23,7 @@ from ocmm_gui.views._contents import (
     reference_items,
     target_items,
 )
+from ocmm_gui.views._deviations import paint_scale, scale_place
 from ocmm_gui.views._easing import Easing
 from ocmm_gui.views._following import Work, following, side_for
 from ocmm_gui.views._orbit_view import OrbitView
@@ -195,7 +196,7 @@ class PointView(OrbitView):
 
     def rough_words(self) -> str:
         """Return what the picture says while nobody knows where the part is; empty where known."""
-        return tr("Part placed roughly until it is aligned") if self._part.is_rough() else ""
+        return tr("Part placed roughly: not aligned yet") if self._part.is_rough() else ""
 
     def _draw_job(self, job: JobView) -> None:
         items, reach = self._drawing.items(job, self._theme, self._chosen)
@@ -278,6 +279,7 @@ class PointView(OrbitView):
         )  # fmt: skip
         scene.paint(painter)
         paint_triad(painter, inside, orbit, theme)
+        paint_scale(painter, scale_place(inside), self._drawing.deviations, theme)
         if corner is not None:
             self._overview.paint(painter, corner, self._probe, theme)
         words = self.rough_words()
@@ -289,6 +291,8 @@ class PointView(OrbitView):
     def _free_of_words(self, inside: QRectF, corner: QRectF | None) -> list[QRectF]:
         """Return where no word may stand: ball, next place, and what lies over the picture."""
         free = [triad_place(inside), grid_place(inside)]
+        if self._drawing.deviations.whiskers:
+            free.append(scale_place(inside))
         if corner is not None:
             free.append(corner)
         if words := self.rough_words():

@@ -16,6 +16,7 @@ from ocmm_gui.views._scene_painter import paint_scene
 
 OVERVIEW_ASPECT = 1.25
 _GAP_PX = 8.0
+_WORDS_PX = 26.0
 
 
 class Overview:
@@ -43,7 +44,7 @@ class Overview:
         wide = OVERVIEW_ASPECT * side
         left, right = inside.left() + _GAP_PX, inside.right() - wide - _GAP_PX
         top, bottom = inside.top() + _GAP_PX, inside.bottom() - side - _GAP_PX
-        for x, y in ((right, top), (right, bottom), (left, top)):
+        for x, y in ((right, top), (right, bottom), (left, top + _WORDS_PX + _GAP_PX)):
             room = QRectF(x, y, wide, side)
             if not any(room.contains(QPointF(*one)) for one in avoided.tolist()):
                 return room
@@ -97,10 +98,10 @@ def grid_place(box: QRectF) -> QRectF:
 
 
 def words_place(box: QRectF, words: str) -> QRectF:
-    """Return where a line of words stands, in the middle above the lower edge."""
+    """Return where a line of words stands: in the upper left corner."""
     metrics = QFontMetricsF(text_font(14, bold=True))
-    wide = min(metrics.horizontalAdvance(words) + 20.0, box.width() - 16.0)
-    return QRectF(box.center().x() - 0.5 * wide, box.top() + _GAP_PX, wide, 26.0)
+    wide = min(metrics.horizontalAdvance(words) + 20.0, 0.66 * box.width())
+    return QRectF(box.left() + _GAP_PX, box.top() + _GAP_PX, wide, _WORDS_PX)
 
 
 def paint_words(painter: QPainter, place: QRectF, words: str, theme: Theme) -> None:
@@ -110,4 +111,7 @@ def paint_words(painter: QPainter, place: QRectF, words: str, theme: Theme) -> N
     painter.drawRoundedRect(place, 4, 4)
     painter.setFont(text_font(14, bold=True))
     painter.setPen(QColor(theme.warn))
-    painter.drawText(place, Qt.AlignmentFlag.AlignCenter, words)
+    metrics = QFontMetricsF(painter.font())
+    room = place.width() - 12.0
+    shown = metrics.elidedText(words, Qt.TextElideMode.ElideRight, room)
+    painter.drawText(place, Qt.AlignmentFlag.AlignCenter, shown)

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import combinations
+from itertools import combinations, product
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,16 +18,19 @@ from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.documents import resource
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.inspection.step import read_model
 from ocmm_core.part_model import PartModel
 from ocmm_core.rendering import RenderMode
 from ocmm_core.tracking import load_probe
 from ocmm_gui.kit import THEMES
 from ocmm_gui.views import PointView
+from tests.core.inspection.step_models import bent_pocket, written
 from tests.gui.plan_steps import Step, measured_steps, nominal_steps
 from tests.gui.test_point_view import live_at
 from tests.made_parts import PartMaker
 
 SIZES = ((616, 430), (1250, 800), (3100, 1900))
+CASES = [*product(("demo", "gauge", "model"), SIZES), ("step", SIZES[1])]
 
 
 def demo_part() -> PartModel:
@@ -73,12 +77,21 @@ def model_plan() -> tuple[tuple[NominalFeature, ...], PartModel]:
     return tuple(features), model
 
 
+def step_plan(folder: Path) -> tuple[tuple[NominalFeature, ...], PartModel]:
+    """Return what the program makes of a STEP file: a block with a pocket."""
+    read = read_model(written(folder / "pocket.stp", bent_pocket()), with_part=True)
+    assert read.part is not None
+    return read.features, read.part
+
+
 @pytest.fixture(scope="module")
 def plans(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Step]]:
     demo = list(measured_steps("demo.toml", tmp_path_factory.mktemp("demo"), demo_part()))
     features, model = model_plan()
+    own, pocket = step_plan(tmp_path_factory.mktemp("step"))
     return {
         "demo": demo,
+        "step": list(nominal_steps(own, pocket, demo[0].job)),
         "gauge": list(measured_steps("gauge.toml", tmp_path_factory.mktemp("gauge"))),
         "model": list(nominal_steps(features, model, demo[0].job)),
     }
@@ -109,8 +122,7 @@ def every(steps: list[Step], n: int) -> Iterator[Step]:
     return iter(steps[::n])
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("plan", ["demo", "gauge", "model"])
+@pytest.mark.parametrize(("plan", "size"), CASES)
 def test_ball_target_and_feature_are_in_the_picture_at_every_step(
     qtbot: QtBot, plans: dict[str, list[Step]], plan: str, size: tuple[int, int]
 ) -> None:
@@ -135,8 +147,7 @@ def test_ball_target_and_feature_are_in_the_picture_at_every_step(
     assert turns < 0.15 * len(plans[plan])
 
 
-@pytest.mark.parametrize("size", SIZES)
-@pytest.mark.parametrize("plan", ["demo", "gauge", "model"])
+@pytest.mark.parametrize(("plan", "size"), CASES)
 def test_words_cover_neither_each_other_nor_ball_nor_target(
     qtbot: QtBot, plans: dict[str, list[Step]], plan: str, size: tuple[int, int]
 ) -> None:

@@ -68,8 +68,13 @@ def test_readout_shows_the_tip_and_the_strip_the_counters(
     assert tip is not None
     # The probe moves at most 0.6 m/s between what is shown (12 Hz) and what is asked here.
     assert np.abs(shown - tip).max() < 100.0
-    for plot in desk.cameras.plots():
-        assert len(plot.labels()) >= 3
+    assert desk.cameras.isHidden(), "the part has the room until somebody asks for the cameras"
+    for name in ("left", "right"):
+        assert f"{name}: " in desk.camera_bar.words()
+    bench.window.actions_by_key["cameras"].trigger()
+    plots = desk.cameras.plots()
+    qtbot.waitUntil(lambda: all(len(plot.labels()) >= 3 for plot in plots), timeout=PATIENCE_MS)
+    for plot in plots:
         assert all("·s" in label for label in plot.labels())
 
 

@@ -33,6 +33,7 @@ def test_the_reference_body_is_named_counted_and_lost_in_words(
     )
     desk, trust = bench.window.desk, bench.window.trust
     assert not desk.strip.counter("Reference").startswith("4/4")
+    bench.window.actions_by_key["cameras"].trigger()
     bench.bridge.start()
     qtbot.waitUntil(lambda: trust.isVisible(), timeout=PATIENCE_MS)
     assert trust.text() == (

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from ocmm_core.cli.acceptance._interim import interim
 from ocmm_core.cli.terminal import (
     CalibrationsOption,
     ForceOption,
@@ -214,6 +215,9 @@ def status(*, folder: FolderOption = None) -> None:
             path.name,
         )  # fmt: skip
     console.print(table)
+
+
+acceptance_app.command()(interim)
 
 
 def _exit(record: AcceptanceRecord) -> None:

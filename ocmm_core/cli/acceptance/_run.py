@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -30,6 +31,7 @@ from ocmm_core.composition import (
     collect_acceptance,
     make_feed,
     origin_of,
+    require_recorded,
     scenes_of_acceptance,
 )
 from ocmm_core.errors import CalibrationError, OcmmError
@@ -59,6 +61,15 @@ def run_test(
     CalibrationError
         The test may not begin, or the source ended before the last point.
     """
+    if origin_of(site.source) is Origin.RECORDING:
+        # What was recorded is known before a test begins with it.
+        feed = _recorded(site, force)
+        feed.ring.close()
+        instrument = require_recorded(
+            site.cameras, site.probe, site.stage.instrument, feed.recorded
+        )
+        stage = replace(site.stage, instrument=instrument)
+        site = replace(site, stage=stage)
     session = None if new else _unfinished(site, base, console)
     if session is None:
         of_cameras, of_tip = artefacts_used_before(site.cameras, site.probe)
@@ -155,7 +166,12 @@ def _feed(
         away = np.array(session.stage.instrument.away)
         scenes = scenes_of_acceptance(virtual, session.view, session.stage.artefacts, away)
         return acceptance_feed(virtual, site.source, scenes, speed)
+    return _recorded(site, force), None
+
+
+def _recorded(site: AcceptanceSite, force: bool) -> Feed:
+    """Return cameras or a recording as a source."""
     request = StationRequest(
         plan=DEMO_PLAN, out=Path(), rig=site.rig, source=site.source, force=force
     )
-    return make_feed(request, load_plan(DEMO_PLAN), load_rig(site.rig)), None
+    return make_feed(request, load_plan(DEMO_PLAN), load_rig(site.rig))

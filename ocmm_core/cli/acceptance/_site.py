@@ -103,15 +103,10 @@ def named_artefact(name: str) -> UsedArtefact:
     path = Path(name)
     if path.suffix != ".toml":
         return ArtefactRegister().entry(name).used()
-    readers = (
-        lambda: load_used(path),
-        lambda: used_bar(load_bar(path)),
-        lambda: used_sphere(load_sphere(path)),
-    )
     last: InputError | None = None
-    for read in readers:
+    for read in (load_used, _bar_of, _sphere_of):
         try:
-            return read()
+            return read(path)
         except InputError as error:
             if error.code != "document.schema":
                 raise
@@ -121,6 +116,14 @@ def named_artefact(name: str) -> UsedArtefact:
         f"{path}: this is no document of an artefact.",
         "Give ocmm.artefact/1, ocmm.length-bar/1 or ocmm.sphere/1.",
     ) from last
+
+
+def _bar_of(path: Path) -> UsedArtefact:
+    return used_bar(load_bar(path))
+
+
+def _sphere_of(path: Path) -> UsedArtefact:
+    return used_sphere(load_sphere(path))
 
 
 def default_test_folder() -> Path:

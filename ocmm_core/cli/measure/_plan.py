@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import msgspec
 import typer
 
+from ocmm_core.cli.measure import _offers as offers
 from ocmm_core.cli.terminal import make_console
 from ocmm_core.errors import InputError
 
@@ -73,13 +74,25 @@ def import_(
             help="Table (CSV), plan or model in QIF 3.0, or model (STEP, needs an extra)."
         ),
     ],
-    output: OutputOption,
+    output: Annotated[
+        Path | None, typer.Option("--output", "-o", help="Plan document to write.")
+    ] = None,
     name: NameOption = None,
     part: PartNameOption = None,
     overwrite: OverwriteOption = False,
-    ball: Annotated[
-        float, typer.Option(min=0.1, max=100.0, help="Diameter of the ball, mm; of a model only.")
-    ] = 6.0,
+    ball: offers.BallOption = None,
+    probe: offers.ProbeOption = None,
+    rig: offers.RigOption = None,
+    up: offers.UpOption = "+z",
+    turn: offers.TurnOption = 0.0,
+    reach: offers.ReachOption = True,
+    sight: offers.SightOption = True,
+    only: offers.OnlyOption = None,
+    without: offers.WithoutOption = None,
+    kind: offers.KindOption = None,
+    least: offers.LeastOption = 0.0,
+    most: offers.MostOption = float("inf"),
+    as_list: offers.ListOption = False,
     whole: Annotated[
         bool, typer.Option("--all", help="Of a model: fillets, text and narrow faces too.")
     ] = False,
@@ -107,25 +120,49 @@ def import_(
 
     Columns of a table: name, shape, x, y, z; and if wanted i, j, k, diameter, length, width, angle,
     side, points, text. A decimal comma needs semicolons between the columns. The features of a
-    model get targets on its trimmed faces; what is left out is told with the reason. Code 1: the
-    plan is written, and something of the model's tolerances was refused.
+    model get targets on its trimmed faces, where the probe reaches and the cameras see it while the
+    part stands in the middle of the measuring volume; what is left out is told with the reason.
+    --list shows what can be chosen. Code 1: the plan is written, and something of the model's
+    tolerances was refused.
     """
     from ocmm_core.cli.measure._account import account_json, print_account
     from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
     from ocmm_core.inspection.plan import features_from_csv, with_model
-    from ocmm_core.inspection.step import STEP_ENDINGS, read_model
+    from ocmm_core.inspection.step import STEP_ENDINGS, Choice, chosen, offers_of, read_model
 
+    if output is None and not as_list:
+        raise InputError(
+            "plan.output", "No plan document to write is named.", "Give --output, or --list."
+        )
     if file.suffix.lower() == ".qif":
+        if output is None:
+            raise InputError("plan.output", "A QIF document is not listed.", "Give --output.")
         _import_qif(file, output, name, part, overwrite=overwrite)
         return
     if file.suffix.lower() not in STEP_ENDINGS:
+        if output is None:
+            raise InputError(
+                "plan.list", f"{file}: only a model offers surfaces.", "Give a STEP file."
+            )
         _write(_plan(features_from_csv(file), output, name, part), output, overwrite=overwrite)
         return
     general_of(general)
-    _require_free(output, overwrite=overwrite)
-    model = read_model(file, ball, with_part=keep_model)
-    more = tuple(one.feature for one in model.left_out) if whole else ()
-    plan = _plan((*model.features, *more), output, name, part)
+    if output is not None and not as_list:
+        _require_free(output, overwrite=overwrite)
+    request = offers.request_by(probe, rig, ball, (up, turn), reach=reach, sight=sight)
+    model = read_model(file, request=request, with_part=keep_model and not as_list)
+    everything = whole or (as_list and not only)
+    choice = Choice(
+        tuple(only or ()), tuple(without or ()), tuple(kind or ()), least, most, everything
+    )
+    taken = chosen(offers_of(model), choice)
+    if output is None or as_list:
+        if as_json:
+            typer.echo(offers.offers_json(taken, model))
+        else:
+            offers.print_offers(taken, model, make_console())
+        return
+    plan = _plan(tuple(one.feature for one in taken), output, name, part)
     account = None
     if tolerances:
         plan, account = plan_with_tolerances(plan, model, general)

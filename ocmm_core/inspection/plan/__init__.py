@@ -6,7 +6,8 @@ Out: a checked plan, and TOML that reads back to the same plan.
 Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
 (what speaks against a plan), `_edit` (changes: a plan in, another one out), `_shelf` (plans of a
 folder), `_picture`, `_cad_model` with `_part_cache` (the part that is shown). It is filled by
-`_csv` and `_teach`. `_stored_plan` reads the plan of a job file.
+`_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan` reads the plan of
+a job file.
 It must not know points or sessions.
 """
 
@@ -55,6 +56,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._stored_plan import stored_plan
+    from ocmm_core.inspection.plan._surface_profile import surface_profile
     from ocmm_core.inspection.plan._teach import taught_plan
 else:
     __getattr__ = door(
@@ -73,6 +75,7 @@ else:
         _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
         _stored_plan="stored_plan",
+        _surface_profile="surface_profile",
         _teach="taught_plan",
     )
 
@@ -108,6 +111,7 @@ __all__ = [
     "save_plan",
     "step_fault",
     "stored_plan",
+    "surface_profile",
     "taught_plan",
     "usual_points",
     "with_alignment",

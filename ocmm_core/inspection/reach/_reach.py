@@ -6,6 +6,7 @@ from collections import Counter
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.reach import _search_kernel as kernel
@@ -148,12 +149,13 @@ class Reach:
             held[good] = self._turns[found[good, 2], found[good, 3]]
         return Reached(stage, found[:, 1], held, ways, found[:, 4])
 
-    def _outside(self, points: Float, normals: Float) -> Float:
+    def _outside(self, points: Float, normals: Float) -> NDArray[np.bool_]:
         if self._setting is None or self._setting.rig is None:
             return np.zeros(len(points), dtype=np.bool_)
         centres = self._pose.apply(points + self._radius * normals)
         low, high = self._setting.rig.volume_world
-        return ((centres < low) | (centres > high)).any(axis=1)
+        outside: NDArray[np.bool_] = ((centres < low) | (centres > high)).any(axis=1)
+        return outside
 
     def _ranks(self, normals: Float, axis_part: Float | None) -> Int:
         """Return for each target the directions of the handle, (n, d), the most natural first."""

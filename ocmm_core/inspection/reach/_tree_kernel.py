@@ -7,9 +7,9 @@ hull of two balls, a panel is a flat prism with four corners.
 from __future__ import annotations
 
 import numpy as np
-from numba import njit
 from numpy.typing import NDArray
 
+from ocmm_core.camera import compiled
 from ocmm_core.geometry import Float, Int
 
 BAR, PANEL = 0, 1
@@ -29,7 +29,7 @@ _STEPS = 22
 """Of the golden section: 0.618^22 is 2.5e-5 of the length of a bar, 1 um of a stylus."""
 
 
-@njit(cache=True, nogil=True)
+@compiled()
 def grow(triangles: Float, boxes: Float, links: Int, order: Int) -> int:
     """Fill in the tree of ``triangles`` (n, 3, 3), and return how many boxes it has.
 
@@ -81,7 +81,7 @@ def grow(triangles: Float, boxes: Float, links: Int, order: Int) -> int:
     return count
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
     """Return how far a point is from a triangle (3, 3).
 
@@ -120,10 +120,10 @@ def point_triangle(px: float, py: float, pz: float, t: Float) -> float:
             # edges above have caught.
             v, w = vb / (va + vb + vc), vc / (va + vb + vc)
     x, y, z = x - v * abx - w * acx, y - v * aby - w * acy, z - v * abz - w * acz
-    return np.sqrt(x * x + y * y + z * z)
+    return float(np.sqrt(x * x + y * y + z * z))
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _bar_near(body: Float, t: Float, gap: float) -> bool:
     """Return whether a triangle comes nearer to a bar than ``gap``, mm.
 
@@ -159,13 +159,12 @@ def _bar_near(body: Float, t: Float, gap: float) -> bool:
             low, p, at_p = p, q, at_q
             q = low + ratio * (high - low)
             at_q = point_triangle(x + q * wx, y + q * wy, z + q * wz, t) - r0 - q * dr
-    return (
-        point_triangle(x + low * wx, y + low * wy, z + low * wz, t) - r0 - low * dr < gap
-        or point_triangle(x + high * wx, y + high * wy, z + high * wz, t) - r0 - high * dr < gap
-    )
+    at_low = point_triangle(x + low * wx, y + low * wy, z + low * wz, t) - r0 - low * dr
+    at_high = point_triangle(x + high * wx, y + high * wy, z + high * wz, t) - r0 - high * dr
+    return bool(min(at_low, at_high) < gap)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _parted(x: float, y: float, z: float, corners: Float, t: Float, gap: float) -> bool:
     """Return whether corners and triangle are ``gap`` apart along a direction of any length."""
     size = np.sqrt(x * x + y * y + z * z)
@@ -179,10 +178,10 @@ def _parted(x: float, y: float, z: float, corners: Float, t: Float, gap: float) 
     for k in range(3):
         at = x * t[k, 0] + y * t[k, 1] + z * t[k, 2]
         low3, high3 = min(low3, at), max(high3, at)
-    return max(low3 - high, low - high3) >= gap * size
+    return bool(max(low3 - high, low - high3) >= gap * size)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _parted_by(
     ax: float, ay: float, az: float, bx: float, by: float, bz: float, corners: Float, t: Float,
     gap: float,
@@ -191,7 +190,7 @@ def _parted_by(
     return _parted(ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx, corners, t, gap)
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def _panel_near(corners: Float, t: Float, gap: float) -> bool:
     """Return whether a triangle may come nearer to a prism (8, 3) than ``gap``, mm.
 
@@ -223,7 +222,7 @@ def _panel_near(corners: Float, t: Float, gap: float) -> bool:
     return True
 
 
-@njit(cache=True, nogil=True, error_model="numpy")
+@compiled()
 def first_near(
     body: Float, gap: float, own_gap: float, triangles: Float, faces: Int, own: NDArray[np.bool_],
     boxes: Float, links: Int, order: Int,
@@ -295,7 +294,7 @@ def first_near(
             triangle = triangles[order[k]]
             if body[KIND] == PANEL:
                 if _panel_near(corners, triangle, limit):
-                    return face
+                    return int(face)
             elif _bar_near(body, triangle, limit):
-                return face
+                return int(face)
     return FREE

@@ -138,7 +138,8 @@ def read_model(
     ------
     InputError
         The extra is not installed, the file is no STEP file that can be read, it has no such
-        surfaces, or reading takes too long or was given up.
+        surfaces, or reading takes too long or was given up. With the probe of a request it may be
+        that none of them is within reach: then all are left out.
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)
@@ -146,7 +147,7 @@ def read_model(
     # What is wrong with its documents is said here and not by another process.
     setting_of(request)
     said, part = ask(path, request, with_part, asking)
-    return _model(path, said, part)
+    return _model(path, said, part, may_be_empty=bool(request.probe))
 
 
 def read_part(
@@ -167,9 +168,13 @@ def read_part(
     return part
 
 
-def _model(path: Path, said: StepAnswer, part: PartModel | None) -> StepModel:
+def _model(
+    path: Path, said: StepAnswer, part: PartModel | None, *, may_be_empty: bool
+) -> StepModel:
     chosen = [one for one in said.surfaces if not one.against]
-    if not 0 < len(chosen) <= MOST_FEATURES:
+    # Where the part stands in the way of the probe, it can be turned: the reasons say so.
+    least = 0 if may_be_empty and said.surfaces else 1
+    if not least <= len(chosen) <= MOST_FEATURES:
         raise step_error(
             path,
             f"it has {len(chosen)} surfaces that can be probed (planes, cylinders, cones, spheres, "

@@ -21,6 +21,9 @@ _SHARE = 5e-4
 _FINEST_MM, _COARSEST_MM = 0.002, 5.0
 _TURN_RAD = 0.35
 _ENOUGH_TRIANGLES = 200_000
+_VERY_LARGE = 3000
+"""A part with more faces is shown only: coarser, and without its exact surfaces."""
+_LARGE, _MANY_HOLES = 1500, 50
 _EXACT_MM = 1e-4
 """A spline that leaves its face by more is none of that face."""
 _TRIED = 24
@@ -58,7 +61,7 @@ def part_of(
         if number % 16 == 1:
             doing(f"the shape of face {number} of {len(faces)}")
         parts.append(_face_mesh(face))
-        made.append(_model_face(number, face, document))
+        made.append(_model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
     if not any(len(part.triangles) for part in parts):
         msg = "no mesh can be made of its faces"
         raise ValueError(msg)
@@ -100,6 +103,7 @@ def _meshed(shape: Any, faces: Sequence[Any]) -> float:
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
     from OCP.BRepTools import BRepTools
+    from OCP.IMeshTools import IMeshTools_MeshAlgoType_Delabella
     from OCP.TopoDS import TopoDS_Compound
 
     compound, builder = TopoDS_Compound(), BRep_Builder()
@@ -112,11 +116,21 @@ def _meshed(shape: Any, faces: Sequence[Any]) -> float:
     if not np.isfinite(size) or size <= 0.0 or size > 1e6:
         msg = "its size is no size of a part"
         raise ValueError(msg)
+    # The usual way takes a time that grows with the square of the holes of a face.
+    is_large = len(faces) > _LARGE or any(
+        sum(1 for _ in explored(face, "WIRE")) > _MANY_HOLES for face in faces
+    )
     deflection = float(np.clip(_SHARE * size, _FINEST_MM, _COARSEST_MM))
-    turn = _TURN_RAD
+    turn = _TURN_RAD if len(faces) <= _VERY_LARGE else 2.0 * _TURN_RAD
     for _ in range(6):
         static(BRepTools, "Clean")(compound)
-        BRepMesh_IncrementalMesh(compound, deflection, False, turn, True)
+        mesher = BRepMesh_IncrementalMesh()
+        mesher.SetShape(compound)
+        options = mesher.ChangeParameters()
+        options.Deflection, options.Angle, options.InParallel = deflection, turn, True
+        if is_large:
+            options.MeshAlgo = IMeshTools_MeshAlgoType_Delabella
+        mesher.Perform()
         if sum(_count(face) for face in faces) <= _ENOUGH_TRIANGLES:
             break
         deflection, turn = 2.0 * deflection, min(2.0 * turn, 1.5)
@@ -218,13 +232,13 @@ def _edges(
     )
 
 
-def _model_face(number: int, face: Any, document: StepDocument) -> ModelFace:
+def _model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.TopAbs import TopAbs_REVERSED
 
     surface = BRepAdaptor_Surface(face, True)
     said = document.about(face)
-    loops = _loops(face, surface)
+    loops = _loops(face, surface) if is_exact else []
     mapped = _mapped(surface, loops)
     outlines: tuple[Float, ...] = ()
     if mapped is not None:

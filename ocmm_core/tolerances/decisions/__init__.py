@@ -5,8 +5,9 @@ Out: results with U and verdict, the verdict of a feature and of the part, capab
 
 Read `_decision` (one value, its U, a verdict), `_result` (what is said of one characteristic),
 `_results` (all of a plan at once, and where U is put together), `_verdict` (of a feature and of
-the part), `_capability` (several parts: control chart, Cp, Cpk). There is one verdict, and every
-screen and report shows this one. It must not know `monte_carlo`.
+the part), `_deviations` (of touched places, as a picture shows them), `_capability` (several parts:
+control chart, Cp, Cpk). There is one verdict, and every screen and report shows this one.
+It must not know `monte_carlo`.
 """
 
 from __future__ import annotations
@@ -34,6 +35,13 @@ if TYPE_CHECKING:
         rule_id,
         rule_words,
     )
+    from ocmm_core.tolerances.decisions._deviations import (
+        NO_DEVIATIONS,
+        DeviationClass,
+        DeviationPicture,
+        Whisker,
+        deviation_picture,
+    )
     from ocmm_core.tolerances.decisions._result import (
         LOWEST_TUR,
         U_LABEL,
@@ -58,6 +66,7 @@ else:
         _decision=(
             "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
         ),
+        _deviations="DeviationClass DeviationPicture NO_DEVIATIONS Whisker deviation_picture",
         _result="CharacteristicResult LOWEST_TUR U_LABEL U_WORDS Verdict",
         _results="Known evaluate_all evaluate_one",
         _verdict="NO_VERDICT PartVerdict PartWord VerdictSummary WORST_FIRST judge_part summarise",
@@ -65,6 +74,7 @@ else:
 
 __all__ = [
     "LOWEST_TUR",
+    "NO_DEVIATIONS",
     "NO_VERDICT",
     "RULES",
     "U_LABEL",
@@ -72,6 +82,8 @@ __all__ = [
     "WORST_FIRST",
     "CharacteristicResult",
     "ControlChart",
+    "DeviationClass",
+    "DeviationPicture",
     "Known",
     "PartVerdict",
     "PartWord",
@@ -80,9 +92,11 @@ __all__ = [
     "Signal",
     "Verdict",
     "VerdictSummary",
+    "Whisker",
     "capability",
     "control_chart",
     "decide",
+    "deviation_picture",
     "evaluate_all",
     "evaluate_one",
     "judge_part",

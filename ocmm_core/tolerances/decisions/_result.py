@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Literal
+
+from ocmm_core.tolerances.zones import Seen
 
 U_LABEL = "U (95 %)"
 """Heading of U wherever it stands; no factor, because few points widen U beyond 2 u."""
@@ -66,6 +68,9 @@ class CharacteristicResult:
         What a modifier of material has added to the tolerance.
     unit
         Of all numbers here.
+    seen
+        The deviations of the touched places that the value is made of, for pictures; None without
+        a value, and for kinds that have none.
     """
 
     name: str
@@ -88,6 +93,7 @@ class CharacteristicResult:
     floor: float | None = None
     bonus: float = 0.0
     unit: Literal["mm", "deg"] = "mm"
+    seen: Seen | None = field(default=None, compare=False, repr=False)
 
     @property
     def stated(self) -> tuple[float, float, float] | None:

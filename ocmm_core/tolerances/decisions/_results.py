@@ -162,6 +162,8 @@ def evaluate_one(
     unknown = unknown_frame(alignment)
     if unknown and needs_part_frame(characteristic):
         result = not_proven(result, unknown)
+    if result.measured is not None:
+        result = replace(result, seen=evaluation.seen)
     return _with_notes(result, characteristic, evaluation, spreads)
 
 

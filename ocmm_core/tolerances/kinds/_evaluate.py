@@ -12,7 +12,14 @@ from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.kinds._registry import spec_of
 from ocmm_core.tolerances.kinds._size import own_association
-from ocmm_core.tolerances.zones import Characteristic, Evaluation, Frames, points_note
+from ocmm_core.tolerances.zones import (
+    Characteristic,
+    Evaluation,
+    Frames,
+    Seen,
+    points_note,
+    surface_points,
+)
 
 _NOTHING = 1e-6
 """Gradients below it are rounding: no point moves the value."""
@@ -66,7 +73,30 @@ def evaluate(
     said = [found.note, note, _precedence_note(datums, actual)]
     if datums:
         said.append(frames.note_on(characteristic.datums))
-    return replace(found, note=" ".join(part for part in said if part))
+    return replace(
+        found,
+        note=" ".join(part for part in said if part),
+        seen=found.seen or _seen_form(characteristic, actual, found),
+    )
+
+
+def _seen_form(
+    characteristic: Characteristic, actual: Mapping[str, ActualFeature], found: Evaluation
+) -> Seen | None:
+    """Return the deviations of a form from the middle of its zone; None where it has no such."""
+    feature = actual[characteristic.features[0]]
+    noise, touches = found.noise, feature.touches
+    if noise is None or noise.mirrored or touches is None or len(characteristic.features) != 1:
+        return None
+    if len(noise.deviations) != len(touches.numbers) or not feature.fit.shape.spec.has_normals:
+        # A section by itself, or a line, which deviates in two directions.
+        return None
+    measured = surface_points(feature)
+    away = feature.fit.shape.spec.is_curved and feature.nominal.side == "inner"
+    middle = 0.5 * (noise.deviations.max() + noise.deviations.min())
+    off = (noise.deviations - middle) * (-1.0 if away else 1.0)
+    name = (feature.nominal.name,) * len(off)
+    return Seen(name, touches.numbers, measured.points, measured.normals, off)
 
 
 def _precedence_note(datums: Sequence[str], actual: Mapping[str, ActualFeature]) -> str:

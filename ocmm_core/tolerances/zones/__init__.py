@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         section_circle,
         sections,
     )
-    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked
+    from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Ranked, Seen
     from ocmm_core.tolerances.zones._frames import Frames, HeldFrame, Keep, no_part_frame
     from ocmm_core.tolerances.zones._model_surface import ModelSurface
     from ocmm_core.tolerances.zones._points import points_note
@@ -67,7 +67,7 @@ else:
             "AXES CENTRES Section axis_sections derived_points few_in_a_section median_line "
             "section_circle sections"
         ),
-        _evaluation="Evaluation FormNoise Ranked",
+        _evaluation="Evaluation FormNoise Ranked Seen",
         _frames="Frames HeldFrame Keep no_part_frame",
         _model_surface="ModelSurface",
         _points="points_note",
@@ -96,6 +96,7 @@ __all__ = [
     "ModelSurface",
     "Ranked",
     "Section",
+    "Seen",
     "Surface",
     "SurfacePoints",
     "TouchedSurface",

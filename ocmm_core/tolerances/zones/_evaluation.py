@@ -33,6 +33,29 @@ class FormNoise:
     mirrored: bool = False
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Seen:
+    """The deviations of touched places that a value is made of.
+
+    Attributes
+    ----------
+    features, numbers
+        (n,): name of the feature and number of the point of each.
+    points
+        (n, 3), mm, world: on the touched surface.
+    outward
+        (n, 3), unit, world: out of the material.
+    deviations
+        (n,), mm, from the middle of the zone; positive where there is too much material.
+    """
+
+    features: tuple[str, ...]
+    numbers: tuple[int, ...]
+    points: Float
+    outward: Float
+    deviations: Float
+
+
 @dataclass(frozen=True, slots=True)
 class Ranked:
     """The sizes among which a value is the greatest or the smallest.
@@ -82,6 +105,8 @@ class Evaluation:
         Where the value is a size by its rank among others, which noise moves to one side.
     note
         What to know about the value; may be empty.
+    seen
+        The deviations of the touched places, for pictures; None where there are none.
     """
 
     value: float
@@ -95,6 +120,7 @@ class Evaluation:
     noise: FormNoise | None = None
     ranked: Ranked | None = None
     note: str = ""
+    seen: Seen | None = None
 
     @property
     def places(self) -> list[int]:

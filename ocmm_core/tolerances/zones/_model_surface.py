@@ -23,6 +23,7 @@ from ocmm_core.part_model import (
     nearest_feet,
     searched,
 )
+from ocmm_core.tolerances.zones._evaluation import Seen
 from ocmm_core.tolerances.zones._surface import own_fit
 
 FAR_MM = 5.0
@@ -54,11 +55,12 @@ class ModelSurface:
         self._offset = offset
         self._faces = [searched(face) for face in faces]
         self._feet: Feet | None = None
-        self._names = [
-            f"Point {number} of {feature.nominal.name}"
+        self._features = tuple(
+            feature.nominal.name
             for feature, touches in zip(features, touched, strict=True)
-            for number in touches.numbers
-        ]
+            for _ in touches.numbers
+        )
+        self._numbers = tuple(number for touches in touched for number in touches.numbers)
         self._places = tuple(place for touches in touched for place in touches.places)
         self._tips = np.vstack([touches.tips for touches in touched])
         self._directions = np.vstack([touches.directions for touches in touched])
@@ -96,8 +98,8 @@ class ModelSurface:
         values, normals = self._less_ball(self._feet)
         along = np.einsum("ni,ni->n", self._directions @ rotation.T, normals)
         off = values + self._offset
-        for name, unclear, value, cosine in zip(
-            self._names, self._feet.doubts, off.tolist(), along.tolist(), strict=True
+        for i, (unclear, value, cosine) in enumerate(
+            zip(self._feet.doubts, off.tolist(), along.tolist(), strict=True)
         ):
             doubt = unclear
             if abs(value) > FAR_MM:
@@ -107,7 +109,8 @@ class ModelSurface:
             if doubt:
                 raise FitError(
                     "characteristic.no_foot",
-                    f"{name} gives no deviation from the model: {doubt}.",
+                    f"Point {self._numbers[i]} of {self._features[i]} gives no deviation from the "
+                    f"model: {doubt}.",
                     "Touch again inside the face, square to it and away from edges and narrow "
                     "hollows, or name the faces that were touched.",
                 )
@@ -121,6 +124,11 @@ class ModelSurface:
     def by_radius(self, normals: Float) -> Float:
         """Return how deviations (n,) answer to the ball."""
         return np.full(len(normals), -1.0)
+
+    def seen(self, values: Float, normals: Float) -> Seen:
+        """Return the deviations as a picture shows them."""
+        surface = self._tips - self._radii[:, None] * normals
+        return Seen(self._features, self._numbers, surface, normals, values)
 
     def _less_ball(self, feet: Feet) -> tuple[Float, Float]:
         return feet.distances - self._radii - self._offset, feet.normals

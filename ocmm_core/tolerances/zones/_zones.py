@@ -17,7 +17,7 @@ from ocmm_core.features.elements import nominal_distances
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, skew
 from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise
+from ocmm_core.tolerances.zones._evaluation import Evaluation, FormNoise, Seen
 from ocmm_core.tolerances.zones._minimax import Smallest, smallest_length, smallest_zone
 from ocmm_core.tolerances.zones._surface import SurfacePoints, own_fit
 from ocmm_core.tolerances.zones._zone_frame import ZoneFrame
@@ -76,6 +76,10 @@ class TouchedSurface(Protocol):
         """Return how deviations (n,) answer to the ball; normals (n, 3) are those in the world."""
         ...
 
+    def seen(self, values: Float, normals: Float) -> Seen:
+        """Return deviations (n,) with normals (n, 3), world, as a picture shows them."""
+        ...
+
 
 @dataclass(frozen=True, slots=True)
 class Surface:
@@ -123,6 +127,16 @@ class Surface:
         """Return how deviations (n,) answer to the ball."""
         answers: Float = -np.sum(normals * self.measured.normals, axis=1)
         return answers
+
+    def seen(self, values: Float, normals: Float) -> Seen:
+        """Return the deviations as a picture shows them."""
+        touches, name = own_fit(self.measured.feature)[0], self.measured.feature.nominal.name
+        # The distance from a bore grows into its material.
+        signs = np.where(np.sum(normals * self.measured.normals, axis=1) < 0.0, -1.0, 1.0)
+        return Seen(
+            (name,) * len(touches.numbers), touches.numbers, self.measured.points,
+            signs[:, None] * normals, signs * values,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,6 +213,22 @@ def surface_zone(surfaces: Sequence[TouchedSurface], frame: ZoneFrame) -> Evalua
         gradient,
         frame=frame.words,
         noise=form_noise(values, rows, free),
+        seen=_all_seen(surfaces, values, normals_world),
+    )
+
+
+def _all_seen(surfaces: Sequence[TouchedSurface], values: Float, normals: Float) -> Seen:
+    found, first = [], 0
+    for surface in surfaces:
+        own = slice(first, first + len(surface.world))
+        first = own.stop
+        found.append(surface.seen(values[own], normals[own]))
+    return Seen(
+        tuple(name for one in found for name in one.features),
+        tuple(number for one in found for number in one.numbers),
+        np.vstack([one.points for one in found]),
+        np.vstack([one.outward for one in found]),
+        np.concatenate([one.deviations for one in found]),
     )
 
 

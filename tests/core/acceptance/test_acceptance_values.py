@@ -1,7 +1,10 @@
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 
 from ocmm_core.acceptance import (
     PartTask,
@@ -99,18 +102,17 @@ def test_the_smallest_ball_of_known_points() -> None:
     assert location_value(np.ones((5, 3))) == 0.0
 
 
-def test_the_smallest_ball_is_that_of_a_search() -> None:
-    from scipy.optimize import minimize
+def _farthest(points: Points3, centre: Float) -> float:
+    return float(np.linalg.norm(points - centre, axis=1).max())
 
+
+def test_the_smallest_ball_is_that_of_a_search() -> None:
     rng = np.random.default_rng(1)
     for _ in range(20):
         points = rng.standard_normal((5, 3))
         found = smallest_ball(points)[1]
         searched = minimize(
-            lambda c, at=points: float(np.linalg.norm(at - c, axis=1).max()),
-            points.mean(axis=0),
-            method="Nelder-Mead",
-            options={"xatol": 1e-9, "fatol": 1e-9},
+            partial(_farthest, points), points.mean(axis=0), method="Nelder-Mead", tol=1e-9
         )
         assert np.linalg.norm(points - smallest_ball(points)[0], axis=1).max() <= found + 1e-9
         # The search may stop above the least, never below it.

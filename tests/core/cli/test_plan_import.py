@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 from ocmm_core.features.shapes import Shape
@@ -27,19 +28,64 @@ def test_a_table_becomes_a_plan_and_no_file_is_lost(ocmm_here: Ocmm, tmp_path: P
 def test_a_model_becomes_a_plan_with_what_is_left_out(ocmm_here: Ocmm, tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
     model, plan = written(tmp_path / "shaft.STP", MODELS["stepped shaft"][0]()), tmp_path / "a.toml"
-    done = ocmm_here("plan", "import", model, "-o", plan)
+    done = ocmm_here("plan", "import", model, "-o", plan, "--no-reach")
     assert done.returncode == 0, done.stderr
     assert "5 features." in done.stdout
     assert "2  a ball of 6 mm has no room for 9 points" in done.stdout
     assert all(feature.targets for feature in load_plan(plan).features)
     # A smaller ball gets onto the shoulders; a larger one is no reason to touch the air.
-    done = ocmm_here("plan", "import", model, "-o", plan, "--overwrite", "--ball", "2")
+    done = ocmm_here(
+        "plan", "import", model, "-o", plan, "--overwrite", "--ball", "2", "--no-reach"
+    )
     assert "Left out" not in done.stdout
     assert len(load_plan(plan).features) == 7
-    ocmm_here("plan", "import", model, "-o", plan, "--overwrite", "--all")
+    ocmm_here("plan", "import", model, "-o", plan, "--overwrite", "--all", "--no-reach")
     loaded = load_plan(plan).features
     assert len(loaded) == 7
     assert [feature.shape for feature in loaded if not feature.targets] == [Shape.PLANE] * 2
+
+
+def test_what_no_probe_reaches_is_left_out_with_the_face_in_its_way(
+    ocmm_here: Ocmm, tmp_path: Path
+) -> None:
+    needs_package("OCP", "the extra 'step'")
+    model, plan = written(tmp_path / "block.step", MODELS["block"][0]()), tmp_path / "a.toml"
+    done = ocmm_here("plan", "import", model, "-o", plan)
+    assert done.returncode == 0, done.stderr
+    assert "5 features." in done.stdout
+    # It lies on a face; turned over, that one is on top.
+    assert "1  the stylus would touch face" in done.stdout
+    ocmm_here("plan", "import", model, "-o", plan, "--overwrite", "--up=-z")
+    (top,) = [one for one in load_plan(plan).features if one.direction == (0.0, 0.0, -1.0)]
+    assert len(top.targets) == 18
+
+
+def test_what_a_model_offers_is_listed_and_chosen_from(ocmm_here: Ocmm, tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    model, plan = written(tmp_path / "clevis.step", MODELS["clevis"][0]()), tmp_path / "a.toml"
+    listed = ocmm_here("plan", "import", model, "--list", "--json")
+    assert listed.returncode == 0, listed.stderr
+    offers = {offer["name"]: offer for offer in json.loads(listed.stdout)["offers"]}
+    assert len(offers) == 12
+    bore = offers["CYLINDER_1"]
+    assert (bore["size_mm"], bore["side"], bore["against"]) == (20.0, "inner", "")
+    (below,) = [offer for offer in offers.values() if offer["against"]]
+    assert "the stylus would touch face" in below["against"]
+    assert not plan.exists()
+
+    def taken(*choice: str) -> list[str]:
+        done = ocmm_here("plan", "import", model, "-o", plan, "--overwrite", *choice)
+        assert done.returncode == 0, done.stderr
+        return [feature.name for feature in load_plan(plan).features]
+
+    assert taken("--kind", "cylinder") == ["CYLINDER_1", "CYLINDER_2"]
+    assert taken("--only", "cyl*", "--without", str(bore["faces"][0])) == ["CYLINDER_2"]
+    assert taken("--most", "30") == ["CYLINDER_1", "CYLINDER_2"]
+    assert taken("--only", below["name"]) == [below["name"]]
+    refused = ocmm_here("plan", "import", model, "-o", plan, "--overwrite", "--only", "SLOT*")
+    assert refused.returncode == 2
+    assert "'SLOT*'" in refused.stderr
+    assert ocmm_here("plan", "import", model).returncode == 2
 
 
 def test_a_tessellated_model_is_refused_with_what_to_do(

@@ -1,4 +1,4 @@
-"""The nearest place of trimmed faces: right, complete, and told where it is none to measure with."""
+"""The nearest place of trimmed faces: right, complete, told where it is none to measure with."""
 
 from __future__ import annotations
 
@@ -136,7 +136,9 @@ def test_a_point_before_two_faces_is_told() -> None:
     """Between the walls of a slit, in a corner, and on the axis of a bore."""
     low = searched_face(face_of(plane(50.0, 30.0)))
     other = plane(50.0, 30.0)
-    high = searched_face(face_of(replace(other, poles=other.poles + [0.0, 0.0, 4.0]), number=2))
+    high = searched_face(
+        face_of(replace(other, poles=other.poles + np.array([0.0, 0.0, 4.0])), number=2)
+    )
     found = nearest_feet(np.array([[25.0, 15.0, 2.04], [25.0, 15.0, 1.0]]), [low, high])
     assert found.rivals[0] == pytest.approx(0.08, abs=1e-9)
     assert "two places" in found.doubts[0]

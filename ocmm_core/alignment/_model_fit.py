@@ -1,0 +1,202 @@
+"""Best fit of ball centres to faces of the model: where the distances from their feet are least.
+
+Gauss-Newton with exact feet in every step: to first order a distance moves with its centre along
+the normal of the face alone, so a step needs nothing but normals and arms. What is locked stays as
+the start has it, in the sense of `fit_points_locked`. What the faces that were touched leave open
+(all turns about the centre of a sphere; shifts along a plane and the turn about its normal) is
+named, and nothing is fitted then: a frame with an open motion would stand where the search stopped.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ocmm_core.alignment._best_fit import LEAST_HOLD, MOTIONS, left_jacobian
+from ocmm_core.alignment._rules import LockedMotion
+from ocmm_core.errors import FitError
+from ocmm_core.geometry import Float, Points3, RigidTransform, rotation_from_vector, skew
+from ocmm_core.part_model import Feet, SearchedFace, followed_feet, nearest_feet
+
+_MOST_STEPS = 60
+_CONVERGED_MM = 1e-9
+_AGAIN = 5
+"""Searches over all faces: a foot may lie on another face once the part has moved."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelFit:
+    """Where the part lies by faces of its model, and how well they are met.
+
+    Attributes
+    ----------
+    T_part_from_world
+        The frame of the model.
+    residuals
+        (n,), mm: distance of each ball from its face, positive outside.
+    faces
+        (n,): number of the face in the model that each point was held against.
+    by_tips
+        (6, 3 n): turn, rad, over shift, mm, of the frame by every ball centre, world; without what
+        residuals make of the curvature of faces.
+    locked
+        What stayed as the start had it.
+    """
+
+    T_part_from_world: RigidTransform
+    residuals: Float
+    faces: tuple[int, ...]
+    by_tips: Float
+    locked: tuple[LockedMotion, ...]
+
+
+def fit_to_faces(
+    tips_world: Points3,
+    tip_radius: float,
+    faces: Sequence[SearchedFace],
+    start: RigidTransform,
+    *,
+    weights: Float | None = None,
+    locked: Sequence[LockedMotion] = (),
+) -> ModelFit:
+    """Return the motion that takes ball centres nearest to one radius outside of faces.
+
+    Parameters
+    ----------
+    tips_world
+        (n, 3), mm, ball centres.
+    start
+        ``T_part_from_world``, near enough that each ball is nearest to the face it touched.
+    weights
+        (n,), positive, of the squared distances.
+    locked
+        Motions of the part frame that stay as ``start`` has them.
+
+    Raises
+    ------
+    FitError
+        The faces leave a motion open, a point has no foot that counts, there are too few points, or
+        the search does not come to rest.
+    """
+    free = [index for index, name in enumerate(MOTIONS) if name not in locked]
+    n = len(tips_world)
+    if n < len(free) + 1 or n == 0:
+        raise FitError(
+            "alignment.model_few_points",
+            f"The best fit to faces of the model has {n} points for {len(free)} motions.",
+            f"Take at least {len(free) + 1} points.",
+        )
+    shares = np.ones(n) if weights is None else np.asarray(weights, dtype=np.float64)
+    root = np.sqrt(shares / shares.mean())
+    before = start.apply(tips_world)
+    centre = before.mean(axis=0)
+    size = max(float(np.sqrt(np.mean(np.sum((before - centre) ** 2, axis=1)))), 1.0)
+    scale = np.array([1.0 / size] * 3 + [1.0] * 3)[free]
+    motion = np.zeros(6)
+    points, feet = before, nearest_feet(before, faces)
+    for _ in range(_AGAIN):
+        for _ in range(_MOST_STEPS):
+            slopes = _slopes(points, feet.normals, motion, free) * scale
+            rows = root[:, None] * slopes
+            _check_open(rows, scale, free, centre)
+            off = root * (feet.distances - tip_radius)
+            step = np.linalg.lstsq(rows, -off)[0]
+            motion[free] += step * scale
+            points = _moved(before, motion)
+            feet = followed_feet(points, faces, feet)
+            if float(np.abs(step).max(initial=0.0)) < _CONVERGED_MM:
+                break
+        else:
+            feet = nearest_feet(points, faces)
+            break
+        whole = nearest_feet(points, faces)
+        same = bool(np.all(np.abs(whole.distances - feet.distances) < 1e-7))
+        feet = whole
+        if same:
+            _check_feet(feet)
+            rows = root[:, None] * _slopes(points, feet.normals, motion, free) * scale
+            change = RigidTransform(rotation_from_vector(motion[:3]), motion[3:])
+            found = change.compose(start)
+            answers = -scale[:, None] * np.linalg.pinv(rows) * root
+            by_motion = answers[:, :, None] * (feet.normals @ found.rotation)
+            return ModelFit(
+                found,
+                feet.distances - tip_radius,
+                tuple(faces[place].number for place in feet.faces.tolist()),
+                _as_twist(motion)[:, free] @ by_motion.reshape(len(free), 3 * n),
+                tuple(locked),
+            )
+    _check_feet(feet)
+    raise FitError(
+        "alignment.model_no_end",
+        "The best fit to faces of the model does not come to rest.",
+        "Start from an alignment that is nearer, or leave out points near edges.",
+    )
+
+
+def _check_feet(feet: Feet) -> None:
+    for place, doubt in enumerate(feet.doubts):
+        if doubt:
+            raise FitError(
+                "alignment.model_foot",
+                f"Point {place + 1} of the best fit to faces of the model does not count: {doubt}.",
+                "Leave it out, or touch again inside the face.",
+            )
+
+
+def _as_twist(motion: Float) -> Float:
+    """Return how turn and shift of the frame follow a motion, (6, 6).
+
+    A point p = R x + t moves by turn x (p - t) + dt, which is turn x p + (dt + t x turn).
+    """
+    turn = left_jacobian(motion[:3])
+    return np.block([[turn, np.zeros((3, 3))], [skew(motion[3:]) @ turn, np.eye(3)]])
+
+
+def _moved(before: Points3, motion: Float) -> Points3:
+    moved: Points3 = before @ rotation_from_vector(motion[:3]).T + motion[3:]
+    return moved
+
+
+def _slopes(points: Points3, normals: Points3, motion: Float, free: Sequence[int]) -> Float:
+    """Return d(distance) / d(motion) (n, k) of the motions that are free."""
+    turned = points - motion[3:]
+    by_turn = np.einsum(
+        "ni,nij->nj", normals, np.array([-skew(point) for point in turned])
+    ) @ left_jacobian(motion[:3])
+    slopes: Float = np.hstack([by_turn, normals])[:, free]
+    return slopes
+
+
+def _check_open(rows: Float, scale: Float, free: Sequence[int], centre: Float) -> None:
+    """Refuse faces that leave a motion open, and name it."""
+    if not free:
+        return
+    # Turns about the middle of the points: what a shift can take of a turn is no hold.
+    about = rows.copy()
+    for place, index in enumerate(free):
+        if index < 3:
+            axis = np.eye(3)[index]
+            lever = np.cross(centre, axis)
+            for other, shift in enumerate(free):
+                if shift >= 3:
+                    about[:, place] += lever[shift - 3] * scale[place] * rows[:, other]
+    _, values, ways = np.linalg.svd(about / np.sqrt(len(rows)), full_matrices=True)
+    held = np.zeros(len(free))
+    held[: len(values)] = values
+    if held.min() >= LEAST_HOLD:
+        return
+    lost = ways[held < LEAST_HOLD]
+    names = [
+        MOTIONS[index]
+        for place, index in enumerate(free)
+        if float(np.linalg.norm(lost[:, place])) > 0.3
+    ]
+    words = ", ".join(names)
+    raise FitError(
+        "alignment.model_open",
+        f"The faces that were touched leave open: {words}.",
+        f"Lock {words}, or take points on faces that hold them.",
+    )

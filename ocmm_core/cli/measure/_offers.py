@@ -1,0 +1,125 @@
+"""What a model offers, on the terminal and as JSON; and the options that choose from it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import msgspec
+import typer
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from rich.console import Console
+
+    from ocmm_core.inspection.step import Offer, StepModel, StepRequest
+
+BallOption = Annotated[
+    float | None,
+    typer.Option(
+        min=0.1, max=100.0, help="Diameter of the ball, mm; of a model only. Without: the probe's."
+    ),
+]
+ProbeOption = Annotated[
+    Path | None, typer.Option("--probe", help="Probe that touches a model; without: the standard.")
+]
+RigOption = Annotated[
+    Path | None, typer.Option("--rig", help="Cameras that look on; without: the recommended rig.")
+]
+UpOption = Annotated[
+    str, typer.Option("--up", help="Axis of the model that points up: +x, -x, +y, -y, +z or -z.")
+]
+TurnOption = Annotated[
+    float, typer.Option("--turn", help="The part is turned about the vertical, degrees.")
+]
+ReachOption = Annotated[
+    bool, typer.Option(help="Leave out what stylus and body of the probe cannot reach.")
+]
+SightOption = Annotated[
+    bool, typer.Option(help="Leave out where the cameras see fewer than four LEDs.")
+]
+OnlyOption = Annotated[
+    list[str] | None,
+    typer.Option("--only", help="Of a model: this name (* and ? stand for others) or face number."),
+]
+WithoutOption = Annotated[
+    list[str] | None, typer.Option("--without", help="Of a model: not this name or face number.")
+]
+KindOption = Annotated[
+    list[str] | None, typer.Option("--kind", help="Of a model: Plane, Cylinder, Cone and so on.")
+]
+LeastOption = Annotated[
+    float,
+    typer.Option("--least", min=0.0, help="Smallest diameter, or longer side of a plane, mm."),
+]
+MostOption = Annotated[
+    float, typer.Option("--most", min=0.0, help="Largest diameter, or longer side of a plane, mm.")
+]
+ListOption = Annotated[
+    bool, typer.Option("--list", help="Of a model: print what it offers, and write no plan.")
+]
+
+
+def request_by(
+    probe: Path | None,
+    rig: Path | None,
+    ball: float | None,
+    stands: tuple[str, float],
+    *,
+    reach: bool,
+    sight: bool,
+) -> StepRequest:
+    """Return what targets are chosen by.
+
+    Parameters
+    ----------
+    stands
+        Which axis of the part points up, and how far it is turned, degrees.
+    """
+    from ocmm_core.inspection.step import up_of, usual_request
+
+    up, turn = stands
+    request = msgspec.structs.replace(
+        usual_request(probe, rig, ball_mm=ball), up=up_of(up), turn_deg=turn
+    )
+    if not reach:
+        return msgspec.structs.replace(request, probe="", rig="")
+    return request if sight else msgspec.structs.replace(request, rig="")
+
+
+def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) -> None:
+    """Print a line for each surface that a model offers, with what stands against it."""
+    from rich.markup import escape
+    from rich.table import Table
+
+    table = Table("name", "faces", "size, mm", "targets", "against it", box=None, pad_edge=False)
+    for offer in offers:
+        faces = ",".join(map(str, offer.faces))
+        count = str(len(offer.feature.targets) or "")
+        table.add_row(
+            offer.feature.name, faces, f"{offer.size_mm:.3f}", count, escape(offer.against)
+        )
+    console.print(table, highlight=False)
+    for kind, number in model.others.items():
+        console.print(f"{number} faces of the kind {kind} can be no features.", highlight=False)
+
+
+def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
+    """Return the surfaces that a model offers as JSON."""
+    content = {
+        "offers": [
+            {
+                "name": offer.feature.name,
+                "shape": offer.feature.shape.value,
+                "faces": offer.faces,
+                "size_mm": offer.size_mm,
+                "side": offer.feature.side,
+                "targets": len(offer.feature.targets),
+                "against": offer.against,
+            }
+            for offer in offers
+        ],
+        "others": model.others,
+    }
+    return msgspec.json.format(msgspec.json.encode(content), indent=2).decode()

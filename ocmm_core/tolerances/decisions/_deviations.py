@@ -1,0 +1,175 @@
+"""Deviations as a picture shows them: one whisker a touched place, and what its colour says.
+
+The class of a whisker is made here and nowhere else. A place is within its limits where its
+deviation from the middle of the zone is at most half the tolerance. Only where the verdict on its
+feature, the worst of all that is said of it, is CONFORM, is it shown as good: a place within the
+limits of a result that proves nothing, or of a feature that another result rejects, is shown as
+within, and not as accepted.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.decisions._result import CharacteristicResult, Verdict
+from ocmm_core.tolerances.decisions._verdict import WORST_FIRST, summarise
+
+_LONGEST = 0.1
+"""Part of the size of the part that the longer of limit and greatest deviation is drawn as."""
+_STEPS = (1.0, 2.0, 3.0, 5.0)
+
+
+class DeviationClass(Enum):
+    """What a whisker says."""
+
+    MORE = "too much material"
+    WITHIN = "within, accepted"
+    WITHIN_ONLY = "within, not accepted"
+    LESS = "too little material"
+    HELD = "held back"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Whisker:
+    """The deviation of one touched place.
+
+    Attributes
+    ----------
+    feature, number
+        Whose point it is.
+    characteristic
+        Whose limits count: of all that see this place the one with the worst verdict.
+    base_world, end_world
+        (3,), mm: on true geometry, and where the magnified deviation ends.
+    deviation
+        mm, from the middle of the zone; positive where there is too much material.
+    share
+        Of half the tolerance: beyond 1 it is outside.
+    kind
+        What its colour says.
+    """
+
+    feature: str
+    number: int
+    characteristic: str
+    base_world: Float
+    end_world: Float
+    deviation: float
+    share: float
+    kind: DeviationClass
+
+
+@dataclass(frozen=True, slots=True)
+class DeviationPicture:
+    """All whiskers of a job.
+
+    Attributes
+    ----------
+    whiskers
+        Those outside last, so that they are drawn above.
+    factor
+        How many times as long as in truth they are drawn.
+    limit
+        mm: half the tolerance, where all have the same; else None, and the ends of the scale are
+        the limits of each.
+    """
+
+    whiskers: tuple[Whisker, ...]
+    factor: float
+    limit: float | None
+
+    def count(self, kind: DeviationClass) -> int:
+        """Return how many whiskers say that."""
+        return sum(whisker.kind is kind for whisker in self.whiskers)
+
+    @property
+    def worst(self) -> Whisker | None:
+        """Return the whisker that is the largest part of its tolerance; None without any."""
+        return max(self.whiskers, key=lambda item: abs(item.share), default=None)
+
+
+NO_DEVIATIONS = DeviationPicture((), 1.0, None)
+
+
+def deviation_picture(
+    results: Sequence[CharacteristicResult], held: Collection[int] = ()
+) -> DeviationPicture:
+    """Return the deviations of a job as whiskers.
+
+    What has no tolerance, and what is NOT MEASURED or PROVISIONAL, has no whisker.
+
+    Parameters
+    ----------
+    results
+        Of all characteristics: what one shows is never greener than the worst on its feature.
+    held
+        Numbers of points that are held back.
+    """
+    shown: dict[tuple[str, int], tuple[CharacteristicResult, int]] = {}
+    order = {verdict: place for place, verdict in enumerate(WORST_FIRST)}
+    for result in sorted(results, key=lambda item: order[item.verdict]):
+        seen = result.seen
+        if seen is None or result.stated is None or not _half(result) > 0.0:
+            continue
+        for row, key in enumerate(zip(seen.features, seen.numbers, strict=True)):
+            if np.isfinite(seen.deviations[row]):
+                shown.setdefault(key, (result, row))
+    if not shown:
+        return NO_DEVIATIONS
+    verdicts = {
+        name: summarise([item for item in results if name in item.features], name).verdict
+        for name in {name for name, _ in shown}
+    }
+    factor = _factor(list(shown.values()))
+    whiskers = []
+    for (name, number), (result, row) in shown.items():
+        seen = result.seen
+        if seen is None:
+            continue
+        off, share = float(seen.deviations[row]), float(seen.deviations[row]) / _half(result)
+        base = seen.points[row] - off * seen.outward[row]
+        whiskers.append(
+            Whisker(
+                name, number, result.name, base, base + factor * off * seen.outward[row], off,
+                share, _kind(share, verdicts[name], result, held=number in held),
+            )
+        )  # fmt: skip
+    whiskers.sort(key=lambda item: abs(item.share))
+    limits = {round(_half(result), 9) for result, _ in shown.values()}
+    return DeviationPicture(tuple(whiskers), factor, limits.pop() if len(limits) == 1 else None)
+
+
+def _half(result: CharacteristicResult) -> float:
+    return 0.5 * (result.upper - result.lower + result.bonus)
+
+
+def _kind(
+    share: float, verdict: Verdict | None, result: CharacteristicResult, *, held: bool
+) -> DeviationClass:
+    if held:
+        return DeviationClass.HELD
+    if not abs(share) <= 1.0:
+        return DeviationClass.MORE if share > 0.0 else DeviationClass.LESS
+    accepted = verdict is Verdict.CONFORM and result.verdict is Verdict.CONFORM
+    return DeviationClass.WITHIN if accepted else DeviationClass.WITHIN_ONLY
+
+
+def _factor(shown: Sequence[tuple[CharacteristicResult, int]]) -> float:
+    """Return a round factor that makes the deviations of a part long enough to be compared."""
+    rows = [
+        (result.seen.points[row], abs(float(result.seen.deviations[row])), _half(result))
+        for result, row in shown
+        if result.seen is not None
+    ]
+    points = np.array([point for point, _, _ in rows])
+    size = max(float(np.linalg.norm(np.ptp(points, axis=0))), 10.0)
+    longest = max(max(off, half) for _, off, half in rows)
+    wanted = _LONGEST * size / max(longest, 1e-6)
+    power = 10.0 ** np.floor(np.log10(wanted))
+    step = max(step for step in _STEPS if step * power <= wanted * (1.0 + 1e-9))
+    return float(max(step * power, 1.0))

@@ -1,0 +1,163 @@
+"""Deviations of touched places: whiskers in the 3-D view, and the scale that says what they mean.
+
+The classes of the whiskers come from the core (`deviation_picture`); here they get a colour and a
+mark. Too much material is red with a diamond, too little is blue with a diamond, within the limits
+and accepted is green with a filled end, within and not accepted amber with a hollow one, held back
+grey: nothing rests on telling red from green.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QFont, QPainter, QPen
+
+from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.tolerances.decisions import (
+    DeviationClass,
+    DeviationPicture,
+    deviation_picture,
+)
+from ocmm_gui.kit import Theme, later, text_font, tr
+from ocmm_gui.views._scene import Diamonds, Dots, Item, Lines, Tag
+
+_BLUES = ("#0a4fb4", "#7db4ff")
+"""Too little material, on light and on dark ground; no theme has a colour for it."""
+
+_WORDS = {
+    DeviationClass.MORE: later("{count} too much"),
+    DeviationClass.LESS: later("{count} too little"),
+    DeviationClass.WITHIN: later("{count} accepted"),
+    DeviationClass.WITHIN_ONLY: later("{count} within, not accepted"),
+    DeviationClass.HELD: later("{count} held back"),
+}
+_OUTSIDE = (DeviationClass.MORE, DeviationClass.LESS)
+SCALE_PX = (340.0, 64.0)
+"""Width and height of the scale at the letters of a screen."""
+
+
+def deviations_of(job: JobView) -> DeviationPicture:
+    """Return the deviations of a job as whiskers."""
+    return deviation_picture(job.characteristics, job.held)
+
+
+def deviation_colour(theme: Theme, kind: DeviationClass) -> str:
+    """Return the colour of a whisker."""
+    if kind is DeviationClass.LESS:
+        return _BLUES[0 if QColor(theme.panel).lightnessF() > 0.5 else 1]
+    return {
+        DeviationClass.MORE: theme.bad,
+        DeviationClass.WITHIN: theme.good,
+        DeviationClass.WITHIN_ONLY: theme.warn,
+    }.get(kind, theme.muted)
+
+
+def deviation_items(picture: DeviationPicture, theme: Theme) -> tuple[Item, ...]:
+    """Return the whiskers; the worst one is named with its deviation."""
+    items: list[Item] = []
+    for kind in DeviationClass:
+        own = [whisker for whisker in picture.whiskers if whisker.kind is kind]
+        if not own:
+            continue
+        colour = deviation_colour(theme, kind)
+        segments = np.array([(whisker.base_world, whisker.end_world) for whisker in own])
+        outside = kind in _OUTSIDE
+        items.append(Lines(segments, colour, 3.4 if outside else 2.4))
+        ends = segments[:, 1]
+        if outside:
+            items.append(Diamonds(ends, colour, 11.0))
+        else:
+            # A filled end is accepted, a hollow one is not.
+            filled = kind is DeviationClass.WITHIN
+            items.append(Dots(ends, colour if filled else theme.panel, 6.0, colour))
+    worst = picture.worst
+    if worst is not None:
+        words = tr("{feature} {deviation:+.3f} mm").format(
+            feature=worst.feature, deviation=worst.deviation
+        )
+        items.append(Tag(worst.end_world, words, deviation_colour(theme, worst.kind)))
+    return tuple(items)
+
+
+def scale_words(picture: DeviationPicture) -> tuple[str, str]:
+    """Return how long whiskers are drawn, and how many say what."""
+    counts = [(kind, picture.count(kind)) for kind in DeviationClass]
+    return (
+        tr("Deviation from the middle of the zone, × {factor:g}").format(factor=picture.factor),
+        ", ".join(tr(_WORDS[kind]).format(count=count) for kind, count in counts if count),
+    )
+
+
+def limit_words(picture: DeviationPicture) -> tuple[str, str, str]:
+    """Return what stands at the ends and the middle of the part of the scale that is within."""
+    if picture.limit is None:
+        return tr("lower limit"), "0", tr("upper limit")
+    return f"{-picture.limit:+.3f}", "0", f"{picture.limit:+.3f} mm"
+
+
+def scale_place(box: QRectF) -> QRectF:
+    """Return where the scale stands in a view: in the lower right corner."""
+    wide, high = min(SCALE_PX[0], box.width() - 220.0), SCALE_PX[1]
+    return QRectF(box.right() - wide - 10.0, box.bottom() - high - 4.0, wide, high)
+
+
+def paint_scale(
+    painter: QPainter, box: QRectF, picture: DeviationPicture, theme: Theme, scale: float = 1.0
+) -> None:
+    """Paint the scale: too little, within, too much, with the limits at the ends of the middle.
+
+    Parameters
+    ----------
+    scale
+        Of the letters; one is that of a screen.
+    """
+    if not picture.whiskers:
+        return
+    line = 15.0 * scale
+    font, bold = text_font(11.0 * scale), text_font(11.0 * scale, bold=True)
+    told, counted = scale_words(picture)
+    painter.setPen(QColor(theme.text))
+    _line(painter, QRectF(box.left(), box.top(), box.width(), line), told, font)
+    bar = QRectF(box.left(), box.top() + 1.1 * line, box.width(), 0.8 * line)
+    third = bar.width() / 4.0
+    middle = QRectF(bar.left() + third, bar.top(), 2.0 * third, bar.height())
+    painter.setPen(Qt.PenStyle.NoPen)
+    for part, kind in (
+        (QRectF(bar.left(), bar.top(), third, bar.height()), DeviationClass.LESS),
+        (QRectF(middle.right(), bar.top(), third, bar.height()), DeviationClass.MORE),
+    ):
+        painter.setBrush(QColor(deviation_colour(theme, kind)))
+        painter.drawRect(part)
+    within = [
+        kind for kind in (DeviationClass.WITHIN, DeviationClass.WITHIN_ONLY) if picture.count(kind)
+    ] or [DeviationClass.WITHIN_ONLY]
+    for row, kind in enumerate(within):
+        high = middle.height() / len(within)
+        painter.setBrush(QColor(deviation_colour(theme, kind)))
+        painter.drawRect(QRectF(middle.left(), middle.top() + row * high, middle.width(), high))
+    painter.setPen(QPen(QColor(theme.text), 1.4 * scale))
+    places = (middle.left(), middle.center().x(), middle.right())
+    for x in places:
+        painter.drawLine(QPointF(x, bar.top() - 2.0 * scale), QPointF(x, bar.bottom() + 3 * scale))
+    under = bar.bottom() + 3.0 * scale
+    wide = 2.0 * third
+    for x, words in zip(places, limit_words(picture), strict=True):
+        _line(
+            painter, QRectF(x - 0.5 * wide, under, wide, line), words, bold,
+            Qt.AlignmentFlag.AlignHCenter,
+        )  # fmt: skip
+    _line(painter, QRectF(box.left(), under + line, box.width(), line), counted, font)
+
+
+def _line(
+    painter: QPainter,
+    box: QRectF,
+    words: str,
+    font: QFont,
+    where: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
+) -> None:
+    painter.setFont(font)
+    fitted = painter.fontMetrics().elidedText(
+        words, Qt.TextElideMode.ElideRight, int(box.width()) + 1
+    )
+    painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, fitted)

@@ -1,0 +1,91 @@
+"""Faces of the model become points to touch and their profile, and the plan keeps both exactly."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocmm_core.alignment import DatumReferenceFrame
+from ocmm_core.errors import InputError
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.plan import Plan, load_plan, save_plan, surface_profile
+from ocmm_core.part_model import ModelFace, nearest_feet, searched, spread_places
+from tests.core.part_model.model_faces import FREE_FORMS, cylinder, face_of, plane
+
+BALL = 3.0
+DATUMS = ("A", "B", "C")
+
+
+def plan_with(faces: list[ModelFace], count: int) -> Plan:
+    """Return a plan of three datum planes and the profile of faces."""
+    points, profile = surface_profile("Top", faces, 0.1, count=count, datums=DATUMS)
+    planes = [
+        NominalFeature(name=name, shape=Shape.PLANE, points=9, point=(0, 0, 0), direction=axis)
+        for name, axis in zip(DATUMS, ((0, 0, -1), (-1, 0, 0), (0, -1, 0)), strict=True)
+    ]
+    return Plan(
+        schema="ocmm.plan/1", unit="mm", name="P", part="Block", features=[*planes, *points],
+        characteristics=[profile], alignment=DatumReferenceFrame(datums=DATUMS),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("name", FREE_FORMS)
+def test_points_lie_on_the_face_where_a_ball_fits(name: str) -> None:
+    face = face_of(FREE_FORMS[name]())
+    points, profile = surface_profile("Top", [face], 0.1, count=20)
+    assert [item.name for item in points] == profile.features
+    assert len(points) == 20
+    places = np.array([item.point for item in points])
+    normals = np.array([item.direction for item in points])
+    held = [searched(one) for one in profile.faces]
+    on_it = nearest_feet(places, held)
+    assert np.abs(on_it.distances).max() < 1e-9
+    assert on_it.edge_gaps.min() >= BALL + 1.0 - 1e-6
+    balls = nearest_feet(places + BALL * normals, held)
+    assert balls.distances == pytest.approx(BALL, abs=1e-9)
+    assert balls.doubts == ("",) * 20
+    apart = np.linalg.norm(places[:, None] - places, axis=2) + 1e9 * np.eye(20)
+    assert apart.min() > 3.0
+
+
+@pytest.mark.parametrize("name", FREE_FORMS)
+def test_a_plan_with_faces_reads_back_as_it_was_written(name: str, tmp_path: Path) -> None:
+    plan = plan_with([face_of(FREE_FORMS[name]()), face_of(plane(), number=2)], 20)
+    path = tmp_path / "plan.toml"
+    save_plan(plan, path)
+    assert load_plan(path) == plan
+
+
+def test_a_face_that_was_damaged_in_the_file_is_refused_by_its_place(tmp_path: Path) -> None:
+    path = tmp_path / "plan.toml"
+    save_plan(plan_with([face_of(plane())], 8), path)
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("degree_u = 1", "degree_u = 2"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"characteristics\[0\].faces\[0\]' is no face of a model"):
+        load_plan(path)
+
+
+def test_where_no_ball_fits_there_is_no_plan() -> None:
+    narrow = face_of(cylinder(3.1), outward=False)
+    with pytest.raises(InputError, match="Only 0 places of face 1 have room for a ball of 6 mm"):
+        surface_profile("Bore", [narrow], 0.1, count=12)
+    wide = replace(narrow, spline=cylinder(6.0))
+    points, _ = surface_profile("Bore", [wide], 0.1, count=12)
+    assert len(points) == 12
+    # They look towards the axis.
+    for item in points:
+        assert np.dot(item.point[:2], item.direction[:2]) < 0.0
+
+
+def test_a_hole_gets_no_point() -> None:
+    outline = np.array([[0, 0], [1, 0], [1, 1], [0, 1.0]])
+    hole = 0.5 + np.array([[0.2, 0.2], [-0.2, 0.2], [-0.2, -0.2], [0.2, -0.2]])
+    face = ModelFace(4, "Plane", spline=plane(100.0, 80.0), loops=(outline, hole))
+    _, profile = surface_profile("Flat", [face], 0.1, count=16)
+    places, _ = spread_places(searched(profile.faces[0]), 16, 4.0, BALL)
+    inside = np.all(np.abs(places[:, :2] - [50.0, 40.0]) < [24.0 - 1e-6, 20.0 - 1e-6], axis=1)
+    assert len(places) == 16
+    assert not inside.any()

@@ -1,0 +1,182 @@
+"""Deviations on the screen and on paper: what the colours are tied to, in words as well."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtGui import QImage
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+
+from ocmm_core.camera import load_rig
+from ocmm_core.documents import resource
+from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.tolerances.decisions import DeviationClass, deviation_picture
+from ocmm_core.tracking import load_probe
+from ocmm_gui.kit import THEMES
+from ocmm_gui.reports._pdf import lay_out
+from ocmm_gui.results._deviation_view import DeviationView
+from ocmm_gui.views import (
+    Diamonds,
+    Dots,
+    Lines,
+    PointView,
+    Tag,
+    deviation_colour,
+    deviation_items,
+    deviations_of,
+    job_items,
+    scale_words,
+)
+from ocmm_gui.views._contents import JobDrawing
+from tests.core.export.sample_report import sample_report, sample_view
+from tests.deviating_job import deviating_job, held_back
+from tests.gui.pdf_texts import texts
+
+UP = np.array([0.0, 0.0, 1.0])
+THEME = pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
+
+
+def shown(view: DeviationView) -> QImage:
+    view.resize(700, 460)
+    view.show()
+    QApplication.processEvents()
+    return view.grab().toImage()
+
+
+def colours(image: QImage) -> set[str]:
+    return {image.pixelColor(x, y).name() for x in range(image.width())
+            for y in range(0, image.height(), 2)}  # fmt: skip
+
+
+@THEME
+def test_no_two_classes_look_alike(theme: object) -> None:
+    made = next(item for item in THEMES.values() if item is theme)
+    found = [deviation_colour(made, kind) for kind in DeviationClass]
+    assert len(set(found)) == len(found) or made.name == "contrast"
+    # Outside is told by a mark, accepted by a filled end: not by colour alone.
+    view, _ = deviating_job()
+    items = deviation_items(deviations_of(view), made)
+    hollow = [item for item in items if isinstance(item, Dots) and item.colour == made.panel]
+    filled = [item for item in items if isinstance(item, Dots) and item.colour == made.good]
+    assert len(hollow) == len(filled) == 1
+    outside = [item for item in items if isinstance(item, Diamonds)]
+    assert sum(len(item.points) for item in outside) == 1
+    named = [item for item in items if isinstance(item, Tag)]
+    assert [item.text for item in named] == ["T8 +0.030 mm"]
+
+
+@pytest.mark.usefixtures("qapp")
+@THEME
+def test_the_scale_has_what_the_whiskers_have(theme: object) -> None:
+    made = next(item for item in THEMES.values() if item is theme)
+    view, _ = deviating_job()
+    window = DeviationView()
+    window.set_theme(made)
+    window.show_job(view, UP)
+    seen = colours(shown(window))
+    for kind in (*list(DeviationClass)[:4],):
+        assert deviation_colour(made, kind) in seen, kind
+    described = window.accessibleDescription()
+    for word in ("1 too much", "45 accepted", "24 within, not accepted"):
+        assert word in described
+    window.close()
+
+
+@pytest.mark.usefixtures("qapp")
+def test_nothing_green_where_nothing_is_accepted() -> None:
+    theme = THEMES["light"]
+    view, _ = deviating_job()
+    doubtful = replace(view, characteristics=view.characteristics[:1])
+    window = DeviationView()
+    window.set_theme(theme)
+    window.show_job(doubtful, UP)
+    assert theme.good not in colours(shown(window))
+    window.close()
+
+
+@pytest.mark.usefixtures("qapp")
+def test_a_job_without_deviations_shows_none_and_keys_turn_one_that_has() -> None:
+    window = DeviationView()
+    window.show_job(sample_view(), UP)
+    assert not window.isVisibleTo(window.parentWidget()) or window.isHidden()
+    assert window.accessibleDescription() == ""
+    view, _ = deviating_job()
+    window.show_job(view, UP)
+    before = shown(window)
+    QTest.keyClick(window, Qt.Key.Key_Left)
+    QApplication.processEvents()
+    assert window.grab().toImage() != before
+    window.close()
+
+
+def test_the_scene_holds_the_whiskers_of_the_core() -> None:
+    view, _ = deviating_job()
+    theme = THEMES["dark"]
+    picture = deviations_of(view)
+    assert picture.whiskers
+    items, _ = job_items(view, theme)
+    drawn = np.concatenate(
+        [item.segments for item in items if isinstance(item, Lines) and item.width in (2.4, 3.4)]
+    )
+    wanted = {tuple(np.round([*one.base_world, *one.end_world], 9)) for one in picture.whiskers}
+    assert wanted <= {tuple(np.round(one.ravel(), 9)) for one in drawn}
+
+
+def test_a_held_point_is_grey_and_said() -> None:
+    view, _ = deviating_job()
+    point = view.feature("T3").points[0]
+    held = held_back(view, point)
+    picture = deviations_of(held)
+    assert picture.count(DeviationClass.HELD) == 1
+    assert "1 held back" in scale_words(picture)[1]
+    theme = THEMES["light"]
+    assert deviation_colour(theme, DeviationClass.HELD) == theme.muted
+
+
+def test_what_has_not_changed_is_not_made_again() -> None:
+    view, _ = deviating_job()
+    drawing = JobDrawing()
+    first, _ = drawing.items(view, THEMES["dark"])
+    again, _ = drawing.items(replace(view, paused=True), THEMES["dark"])
+    assert first is again
+    other, _ = drawing.items(view, THEMES["light"])
+    assert other is not first
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_live_view_shows_the_scale_with_the_job() -> None:
+    theme = THEMES["light"]
+    window = PointView(
+        load_rig(resource("rigs", "recommended.toml")),
+        load_probe(resource("probes", "standard.toml")),
+    )
+    window.set_theme(theme)
+    window.resize(900, 600)
+    view, _ = deviating_job()
+
+    def blue(job: JobView) -> bool:
+        window.show_job(job)
+        window.show()
+        QApplication.processEvents()
+        image = window.grab().toImage()
+        return deviation_colour(theme, DeviationClass.LESS) in colours(image)
+
+    assert blue(view)
+    assert not blue(sample_view())
+    window.close()
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_report_says_the_scale_in_words() -> None:
+    view, nominals = deviating_job()
+    said = texts(lay_out(sample_report(view, nominals=nominals)))
+    told = " ".join(said) if not isinstance(said, str) else said
+    words, counted = scale_words(deviation_picture(view.characteristics))
+    assert words in told
+    assert counted in told
+    assert "upper limit" in told
+    assert "base, left" in told

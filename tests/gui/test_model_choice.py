@@ -1,0 +1,127 @@
+"""Choosing from a model: list and picture are one choice, and the keyboard alone is enough."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.features.shapes import NominalFeature, Shape
+from ocmm_core.inspection.plan import new_plan
+from ocmm_core.inspection.step import Offer, StepModel
+from ocmm_gui.kit import THEMES
+from ocmm_gui.plan_editor import PlanSheet
+from ocmm_gui.plan_editor._importing import ReadModel
+from ocmm_gui.plan_editor._model_choice import ModelChoice
+from tests.host import HANG_MS
+from tests.made_parts import PartMaker
+
+PART = PartMaker().box((0.0, 0.0, 0.0), (100.0, 60.0, 20.0)).part()
+WHY = "the stylus would touch face 5"
+
+
+def offers() -> tuple[Offer, ...]:
+    """Return the six faces of a block: the fifth is out of reach."""
+    made = []
+    for number in range(1, 7):
+        feature = NominalFeature(
+            name=f"PLANE_{number}", shape=Shape.PLANE, points=9, point=(50.0, 30.0, 10.0),
+            length=100.0, width=60.0,
+        )  # fmt: skip
+        made.append(Offer(feature, (number,), WHY if number == 5 else ""))
+    return tuple(made)
+
+
+@pytest.fixture
+def choice(qtbot: QtBot) -> ModelChoice:
+    """Return the choice from a block."""
+    made = ModelChoice()
+    qtbot.addWidget(made)
+    made.resize(1200, 700)
+    made.show_model(PART, offers(), "+z")
+    return made
+
+
+def names(taken: tuple[Offer, ...]) -> list[str]:
+    """Return the numbers of what is chosen."""
+    return [offer.feature.name.removeprefix("PLANE_") for offer in taken]
+
+
+def test_what_nothing_stands_against_is_chosen_to_begin_with(choice: ModelChoice) -> None:
+    assert names(choice.chosen()) == ["1", "2", "3", "4", "6"]
+    assert "5 of 6 surfaces are chosen." in choice.words()
+
+
+def test_the_keyboard_alone_chooses_and_takes_over(choice: ModelChoice, qtbot: QtBot) -> None:
+    for _ in range(4):
+        QTest.keyClick(choice.list, Qt.Key.Key_Down)
+    # It is selected, and why it was not chosen is said in words.
+    assert f"PLANE_5: {WHY}." in choice.words()
+    QTest.keyClick(choice.list, Qt.Key.Key_Space)
+    QTest.keyClick(choice.list, Qt.Key.Key_Home)
+    QTest.keyClick(choice.list, Qt.Key.Key_Space)
+    with qtbot.waitSignal(choice.taken, timeout=HANG_MS) as told:
+        QTest.keyClick(choice.list, Qt.Key.Key_Return)
+    assert names(told.args[0]) == ["2", "3", "4", "5", "6"]
+    with qtbot.waitSignal(choice.declined, timeout=HANG_MS):
+        QTest.keyClick(choice.list, Qt.Key.Key_Escape)
+
+
+def test_a_click_on_a_face_is_a_click_on_its_line(choice: ModelChoice) -> None:
+    choice.picture.face_clicked.emit(2)
+    assert names(choice.chosen()) == ["1", "2", "4", "6"]
+    assert choice.list.currentRow() == 2
+    choice.picture.face_clicked.emit(2)
+    assert names(choice.chosen()) == ["1", "2", "3", "4", "6"]
+    # Beside the part nothing is chosen.
+    choice.picture.face_clicked.emit(-1)
+    assert names(choice.chosen()) == ["1", "2", "3", "4", "6"]
+
+
+def test_nothing_chosen_cannot_be_taken_over(choice: ModelChoice, qtbot: QtBot) -> None:
+    for row in range(6):
+        choice.list.item(row).setCheckState(Qt.CheckState.Unchecked)
+    taken: list[object] = []
+    choice.taken.connect(taken.append)
+    QTest.keyClick(choice.list, Qt.Key.Key_Return)
+    assert taken == []
+
+
+@pytest.mark.parametrize("theme", list(THEMES))
+def test_the_choice_takes_every_theme(choice: ModelChoice, theme: str) -> None:
+    choice.set_theme(THEMES[theme])
+    assert names(choice.chosen()) == ["1", "2", "3", "4", "6"]
+
+
+@pytest.fixture
+def sheet(qtbot: QtBot) -> Iterator[PlanSheet]:
+    """Return the editor on a plan that was never saved."""
+    made = PlanSheet(new_plan("P", "PART"), None, lambda: Path("none.ocmm"))
+    qtbot.addWidget(made)
+    yield made
+    made.close_work()
+
+
+def test_the_plan_gets_what_was_chosen_and_nothing_before(sheet: PlanSheet, qtbot: QtBot) -> None:
+    before = sheet.draft.plan
+    model = StepModel((), (), {}, PART)
+    sheet.importing.offered.emit(ReadModel(Path("block.step"), model, offers(), "+z"))
+    assert not sheet.choice.isHidden()
+    assert sheet.draft.plan is before
+    QTest.keyClick(sheet.choice.list, Qt.Key.Key_Space)
+    QTest.keyClick(sheet.choice.list, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: sheet.draft.plan is not before, timeout=HANG_MS)
+    found = {feature.name for feature in sheet.draft.plan.features}
+    assert found >= {"PLANE_2", "PLANE_3", "PLANE_4", "PLANE_6"}
+    assert "PLANE_1" not in found
+    assert sheet.choice.isHidden()
+    # Back without: the plan stays.
+    now = sheet.draft.plan
+    sheet.importing.offered.emit(ReadModel(Path("block.step"), model, offers(), "+z"))
+    QTest.keyClick(sheet.choice.list, Qt.Key.Key_Escape)
+    assert sheet.choice.isHidden()
+    assert sheet.draft.plan is now
