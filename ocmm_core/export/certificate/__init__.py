@@ -1,7 +1,7 @@
 """Papers about the machine itself: verifications, calibrations of cameras, qualified tips.
 
-In: sealed records, also of acceptance tests, or the certificate of an artefact from elsewhere. Out:
-a Digital Calibration Certificate (DCC 3.1.2) with a detached signature, and an artefact document.
+In: sealed records, also of acceptance tests, or the certificate of an artefact from elsewhere.
+Out: a Digital Calibration Certificate (DCC 3.1.2) with a detached signature, an artefact document.
 
 Read `_content` (all that such a paper says, and its list of clauses), `_from_records` (what the
 records know), `_dcc` (the XML), `_seal` (the signature), `_reader` (what a DCC says, whoever wrote
