@@ -174,7 +174,9 @@ def _unsigned(site: Site, rng: Rng) -> None:
 
 def _downgraded(site: Site, rng: Rng) -> None:
     _edit(
-        site, [*_narrower(rng), "DROP TABLE seal", "DROP TABLE part", "PRAGMA user_version = 2"], chain=True
+        site,
+        [*_narrower(rng), "DROP TABLE seal", "DROP TABLE part", "PRAGMA user_version = 2"],
+        chain=True,
     )  # fmt: skip
 
 

@@ -5,7 +5,8 @@ In: a job as it is evaluated. Out: files of a report, read back and compared bef
 Read `_registry` first: all formats, and the one way to write them. `report` holds the data of a
 report and its text, JSON, workbook and PolyWorks files; `qif` holds QIF 3.0, `aqdef` Q-DAS.
 `_report_seal` signs what is written, `_completeness` asks before a report of an unfinished job is
-made, `_files` writes several files as one. `_audit` tells an auditor what is intact.
+made, `_files` writes several files as one, `_batch_table` the statistics of a batch. `certificate`
+makes papers about the machine. `_audit` tells an auditor what is intact.
 It must not know a station or a screen. The PDF is drawn in `ocmm_gui.reports`.
 """
 
@@ -18,6 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.export import _registry as registry
     from ocmm_core.export._audit import Audit, AuditedKind, AuditRow, audit
+    from ocmm_core.export._batch_table import BATCH_COLUMNS, batch_table
     from ocmm_core.export._completeness import missing_of, missing_words, require_complete
     from ocmm_core.export._files import write_together
     from ocmm_core.export._registry import (
@@ -36,6 +38,7 @@ else:
     __getattr__ = door(
         __name__,
         _audit="Audit AuditRow AuditedKind audit",
+        _batch_table="BATCH_COLUMNS batch_table",
         _completeness="missing_of missing_words require_complete",
         _files="write_together",
         _registry=(
@@ -47,6 +50,7 @@ else:
 
 __all__ = [
     "ALL",
+    "BATCH_COLUMNS",
     "DEFAULT_FORMAT",
     "ENDING",
     "EXPORTERS",
@@ -57,6 +61,7 @@ __all__ = [
     "AuditedKind",
     "ReportSealFound",
     "audit",
+    "batch_table",
     "check_report_seal",
     "chosen_formats",
     "missing_of",

@@ -12,6 +12,7 @@ from ocmm_core.part_model import PartModel
 from ocmm_core.rendering._arrays import Colours, FaceNumbers
 
 _COARSER = 1.4
+_OWN = ["C", "W"]
 _FEWEST_CELLS = 8
 
 
@@ -51,13 +52,15 @@ class RenderMesh:
 
 def mesh_of(model: PartModel) -> RenderMesh:
     """Return the whole mesh of a part."""
+    # A model from a file holds arrays that nobody may write into: another type to compiled
+    # functions, which would be compiled anew, in front of whoever waits.
     return RenderMesh(
-        np.ascontiguousarray(model.vertices, dtype=np.float64),
-        np.ascontiguousarray(model.normals, dtype=np.float64),
-        np.ascontiguousarray(model.triangles, dtype=np.int32),
-        np.ascontiguousarray(model.triangle_faces, dtype=np.int32),
-        np.ascontiguousarray(model.edge_points, dtype=np.float64).reshape(-1, 3),
-        np.ascontiguousarray(model.edge_starts, dtype=np.int32),
+        np.require(model.vertices, np.float64, _OWN),
+        np.require(model.normals, np.float64, _OWN),
+        np.require(model.triangles, np.int32, _OWN),
+        np.require(model.triangle_faces, np.int32, _OWN),
+        np.require(model.edge_points, np.float64, _OWN).reshape(-1, 3),
+        np.require(model.edge_starts, np.int32, _OWN),
         np.arange(len(model.vertices)),
     )
 

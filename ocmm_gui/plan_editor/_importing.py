@@ -12,6 +12,7 @@ from PySide6.QtCore import Qt, Signal
 
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
 from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.drawing import Account, plan_with_tolerances
 from ocmm_core.inspection.plan import (
     Plan,
     add_feature,
@@ -41,12 +42,22 @@ _LIMIT_MM = 0.1
 
 @dataclass(frozen=True, slots=True)
 class Imported:
-    """The plan before and with what was imported, which item is new, and a sentence about it."""
+    """The plan before and with what was imported, which item is new, and a sentence about it.
+
+    With an account, the plan has what was taken of the tolerances of a model, and ``bare`` is the
+    plan without them.
+    """
 
     before: Plan
     plan: Plan
     chosen: ItemKey
     words: str
+    account: Account | None = None
+    bare: Plan | None = None
+
+    def without_tolerances(self) -> Imported:
+        """Return what was imported without the tolerances of a model."""
+        return replace(self, plan=self.bare or self.plan, account=None, bare=None)
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +125,7 @@ def model_of(
 def with_offers(
     plan: Plan, read: ReadModel, taken: Sequence[Offer], plan_file: Path | None
 ) -> Imported:
-    """Return the plan with what was chosen of a model.
+    """Return the plan with what was chosen of a model, and with its tolerances.
 
     Parameters
     ----------
@@ -130,9 +141,13 @@ def with_offers(
         The plan could not be measured with it.
     """
     found = _with_features(plan, read.path, [offer.feature for offer in taken])
-    if plan_file is None:
+    if plan_file is not None:
+        more = with_model(found.plan, plan_file, read.path, read.model.part)
+        found = replace(found, plan=more)
+    toleranced, account = plan_with_tolerances(found.plan, read.model)
+    if not account.items:
         return found
-    return replace(found, plan=with_model(found.plan, plan_file, read.path, read.model.part))
+    return replace(found, plan=toleranced, account=account, bare=found.plan)
 
 
 def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> Imported:

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
+from typing import Literal
 
 from PySide6.QtCore import Signal
 from PySide6.QtWidgets import QHBoxLayout, QStackedWidget, QVBoxLayout, QWidget
@@ -12,6 +14,7 @@ from ocmm_core.alignment import Alignment
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.features.measured import Construction
 from ocmm_core.features.shapes import NominalFeature
+from ocmm_core.inspection.drawing import Account
 from ocmm_core.inspection.plan import (
     EDITED,
     HEAD_FIELDS,
@@ -53,6 +56,7 @@ from ocmm_gui.plan_editor._proposals import (
     new_feature,
 )
 from ocmm_gui.plan_editor._teaching import Teaching
+from ocmm_gui.plan_editor._tolerance_account import ToleranceAccount
 from ocmm_gui.views import StepPicture, read_picture
 
 _END_S = 1.0
@@ -151,6 +155,11 @@ class PlanSheet(Sheet):
         self.choice.declined.connect(self._show_editor)
         self.choice.up_changed.connect(self._read_again)
         self._read: ReadModel | None = None
+        self.tolerances = ToleranceAccount()
+        self._asked: Imported | None = None
+        self.tolerances.agreed.connect(lambda: self._answer_tolerances("all"))
+        self.tolerances.without.connect(lambda: self._answer_tolerances("features"))
+        self.tolerances.declined.connect(lambda: self._answer_tolerances("nothing"))
         self.image.given.connect(self.attach_picture)
         self.other.given.connect(self.open_file)
         self._lay_out()
@@ -264,6 +273,8 @@ class PlanSheet(Sheet):
         self._read = read
         self._editor.hide()
         self.choice.show_model(read.model.part, read.offers, read.up)
+        if read.model.remark:
+            self.told.emit(read.model.remark)
 
     def _read_again(self, up: str) -> None:
         if self._read is not None:
@@ -289,9 +300,29 @@ class PlanSheet(Sheet):
                     "Import the file again.",
                 )
             )
+        elif found.account is not None:
+            self._ask_tolerances(found, found.account)
         elif self._did(lambda: found.plan, found.chosen):
             self.told.emit(found.words)
             self.items.setFocus()
+
+    def _ask_tolerances(self, found: Imported, account: Account) -> None:
+        """Show what became of the tolerances of a model before they are taken over."""
+        self._asked = found
+        count = len(found.plan.characteristics) - len(found.before.characteristics)
+        self._editor.hide()
+        self.tolerances.show_account(account, count)
+
+    def _answer_tolerances(self, answer: Literal["all", "features", "nothing"]) -> None:
+        found, self._asked = self._asked, None
+        self.tolerances.close_account()
+        self._editor.show()
+        self.items.setFocus()
+        if found is None or answer == "nothing":
+            self.told.emit(tr("Nothing was imported."))
+            return
+        bare = found.without_tolerances()
+        self._on_imported(bare if answer == "features" else replace(found, account=None))
 
     def attach_picture(self, path: Path) -> None:
         """Attach a picture to the step of the chosen feature; it is copied beside the plan."""
@@ -454,4 +485,5 @@ class PlanSheet(Sheet):
         row.addWidget(panel(right), 28)
         self.body.addWidget(self._editor, 1)
         self.body.addWidget(self.choice, 1)
+        self.body.addWidget(self.tolerances, 1)
         self.body.addWidget(self.importing)

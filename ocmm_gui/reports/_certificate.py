@@ -16,6 +16,7 @@ from ocmm_core import __version__
 from ocmm_core.documents import decode_json
 from ocmm_core.export import write_together
 from ocmm_core.export.certificate import (
+    SIMULATED_WORDS,
     Certificate,
     CertificateLine,
     CertificateRun,
@@ -49,7 +50,7 @@ _COLUMNS = (
     Column("Error, mm", 190.0, right=True),
     Column("U (k = 2), mm", 190.0, right=True),
     Column("MPE, mm", 160.0, right=True),
-    Column("ISO 14253-1", 200.0),
+    Column("Verdict", 200.0),
 )
 _VALUES = (
     Column("Value", 1000.0),
@@ -70,9 +71,11 @@ def lay_out(paper: Certificate) -> Canvas:
     paper_letterhead(canvas, paper.paper)
     canvas.text(paper.title, TITLE)
     if paper.runs:
-        good = paper.passed
-        style = Style(40.0, bold=True, colour=INK.good if good else INK.bad)
-        canvas.text("PASSED" if good else "NOT PASSED", style)
+        last = paper.runs[-1]
+        colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
+        canvas.text(last.words.upper(), Style(40.0, bold=True, colour=colour))
+    if paper.simulated:
+        canvas.text(SIMULATED_WORDS, Style(34.0, bold=True, colour=INK.warn))
     canvas.skip(10.0)
     for fact in certificate_facts(paper):
         if fact.name not in ("Title", "Statement"):
@@ -114,7 +117,7 @@ def certificate_pdf(paper: Certificate) -> bytes:
 
 
 def _run(canvas: Canvas, run: CertificateRun) -> None:
-    canvas.heading(f"{_HEADS[run.status]}: {'passed' if run.passed else 'NOT passed'}", 200.0)
+    canvas.heading(f"{_HEADS[run.status]}: {run.words}", 200.0)
     warm = NOT_STATED if run.temperature_c is None else f"{run.temperature_c:.1f} °C"
     when = run.made_utc[:16].replace("T", " ")
     canvas.text(f"{when} UTC, {run.made_by}, {warm}. {run.rule}.", SMALL)

@@ -16,6 +16,7 @@ from ocmm_core.export.report import ReportData
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import text_font
 from ocmm_gui.reports._canvas import INK, WIDTH, Canvas, Style, paint_text
+from ocmm_gui.reports._deviation_scale import deviation_scale
 from ocmm_gui.views import Orbit, Tag, job_items, paint_scene
 
 _BOLDER = 2.2
@@ -56,6 +57,7 @@ def picture(canvas: Canvas, data: ReportData) -> None:
         _paint_words(painter, box, tags, places)
 
     canvas.draw(height, paint)
+    deviation_scale(canvas, data)
 
 
 def _best_view(reach: Float, up: Float) -> tuple[Orbit, float]:

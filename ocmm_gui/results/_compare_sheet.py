@@ -8,6 +8,9 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import InputError
+from ocmm_core.export import batch_table
 from ocmm_core.inspection.archive import Comparison, Trend, compare_folder
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.charts import TrendChart
@@ -18,7 +21,9 @@ from ocmm_gui.kit import (
     Tell,
     Theme,
     WorkSheet,
+    caption,
     digit_font,
+    form_field,
     later,
     sentence_label,
     tr,
@@ -27,6 +32,13 @@ from ocmm_gui.kit import (
 
 _KEYS = (
     ActionInfo("folder", later("Choose a folder"), later("Compare the jobs in a folder"), ("F7",)),
+    ActionInfo("feature", later("Feature"), later("Show only what is about one feature"), ("F6",)),
+    ActionInfo(
+        "export",
+        later("Export"),
+        later("Write a table of all values, signals and indices"),
+        ("F8", "E"),
+    ),
     ActionInfo("stop", later("Stop reading"), later("Stop reading the jobs"), ("F9",)),
 )
 _COLUMNS = (
@@ -40,6 +52,8 @@ _COLUMNS = (
 _NUMBERS = range(1, 6)
 _MOST_REASONS = 8
 """Why values are not counted: the chart needs the room."""
+_MOST_TOLD = 6
+"""Of the last signals: the table has all of them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,6 +118,10 @@ class CompareSheet(WorkSheet):
         self.file = PathPanel(
             tr("Compare the jobs from the folder"), tr("Folder of the jobs"), tr("Compare")
         )
+        self.feature = form_field(tr("Feature"), tr("Feature; empty for all"))
+        self.target = PathPanel(
+            tr("Write the table of the batch to"), tr("File of the table"), tr("Write")
+        )
         self.table = TrendTable()
         self.chart = TrendChart()
         self.words = sentence_label(tr("Findings of the chart"), 15)
@@ -117,15 +135,31 @@ class CompareSheet(WorkSheet):
         row.setSpacing(10)
         row.addWidget(self.table, 50)
         row.addLayout(right, 50)
+        chosen = QHBoxLayout()
+        chosen.addWidget(caption(tr("Feature"), self.feature))
+        chosen.addWidget(self.feature, 1)
         self.body.addWidget(self.file)
+        self.body.addWidget(self.target)
         self.body.addWidget(self.working)
+        self.body.addLayout(chosen)
         self.body.addLayout(row, 1)
         self._folder = Path.home()
         self._left_out: tuple[str, ...] = ()
+        self._found: Comparison | None = None
+        self._shown: Comparison | None = None
+        self.feature.textEdited.connect(lambda _text: self._filter())
+        self.feature.left.connect(self.table.setFocus)
+        self.target.given.connect(self._write)
         self.file.given.connect(self.read)
         self.table.itemSelectionChanged.connect(self._choose)
         self.use_keys(
-            {"folder": lambda: self.file.ask(self._folder), "stop": self.stop}, primary="folder"
+            {
+                "folder": lambda: self.file.ask(self._folder),
+                "feature": self.feature.setFocus,
+                "export": self.export,
+                "stop": self.stop,
+            },
+            primary="folder",
         )
         self.say(tr("Select the folder with the jobs of the batch."))
 
@@ -154,11 +188,44 @@ class CompareSheet(WorkSheet):
                 origin=origin, count=len(jobs), plan=answer.plan, first=jobs[0], last=jobs[-1]
             )
         )
-        self.table.show_trends(answer.trends)
-        self._left_out = answer.left_out
-        if answer.trends:
-            self.table.selectRow(0)
+        self._found, self._left_out = answer, answer.left_out
+        self._filter()
         self.table.setFocus()
+
+    def export(self) -> None:
+        """Ask where the table of what is shown goes."""
+        if self._shown is None:
+            self.say(tr("Select the folder with the jobs of the batch."))
+            return
+        self.target.ask(self._folder / f"{self._shown.plan}_batch.csv")
+
+    def _write(self, path: Path) -> None:
+        if self._shown is None:
+            return
+        self.target.hide()
+        try:
+            write_atomic(path, batch_table(self._shown))
+        except OSError as error:
+            self.say(
+                tr("{path}: the file cannot be written ({reason}).").format(
+                    path=path, reason=error.strerror
+                )
+            )
+            return
+        self.say(tr("Table of the batch written to {path}.").format(path=path))
+
+    def _filter(self) -> None:
+        """Show what is about the feature in the field; everything while it is none."""
+        if self._found is None:
+            return
+        try:
+            self._shown = self._found.about(self.feature.text().strip())
+        except InputError as error:
+            self.say(f"{error.what} {error.remedy}")
+            self._shown = self._found
+        self.table.show_trends(self._shown.trends)
+        if self._shown.trends:
+            self.table.selectRow(0)
         self._choose()
 
     def _choose(self) -> None:
@@ -167,7 +234,14 @@ class CompareSheet(WorkSheet):
         if trend is None:
             return
         able = trend.capability
-        self.words.setText(able.words if able is not None else trend.why_not)
+        told = [able.words if able is not None else trend.why_not]
+        if trend.chart is not None:
+            counted = [part for part in trend.parts if part.value is not None]
+            # The names of the rules are those of the books, and are not translated.
+            told += [
+                f"{counted[i].job}: {why.rule}." for i, why in trend.chart.signals[-_MOST_TOLD:]
+            ]
+        self.words.setText(" ".join(told))
         # What could not be read at all stands first.
         why = (*self._left_out, *trend.left_out)
         more = tr("And %n more.", "", len(why) - _MOST_REASONS) if len(why) > _MOST_REASONS else ""

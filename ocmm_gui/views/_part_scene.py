@@ -102,6 +102,17 @@ class PartDrawing(QObject):
         """Return the whole mesh; None without a part."""
         return self._whole
 
+    @property
+    def ray_mesh(self) -> RenderMesh | None:
+        """Return the mesh that rays are tried on: the coarser one of a large part.
+
+        None without a part, or while that of a large one is made.
+        """
+        whole = self._whole
+        if whole is None or len(whole.triangles) <= MOVING_TRIANGLES:
+            return whole
+        return self._coarse
+
     def use(self, model: PartModel | None) -> None:
         """Show another part; None shows none."""
         if model is self._model:
@@ -143,7 +154,7 @@ class PartDrawing(QObject):
             self._colours = (
                 face_colours(self._model, base, marked)
                 if colours is None
-                else np.ascontiguousarray(colours, dtype=np.uint8)
+                else np.require(colours, np.uint8, ["C", "W"])
             )
             self._coloured = coloured
         mesh = self._coarse if moving and self._coarse is not None else self._whole

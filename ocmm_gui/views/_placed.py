@@ -77,13 +77,13 @@ class PlacedScene(PartDrawing):
 
     def hides(self, target: Target, side: Float) -> bool:
         """Return whether the part stands between a place and an eye in a direction (3,), unit."""
-        placed, mesh = self._placed, self.mesh
+        placed, mesh = self._placed, self.ray_mesh
         if placed is None or mesh is None:
             return False
         place = placed.T_world_from_model
         # Who touches looks at the ball, which lies clear of the surface that it touches.
         point = (target.ball_world - place.translation) @ place.rotation
-        return is_hidden(mesh, point, side @ place.rotation, 0.0)
+        return is_hidden(mesh, point, side @ place.rotation, 2.0 * mesh.cell_mm)
 
     def part(
         self, theme: Theme, mode: RenderMode, active: str, *, moving: bool

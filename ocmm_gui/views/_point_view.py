@@ -82,7 +82,7 @@ class PointView(OrbitView):
         self._tags: tuple[Tag, ...] = ()
         self._job_low: float | None = None
         self._part = PlacedScene(self)
-        self._part.changed.connect(self.update)
+        self._part.changed.connect(self._look_again)
         self._mode = RenderMode.SHADED
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
@@ -234,12 +234,18 @@ class PointView(OrbitView):
         """Return the view from where the next place is seen, and whether that is another side."""
         orbit = self._orbit if start is None else start
         target = self._work.target
-        if target is None or target is self._seen_target:
+        if target is None or _is_same(target, self._seen_target):
             return orbit, False
         self._seen_target = target
         later = () if self._job is None else active_targets(self._job)
         turned = side_for(orbit, target, later, lambda side: self._part.hides(target, side))
         return turned, turned is not orbit
+
+    def _look_again(self) -> None:
+        """See whether the next place is hidden: now there is a mesh that tells."""
+        self._seen_target = None
+        self._look_for_work()
+        self.update()
 
     def _ease(self, orbit: Orbit) -> None:
         self._moved_to(orbit)
@@ -324,3 +330,11 @@ class PointView(OrbitView):
             self._still = StillScene((*grid, rig, *plain), orbit, size, ratio, theme.panel, part)
             self._still_of = made_of
         return self._still
+
+
+def _is_same(target: Target, other: Target | None) -> bool:
+    """Return whether two targets are one place: a job that is evaluated again makes others."""
+    return other is not None and (
+        np.array_equal(target.surface_world, other.surface_world)
+        and np.array_equal(target.normal_world, other.normal_world)
+    )

@@ -78,3 +78,27 @@ def test_a_folder_without_jobs_is_told(qtbot: QtBot, sheet: CompareSheet, tmp_pa
     assert sheet.working.words() == ""
     assert errors[0].code == "compare.too_few"
     assert "no job" in errors[0].what
+
+
+def test_the_batch_is_filtered_by_feature_and_written_as_a_table(
+    qtbot: QtBot, sheet: CompareSheet, folder: Path, tmp_path: Path
+) -> None:
+    sheet.open(folder)
+    qtbot.waitUntil(lambda: not sheet.is_working(), timeout=TIMEOUT_MS)
+    chosen = sheet.table.chosen()
+    assert chosen is not None
+    name = chosen.features[0]
+    sheet.feature.setText("")
+    qtbot.keyClicks(sheet.feature, name)
+    assert 1 <= sheet.table.rowCount() <= 2
+    assert name in set(sheet.table.chosen().features)  # type: ignore[union-attr]
+    sheet.feature.setText("")
+    qtbot.keyClicks(sheet.feature, "NONE")
+    # An unknown name shows everything, and says which names there are.
+    assert sheet.table.rowCount() == 2
+    assert "Choose from" in sheet.about()
+    sheet.keys["export"].trigger()
+    target = tmp_path / "batch.csv"
+    sheet.target.given.emit(target)
+    assert target.read_bytes().startswith(b"\xef\xbb\xbfCharacteristic,Features,")
+    assert str(target) in sheet.about()

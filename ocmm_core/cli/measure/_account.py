@@ -11,8 +11,6 @@ if TYPE_CHECKING:
 
     from ocmm_core.inspection.drawing import Account
 
-_ALIKE = "datum reference"
-
 
 def print_account(account: Account, console: Console) -> None:
     """Print what became of every item of a model, and how many of each kind were taken.
@@ -28,10 +26,7 @@ def print_account(account: Account, console: Console) -> None:
         return
     console.print("Tolerances of the model:", highlight=False)
     table = Table("", "label", "says", "in the plan, or why not", box=None, pad_edge=False)
-    for item in account.items:
-        follows = item.group == _ALIKE or (item.group == "annotation" and item.kind != "note")
-        if follows:
-            continue
+    for item in account.by_itself():
         became = ", ".join(item.became)
         said = "; ".join(filter(None, (became, item.why, item.remark)))
         table.add_row(*(_plain(text) for text in (item.status, item.name, item.kind, said)))

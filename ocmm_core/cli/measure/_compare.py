@@ -28,19 +28,31 @@ def compare_command(
         Path | None,
         typer.Option("--calibrations", help="Calibration folder. Default: that of this user."),
     ] = None,
+    feature: Annotated[
+        str, typer.Option("--feature", help="Only what is about this feature.")
+    ] = "",
+    table: Annotated[
+        Path | None,
+        typer.Option("--table", help="CSV file with every value, its signals and all indices."),
+    ] = None,
 ) -> None:
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
+
+    Run rules: Western Electric 1 (beyond a limit), 2 (two of three beyond two sigma), 3 (four of
+    five beyond one sigma), 4 (eight on one side), and Nelson 3 (six rising or falling).
 
     Every job is opened read-only and computed anew from its points. Values in doubt are named and
     not counted; so are those of simulated jobs beside real ones. Jobs that cannot be read or are of
     another plan than the latest one are named and left out. Ends with 1 where one cannot be read.
     """
+    from ocmm_core.documents import write_atomic
+    from ocmm_core.export import batch_table
     from ocmm_core.inspection.archive import compare_files
     from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 
     console = make_console()
     with progress_line() as tell:
-        found = compare_files(jobs, tell, probes, calibrations)
+        found = compare_files(jobs, tell, probes, calibrations).about(feature)
     if found.simulated:
         console.print(f"{SIMULATED}: {NO_REAL_PART}", style="bold yellow", highlight=False)
     for name, words in zip(found.jobs, found.words, strict=True):
@@ -55,6 +67,9 @@ def compare_command(
         "Lengths in mm. Chart limits: 2.66 mean moving ranges; Cp and Cpk use the same scatter.",
         style="dim",
     )
+    if table is not None:
+        write_atomic(table, batch_table(found))
+        console.print(f"Table  {table}", highlight=False, markup=False)
     if found.unread:
         raise typer.Exit(1)
 
@@ -87,5 +102,7 @@ def _lines(trend: Trend) -> list[str]:
         lines.append(trend.capability.words)
     if trend.chart is not None:
         counted = [part for part in trend.parts if part.value is not None]
-        lines += [f"{counted[i].job} is {why.value}." for i, why in trend.chart.signals]
+        lines += [
+            f"{counted[i].job} is {why.value} ({why.rule})." for i, why in trend.chart.signals
+        ]
     return lines

@@ -69,7 +69,10 @@ def new(
 @plan_app.command(name="import")
 def import_(
     file: Annotated[
-        Path, typer.Argument(help="Feature table (CSV) or model (STEP, needs an extra).")
+        Path,
+        typer.Argument(
+            help="Table (CSV), plan or model in QIF 3.0, or model (STEP, needs an extra)."
+        ),
     ],
     output: Annotated[
         Path | None, typer.Option("--output", "-o", help="Plan document to write.")
@@ -131,6 +134,11 @@ def import_(
         raise InputError(
             "plan.output", "No plan document to write is named.", "Give --output, or --list."
         )
+    if file.suffix.lower() == ".qif":
+        if output is None:
+            raise InputError("plan.output", "A QIF document is not listed.", "Give --output.")
+        _import_qif(file, output, name, part, overwrite=overwrite)
+        return
     if file.suffix.lower() not in STEP_ENDINGS:
         if output is None:
             raise InputError(
@@ -172,6 +180,22 @@ def import_(
         raise typer.Exit(1)
 
 
+def _import_qif(
+    file: Path, output: Path, name: str | None, part: str | None, *, overwrite: bool
+) -> None:
+    """Write the plan of a QIF document, and tell what it lacks by name; code 1 where it does."""
+    from ocmm_core.documents import read_bytes
+    from ocmm_core.export.qif import plan_of_qif
+
+    found = plan_of_qif(read_bytes(file), name or output.stem, part or output.stem)
+    _write(found.plan, output, overwrite=overwrite)
+    console = make_console()
+    for one in found.left_out:
+        console.print(f"Left out: {one.name}: {one.why}", highlight=False, markup=False)
+    if found.left_out:
+        raise typer.Exit(1)
+
+
 def _print_left_out(model: StepModel, console: Console, *, whole: bool) -> None:
     if whole and model.left_out:
         count = len(model.left_out)
@@ -181,6 +205,8 @@ def _print_left_out(model: StepModel, console: Console, *, whole: bool) -> None:
         console.print(f"Left out{how}:", highlight=False)
     for why, count in model.why_not():
         console.print(f"{count:5}  {why}", highlight=False)
+    if model.remark:
+        console.print(model.remark, style="yellow", highlight=False)
 
 
 def _told(plan: Plan, output: Path, model: StepModel) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """Papers about the machine itself: verifications, calibrations of cameras, qualified tips.
 
-In: sealed records, or the certificate of an artefact from elsewhere. Out: a Digital Calibration
-Certificate (DCC 3.1.2) with a detached signature, and an artefact document.
+In: sealed records, also of acceptance tests, or the certificate of an artefact from elsewhere.
+Out: a Digital Calibration Certificate (DCC 3.1.2) with a detached signature, an artefact document.
 
 Read `_content` (all that such a paper says, and its list of clauses), `_from_records` (what the
 records know), `_dcc` (the XML), `_seal` (the signature), `_reader` (what a DCC says, whoever wrote
@@ -19,6 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.export.certificate._artefact import Expansion, artefact_text
     from ocmm_core.export.certificate._content import (
+        SIMULATED_WORDS,
         Certificate,
         CertificateLine,
         CertificateRun,
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._from_records import (
+        certificate_of_acceptance,
         certificate_of_cameras,
         certificate_of_folder,
         certificate_of_tip,
@@ -40,16 +42,20 @@ else:
         __name__,
         _artefact="Expansion artefact_text",
         _content=(
-            "Certificate CertificateLine CertificateRun CertificateValue Conformity "
-            "certificate_facts open_certificate_clauses"
+            "SIMULATED_WORDS Certificate CertificateLine CertificateRun CertificateValue "
+            "Conformity certificate_facts open_certificate_clauses"
         ),
         _dcc="dcc_bytes",
-        _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
+        _from_records=(
+            "certificate_of_acceptance certificate_of_cameras certificate_of_folder "
+            "certificate_of_tip"
+        ),
         _reader="Dcc DccQuantity read_dcc",
         _seal="check_dcc_seal write_certificate",
     )
 
 __all__ = [
+    "SIMULATED_WORDS",
     "Certificate",
     "CertificateLine",
     "CertificateRun",
@@ -60,6 +66,7 @@ __all__ = [
     "Expansion",
     "artefact_text",
     "certificate_facts",
+    "certificate_of_acceptance",
     "certificate_of_cameras",
     "certificate_of_folder",
     "certificate_of_tip",

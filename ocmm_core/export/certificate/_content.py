@@ -26,6 +26,8 @@ IN_HOUSE = (
     "no accreditation."
 )
 
+SIMULATED_WORDS = "SIMULATED: the virtual rig was tested, no real machine."
+
 CERTIFICATE_CLAUSES = (
     "7.8.2.1 a", "7.8.2.1 b", "7.8.2.1 c", "7.8.2.1 d", "7.8.2.1 e", "7.8.2.1 f", "7.8.2.1 g",
     "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o", "7.8.4.1 a",
@@ -68,6 +70,8 @@ class CertificateLine:
         U (k = 2) of the error.
     limit
         Permissible error (MPE).
+    stated
+        By the rule of a procedure; None for that of ISO 14253-1.
     """
 
     name: str
@@ -75,6 +79,7 @@ class CertificateLine:
     reference: float
     expanded: float
     limit: float
+    stated: Conformity | None = None
 
     @property
     def error(self) -> float:
@@ -84,6 +89,8 @@ class CertificateLine:
     @property
     def conformity(self) -> Conformity:
         """Return how the error stands to the limit: proven only with U inside or outside."""
+        if self.stated is not None:
+            return self.stated
         size = abs(self.error)
         if size + self.expanded <= self.limit:
             return Conformity.CONFORM
@@ -114,6 +121,8 @@ class CertificateRun:
         Hashes of the record and of the observations behind it.
     notes
         What else must be known.
+    stated
+        The verdict in the words of a procedure, where it says more than ``passed``; may be empty.
     """
 
     status: Status
@@ -126,6 +135,21 @@ class CertificateRun:
     record: str
     data_sha256: str
     notes: tuple[str, ...] = ()
+    stated: Conformity | Literal["", "noPass"] = ""
+
+    @property
+    def word(self) -> str:
+        """Return the verdict in the words of a DCC."""
+        return str(self.stated) or ("pass" if self.passed else "fail")
+
+    @property
+    def words(self) -> str:
+        """Return the verdict for people."""
+        if self.stated == "noPass":
+            return "VOID: it shows nothing"
+        if isinstance(self.stated, Conformity):
+            return self.stated.words
+        return "passed" if self.passed else "NOT passed"
 
 
 @dataclass(frozen=True, slots=True)
@@ -174,6 +198,8 @@ class Certificate:
         Hash of the record before; empty for the first one.
     paper
         Laboratory, customer, place.
+    simulated
+        No real machine was tested.
     """
 
     title: str
@@ -192,6 +218,7 @@ class Certificate:
     previous: str
     paper: Paper
     accreditation: str = ""
+    simulated: bool = False
 
     @property
     def passed(self) -> bool:
@@ -218,8 +245,14 @@ def conformity_words(paper: Certificate) -> str:
     if not paper.runs:
         return ""
     last = paper.runs[-1]
-    word = "Passed" if last.passed else "NOT passed"
-    return f"{word} by its rule: {last.rule}. Each error: ISO 14253-1, proven beyond U (k = 2)."
+    words = last.words[:1].upper() + last.words[1:]
+    return f"{words}, by its rule: {last.rule}. {_each_error(last)}"
+
+
+def _each_error(run: CertificateRun) -> str:
+    if any(line.stated is not None for line in run.lines):
+        return "Each error: by the same rule."
+    return "Each error: ISO 14253-1, proven beyond U (k = 2)."
 
 
 def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
@@ -244,7 +277,8 @@ def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
     yield "7.8.4.1 a", "Uncertainty", "U, expanded, k = 2 (about 95 %), with every result."
     yield "7.8.4.1 e", "Conformity", conformity_words(paper)
     yield "7.8.2.1 m", "Units, volume", f"Lengths in mm. {paper.volume}"
-    notes = [*given.deviations, *(note for run in paper.runs for note in run.notes)]
+    simulated = [SIMULATED_WORDS] if paper.simulated else []
+    notes = [*simulated, *given.deviations, *(note for run in paper.runs for note in run.notes)]
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or "None noted in the record, none stated."
     yield "", "Software", f"OCMM {paper.software}"
     yield "7.8.2.1 o", "Signed by", "; ".join(paper.paper.template.signatures)

@@ -101,7 +101,7 @@ def _administrative(parent: etree._Element, paper: Certificate) -> None:
         _rich(statement, "declaration", f"{fact.name}: {fact.value}")
     overall = _add(statements, "statement")
     _rich(overall, "declaration", conformity_words(paper) or "No statement of conformity.")
-    _add(overall, "conformity", "pass" if paper.passed else "fail" if paper.runs else "noPass")
+    _add(overall, "conformity", paper.runs[-1].word if paper.runs else "noPass")
 
 
 def _run(parent: etree._Element, paper: Certificate, run: CertificateRun) -> None:
@@ -130,7 +130,7 @@ def _run(parent: etree._Element, paper: Certificate, run: CertificateRun) -> Non
         _rich(_add(empty, "data"), "text", "The record holds no result.")
     meta = _add(_add(parent, "measurementMetaData"), "metaData")
     _rich(meta, "declaration", f"Made {run.made_utc} by {run.made_by}. " + " ".join(run.notes))
-    _add(meta, "conformity", "pass" if run.passed else "fail")
+    _add(meta, "conformity", run.word)
     behind = _add(parent[-1], "metaData")
     _add(behind, "reference", f"record {_SHA256} {run.record}")
     _add(behind, "reference", f"observations {_SHA256} {run.data_sha256}")
@@ -146,7 +146,8 @@ def _line(parent: etree._Element, line: CertificateLine) -> None:
     error = _add(data, "quantity", refType="basic_measurementError")
     _real(error, "error", line.error, _MM, line.expanded)
     meta = _add(_add(error, "measurementMetaData"), "metaData")
-    _add(meta, "norm", "ISO 14253-1")
+    if line.stated is None:
+        _add(meta, "norm", "ISO 14253-1")
     _add(meta, "conformity", line.conformity.value)
     limit = _add(_add(meta, "data"), "quantity", refType="basic_acceptanceLimit")
     _real(limit, "maximum permissible error", line.limit, _MM)

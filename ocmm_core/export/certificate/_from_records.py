@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
+from ocmm_core.acceptance import AcceptanceRecord, JudgedValue, Verdict, load_record
 from ocmm_core.calibration.records import (
     ArtefactUse,
     CalibrationStore,
@@ -20,12 +22,14 @@ from ocmm_core.export.certificate._content import (
     CertificateLine,
     CertificateRun,
     CertificateValue,
+    Conformity,
     K,
     Status,
 )
 from ocmm_core.export.report import Paper
 
 _NUMBER_DIGITS = 16
+_SAME = 1e-9
 _MM, _PX, _ONE = "\\milli\\metre", "\\one", "\\one"
 _VDI = "modelled on VDI/VDE 2634 part 1"
 _SPHERE = "modelled on ISO 10360-5 and ASME B89.4.22"
@@ -36,6 +40,8 @@ def certificate_of_folder(folder: Path, paper: Paper, tip: str = "") -> Certific
 
     Parameters
     ----------
+    folder
+        Of the records of one rig or probe; or the file of an acceptance record.
     tip
         Of the probe; empty for cameras.
 
@@ -44,6 +50,8 @@ def certificate_of_folder(folder: Path, paper: Paper, tip: str = "") -> Certific
     OcmmError
         There are no such records, or they were changed.
     """
+    if folder.is_file():
+        return certificate_of_acceptance(load_record(folder), paper)
     if tip:
         return certificate_of_tip(ProbeStore(folder), tip, paper)
     return certificate_of_cameras(CalibrationStore(folder), paper)
@@ -176,6 +184,97 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         previous="",
         paper=paper,
     )  # fmt: skip
+
+
+_JUDGED = {
+    Verdict.PASS: Conformity.CONFORM,
+    Verdict.FAIL: Conformity.NOT_CONFORM,
+    Verdict.LEANING_IN: Conformity.LEANING_IN,
+    Verdict.LEANING_OUT: Conformity.LEANING_OUT,
+}
+
+
+def certificate_of_acceptance(record: AcceptanceRecord, paper: Paper) -> Certificate:
+    """Return the paper of an acceptance test: every verdict is that of its procedure.
+
+    It is a calibration certificate only where the procedure names an accreditation, a real machine
+    was tested, and the test is not void.
+    """
+    digest, tested = record_hash(record), record.instrument
+    void = record.verdict is Verdict.VOID
+    run = CertificateRun(
+        status="afterAdjustment" if record.condition == "after adjustment" else "beforeAdjustment",
+        made_utc=record.ended_utc,
+        made_by=record.made_by,
+        temperature_c=_mean([one.celsius for one in record.climate]),
+        rule=f"{record.wording}, rule {record.procedure.rule}",
+        lines=tuple(_judged(one) for one in record.values if one.verdict in _JUDGED),
+        passed=record.verdict is Verdict.PASS,
+        record=digest,
+        data_sha256=record.chain_head,
+        notes=(
+            *record.void_reasons,
+            *record.notes,
+            *((record.procedure.by_agreement,) if record.procedure.by_agreement else ()),
+            *((f"Retests: {record.retests}.",) if record.retests else ()),
+        ),
+        stated="noPass" if void else _JUDGED[record.verdict],
+    )
+    accredited = record.procedure.accreditation if not (tested.simulated or void) else ""
+    words = "Calibration certificate" if accredited else "Test report (in-house)"
+    given = paper.given
+    asked = replace(
+        given, customer=given.customer or record.customer, place=given.place or record.place
+    )
+    low, high = (" ".join(f"{x:g}" for x in corner)
+                 for corner in (tested.volume_min, tested.volume_max))  # fmt: skip
+    return Certificate(
+        title=f"{'SIMULATED: ' if tested.simulated else ''}{words}: {record.procedure.title}",
+        number=f"A-{record.number}",
+        item=f"Rig {tested.rig}, probe {tested.probe}, tip {tested.tip}",
+        identifications=(
+            *(("camera", camera) for camera in tested.cameras),
+            ("calibration", tested.calibration or tested.calibration_status),
+            ("tip", tested.tip_record or "as its document"),
+            ("procedure", record.procedure_sha256),
+        ),
+        method=record.procedure.title,
+        norms=(record.wording,),
+        software=tested.software,
+        runs=(run,),
+        values=tuple(
+            CertificateValue(
+                f"{one.quantity}, worst of {one.count}", one.error_mm, _MM, one.expanded_mm
+            )
+            for one in record.quantities
+        ),
+        artefacts=_once([one.use for one in record.artefacts]),
+        volume=f"Volume from ({low}) to ({high}) mm, world.",
+        begin_utc=record.begun_utc,
+        end_utc=record.ended_utc,
+        previous="",
+        paper=replace(paper, given=asked),
+        accreditation=accredited,
+        simulated=tested.simulated,
+    )
+
+
+def _judged(value: JudgedValue) -> CertificateLine:
+    # A form is its own error: there is nothing certified that it would be a difference from.
+    is_difference = abs(value.measured_mm - value.certified_mm - value.error_mm) < _SAME
+    again = ", superseded by a retest" if value.superseded else ""
+    return CertificateLine(
+        name=f"{value.quantity} {value.position}, {value.name}{again}",
+        measured=value.measured_mm if is_difference else value.error_mm,
+        reference=value.certified_mm if is_difference else 0.0,
+        expanded=value.expanded_mm,
+        limit=value.limit_mm,
+        stated=_JUDGED[value.verdict],
+    )
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return sum(values) / len(values) if values else None
 
 
 def _run(record: VerificationRecord, status: Status) -> CertificateRun:

@@ -9,7 +9,7 @@ import msgspec
 
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, StorageError
-from ocmm_core.export._files import write_together
+from ocmm_core.export import write_together
 from ocmm_core.export.certificate._content import Certificate
 from ocmm_core.export.certificate._dcc import dcc_bytes
 from ocmm_core.export.certificate._reader import LARGEST, Dcc, read_dcc

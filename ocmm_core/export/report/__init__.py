@@ -23,7 +23,13 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._head import head_table
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
-    from ocmm_core.export.report._names import check_file_stem, check_name, clean_text, one_line
+    from ocmm_core.export.report._names import (
+        check_file_stem,
+        check_name,
+        clean_text,
+        one_line,
+        spreadsheet_text,
+    )
     from ocmm_core.export.report._paper_facts import (
         CLAUSES,
         NOT_STATED,
@@ -73,7 +79,7 @@ else:
         _head="head_table",
         _json_file="JSON",
         _json_schema="ReportFile read_report",
-        _names="check_file_stem check_name clean_text one_line",
+        _names="check_file_stem check_name clean_text one_line spreadsheet_text",
         _paper_facts=(
             "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations report_number "
             "statements"
@@ -136,6 +142,7 @@ __all__ = [
     "report_of_job",
     "report_table",
     "same_number",
+    "spreadsheet_text",
     "standard_template",
     "statements",
 ]

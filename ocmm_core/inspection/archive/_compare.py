@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -75,6 +75,8 @@ class Trend:
         None where there is nothing to say; ``why_not`` then says why.
     why_not
         A sentence, or empty.
+    features
+        That the characteristic is about, with its datums.
     """
 
     name: str
@@ -86,6 +88,7 @@ class Trend:
     chart: ControlChart | None
     capability: ProcessCapability | None
     why_not: str
+    features: tuple[str, ...] = ()
 
     @property
     def values(self) -> Float:
@@ -122,6 +125,26 @@ class Comparison:
     left_out: tuple[str, ...]
     unread: tuple[str, ...]
     simulated: bool
+
+    def about(self, feature: str) -> Comparison:
+        """Return what is about a feature; everything where its name is empty.
+
+        Raises
+        ------
+        InputError
+            No characteristic is about it.
+        """
+        if not feature:
+            return self
+        found = tuple(trend for trend in self.trends if feature in trend.features)
+        if not found:
+            known = sorted({name for trend in self.trends for name in trend.features})
+            raise InputError(
+                "compare.feature",
+                f"No characteristic is about feature {feature!r}.",
+                f"Choose from {', '.join(known)}.",
+            )
+        return replace(self, trends=found)
 
 
 @dataclass(frozen=True, slots=True)
@@ -346,8 +369,9 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[PartJob]) -> Trend:
     except OcmmError as error:
         why_not = f"{error.what} {error.remedy}"
     return Trend(
-        item.name, item.kind, low, high, tuple(parts), tuple(left_out), chart, able, why_not
-    )
+        item.name, item.kind, low, high, tuple(parts), tuple(left_out), chart, able, why_not,
+        tuple(dict.fromkeys((*item.features, *item.datums))),
+    )  # fmt: skip
 
 
 def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:

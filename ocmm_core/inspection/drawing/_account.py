@@ -13,6 +13,8 @@ Group = Literal[
 GROUPS: tuple[Group, ...] = (
     "dimension", "tolerance", "datum reference", "datum", "datum target", "annotation", "general",
 )  # fmt: skip
+NOTE = "note"
+"""Kind of an annotation that is a text and not the label of an item."""
 Status = Literal["taken", "partly", "refused"]
 
 
@@ -74,6 +76,17 @@ class Account(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
             for group in GROUPS
             if any(found[group, word] for word in words)
         }
+
+    def by_itself(self) -> tuple[AccountItem, ...]:
+        """Return the items without those that follow another one.
+
+        A datum reference follows its tolerance, and a label the item that it shows.
+        """
+        return tuple(
+            item
+            for item in self.items
+            if item.group != "datum reference" and (item.group != "annotation" or item.kind == NOTE)
+        )
 
     @property
     def taken(self) -> int:

@@ -64,9 +64,7 @@ class Context:
     def drawn_value(self, item: Characteristic) -> float:
         """Return what a size, distance or angle is of the model itself; RefusedError if nothing."""
         try:
-            return geometry_value(
-                item, self._nominals, self.plan.shapes, self.plan.bound_alignment
-            )
+            return geometry_value(item, self._nominals, self.plan.shapes, self.plan.bound_alignment)
         except (FitError, KeyError) as error:
             what = error.what if isinstance(error, FitError) else f"{error} is not known"
             raise RefusedError(f"it cannot be compared with the model: {what}") from error

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import msgspec
 
-from ocmm_core.inspection.drawing._account import Account, AccountItem, Status
+from ocmm_core.inspection.drawing._account import NOTE, Account, AccountItem, Status
 from ocmm_core.inspection.drawing._context import Context
 from ocmm_core.inspection.drawing._frames import Frames
 from ocmm_core.inspection.drawing._general import general_of
@@ -20,7 +20,7 @@ from ocmm_core.inspection.step import StepModel
 
 _MEANING = (
     "Sizes are those of the associated elements, as the report says (least squares); neither the "
-    "envelope (ISO 8015 Ⓔ, ASME Y14.5 Rule #1) nor two-point sizes are checked by them."
+    "envelope (E of ISO 14405-1, Rule #1 of ASME Y14.5) nor two-point sizes are checked by them."
 )
 _LONGEST_NOTE = 120
 
@@ -139,7 +139,7 @@ def _annotation(
     if not one.shows:
         text = one.text if len(one.text) <= _LONGEST_NOTE else one.text[:_LONGEST_NOTE] + "…"
         return AccountItem(
-            group="annotation", name=one.name, kind="note", entity=one.entity, status="refused",
+            group="annotation", name=one.name, kind=NOTE, entity=one.entity, status="refused",
             why=one.fault or (f"a note is for people: {text}" if text else "a note without text"),
         )  # fmt: skip
     shown = next((by_entity[number] for number in one.shows if number in by_entity), None)

@@ -83,7 +83,7 @@ class Surfaces:
         """Return the features of faces; RefusedError where there are none, or edges besides."""
         if odd:
             words = ", ".join(word.lower().replace("_", " ") for word in odd)
-            raise RefusedError(f"it stands for {words}, which is not probed")
+            raise RefusedError(f"it is attached to something that is not probed ({words})")
         if not faces:
             raise RefusedError("the file names no faces for it")
         found = self.of(faces)

@@ -37,9 +37,7 @@ class Aspects:
 
     def __init__(self, file: Part21) -> None:
         self._file = file
-        self._usages = [
-            (word, file.users(word, 2)) for word in _USAGES if word in file.by_type
-        ]
+        self._usages = [(word, file.users(word, 2)) for word in _USAGES if word in file.by_type]
         self._children = [
             (word, file.users(word, 2)) for word in _RELATIONS if word in file.by_type
         ]

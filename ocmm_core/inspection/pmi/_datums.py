@@ -58,7 +58,8 @@ class Datums:
             item = msgspec.structs.replace(item, name=letter)
             word = "SHAPE_ASPECT_RELATIONSHIP"
             givers = [
-                self._file.reference(relation, 2, word) for relation in self._features.get(number, [])
+                self._file.reference(relation, 2, word)
+                for relation in self._features.get(number, [])
             ]
             return self._with_features(item, givers)
         except BadEntityError as error:
@@ -99,5 +100,3 @@ def letters_twice(datums: tuple[Datum, ...]) -> tuple[Datum, ...]:
         else one
         for one in datums
     )
-
-

@@ -141,9 +141,7 @@ class Dimensions:
         return _checked(msgspec.structs.replace(item, lower=low.value, upper=high.value))
 
 
-def _with_found(
-    item: Dimension, found: dict[str, Measure], notes: tuple[str, ...]
-) -> Dimension:
+def _with_found(item: Dimension, found: dict[str, Measure], notes: tuple[str, ...]) -> Dimension:
     if len({measure.of for measure in found.values()}) > 1:
         msg = "its values are lengths and angles at once"
         raise BadEntityError(msg)

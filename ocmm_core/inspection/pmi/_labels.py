@@ -120,7 +120,9 @@ class Labels:
         for definition in about:
             if "PROPERTY_DEFINITION" not in self._types(definition):
                 continue
-            for held in self._file.users("PROPERTY_DEFINITION_REPRESENTATION", 0).get(definition, []):
+            for held in self._file.users("PROPERTY_DEFINITION_REPRESENTATION", 0).get(
+                definition, []
+            ):
                 shown = self._file.reference(held, 1, "PROPERTY_DEFINITION_REPRESENTATION")
                 for item in refs(self._file.argument(shown, 1, "REPRESENTATION")):
                     if "DESCRIPTIVE_REPRESENTATION_ITEM" in self._types(item):

@@ -5,7 +5,15 @@ from __future__ import annotations
 import math
 from typing import Literal, NamedTuple
 
-from ocmm_core.inspection.pmi._part21 import BadEntityError, Part21, Ref, Typed, Word, plain
+from ocmm_core.inspection.pmi._part21 import (
+    Argument,
+    BadEntityError,
+    Part21,
+    Ref,
+    Typed,
+    Word,
+    plain,
+)
 
 FARTHEST_MM = 1e5
 MOST_DEG = 360.0
@@ -126,7 +134,7 @@ def _value_and_unit(file: Part21, number: int) -> tuple[float, int]:
     if len(units) != 1:
         msg = f"its value #{number} has no unit"
         raise BadEntityError(msg)
-    value = values[0]
+    value: Argument = values[0]
     if isinstance(value, Typed):
         _check_kind(file, value, units[0], number)
         value = value.values[0] if value.values else None

@@ -86,7 +86,9 @@ def _face(file: Part21, number: int) -> FaceText:
     for word, shape in _SURFACES.items():
         if word in records:
             radius = records[word][-1] if shape in ("Cylinder", "Sphere") else 0.0
-            return FaceText(number, shape, float(radius) if isinstance(radius, float | int) else 0.0)
+            return FaceText(
+                number, shape, float(radius) if isinstance(radius, float | int) else 0.0
+            )
     return FaceText(number, sorted(records)[0].lower().replace("_", " "))
 
 

@@ -117,7 +117,9 @@ class Tolerances:
         forms = []
         for zone in self._zones.get(item.entity, []):
             extras += self._defined.get(zone, [])
-            extras += [said for word, said in _ZONE_EXTRAS.items() if word in self._file.types(zone)]
+            extras += [
+                said for word, said in _ZONE_EXTRAS.items() if word in self._file.types(zone)
+            ]
             words = ("TOLERANCE_ZONE", *_ZONE_EXTRAS)
             form = self._file.reference(zone, 5, *words)
             forms.append(plain(self._file.argument(form, 0, "TOLERANCE_ZONE_FORM")))

@@ -25,7 +25,7 @@ _STYLUS_GAP_MM, _BODY_GAP_MM = 1.0, 3.0
 _SMALL_BALL = 0.2
 """Of a small ball the stylus keeps this part of its radius, for it is as near to the surface."""
 _EMISSION_MARGIN = np.radians(3.0)
-_OUTSIDE = 5
+_OUTSIDE, _LEANING = 5, 6
 _LEAN_GAIN = 0.32
 """The handle follows the outward normal by this part of its angle from the vertical."""
 _UPRIGHT_GAIN = 0.15
@@ -135,14 +135,16 @@ class Reach:
         found, ways = np.zeros((count, 5), dtype=np.int64), np.zeros(count)
         mask = np.zeros(self._obstacle.n_faces, dtype=np.bool_)
         mask[own] = True
-        part = self._obstacle
+        part, ranks = self._obstacle, self._ranks(normals, axis_part)
         kernel.search(
             np.ascontiguousarray(points), np.ascontiguousarray(normals), self._radius,
-            np.array(WAYS_MM), self._turns, self._ranks(normals, axis_part), self._solid,
+            np.array(WAYS_MM), self._turns, ranks, self._solid,
             self._leds, self._looks, self._cameras, self._sensors, self._limits, part.triangles,
             part.faces, mask, part.boxes, part.links, part.order, found, ways,
         )  # fmt: skip
         stage = np.where(self._outside(points, normals), _OUTSIDE, found[:, 0])
+        if self._setting is not None:
+            stage[(ranks[:, 0] < 0) & (found[:, 1] < 0)] = _LEANING
         held = np.full((count, 3, 3), np.nan)
         if len(self._turns):
             good = stage == kernel.FOUND
@@ -189,6 +191,8 @@ class Reach:
         (stage, face), _ = Counter(pairs).most_common(1)[0]
         if stage == _OUTSIDE:
             return "it is outside the measuring volume where the part stands"
+        if stage == _LEANING:
+            return "the probe would have to be held from below, or against its orientation rules"
         if stage == kernel.SIGHT:
             most = int(reached.leds[reached.stage == kernel.SIGHT].max())
             return f"two cameras see {most} LEDs of the probe there, {LEAST_LEDS} are needed"

@@ -7,8 +7,9 @@ Read `_model` (what is asked for, and what comes back), `_request` (by which pro
 `_choice` (what is taken), `_asking` and `_worker` (the process that reads, from both sides),
 `_library`, `_document` (the file as the library has it), `_raw_faces` (faces as numbers), `_joined`
 (which faces are one surface, where a ball can touch it), `_placed` (which places are targets),
-`_solid_mesh` (what a probe could run into), `_surface_splines`, `_part` (the part), `_face_order`
-(which faces tolerances are of), `_answer` (what the process tells). It must not know plans.
+`_names` (what they are called), `_solid_mesh` (what a probe could run into), `_surface_splines`,
+`_part` (the part), `_face_order` (which faces tolerances are of), `_answer` (what the process
+tells). It must not know plans.
 """
 
 from __future__ import annotations

@@ -85,12 +85,16 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         What the file says of tolerances.
     face_entities
         Number in the file of faces, by their own number.
+    face_names
+        What the file calls faces, by number; faces without a name are not in it.
     face_words
         Kind of surface of all faces of the file, by their number there.
     fault
         What is wrong with the file, as a part of a sentence; "MISSING" where the extra is.
     remedy
         What to do about a fault, where that is not to export the model again.
+    remark
+        What was not asked about targets, as a sentence; empty where all was.
     part_bytes
         Length of the part, which is sent next, in the form of `ocmm_core.part_model`; 0 for none.
     error
@@ -102,8 +106,10 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     others: dict[str, int] = msgspec.field(default_factory=dict)
     pmi: Pmi | None = None
     face_entities: dict[int, int] = msgspec.field(default_factory=dict)
+    face_names: dict[int, str] = msgspec.field(default_factory=dict)
     face_words: dict[int, str] = msgspec.field(default_factory=dict)
     fault: str = ""
     remedy: str = ""
+    remark: str = ""
     part_bytes: int = 0
     error: tuple[str, str, str] | None = None

@@ -7,12 +7,14 @@ from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.pmi import Pmi
 from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface, Triple
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
+from ocmm_core.inspection.step._names import feature_names
 from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.part_model import PartModel
 
@@ -85,6 +87,8 @@ class StepModel:
         Kind of surface of every face of the file, by its number there.
     reached
         For each of ``features`` how its targets are touched.
+    remark
+        What was not asked about targets, as a sentence; empty where all was.
     """
 
     features: tuple[NominalFeature, ...]
@@ -95,6 +99,7 @@ class StepModel:
     faces: dict[int, tuple[str, ...]] = field(default_factory=dict)
     face_words: dict[int, str] = field(default_factory=dict)
     reached: tuple[Reached, ...] = ()
+    remark: str = ""
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
@@ -181,14 +186,15 @@ def _model(
             f"tori), of {len(said.surfaces) + sum(said.others.values())} in all",
             f"Give a model with 1 to {MOST_FEATURES} of them.",
         )
-    counts: Counter[str] = Counter()
+    surfaces = (*chosen, *(one for one in said.surfaces if one.against))
+    made = [_feature(surface, "") for surface in surfaces]
+    words = [_said_of(surface, said.face_names) for surface in surfaces]
+    named = feature_names(made, words)
     features: list[NominalFeature] = []
     left_out: list[LeftOut] = []
     owners: dict[int, str] = {}
-    for surface in (*chosen, *(one for one in said.surfaces if one.against)):
-        shape = surface.face.shape
-        counts[shape] += 1
-        feature = _feature(surface, f"{shape.upper()}_{counts[shape]}")
+    for surface, nameless, name in zip(surfaces, made, named, strict=True):
+        feature = msgspec.structs.replace(nameless, name=name)
         owners.update(dict.fromkeys(surface.numbers, feature.name))
         if surface.against:
             left_out.append(LeftOut(feature, surface.against, surface.numbers))
@@ -197,8 +203,13 @@ def _model(
     return StepModel(
         tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
         _in_file(owners, said.face_entities), said.face_words,
-        tuple(Reached(one.numbers, one.held, one.ways) for one in chosen),
+        tuple(Reached(one.numbers, one.held, one.ways) for one in chosen), said.remark,
     )  # fmt: skip
+
+
+def _said_of(surface: StepSurface, names: dict[int, str]) -> str:
+    """Return what the model calls the first face of a surface that it calls anything."""
+    return next(filter(None, (names.get(number, "") for number in surface.numbers)), "")
 
 
 def _in_file(owners: dict[int, str], entities: dict[int, int]) -> dict[int, tuple[str, ...]]:

@@ -9,10 +9,11 @@ import numpy as np
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.reach import Obstacle, make_obstacle
-from ocmm_core.inspection.step._library import static
+from ocmm_core.inspection.step._library import explored, static
 
 DEFLECTION_MM = 0.04
 _BEND_RAD = 0.35
+_LARGE, _MANY_HOLES = 1500, 50
 _LARGE_MM, _LARGE_PART = 800.0, 5e-5
 """A part longer than this gets a coarser mesh, by this part of its length."""
 
@@ -31,13 +32,21 @@ def mesh_of(shape: Any, faces: Sequence[Any]) -> Obstacle | None:
     from OCP.BRep import BRep_Tool
     from OCP.BRepBndLib import BRepBndLib
     from OCP.BRepMesh import BRepMesh_IncrementalMesh
+    from OCP.IMeshTools import IMeshTools_MeshAlgoType_Delabella
     from OCP.TopLoc import TopLoc_Location
 
     box = Bnd_Box()
     static(BRepBndLib, "Add")(shape, box)
     longest = float(np.sqrt(box.SquareExtent()))
     deflection = max(DEFLECTION_MM, _LARGE_PART * longest if longest > _LARGE_MM else 0.0)
-    BRepMesh_IncrementalMesh(shape, deflection, False, _BEND_RAD, False)
+    mesher = BRepMesh_IncrementalMesh()
+    mesher.SetShape(shape)
+    options = mesher.ChangeParameters()
+    options.Deflection, options.Angle, options.InParallel = deflection, _BEND_RAD, True
+    # The usual way takes a time that grows with the square of the holes of a face.
+    if len(faces) > _LARGE or any(_holes(face) > _MANY_HOLES for face in faces):
+        options.MeshAlgo = IMeshTools_MeshAlgoType_Delabella
+    mesher.Perform()
     of_face = static(BRep_Tool, "Triangulation")
     triangles: list[Float] = []
     owners: list[Int] = []
@@ -59,3 +68,7 @@ def mesh_of(shape: Any, faces: Sequence[Any]) -> Obstacle | None:
     if not triangles:
         return None
     return make_obstacle(np.concatenate(triangles), np.concatenate(owners), len(faces), deflection)
+
+
+def _holes(face: Any) -> int:
+    return sum(1 for _ in explored(face, "WIRE")) - 1

@@ -36,6 +36,8 @@ from ocmm_core.inspection.step._solid_mesh import mesh_of
 from ocmm_core.part_model import model_to_bytes
 
 _MOST_BYTES = 1_500_000_000
+_MOST_ASKED = 1000
+"""Faces; of so many the search for attitudes takes up to half a minute."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,18 +105,34 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     answer, part = StepAnswer(), b""
     if wanted.request is not None:
         faces, others = faces_of(document.shape, doing)
+        with_surface, _ = faces_with_surface(document.shape)
         pmi, entities, words = tolerances_of(
             Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
-            faces_with_surface(document.shape)[0], faces, doing,
+            with_surface, faces, doing,
         )  # fmt: skip
+        request, remark = _bounded(wanted.request, len(faces))
         answer = StepAnswer(
-            surfaces=_with_targets(document.shape, faces, wanted.request, doing), others=others,
+            remark=remark,
+            surfaces=_with_targets(document.shape, faces, request, doing), others=others,
             pmi=pmi, face_entities=entities, face_words=words,
+            face_names={number: name for number, face in enumerate(with_surface, start=1)
+                        if (name := document.about(face).name)},
         )  # fmt: skip
     if wanted.source_sha256:
         part = model_to_bytes(part_of(document, (Path(path).name, wanted.source_sha256), doing))
         answer = msgspec.structs.replace(answer, part_bytes=len(part))
     return answer, part
+
+
+def _bounded(request: StepRequest, faces: int) -> tuple[StepRequest, str]:
+    """Return what can be asked of so many faces in the time there is, and what is not."""
+    if not request.probe or faces <= _MOST_ASKED:
+        return request, ""
+    remark = (
+        f"The model has more than {_MOST_ASKED} faces: whether stylus and body reach the targets "
+        "and cameras see them is not asked, the ball alone is."
+    )
+    return msgspec.structs.replace(request, probe="", rig=""), remark
 
 
 def _with_targets(

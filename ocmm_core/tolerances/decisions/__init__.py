@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ocmm_core.tolerances.decisions._capability import (
         ControlChart,
         ProcessCapability,
+        Signal,
         capability,
         control_chart,
     )
@@ -61,7 +62,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _capability="ProcessCapability ControlChart capability control_chart",
+        _capability="ProcessCapability ControlChart Signal capability control_chart",
         _decision=(
             "RULES Rule decide make_result not_measured not_proven provisional rule_id rule_words"
         ),
@@ -88,6 +89,7 @@ __all__ = [
     "PartWord",
     "ProcessCapability",
     "Rule",
+    "Signal",
     "Verdict",
     "VerdictSummary",
     "Whisker",

@@ -1,8 +1,9 @@
 """What the values of one characteristic over several parts say: control chart and capability.
 
 Individuals and moving ranges, as parts come one at a time. Sources: W. Shewhart's chart in the form
-of ISO 7870-2 for individuals (limits at 2.66 mean moving ranges), the run rules of the Western
-Electric Statistical Quality Control Handbook (1956), the indices of ISO 22514-2, and the
+of ISO 7870-2 for individuals (limits at 2.66 mean moving ranges), the four run rules of the Western
+Electric Statistical Quality Control Handbook (1956), the trend of L. Nelson, Journal of Quality
+Technology 16 (1984), the indices of ISO 22514-2, and the
 confidence interval of Cpk of A. Bissell, Applied Statistics 39 (1990), with the degrees of freedom
 of moving ranges.
 
@@ -40,11 +41,29 @@ NORMAL_975 = 1.959964
 """97.5 % point of the normal distribution."""
 
 
+TREND = 6
+"""Values in a row that rise, or fall, all the way: five steps (Nelson's third rule)."""
+
+
 class Signal(Enum):
-    """Why a value of a control chart asks for attention."""
+    """Why a value of a control chart asks for attention, with the name of the rule."""
 
     BEYOND = "beyond a control limit"
+    TWO_OF_THREE = "the second of three beyond two sigma on one side"
+    FOUR_OF_FIVE = "the fourth of five beyond one sigma on one side"
     RUN = "eight in a row on one side"
+    TREND = "six in a row rising or falling"
+
+    @property
+    def rule(self) -> str:
+        """Return whose rule it is."""
+        return {
+            Signal.BEYOND: "Western Electric 1",
+            Signal.TWO_OF_THREE: "Western Electric 2",
+            Signal.FOUR_OF_FIVE: "Western Electric 3",
+            Signal.RUN: "Western Electric 4",
+            Signal.TREND: "Nelson 3",
+        }[self]
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,10 +152,7 @@ def control_chart(values: Float) -> ControlChart:
     signals = [
         (index, Signal.BEYOND) for index, value in enumerate(values) if not low <= value <= high
     ]
-    sides = np.sign(values - centre)
-    for end in range(RUN, len(values) + 1):
-        if abs(float(sides[end - RUN : end].sum())) == RUN:
-            signals.append((end - 1, Signal.RUN))
+    signals += _run_signals(values - centre, half / 3.0)
     return ControlChart(
         values,
         centre,
@@ -145,6 +161,39 @@ def control_chart(values: Float) -> ControlChart:
         tuple(sorted(signals, key=lambda item: item[0])),
         len(values) >= CUSTOMARY_VALUES,
     )
+
+
+def _run_signals(off: Float, sigma: float) -> list[tuple[int, Signal]]:
+    """Return what runs of values about the centre line say, each at the value that completes it.
+
+    Parameters
+    ----------
+    off
+        (n,): values less the centre line.
+    sigma
+        Standard deviation that the control limits rest on.
+    """
+    found = []
+    for side in (1.0, -1.0):
+        for signal, needed, among, beyond in (
+            (Signal.TWO_OF_THREE, 2, 3, 2.0 * sigma),
+            (Signal.FOUR_OF_FIVE, 4, 5, sigma),
+            (Signal.RUN, RUN, RUN, 0.0),
+        ):
+            out = side * off > beyond
+            found += [
+                (end - 1, signal)
+                for end in range(needed, len(off) + 1)
+                # The value itself must be out: else one run would be told again and again.
+                if out[end - 1] and int(out[max(0, end - among) : end].sum()) >= needed
+            ]
+        rising = side * np.diff(off) > 0.0
+        found += [
+            (end, Signal.TREND)
+            for end in range(TREND - 1, len(off))
+            if bool(rising[end - TREND + 1 : end].all())
+        ]
+    return found
 
 
 def capability(

@@ -28,7 +28,9 @@ from ocmm_core.inspection.pmi import (
 from ocmm_core.inspection.step import LeftOut, StepModel
 
 
-def plane(name: str, point: tuple[float, float, float], direction: tuple[float, float, float]) -> Any:
+def plane(
+    name: str, point: tuple[float, float, float], direction: tuple[float, float, float]
+) -> Any:
     return NominalFeature(
         name=name, shape=Shape.PLANE, points=9, point=point, direction=direction,
         targets=((point[0], point[1], point[2]),) * 9,
@@ -92,7 +94,9 @@ def between(one: int, other: int, nominal: float | None, **more: Any) -> Dimensi
 
 
 def zone(word: str, *faces: int, **more: Any) -> Tolerance:
-    return Tolerance(**{"entity": 40, "name": "Z", "word": word, "size": 0.1, "faces": faces, **more})
+    return Tolerance(
+        **{"entity": 40, "name": "Z", "word": word, "size": 0.1, "faces": faces, **more}
+    )
 
 
 def of_size(item: Dimension, general: str = "") -> tuple[Plan, AccountItem]:
@@ -148,7 +152,7 @@ def test_distances_and_angles_are_taken_between_two_features() -> None:
         (size(BORE_1, fit="H7", lower=None, upper=None), "the fit H7"),
         (size(BORE_1, lower=None, upper=None), "no general tolerance was asked for"),
         (size(), "names no faces"),
-        (size(BORE_1, odd=("EDGE_CURVE",)), "stands for edge curve"),
+        (size(BORE_1, odd=("EDGE_CURVE",)), "not probed (edge curve)"),
         (size(ROUNDED), "as a fillet does"),
         (size(FREE), "of the kind b spline surface"),
         (size(TWICE), "stands 2 times in the assembly"),
@@ -375,7 +379,12 @@ def test_a_model_in_doubt_gives_nothing_and_says_so() -> None:
 
 
 def test_names_are_those_of_the_model_as_a_plan_can_have_them() -> None:
-    names = [("Maß Ø12; #1", "Ma 12 1"), ("=cmd|' /C'", "cmd C"), ("", "item"), ("x" * 99, "x" * 60)]
+    names = [
+        ("Maß Ø12; #1", "Ma 12 1"),
+        ("=cmd|' /C'", "cmd C"),
+        ("", "item"),
+        ("x" * 99, "x" * 60),
+    ]
     for label, name in names:
         plan, _ = of_size(size(BORE_1, name=label))
         assert plan.characteristics[0].name == name

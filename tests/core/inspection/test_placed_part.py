@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import StorageError
-from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.geometry import RigidTransform, rotation_from_vector
+from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import SessionOptions, Whereabouts
 from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.inspection.session._placed_part import placed

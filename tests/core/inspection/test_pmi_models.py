@@ -135,14 +135,14 @@ def test_ftc_06_gives_a_plan_with_its_limits(read: Callable[[str], StepModel]) -
     by_name = {item.name: item for item in plan.characteristics}
     long = by_name["Linear Size.1"]
     assert (long.kind, long.nominal, long.lower, long.upper) == ("distance", 304.8, -0.254, 0.254)
-    bonus = by_name["Position.14 CYLINDER_18"]
+    bonus = next(item for name, item in by_name.items() if name.startswith("Position.14 BORE"))
     assert (bonus.upper, bonus.modifier) == (0.635, "maximum material")
     # 10.541 ±0.2032: a bore at its smallest.
     assert bonus.material_size == pytest.approx(10.3378, abs=1e-9)
     why = {item.name: item.why for item in account.items if item.status == "refused"}
     assert "no faces" in why["Geometrical Tolerance.1"]
     assert "datum targets" in why["Position.9"]
-    assert "edge curve" in why["Oriented Linear Dimension.1"]
+    assert "(edge curve)" in why["Oriented Linear Dimension.1"]
 
 
 def test_ftc_07_comes_in_millimetres(read: Callable[[str], StepModel]) -> None:
@@ -157,7 +157,11 @@ def test_ftc_07_comes_in_millimetres(read: Callable[[str], StepModel]) -> None:
 
 @pytest.mark.parametrize(
     ("name", "unit"),
-    [("ftc_06_asme1_ap242-e2", 25.4), ("ftc_07_asme1_ap242-e2", 25.4), ("ctc_01_asme1_ap242-e1", 1)],
+    [
+        ("ftc_06_asme1_ap242-e2", 25.4),
+        ("ftc_07_asme1_ap242-e2", 25.4),
+        ("ctc_01_asme1_ap242-e1", 1),
+    ],
 )
 def test_signs_of_limits_are_those_of_the_text(
     name: str, unit: float, read: Callable[[str], StepModel], reference: Path

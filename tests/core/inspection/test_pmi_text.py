@@ -66,7 +66,10 @@ def test_faces_stand_in_the_order_of_the_file_with_their_kind() -> None:
 
 def test_limits_of_a_size_become_deviations() -> None:
     two = "SHAPE_DIMENSION_REPRESENTATION('',({}),#95)"
-    limits = {"_61": VALUE.format("11.9", "lower limit"), "_62": VALUE.format("12.3", "upper limit")}
+    limits = {
+        "_61": VALUE.format("11.9", "lower limit"),
+        "_62": VALUE.format("12.3", "upper limit"),
+    }
     found = size(_32=two.format("#33,#61,#62"), _34="", **limits)
     assert (found.fault, found.nominal, found.lower, found.upper) == ("", 12.0, -0.1, 0.3)
     # Without a nominal it is the middle.
@@ -217,8 +220,8 @@ def test_damage_of_the_whole_text_is_said_or_leaves_items_with_faults() -> None:
         pmi, _ = read_pmi(whole[:end])
         for one in pmi.dimensions:
             assert one.lower in (None, -0.2), whole[:end][-60:]
-        for one in pmi.tolerances:
-            assert one.size in (None, 0.254, 0.05)
+        for other in pmi.tolerances:
+            assert other.size in (None, 0.254, 0.05)
 
 
 def test_texts_made_to_cost_time_do_not() -> None:
@@ -244,7 +247,9 @@ def test_comments_and_texts_that_look_like_entities_are_none() -> None:
         "DATA;", "DATA;/* #36=LENGTH_MEASURE_WITH_UNIT(LENGTH_MEASURE(-9.),#1); */"
     )
     assert read_pmi(text)[0].dimensions[0].lower == -0.2
-    headed = text_of(*WHOLE).replace("HEADER;", "HEADER;\nFILE_DESCRIPTION(('the DATA; of it'),'2;1');")
+    headed = text_of(*WHOLE).replace(
+        "HEADER;", "HEADER;\nFILE_DESCRIPTION(('the DATA; of it'),'2;1');"
+    )
     assert read_pmi(headed)[0].dimensions[0].lower == -0.2
     named = size(_38="DRAUGHTING_CALLOUT('a; #30=X(''b'') \\X2\\00D8\\X0\\ /* c */',())")
     assert named.name == "a; #30=X('b') Ø /* c */"

@@ -171,7 +171,7 @@ def test_the_distance_from_a_triangle_is_that_of_its_nearest_point() -> None:
     rng = np.random.default_rng(5)
     for _ in range(100):
         triangle, point = rng.uniform(-1, 1, (3, 3)), rng.uniform(-2, 2, 3)
-        exact = kernel.point_triangle.py_func(*point, triangle)
+        exact = kernel.point_triangle.py_func(*point, triangle)  # type: ignore[attr-defined]
         # Points of the grid are up to 0.02 apart, so none is nearer and one is about as near.
         assert exact - 1e-12 <= brute(point, triangle) <= exact + 0.02
 
@@ -186,6 +186,14 @@ def test_orientation_rules_of_the_probe_are_kept() -> None:
     assert found.stage.tolist() == [0]
     for axis, world in thesis.rules:
         assert (turn @ axis) @ world > 0.2
+
+
+def test_where_rules_leave_no_attitude_that_is_said() -> None:
+    thesis = load_probe(resource("probes", "thesis.toml"))
+    for rig in (RIG, None):
+        reach = Reach(BLOCK, 3.0, Setting(thesis, None, rig), NO_AXES)
+        found = reach.of(np.array([[50.0, 30.0, 0.0]]), DOWN[None], [4])
+        assert "held from below" in reach.why_not(found)
 
 
 @pytest.mark.parametrize("word", ["+z", "-Z", "x", "+y"])

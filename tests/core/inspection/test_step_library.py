@@ -92,7 +92,7 @@ def test_normals_leave_the_material(tmp_path: Path) -> None:
     path = written(tmp_path / "a.p21", MODELS["bored"][0]())
     model = read_model(path)
     features = {feature.name: feature for feature in model.features}
-    bore = features["CYLINDER_1"]
+    bore = features["BORE 12 X20 Y20"]
     assert (bore.point, bore.diameter, bore.length) == ((20.0, 20.0, 10.0), 12.0, 20.0)
     assert bore.side == "inner"
     middle = np.array([50.0, 30.0, 10.0])
@@ -148,7 +148,7 @@ def test_an_edge_is_followed_where_it_bends_in_a_small_part_of_its_parameter(
     from ocmm_core.inspection.step._raw_faces import read_faces
 
     path = written(tmp_path / "pocket.step", bent_pocket())
-    faces = read_faces(str(path), lambda _: None).faces
+    faces, _ = read_faces(str(path), lambda _: None)
     curve = bent_outline()
     # Close in both parts of the parameter.
     steps = np.concatenate([np.linspace(0.0, 0.001, 500), np.linspace(0.001, 1.0, 500)])

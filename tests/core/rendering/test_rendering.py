@@ -7,7 +7,7 @@ import pytest
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
-from ocmm_core.part_model import PartModel
+from ocmm_core.part_model import PartModel, model_from_bytes, model_to_bytes
 from ocmm_core.rendering import (
     NO_FACE,
     Canvas,
@@ -22,6 +22,7 @@ from ocmm_core.rendering import (
     mesh_of,
 )
 from tests.made_parts import PartMaker
+from tests.part_models import block_part
 
 WIDTH, HEIGHT = 320, 200
 EDGE, FILL, BASE = "#ff0000", "#ffffff", "#8090a0"
@@ -228,6 +229,14 @@ def test_a_flat_polygon_is_seen_before_the_part_and_not_behind_it() -> None:
 def test_a_view_from_very_near_or_very_far_paints_within_its_bounds(radius: float) -> None:
     canvas = painted(block_with_a_post(), view_of(0.5, 0.6, radius))
     assert (canvas.faces >= NO_FACE).all()
+
+
+def test_arrays_of_a_file_are_painted_by_what_the_set_up_compiled() -> None:
+    # The fixture of all tests finds what was compiled for arrays that nobody may write into.
+    read = model_from_bytes(model_to_bytes(block_part()), "block")
+    canvas = painted(read, view_of(0.5, 0.6))
+    assert (canvas.faces >= 0).any()
+    assert not is_hidden(mesh_of(read), np.array([0.0, 0.0, 500.0]), np.array([0.0, 0, 1]), 0.0)
 
 
 def test_vertices_that_are_no_numbers_paint_nothing() -> None:

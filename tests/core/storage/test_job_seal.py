@@ -188,7 +188,8 @@ def test_a_changed_old_job_is_not_taken_over(
 ) -> None:
     path = measured(tmp_path / "a.ocmm", head, make_point)
     tamper(
-        path, "DROP TABLE seal", "DROP TABLE part", "PRAGMA user_version = 2", "DROP TRIGGER observation_no_update",
+        path, "DROP TABLE seal", "DROP TABLE part", "PRAGMA user_version = 2",
+        "DROP TRIGGER observation_no_update",
         "UPDATE observation SET tip_radius = 1.4 WHERE number = 2",
     )  # fmt: skip
     with JobFile.open(path) as job, pytest.raises(StorageError, match="was changed") as caught:

@@ -1,0 +1,127 @@
+"""What became of the tolerances of a model, shown before they are taken over into the plan."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QColor
+from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QPushButton, QVBoxLayout, QWidget
+
+from ocmm_core.inspection.drawing import Account, AccountItem
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    AnswerPanel,
+    DataTable,
+    Theme,
+    later,
+    sentence_label,
+    tr,
+)
+
+_STATUS = {"taken": later("✔ taken"), "partly": later("▲ in part"), "refused": later("✖ refused")}
+_ORDER = ("refused", "partly", "taken")
+_GROUPS = {
+    "dimension": later("dimensions"),
+    "tolerance": later("tolerances"),
+    "datum reference": later("datum references"),
+    "datum": later("datums"),
+    "datum target": later("datum targets"),
+    "annotation": later("labels and notes"),
+    "general": later("others"),
+}
+
+
+class ToleranceAccount(QWidget):
+    """How many items were taken, and each with its reason: those refused first.
+
+    Datum references and labels are counted; they follow what they belong to.
+
+    Return takes the tolerances over with the features, Esc nothing; a button the features alone.
+    """
+
+    agreed = Signal()
+    """The features are wanted, with what was taken of the tolerances."""
+    without = Signal()
+    """The features are wanted alone."""
+    declined = Signal()
+    """Nothing is wanted."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName(tr("Tolerances of the model"))
+        self._theme = THEMES[DEFAULT_THEME]
+        self._items: list[AccountItem] = []
+        self.summary = sentence_label(tr("What became of the tolerances of the model"), 14)
+        self.table = DataTable(
+            tr("Every item of the model"),
+            (
+                (tr("Status"), tr("Whether it is in the plan")),
+                (tr("Label"), tr("Its name in the model")),
+                (tr("Says"), tr("What the model says")),
+                (tr("In the plan, or why not"), tr("Characteristics, datums, or the reason")),
+            ),
+        )
+        self.table.setWordWrap(True)
+        self.table.horizontalHeader().setSectionResizeMode(3, QHeaderView.ResizeMode.Stretch)
+        for column, width in enumerate((110, 230, 300)):
+            self.table.setColumnWidth(column, width)
+        self.question = AnswerPanel(tr("Take over the tolerances"), tr("Take over"))
+        self.question.agreed.connect(self.agreed)
+        self.question.declined.connect(self.declined)
+        self.features_only = QPushButton(tr("Features only"))
+        self.features_only.setAccessibleName(tr("Take over the features without tolerances"))
+        self.features_only.clicked.connect(self.without)
+        line = QHBoxLayout()
+        line.addWidget(self.question, 1)
+        line.addWidget(self.features_only)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.summary)
+        layout.addWidget(self.table, 1)
+        layout.addLayout(line)
+        self.hide()
+
+    def show_account(self, account: Account, characteristics: int) -> None:
+        """Show an account, and ask whether its characteristics are wanted.
+
+        Parameters
+        ----------
+        characteristics
+            How many the plan would get.
+        """
+        told = []
+        for group, counts in account.counts().items():
+            told.append(
+                tr("{taken} of {count} {group}").format(
+                    taken=counts["taken"], count=sum(counts.values()), group=tr(_GROUPS[group])
+                )
+            )
+        taken = tr("Taken as a whole: {counts}.").format(counts=", ".join(told))
+        self.summary.setText("\n".join((taken, *account.remarks)))
+        self._items = sorted(account.by_itself(), key=lambda item: _ORDER.index(item.status))
+        self._fill()
+        self.show()
+        self.table.resizeRowsToContents()
+        self.question.ask(tr("%n characteristics will be added.", "", characteristics))
+
+    def close_account(self) -> None:
+        """Show it no more; it has been answered."""
+        self.question.hide()
+        self.hide()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self.question.set_theme(theme)
+        self._fill()
+
+    def _fill(self) -> None:
+        self.table.setRowCount(len(self._items))
+        for row, item in enumerate(self._items):
+            became = ", ".join(item.became)
+            words = "; ".join(part for part in (became, item.why, item.remark) if part)
+            self.table.show_words(row, (tr(_STATUS[item.status]), item.name, item.kind, words))
+            cell = self.table.item(row, 0)
+            if cell is not None:
+                colours = {"taken": self._theme.good, "partly": self._theme.warn}
+                cell.setForeground(QColor(colours.get(item.status, self._theme.bad)))
