@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from ocmm_core.part_model import PartModel
 from ocmm_core.rendering._arrays import Colours, FaceNumbers
 
 _COARSER = 1.4
-_OWN = ["C", "W"]
+_OWN: tuple[Literal["C"], Literal["W"]] = ("C", "W")
 _FEWEST_CELLS = 8
 
 

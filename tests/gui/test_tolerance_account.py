@@ -72,7 +72,9 @@ def test_nothing_is_taken_over_before_it_is_answered(sheet: PlanSheet) -> None:
     assert account.table.words(1)[1:] == ("Good <b>", "diameter 12 +0.2 -0.1 mm", "Good b")
     for theme in THEMES.values():
         account.set_theme(theme)
-        assert account.table.item(0, 0).foreground().color().name() == theme.bad.lower()
+        first = account.table.item(0, 0)
+        assert first is not None
+        assert first.foreground().color().name() == theme.bad.lower()
 
 
 def test_return_takes_all_over_and_undo_takes_it_back(sheet: PlanSheet) -> None:

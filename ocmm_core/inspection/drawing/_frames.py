@@ -115,16 +115,16 @@ class Frames:
             return (
                 "No datum system of the model holds the part by itself: the plan has no alignment."
             )
-        names, count = uses.most_common(1)[0]
-        rule = DatumReferenceFrame(datums=names)
+        datums, count = uses.most_common(1)[0]
+        rule = DatumReferenceFrame(datums=datums)
         try:
             self._context.changed(with_alignment(self._context.plan, rule))
         except InputError as error:
             return f"The plan has no alignment: {error.what}"
         letters = {name: letter for letter, name in self._names.items()}
-        system = "|".join(letters[name] for name in names)
+        system = "|".join(letters[name] for name in datums)
         return (
-            f"Alignment: datum system {system} ({', '.join(names)}), named by {count} tolerances. "
+            f"Alignment: datum system {system} ({', '.join(datums)}), named by {count} tolerances. "
             "Other datum systems stand with their tolerances."
         )
 

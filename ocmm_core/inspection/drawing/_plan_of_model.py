@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 import msgspec
 
-from ocmm_core.inspection.drawing._account import NOTE, Account, AccountItem, Status
+from ocmm_core.inspection.drawing._account import NOTE, Account, AccountItem, Group, Status
 from ocmm_core.inspection.drawing._context import Context
 from ocmm_core.inspection.drawing._frames import Frames
 from ocmm_core.inspection.drawing._general import general_of
@@ -15,7 +16,14 @@ from ocmm_core.inspection.drawing._surfaces import Surfaces
 from ocmm_core.inspection.drawing._zones import Zones
 from ocmm_core.inspection.plan import EDITED as A_PLAN
 from ocmm_core.inspection.plan import Plan, check_plan
-from ocmm_core.inspection.pmi import Annotation, Pmi, Tolerance
+from ocmm_core.inspection.pmi import (
+    Annotation,
+    Datum,
+    DatumTarget,
+    Dimension,
+    Pmi,
+    Tolerance,
+)
 from ocmm_core.inspection.step import StepModel
 
 _MEANING = (
@@ -23,6 +31,7 @@ _MEANING = (
     "envelope (E of ISO 14405-1, Rule #1 of ASME Y14.5) nor two-point sizes are checked by them."
 )
 _LONGEST_NOTE = 120
+_Named: TypeAlias = Dimension | Tolerance | Datum | DatumTarget | Annotation
 
 
 def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tuple[Plan, Account]:
@@ -82,14 +91,15 @@ def plan_with_tolerances(plan: Plan, model: StepModel, general: str = "") -> tup
 def _all_refused(pmi: Pmi) -> Account:
     """Return an account where nothing can be used: what was read of items is named."""
     why = f"nothing of the model's tolerances can be used: {pmi.fault}"
+    groups: tuple[tuple[Group, Sequence[_Named]], ...] = (
+        ("dimension", pmi.dimensions), ("tolerance", pmi.tolerances), ("datum", pmi.datums),
+        ("datum target", pmi.targets), ("annotation", pmi.annotations),
+    )  # fmt: skip
     found = [
         AccountItem(
             group=group, name=item.name, kind=group, entity=item.entity, status="refused", why=why
         )
-        for group, items in (
-            ("dimension", pmi.dimensions), ("tolerance", pmi.tolerances), ("datum", pmi.datums),
-            ("datum target", pmi.targets), ("annotation", pmi.annotations),
-        )
+        for group, items in groups
         for item in items
     ]  # fmt: skip
     found = found or [
@@ -157,7 +167,8 @@ def _annotation(
 def _with_notes(items: Sequence[AccountItem], pmi: Pmi) -> tuple[AccountItem, ...]:
     """Return items with the notes that stand on their faces: a note may change what they mean."""
     notes = [one for one in pmi.annotations if not one.shows and one.faces]
-    faces = {one.entity: set(one.faces) for one in (*pmi.dimensions, *pmi.tolerances)}
+    faces = {one.entity: set(one.faces) for one in pmi.dimensions}
+    faces |= {one.entity: set(one.faces) for one in pmi.tolerances}
     found = []
     for item in items:
         on = faces.get(item.entity, set()) if item.group in ("dimension", "tolerance") else set()

@@ -188,8 +188,8 @@ def check_plan(path: Path, plan: Plan) -> None:
     if plan.material is not None:
         _check_material(path, plan.material)
     if plan.model is not None:
-        if fault := file_fault(plan.model.file, "CAD model", STEP_ENDINGS):
-            raise _error(path, "model.file", fault)
+        if wrong := file_fault(plan.model.file, "CAD model", STEP_ENDINGS):
+            raise _error(path, "model.file", wrong)
         if not _HASH.fullmatch(plan.model.sha256):
             raise _error(path, "model.sha256", "is no SHA-256: 64 digits from 0 to f")
 

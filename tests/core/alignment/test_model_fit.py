@@ -48,7 +48,7 @@ def balls(face: SearchedFace, side: int, off: Float | float = 0.0) -> Float:
     return np.asarray(places_at(face.surface, at) + (RADIUS + np.reshape(off, (-1, 1))) * normals)
 
 
-def placed(turn: Sequence[float], shift: Sequence[float]) -> RigidTransform:
+def placed(turn: Sequence[float] | Float, shift: Sequence[float] | Float) -> RigidTransform:
     return RigidTransform(rotation_from_vector(np.array(turn)), np.array(shift))
 
 
@@ -142,7 +142,7 @@ def test_open_motions_are_named(make: object, words: set[str]) -> None:
     named = set(caught.value.what.split(": ")[1].rstrip(".").split(", "))
     assert named == words
     locked = tuple(name for name in ("rx", "ry", "rz", "x", "y", "z") if name in words)
-    found = fitted(points, [face], placed([0, 0, 0], [0, 0, 0]), locked)  # type: ignore[arg-type]
+    found = fitted(points, [face], placed([0, 0, 0], [0, 0, 0]), locked)
     assert np.abs(found.residuals).max() < 1e-8
 
 

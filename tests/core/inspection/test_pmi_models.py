@@ -109,7 +109,9 @@ def test_every_item_of_a_public_model_is_taken_or_refused_by_name(
     more = DROPPED_BY_THE_LIBRARY.get(name, 0)
     assert model.pmi.labels == (by_library[0], by_library[1] + more, by_library[2])
     plan, account = planned(model)
-    counts = {group: sum(found.values()) for group, found in account.counts().items()}
+    counts: dict[str, int] = {
+        group: sum(found.values()) for group, found in account.counts().items()
+    }
     wanted = ("dimension", "tolerance", "datum reference")
     assert tuple(counts.get(group, 0) for group in wanted) == by_text
     record_property(name, str(account.counts()))
@@ -174,7 +176,9 @@ def test_signs_of_limits_are_those_of_the_text(
     for entity, both in limits.items():
         found = by_entity[entity]
         factor = 1.0 if found.of == "angle" else unit
-        np.testing.assert_allclose((found.lower, found.upper), np.multiply(both, factor), atol=1e-6)
+        assert found.lower is not None
+        assert found.upper is not None
+        np.testing.assert_allclose([found.lower, found.upper], np.multiply(both, factor), atol=1e-6)
     # One of them is not symmetrical in two of the files; another reader gives it a wrong sign.
     assert name.startswith("ftc_06") or any(low != -high for low, high in limits.values())
 

@@ -154,7 +154,7 @@ def test_a_wall_is_followed_where_its_curve_bends_in_a_small_part_of_its_paramet
     )
     (wall,) = [place for place, face in enumerate(part.faces) if face.kind == "SurfaceOfExtrusion"]
     on_it, _, _ = tried(part.faces[wall], 40)
-    away, _ = cKDTree(truth).query(on_it[:, :2])
+    away = np.asarray(cKDTree(truth).query(on_it[:, :2])[0])
     # Half of the widest step between two points of the curve.
     assert away.max() < 0.5 * np.linalg.norm(np.diff(truth, axis=0), axis=1).max() + 1e-9
 

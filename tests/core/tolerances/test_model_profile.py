@@ -60,7 +60,7 @@ def profile(name: str, datums: str = ",".join(DATUMS), **more: object) -> Charac
 
 def _with_faces(made: Characteristic, faces: tuple[object, ...]) -> Characteristic:
     fields = {field: getattr(made, field) for field in made.__struct_fields__}
-    return Characteristic(**{**fields, "faces": faces})  # type: ignore[arg-type]
+    return Characteristic(**{**fields, "faces": faces})
 
 
 def rule(part: KnownPart) -> BoundAlignment:
