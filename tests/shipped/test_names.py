@@ -127,7 +127,7 @@ def test_our_programs_are_made_by_the_project() -> None:
 
 
 def test_every_task_of_run_named_is_one() -> None:
-    tasks = set(re.findall(r"^    (\w+)\) ", _TEXTS["run"], re.M))
+    tasks = set(re.findall(r"^    (\w+)\)(?: |$)", _TEXTS["run"], re.M))
     for page, name in _named(r"\./run (\w+)", 1):
         assert name in tasks, f"{page}: ./run {name}"
 

@@ -19,7 +19,6 @@ _ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="forks")
 def test_fifty_kills_lose_no_point_that_was_told(tmp_path: Path) -> None:
     rng = np.random.default_rng(8)
     command = [sys.executable, "-m", "tests.core.acceptance.kill_worker"]
