@@ -51,6 +51,7 @@ if TYPE_CHECKING:
     from ocmm_core.composition._feed_makers import identities, script_of, segment_of
     from ocmm_core.composition._feeds import Feed, StationRequest
     from ocmm_core.composition._kernels import kernel_groups
+    from ocmm_core.composition._model_part import part_as_planned, part_text
     from ocmm_core.composition._sources import (
         SOURCES,
         NamedSource,
@@ -84,6 +85,7 @@ else:
         _feed_makers="identities script_of segment_of",
         _feeds="Feed StationRequest",
         _kernels="kernel_groups",
+        _model_part="part_as_planned part_text",
         _sources=(
             "NamedSource Origin SOURCES SourceSpec make_feed names_in_words origin_of source_help "
             "source_of"
@@ -128,6 +130,8 @@ __all__ = [
     "measured_checks",
     "names_in_words",
     "origin_of",
+    "part_as_planned",
+    "part_text",
     "require_recorded",
     "scene_of_tip",
     "scenes_of_acceptance",

@@ -13,9 +13,10 @@ import msgspec
 from ocmm_core.acquisition.bus_process import BusConfig, BusProcess, ServiceBus
 from ocmm_core.acquisition.frames import AcquisitionWorker, FrameRing, SourceDescription
 from ocmm_core.acquisition.recording import ReplaySource
-from ocmm_core.camera import USUAL_SLOTS, Rig
-from ocmm_core.composition._defaults import REAL_WIRE, SERVICE, VIRTUAL_WIRE
+from ocmm_core.camera import USUAL_SLOTS, Rig, load_rig
+from ocmm_core.composition._defaults import DEMO_PART, REAL_WIRE, SERVICE, VIRTUAL_WIRE
 from ocmm_core.composition._feeds import Feed, StationRequest
+from ocmm_core.composition._model_part import kept_part
 from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.fieldbus.wire import is_virtual_interface
@@ -40,13 +41,20 @@ def script_of(request: StationRequest, plan: Plan) -> RigScript:
     return RigScript(
         rig=str(request.rig.absolute()),
         probe=str(request.probe.absolute()),
-        part=str(request.part.absolute()),
+        part=str(_part_file(request, plan).absolute()),
         touches=tuple((feature.name, feature.points) for feature in plan.features),
         seed=request.seed,
         options=request.world,
         frame_rate_hz=request.frame_rate_hz,
         reference=str(request.reference.absolute()) if request.reference is not None else "",
     )
+
+
+def _part_file(request: StationRequest, plan: Plan) -> Path:
+    """Return the document of the virtual part: that of the request, or one as the plan says."""
+    if request.part != DEMO_PART or plan.model is None:
+        return request.part
+    return kept_part(plan, request.plan, load_rig(request.rig))
 
 
 def virtual_rig_feed(request: StationRequest, plan: Plan, _rig: Rig, _value: str) -> Feed:

@@ -180,6 +180,35 @@ def import_(
         raise typer.Exit(1)
 
 
+@plan_app.command()
+def part(
+    plan_file: Annotated[Path, typer.Argument(metavar="PLAN", help="Plan document.")],
+    output: Annotated[Path, typer.Option("--output", "-o", help="Document of the part to write.")],
+    rig: Annotated[Path | None, typer.Option(help="Cameras; the recommended ones without.")] = None,
+    up: offers.UpOption = "+z",
+    turn: offers.TurnOption = 0.0,
+    overwrite: OverwriteOption = False,
+) -> None:
+    """Write the virtual part of a plan: as its nominals say, in the middle of the volume.
+
+    The virtual rig measures it with --part. It takes the same one by itself, upright, for a plan
+    that names its CAD model.
+    """
+    from ocmm_core.camera import load_rig
+    from ocmm_core.composition import RECOMMENDED_RIG, part_as_planned, part_text
+    from ocmm_core.documents import write_atomic
+    from ocmm_core.inspection.plan import load_plan
+    from ocmm_core.inspection.reach import Placement
+    from ocmm_core.inspection.step import up_of
+
+    _require_free(output, overwrite=overwrite)
+    plan = load_plan(plan_file)
+    cameras = load_rig(RECOMMENDED_RIG if rig is None else rig)
+    made = part_as_planned(plan, plan_file.absolute().parent, cameras, Placement(up_of(up), turn))
+    write_atomic(output, part_text(made).encode())
+    make_console().print(f"{output}: {len(made.features)} surfaces", highlight=False)
+
+
 def _import_qif(
     file: Path, output: Path, name: str | None, part: str | None, *, overwrite: bool
 ) -> None:

@@ -19,7 +19,14 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.simulation.scene import _exposure as exposure
     from ocmm_core.simulation.scene import _kernels as kernels
-    from ocmm_core.simulation.scene._artefacts import Part, TrueFeature, load_part
+    from ocmm_core.simulation.scene._artefacts import (
+        Part,
+        PartDocument,
+        PartPose,
+        TouchedEntry,
+        TrueFeature,
+        load_part,
+    )
     from ocmm_core.simulation.scene._attitude import attitude_at
     from ocmm_core.simulation.scene._hand import steady_hand
     from ocmm_core.simulation.scene._kernels import BUTTON_DOWN_S
@@ -56,7 +63,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefacts="Part TrueFeature load_part",
+        _artefacts="Part PartDocument PartPose TouchedEntry TrueFeature load_part",
         _attitude="attitude_at",
         _exposure="exposure",
         _hand="steady_hand",
@@ -81,6 +88,8 @@ __all__ = [
     "Missing",
     "Motion",
     "Part",
+    "PartDocument",
+    "PartPose",
     "PixelScript",
     "ProbeStudy",
     "RigScript",
@@ -92,6 +101,7 @@ __all__ = [
     "SimulatedSource",
     "SpotPattern",
     "StudyResult",
+    "TouchedEntry",
     "TrueFeature",
     "TrueTouch",
     "VirtualRig",

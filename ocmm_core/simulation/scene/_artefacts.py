@@ -29,6 +29,7 @@ from ocmm_core.simulation.scene._surfaces import (
     SlotEntry,
     SphereEntry,
     TorusEntry,
+    TouchedEntry,
     free_width,
 )
 
@@ -48,6 +49,7 @@ __all__ = [
     "SlotEntry",
     "SphereEntry",
     "TorusEntry",
+    "TouchedEntry",
     "TrueFeature",
     "free_width",
     "load_part",
@@ -92,7 +94,8 @@ class TrueFeature:
         As in the plan.
     kind
         ``"plane"``, ``"sphere"``, ``"bore"``, ``"cylinder"``, ``"cone"``, ``"line"``,
-        ``"point"``, ``"slot"``, ``"ellipse"`` or ``"torus"``; a bore is what a plan calls a circle.
+        ``"point"``, ``"slot"``, ``"ellipse"``, ``"torus"`` or ``"touched"``; a bore is what a plan
+        calls a circle.
     point
         (3,), mm: centre (sphere, torus, mouth of a hole, foot of cylinder and cone) or a point on
         it.
@@ -208,6 +211,16 @@ def _true_feature(entry: Artefact) -> TrueFeature:
         return replace(feature, along=along, length=entry.length, width=entry.width)
     if isinstance(entry, TorusEntry):
         return replace(feature, width=entry.tube_diameter)
+    if isinstance(entry, TouchedEntry):
+        # Here the radius of a cone falls along its direction.
+        sense = -1.0 if entry.apex_deg else 1.0
+        return replace(
+            feature,
+            direction=sense * feature.direction,
+            diameter=entry.true_diameter,
+            width=entry.true_width,
+            half_angle=float(np.radians(0.5 * entry.apex_deg)),
+        )
     if isinstance(entry, ConeEntry):
         taper = np.arctan2(entry.diameter - entry.top_diameter, 2.0 * entry.height)
         return replace(feature, half_angle=float(taper))
@@ -225,6 +238,7 @@ _LENGTHS = (
     "height",
     "length",
     "width",
+    "free",
 )
 
 
@@ -251,6 +265,8 @@ def _check(path: Path, document: PartDocument) -> None:
                 raise _error(path, f"{at}.{field}", "is a zero vector", "Give a direction.")
         if isinstance(entry, PlaneEntry):
             _check_plane(path, at, entry)
+        if isinstance(entry, TouchedEntry):
+            _check_places(path, at, entry)
         if isinstance(entry, SlotEntry | EllipseEntry | TorusEntry):
             _check_sizes(path, at, entry)
         if isinstance(entry, LineEntry) and _skewness(entry.direction, entry.normal) > 1e-9:
@@ -290,6 +306,18 @@ def _check_sizes(path: Path, at: str, entry: SlotEntry | EllipseEntry | TorusEnt
             "is not perpendicular to 'direction'",
             "Give the direction of the length, square to the axis.",
         )
+
+
+def _check_places(path: Path, at: str, entry: TouchedEntry) -> None:
+    if not entry.places or len(entry.places) != len(entry.normals):
+        raise _error(
+            path,
+            f"{at}.places",
+            f"has {len(entry.places)} places, and 'normals' has {len(entry.normals)}",
+            "Give each place its normal, and one at least.",
+        )
+    if min(np.linalg.norm(entry.normals, axis=1)) < 1e-9:
+        raise _error(path, f"{at}.normals", "holds a zero vector", "Give a direction.")
 
 
 def _check_plane(path: Path, at: str, entry: PlaneEntry) -> None:

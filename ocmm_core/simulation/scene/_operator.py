@@ -27,6 +27,7 @@ from ocmm_core.simulation.scene._surfaces import (
     CylinderEntry,
     SphereEntry,
     TorusEntry,
+    TouchedEntry,
     free_width,
 )
 from ocmm_core.simulation.scene._touches import Contacts, farthest, sample
@@ -153,7 +154,8 @@ class Operator:
         self._lock = threading.Lock()
         pose = part.T_world_from_part
         tops = [_top(entry) for entry in part.artefacts]
-        self._safe_z = float(max(pose.apply(top)[2] for top in tops)) + _CLEARANCE_MM + tip_radius
+        highest = max(float(pose.apply(top)[:, 2].max()) for top in tops)
+        self._safe_z = highest + _CLEARANCE_MM + tip_radius
         middle = pose.apply(np.array([entry.point for entry in part.artefacts])).mean(axis=0)
         self._home = np.array([middle[0], middle[1], self._safe_z + _HOME_ABOVE_MM])
         self._places: dict[str, Contacts] = {}
@@ -259,9 +261,11 @@ class Operator:
                     "Give a probe with a smaller ball.",
                 )
             approach = min(approach, _BORE_APPROACH * (0.5 * width - self._tip_radius))
+        if isinstance(artefact, TouchedEntry):
+            approach = min(approach, _BORE_APPROACH * (0.5 * artefact.free - self._tip_radius))
         lean = rng.uniform(-0.12, 0.12, 2) * (0.5 if bore else 1.0)
         yaw = rng.uniform(-0.12, 0.12)
-        own_z = float(pose.apply(_top(artefact))[2]) + _CLEARANCE_MM + self._tip_radius
+        own_z = float(pose.apply(_top(artefact))[0, 2]) + _CLEARANCE_MM + self._tip_radius
         place: int | None = None
         for number in range(len(surface)):
             tip = surface[number] + self._tip_radius * normals[number]
@@ -359,7 +363,12 @@ def _draw_tremor(rng: np.random.Generator) -> Float:
 
 
 def _top(artefact: Artefact) -> Float:
-    """Return the highest point (3,) of a surface along its own axis, part frame."""
+    """Return the points (n, 3) of a surface that may be its highest, mm, part frame.
+
+    It is one, along its own axis; of a surface with places of its own all of these.
+    """
+    if isinstance(artefact, TouchedEntry):
+        return np.array(artefact.places)
     axis = np.array(artefact.direction) / np.linalg.norm(artefact.direction)
     height = 0.0
     if isinstance(artefact, SphereEntry):
@@ -368,5 +377,5 @@ def _top(artefact: Artefact) -> Float:
         height = artefact.height
     elif isinstance(artefact, TorusEntry):
         height = 0.5 * artefact.tube_diameter
-    top: Float = np.array(artefact.point) + height * axis
+    top: Float = (np.array(artefact.point) + height * axis)[None]
     return top

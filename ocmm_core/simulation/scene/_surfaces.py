@@ -100,6 +100,23 @@ class TorusEntry(_Surface, frozen=True, kw_only=True, tag="torus"):
     tube_diameter: float
 
 
+class TouchedEntry(_Surface, frozen=True, kw_only=True, tag="touched"):
+    """A surface that is touched at places of its own, such as a trimmed face of a CAD model.
+
+    ``normals`` are those from the material towards the ball at ``places``; ``free`` is how far a
+    ball of no size can go along them before it meets the surface again, mm. What is no size of the
+    shape is zero: diameter (of a cone at ``point``), width of the tube of a ring, whole apex angle
+    of a cone, whose ``direction`` leads to its wider end.
+    """
+
+    places: list[Vector3]
+    normals: list[Vector3]
+    free: float
+    true_diameter: float = 0.0
+    true_width: float = 0.0
+    apex_deg: float = 0.0
+
+
 Artefact = (
     PlaneEntry
     | SphereEntry
@@ -111,6 +128,7 @@ Artefact = (
     | SlotEntry
     | EllipseEntry
     | TorusEntry
+    | TouchedEntry
 )
 """One surface of a part, in the part frame."""
 

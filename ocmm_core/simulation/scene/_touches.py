@@ -19,6 +19,7 @@ from ocmm_core.simulation.scene._surfaces import (
     SlotEntry,
     SphereEntry,
     TorusEntry,
+    TouchedEntry,
 )
 
 _CORNER = 0.4
@@ -58,7 +59,8 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
 
     Planes are touched on a grid over their free areas, balls in layers from the pole to the
     equator, holes around half their depth, bosses and cones around two heights, rings over the
-    upper half of their tube, lines along their length.
+    upper half of their tube, lines along their length. A surface with places of its own is touched
+    at these, in their order.
     """
     point = np.array(artefact.point)
     axis = unit(np.array(artefact.direction))
@@ -77,6 +79,10 @@ def sample(artefact: Artefact, count: int, rng: np.random.Generator) -> Contacts
         return _on_ring(artefact, point, axis, count, rng)
     if isinstance(artefact, CylinderEntry | ConeEntry):
         return _on_boss(artefact, point, axis, count, rng)
+    if isinstance(artefact, TouchedEntry):
+        # Where there are too few, one after the other again: there are no others.
+        which = np.arange(count) % len(artefact.places)
+        return _together(np.array(artefact.places)[which], unit(np.array(artefact.normals))[which])
     if isinstance(artefact, LineEntry):
         along = np.linspace(0.06, 0.94, count) if count > 1 else np.full(1, 0.5)
         along = along + rng.uniform(-0.03, 0.03, count)
