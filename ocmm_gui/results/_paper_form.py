@@ -11,14 +11,14 @@ from ocmm_core.export.report import Paper, Particulars, load_paper, standard_tem
 from ocmm_gui.kit import caption, form_field, later, tr
 
 _FIELDS = (
-    ("template", later("Template"), later("Template of the report, a TOML file; empty for plain")),
+    ("template", later("Template"), later("TOML file; empty for plain")),
     ("customer", later("Customer"), later("For whom it was measured")),
     ("order", later("Order"), later("Order, where the job has none")),
     ("drawing", later("Drawing"), later("Drawing of the part")),
     ("revision", later("Revision"), later("Revision of the drawing")),
-    ("place", later("Place"), later("Where it was measured, unless the template says it")),
-    ("received", later("Received"), later("When the item came, in which condition")),
-    ("deviations", later("Deviations"), later("Deviations from the plan, apart by semicolons")),
+    ("place", later("Place"), later("Where it was measured")),
+    ("received", later("Received"), later("Date and condition")),
+    ("deviations", later("Deviations"), later("Parted by semicolons")),
 )
 _SEPARATOR = ";"
 

@@ -68,7 +68,7 @@ def test_the_record_is_inside_and_every_page_names_it() -> None:
         paint = partial(pdf_writer.paint_with_foot, canvas=canvas, index=index, foot=foot)
         page = drawn(paint)
         assert foot in page
-        assert f"{index + 1} / {len(canvas.pages)}" in page
+        assert f"page {index + 1} of {len(canvas.pages)}" in page
 
 
 @pytest.mark.usefixtures("qapp")

@@ -47,6 +47,8 @@ _LEFT_OUT = re.compile(
 _OF_THIS_RUN = re.compile(
     r"\d{4}-\d\d-\d\d[T ]\d\d:\d\d[\d:.+Z]*|\d\d\.\d\d\.\d{4}/[\d:]+|\b\d\d:\d\d:\d\d\b"
     r"|\b[0-9a-f]{8}(?:-[0-9a-f]{4}){3}-[0-9a-f]{12}\b|\b[0-9a-f]{64}\b|\b[0-9a-f]{4}(?:-[0-9a-f]{4}){3}\b"
+    # The number of a report, and the head of the chain in short.
+    r"|-[0-9a-f]{8}-\d+\b|\b[0-9a-f]{16}\b"
 )
 _WORDS_ON_PAPER = """
 import sys
@@ -136,7 +138,7 @@ def _steady(path: Path) -> str:
         text = path.read_bytes().decode("utf-8", "surrogateescape")
     if path.suffix == ".json":
         json.loads(text)
-        text = _LEFT_OUT.sub("", text)
+        text = _OF_THIS_RUN.sub("-", _LEFT_OUT.sub("", text))
     elif path.suffix in (".xlsx", ".qif", ".dfq", ".txt") or path.name.endswith("_job.csv"):
         text, count = _OF_THIS_RUN.subn("-", text)
         assert 0 < count < 60, path.name

@@ -19,6 +19,7 @@ def print_account(account: Account, console: Console) -> None:
     and in the JSON each stands by itself.
     """
     from rich.table import Table
+    from rich.text import Text
 
     if not account.items:
         for remark in account.remarks:
@@ -29,7 +30,7 @@ def print_account(account: Account, console: Console) -> None:
     for item in account.by_itself():
         became = ", ".join(item.became)
         said = "; ".join(filter(None, (became, item.why, item.remark)))
-        table.add_row(*(_plain(text) for text in (item.status, item.name, item.kind, said)))
+        table.add_row(*(Text(text) for text in (item.status, item.name, item.kind, said)))
     console.print(table, highlight=False)
     for group, counts in account.counts().items():
         told = ", ".join(f"{count} {word}" for word, count in counts.items() if count)
@@ -48,9 +49,3 @@ def account_json(account: Account, more: dict[str, Any]) -> str:
         "items": account.items,
     }
     return msgspec.json.format(msgspec.json.encode(content), indent=2).decode()
-
-
-def _plain(text: str) -> str:
-    from rich.markup import escape
-
-    return escape(text)

@@ -90,16 +90,14 @@ def request_by(
 
 def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) -> None:
     """Print a line for each surface that a model offers, with what stands against it."""
-    from rich.markup import escape
     from rich.table import Table
+    from rich.text import Text
 
     table = Table("name", "faces", "size, mm", "targets", "against it", box=None, pad_edge=False)
     for offer in offers:
         faces = ",".join(map(str, offer.faces))
         count = str(len(offer.feature.targets) or "")
-        table.add_row(
-            offer.feature.name, faces, f"{offer.size_mm:.3f}", count, escape(offer.against)
-        )
+        table.add_row(offer.feature.name, faces, f"{offer.size_mm:.3f}", count, Text(offer.against))
     console.print(table, highlight=False)
     for kind, number in model.others.items():
         console.print(f"{number} faces of the kind {kind} can be no features.", highlight=False)

@@ -12,7 +12,7 @@ from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.drawing._account import RefusedError
 from ocmm_core.inspection.drawing._surfaces import Surfaces
 from ocmm_core.inspection.plan import NAME_PATTERN, Plan
-from ocmm_core.tolerances.kinds import characteristic_fault, geometry_value
+from ocmm_core.tolerances.kinds import characteristic_fault, geometry_value, spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
 SAME_MM = 0.02
@@ -84,8 +84,8 @@ class Context:
     def _check_nominal(self, item: Characteristic) -> None:
         if item.nominal == 0.0:
             return
-        same = SAME_DEG if item.kind == "angle" else SAME_MM
-        unit = "degrees" if item.kind == "angle" else "mm"
+        is_angle = spec_of(item.kind).unit == "deg"
+        same, unit = (SAME_DEG, "degrees") if is_angle else (SAME_MM, "mm")
         drawn = self.drawn_value(item)
         if not abs(drawn - item.nominal) <= same:
             names = " and ".join(item.features)

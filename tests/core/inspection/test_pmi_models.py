@@ -82,7 +82,7 @@ def signed_limits(path: Path) -> dict[int, tuple[float, float]]:
     """Return the deviations of dimensions in the unit of the file, by a reader of a few lines."""
     text = path.read_text(errors="replace").replace("\n", "").replace("\r", "")
     lines = dict(re.findall(r"#(\d+)\s*=\s*((?:'[^']*'|[^;'])*);", text))
-    value = re.compile(r"_MEASURE\(\s*([-+0-9.Ee]+)\s*\)")
+    value = re.compile(r"(?:_MEASURE|_WITH_UNIT)\(\s*([-+0-9.Ee]+)\s*[,)]")
     found = {}
     for line in lines.values():
         if line.startswith("PLUS_MINUS_TOLERANCE"):

@@ -289,11 +289,11 @@ def test_a_job_of_an_older_version_is_read_without_changing_it(
     with sqlite3.connect(path) as db:
         # Version 1 knew no reference bodies; later versions only add tables.
         version = db.execute("PRAGMA user_version").fetchone()[0]
-        for table in ("reference_observation", "reference", "seal"):
+        for table in ("reference_observation", "reference", "seal", "part"):
             db.execute(f"DROP TABLE {table}")
         db.execute("PRAGMA user_version = 1")
     db.close()
-    assert version == 3
+    assert version == 4
     before = content(path.parent)
     with pytest.raises(StorageError, match="older"):
         JobFile.open(path, read_only=True)

@@ -68,7 +68,10 @@ def test_every_face_in_the_text_of_a_model_is_offered_once(name: str, reference:
     path = reference / "step" / f"nist_{name}.stp"
     text = re.sub(r"\s+", "", path.read_text(encoding="utf-8", errors="replace"))
     surfaces = dict(re.findall(rf"#(\d+)=({'|'.join(IN_TEXT)})\(", text))
-    used = re.findall(r"ADVANCED_FACE\('[^']*',\([^)]*\),#(\d+),", text)
+    of_face = dict(re.findall(r"#(\d+)=ADVANCED_FACE\('[^']*',\([^)]*\),#(\d+),", text))
+    # Those of open shells bound no material: construction geometry.
+    shells = re.findall(r"=CLOSED_SHELL\('[^']*',\(([^)]*)\)\)", text)
+    used = [of_face[face] for shell in shells for face in re.findall(r"#(\d+)", shell)]
     in_text = Counter(IN_TEXT[surfaces[number]] for number in used if number in surfaces)
     offered: Counter[str] = Counter()
     for offer in offers_of(read_model(path, BALL_MM)):
