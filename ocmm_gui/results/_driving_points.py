@@ -3,34 +3,31 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QPaintEvent, QWheelEvent
+from PySide6.QtCore import QRectF
+from PySide6.QtGui import QPaintEvent
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.causes import Explanation, points_words
 from ocmm_core.inspection.evaluation import JobView
-from ocmm_gui.kit import Painted, Theme, text_font, tr
-from ocmm_gui.views import Diamonds, Item, Orbit, Tag, job_items, paint_scene
+from ocmm_gui.kit import Theme, text_font, tr
+from ocmm_gui.views import Diamonds, Item, Orbit, OrbitView, Tag, job_items, paint_scene
 
 _START = np.radians(38.0)
-_TURN = np.radians(10.0)
 _UP = np.array([0.0, 0.0, 1.0])
 _ROOM = 1.5
 """Of the points and their features to the edge of the picture."""
 
 
-class DrivingPoints(Painted):
+class DrivingPoints(OrbitView):
     """A small 3-D view: arrow keys or the mouse turn it, plus and minus or the wheel zoom."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Points that determine the value"), (420, 220), (220, 130))
+        start = Orbit(np.zeros(3), 0.5, float(_START), 100.0, _UP)
+        super().__init__(tr("Points that determine the value"), (420, 220), (220, 130), start)
         self._job: JobView | None = None
         self._explained: Explanation | None = None
         self._items: tuple[Item, ...] = ()
         self._reach = np.empty((0, 3))
-        self._orbit = Orbit(np.zeros(3), 0.5, float(_START), 100.0, _UP)
-        self._mouse: QPointF | None = None
-        self.setFocusPolicy(Qt.FocusPolicy.StrongFocus)
 
     def show_points(self, job: JobView | None, explained: Explanation | None, up: Float) -> None:
         """Mark the points of an explanation in a job; without any nothing is shown.
@@ -84,47 +81,9 @@ class DrivingPoints(Painted):
         """Show all of it in the new size."""
         self._fit()
 
-    def mousePressEvent(self, event: QMouseEvent) -> None:
-        """Begin to turn."""
-        self._mouse = event.position()
-
-    def mouseMoveEvent(self, event: QMouseEvent) -> None:
-        """Turn."""
-        if self._mouse is not None:
-            moved = event.position() - self._mouse
-            self._mouse = event.position()
-            self._turn(-0.008 * moved.x(), 0.008 * moved.y())
-
-    def mouseReleaseEvent(self, event: QMouseEvent) -> None:
-        """End turning."""
-        self._mouse = None
-
-    def wheelEvent(self, event: QWheelEvent) -> None:
-        """Zoom."""
-        self._zoom(0.999 ** event.angleDelta().y())
-
-    def keyPressEvent(self, event: QKeyEvent) -> None:
-        """Turn with the arrows, zoom with plus and minus."""
-        turns = {
-            Qt.Key.Key_Left: (-_TURN, 0.0), Qt.Key.Key_Right: (_TURN, 0.0),
-            Qt.Key.Key_Up: (0.0, _TURN), Qt.Key.Key_Down: (0.0, -_TURN),
-        }  # fmt: skip
-        key = Qt.Key(event.key())
-        if key in turns:
-            self._turn(*turns[key])
-        elif key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
-            self._zoom(1.0 / 1.2)
-        elif key is Qt.Key.Key_Minus:
-            self._zoom(1.2)
-        else:
-            super().keyPressEvent(event)
-
-    def _turn(self, azimuth: float, elevation: float) -> None:
-        self._orbit = self._orbit.turned(azimuth, elevation)
-        self.update()
-
-    def _zoom(self, factor: float) -> None:
-        self._orbit = self._orbit.zoomed(factor)
+    def fit(self) -> None:
+        """Show all of it."""
+        self._fit()
         self.update()
 
     def _make(self) -> None:

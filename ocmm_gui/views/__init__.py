@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         paint_scale,
         scale_words,
     )
+    from ocmm_gui.views._orbit_view import OrbitView
     from ocmm_gui.views._part_picture import PartPicture
     from ocmm_gui.views._point_view import PointView
     from ocmm_gui.views._rig_sides import seen_from, upright
@@ -45,6 +46,7 @@ else:
         _deviations=(
             "SCALE_PX deviation_colour deviation_items deviations_of paint_scale scale_words"
         ),
+        _orbit_view="OrbitView",
         _part_picture="PartPicture",
         _point_view="PointView",
         _rig_sides="seen_from upright",
@@ -63,6 +65,7 @@ __all__ = [
     "Item",
     "Lines",
     "Orbit",
+    "OrbitView",
     "PartPicture",
     "PointView",
     "StepPicture",
