@@ -5,7 +5,8 @@ Out: a checked plan, and TOML that reads back to the same plan.
 
 Read `_plan` (features and characteristics), `_file` (the document), `_step_checks` and `_doubts`
 (what speaks against a plan), `_edit` (changes: a plan in, another one out), `_shelf` (plans of a
-folder), `_picture`, `_cad_model` with `_part_cache` (the part that is shown). It is filled by
+folder), `_file_beside` (files that it names), `_picture`, `_cad_model` with `_part_cache` (the part
+that is shown). It is filled by
 `_csv`, `_teach` and `_surface_profile` (of faces of the model). `_stored_plan` reads the plan of
 a job file.
 It must not know points or sessions.

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import hashlib
-import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
 
-from ocmm_core.documents import read_bytes, write_atomic
-from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.plan._file_beside import FileKind
 from ocmm_core.inspection.plan._part_cache import cached_part, keep_part
 from ocmm_core.inspection.plan._plan import CadModel, Plan
-from ocmm_core.inspection.plan._step_checks import file_fault
 from ocmm_core.inspection.step import STEP_ENDINGS, read_part
 from ocmm_core.part_model import PartModel
 
-_MOST_NAMES = 1000
+_MODEL = FileKind("model", "CAD model", STEP_ENDINGS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -82,7 +81,7 @@ def with_model(
             "plan.other_model", f"{source}: the file was changed meanwhile.", "Import it again."
         )
     folder = plan_file.absolute().parent
-    name = _inside(source, folder) or _copied(source, content, folder)
+    name = _MODEL.kept(source, content, folder)
     if part is not None:
         keep_part(folder, part)
     return msgspec.structs.replace(plan, model=CadModel(file=name, sha256=sha256))
@@ -105,7 +104,7 @@ def carry_model(plan: Plan, old: Path, new: Path) -> None:
         return
     source, target = old / plan.model.file, new / plan.model.file
     if source.is_file() and not target.exists():
-        _write(target, read_bytes(source))
+        _MODEL.write(target, read_bytes(source))
 
 
 def part_of_plan(
@@ -152,40 +151,3 @@ def part_of_plan(
 
 def _not_shown(code: str, what: str, remedy: str) -> InputError:
     return InputError(code, f"{what}; the part is not shown.", remedy)
-
-
-def _inside(source: Path, folder: Path) -> str:
-    """Return the name of a file in the folder of the plan; empty where it is outside."""
-    source = source.absolute()
-    if not source.is_relative_to(folder):
-        return ""
-    name = source.relative_to(folder).as_posix()
-    return "" if file_fault(name, "CAD model", STEP_ENDINGS) else name
-
-
-def _copied(source: Path, content: bytes, folder: Path) -> str:
-    """Return the name of a copy in the folder, under a name that every computer takes."""
-    stem = re.sub(r"[^A-Za-z0-9_\-]+", "_", source.stem).strip("_-")[:60] or "model"
-    for number in range(1, _MOST_NAMES):
-        name = f"{stem}{'' if number == 1 else f'-{number}'}{source.suffix.lower()}"
-        target = folder / name
-        if not target.exists():
-            _write(target, content)
-            return name
-        if target.is_file() and target.read_bytes() == content:
-            return name
-    raise StorageError(
-        "plan.model_names", f"{folder}: no free file name for {stem}.", "Rename the file."
-    )
-
-
-def _write(target: Path, content: bytes) -> None:
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        write_atomic(target, content)
-    except OSError as error:
-        raise StorageError(
-            "plan.model_not_written",
-            f"{target}: the CAD model cannot be written ({error.strerror or error}).",
-            "Choose a writable folder with enough space.",
-        ) from error

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 
 import msgspec
 
-from ocmm_core.documents import read_bytes, write_atomic
-from ocmm_core.errors import InputError, StorageError
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan._edit import replace_item
+from ocmm_core.inspection.plan._file_beside import FileKind
 from ocmm_core.inspection.plan._plan import Plan
-from ocmm_core.inspection.plan._step_checks import picture_fault
+from ocmm_core.inspection.plan._step_checks import PICTURES
 
 LARGEST_BYTES = 20_000_000
 _SIGNATURES = {".png": b"\x89PNG\r\n\x1a\n", ".jpg": b"\xff\xd8\xff", ".jpeg": b"\xff\xd8\xff"}
-_MOST_NAMES = 1000
+_PICTURE = FileKind("picture", "picture", PICTURES)
 
 
 def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path) -> Plan:
@@ -55,7 +55,7 @@ def with_picture(plan: Plan, plan_file: Path | None, feature: str, source: Path)
         )
     content = _content(source)
     folder = plan_file.absolute().parent
-    name = _inside(source, folder) or _copied(source, content, folder)
+    name = _PICTURE.kept(source, content, folder)
     return replace_item(plan, feature, msgspec.structs.replace(plan.features[index], picture=name))
 
 
@@ -79,7 +79,7 @@ def carry_pictures(plan: Plan, old: Path, new: Path) -> None:
     for name in dict.fromkeys(item.picture for item in plan.features if item.picture):
         source, target = old / name, new / name
         if source.is_file() and not target.exists():
-            _write(target, read_bytes(source))
+            _PICTURE.write(target, read_bytes(source))
 
 
 def _content(source: Path) -> bytes:
@@ -98,40 +98,3 @@ def _content(source: Path) -> bytes:
             f"Reduce it to at most {LARGEST_BYTES / 1e6:.0f} MB.",
         )
     return content
-
-
-def _inside(source: Path, folder: Path) -> str:
-    """Return the name of a file in the folder of the plan; empty where it is outside."""
-    source = source.absolute()
-    if not source.is_relative_to(folder):
-        return ""
-    name = source.relative_to(folder).as_posix()
-    return "" if picture_fault(name) else name
-
-
-def _copied(source: Path, content: bytes, folder: Path) -> str:
-    """Return the name of a copy in the folder, under a name that every computer takes."""
-    stem = re.sub(r"[^A-Za-z0-9_\-]+", "_", source.stem).strip("_-")[:60] or "picture"
-    for number in range(1, _MOST_NAMES):
-        name = f"{stem}{'' if number == 1 else f'-{number}'}{source.suffix.lower()}"
-        target = folder / name
-        if not target.exists():
-            _write(target, content)
-            return name
-        if target.is_file() and target.read_bytes() == content:
-            return name
-    raise StorageError(
-        "plan.picture_names", f"{folder}: no free file name for {stem}.", "Rename the file."
-    )
-
-
-def _write(target: Path, content: bytes) -> None:
-    try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        write_atomic(target, content)
-    except OSError as error:
-        raise StorageError(
-            "plan.picture_not_written",
-            f"{target}: the picture cannot be written ({error.strerror or error}).",
-            "Choose a writable folder with enough space.",
-        ) from error

@@ -1,0 +1,88 @@
+"""Files that a plan names, such as pictures and models: they lie beside it or in a folder there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import StorageError
+from ocmm_core.inspection.plan._step_checks import file_fault
+
+_MOST_NAMES = 1000
+
+
+@dataclass(frozen=True, slots=True)
+class FileKind:
+    """A kind of file beside a plan.
+
+    Attributes
+    ----------
+    code
+        Part of the codes of its errors, and the name of a file whose own name cannot be kept.
+    words
+        For people.
+    endings
+        Of its names.
+    """
+
+    code: str
+    words: str
+    endings: Sequence[str]
+
+    def kept(self, source: Path, content: bytes, folder: Path) -> str:
+        """Return the name of a file in the folder of a plan; it is copied where it is not there.
+
+        A copy gets a name that every computer takes. Nothing is written over: another file of the
+        same name stays, and the copy is numbered.
+
+        Raises
+        ------
+        StorageError
+            It cannot be copied.
+        """
+        return self._inside(source, folder) or self._copied(source, content, folder)
+
+    def write(self, target: Path, content: bytes) -> None:
+        """Write a file.
+
+        Raises
+        ------
+        StorageError
+            It cannot be written.
+        """
+        try:
+            target.parent.mkdir(parents=True, exist_ok=True)
+            write_atomic(target, content)
+        except OSError as error:
+            raise StorageError(
+                f"plan.{self.code}_not_written",
+                f"{target}: the {self.words} cannot be written ({error.strerror or error}).",
+                "Choose a writable folder with enough space.",
+            ) from error
+
+    def _inside(self, source: Path, folder: Path) -> str:
+        """Return the name of a file in the folder of the plan; empty where it is outside."""
+        source = source.absolute()
+        if not source.is_relative_to(folder):
+            return ""
+        name = source.relative_to(folder).as_posix()
+        return "" if file_fault(name, self.words, self.endings) else name
+
+    def _copied(self, source: Path, content: bytes, folder: Path) -> str:
+        stem = re.sub(r"[^A-Za-z0-9_\-]+", "_", source.stem).strip("_-")[:60] or self.code
+        for number in range(1, _MOST_NAMES):
+            name = f"{stem}{'' if number == 1 else f'-{number}'}{source.suffix.lower()}"
+            target = folder / name
+            if not target.exists():
+                self.write(target, content)
+                return name
+            if target.is_file() and target.read_bytes() == content:
+                return name
+        raise StorageError(
+            f"plan.{self.code}_names",
+            f"{folder}: no free file name for {stem}.",
+            "Rename the file.",
+        )
