@@ -223,7 +223,7 @@ def instrument_of(
         tip_record=probe.body.identity,
         ball_radius=probe.body.tip_radius,
         ball_sigma=probe.body.tip_radius_sigma,
-        cameras=tuple(camera.name for camera in rig.cameras),
+        cameras=tuple(f"{camera.name} no. {camera.serial}" for camera in rig.cameras),
         volume_min=_vector(low),
         volume_max=_vector(high),
         software=__version__,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -20,6 +21,7 @@ from ocmm_core.export.certificate import (
     Certificate,
     CertificateLine,
     CertificateRun,
+    CertificateValue,
     Conformity,
     certificate_facts,
     certificate_of_folder,
@@ -57,12 +59,28 @@ _VALUES = (
     Column("", 400.0, right=True),
     Column("U (k = 2)", 400.0, right=True),
 )
+_PAIRS = (
+    Column("Value", 480.0),
+    Column("Before", 300.0, right=True),
+    Column("U (k = 2)", 220.0, right=True),
+    Column("After", 300.0, right=True),
+    Column("U (k = 2)", 220.0, right=True),
+    Column("Change", 280.0, right=True),
+)
+_PLACES = 9
 _COLOURS = {Conformity.CONFORM: INK.good, Conformity.NOT_CONFORM: INK.bad}
 _NAME = 330.0
 _PLOT = 1100.0
 _SIGN = 200.0
 _HEADS = {"beforeAdjustment": "As found", "afterAdjustment": "After adjustment"}
-_UNITS = {"\\milli\\metre": " mm", "\\one": ""}
+_UNITS = {
+    "\\milli\\metre": " mm",
+    "\\one": "",
+    "\\radian": " rad",
+    "\\milli\\metre\\tothe{-1}": " 1/mm",
+    "\\milli\\metre\\tothe{-2}": " 1/mm²",
+    "\\milli\\metre\\tothe{-4}": " 1/mm⁴",
+}
 
 
 def lay_out(paper: Certificate) -> Canvas:
@@ -70,8 +88,10 @@ def lay_out(paper: Certificate) -> Canvas:
     canvas = Canvas()
     paper_letterhead(canvas, paper.paper)
     canvas.text(paper.title, TITLE)
-    if paper.runs:
-        last = paper.runs[-1]
+    last = paper.final
+    if last is None and paper.not_after:
+        canvas.text("NO STATEMENT OF CONFORMITY", Style(40.0, bold=True, colour=INK.warn))
+    if last is not None:
         colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
         canvas.text(last.words.upper(), Style(40.0, bold=True, colour=colour))
     if paper.simulated:
@@ -80,27 +100,59 @@ def lay_out(paper: Certificate) -> Canvas:
     for fact in certificate_facts(paper):
         if fact.name not in ("Title", "Statement"):
             _fact(canvas, fact.name, fact.value)
+    _state(canvas, "As found", paper.not_found)
     for run in paper.runs:
         _run(canvas, run)
-    if paper.values:
+    _state(canvas, "After adjustment", paper.not_after)
+    if paper.values_before:
+        _before_and_after(canvas, paper)
+    elif paper.values:
         canvas.heading("Further values", 120.0)
-        canvas.table(
-            _VALUES,
-            [
-                [
-                    PageField(one.name),
-                    PageField(f"{one.value:.6g}{_UNITS.get(one.unit, '')}", STRONG),
-                    PageField("–" if one.expanded is None
-                              else f"{one.expanded:.2g}{_UNITS.get(one.unit, '')}"),
-                ]
-                for one in paper.values
-            ],
-        )  # fmt: skip
+        canvas.table(_VALUES, [[PageField(one.name), *_value(one)] for one in paper.values])
     if any(run.lines for run in paper.runs):
         canvas.heading("Errors between the permissible errors (MPE)", _PLOT)
         canvas.draw(_PLOT, partial(_paint_errors, paper=paper))
     _closing(canvas, paper)
     return canvas
+
+
+def _state(canvas: Canvas, name: str, why: str) -> None:
+    """Say that a state was not determined, and why; nothing where it was."""
+    if why:
+        canvas.heading(f"{name}: not determined", 120.0)
+        canvas.text(f"{why[:1].upper()}{why[1:]}.", SMALL)
+
+
+def _before_and_after(canvas: Canvas, paper: Certificate) -> None:
+    before = {one.name: one for one in paper.values_before}
+    canvas.heading("Further values, before and after the adjustment", 160.0)
+    rows = []
+    for one in paper.values:
+        old = before.get(one.name)
+        known = [PageField("–")] * 2 if old is None else [PageField(x.text) for x in _value(old)]
+        change = "–" if old is None else f"{one.value - old.value:+z.3g}{_unit(one)}"
+        rows.append([PageField(one.name), *known, *_value(one), PageField(change)])
+    canvas.table(_PAIRS, rows)
+
+
+def _value(one: CertificateValue) -> list[PageField]:
+    """Return a value to the place that its U has two digits in, and U."""
+    if one.expanded is None or one.expanded <= 0.0:
+        return [PageField(f"{one.value:.6g}{_unit(one)}", STRONG), PageField("–")]
+    places = 1 - math.floor(math.log10(one.expanded))
+    if not 0 <= places <= _PLACES:
+        return [
+            PageField(f"{one.value:.3e}{_unit(one)}", STRONG),
+            PageField(f"{one.expanded:.1e}{_unit(one)}"),
+        ]
+    return [
+        PageField(f"{one.value:.{places}f}{_unit(one)}", STRONG),
+        PageField(f"{one.expanded:.{places}f}{_unit(one)}"),
+    ]
+
+
+def _unit(one: CertificateValue) -> str:
+    return _UNITS.get(one.unit, "")
 
 
 def certificate_pdf(paper: Certificate) -> bytes:
@@ -234,6 +286,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--tip", default="")
+    parser.add_argument("--calibration", action="store_true")
+    parser.add_argument("--as-found", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--template", type=Path)
     parser.add_argument("--given", default="{}", help="Particulars, as JSON.")
@@ -242,7 +296,10 @@ def main(arguments: list[str] | None = None) -> int:
     def write() -> None:
         given = decode_json(options.given, Particulars)
         sheet = load_paper(options.template or standard_template(), given)
-        paper = certificate_of_folder(options.folder, sheet, options.tip)
+        paper = certificate_of_folder(
+            options.folder, sheet, options.tip,
+            calibration=options.calibration, as_found=options.as_found,
+        )  # fmt: skip
         path = options.out / f"{paper.number}.pdf"
         write_together({path: certificate_pdf(paper)})
         sys.stdout.write(f"{path}\n")
