@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import math
 import sys
 from collections.abc import Callable
 from functools import partial
@@ -21,7 +20,6 @@ from ocmm_core.export.certificate import (
     Certificate,
     CertificateLine,
     CertificateRun,
-    CertificateValue,
     Conformity,
     certificate_facts,
     certificate_of_folder,
@@ -40,6 +38,7 @@ from ocmm_gui.reports._canvas import (
     paint_text,
     text_height,
 )
+from ocmm_gui.reports._certificate_values import table_of_values
 from ocmm_gui.reports._drawing import draw
 from ocmm_gui.reports._paper_end import paint_signatures
 from ocmm_gui.reports._paper_head import paper_letterhead
@@ -54,33 +53,11 @@ _COLUMNS = (
     Column("MPE, mm", 160.0, right=True),
     Column("Verdict", 200.0),
 )
-_VALUES = (
-    Column("Value", 1000.0),
-    Column("", 400.0, right=True),
-    Column("U (k = 2)", 400.0, right=True),
-)
-_PAIRS = (
-    Column("Value", 480.0),
-    Column("Before", 300.0, right=True),
-    Column("U (k = 2)", 220.0, right=True),
-    Column("After", 300.0, right=True),
-    Column("U (k = 2)", 220.0, right=True),
-    Column("Change", 280.0, right=True),
-)
-_PLACES = 9
 _COLOURS = {Conformity.CONFORM: INK.good, Conformity.NOT_CONFORM: INK.bad}
 _NAME = 330.0
 _PLOT = 1100.0
 _SIGN = 200.0
 _HEADS = {"beforeAdjustment": "As found", "afterAdjustment": "After adjustment"}
-_UNITS = {
-    "\\milli\\metre": " mm",
-    "\\one": "",
-    "\\radian": " rad",
-    "\\milli\\metre\\tothe{-1}": " 1/mm",
-    "\\milli\\metre\\tothe{-2}": " 1/mm²",
-    "\\milli\\metre\\tothe{-4}": " 1/mm⁴",
-}
 
 
 def lay_out(paper: Certificate) -> Canvas:
@@ -104,11 +81,7 @@ def lay_out(paper: Certificate) -> Canvas:
     for run in paper.runs:
         _run(canvas, run)
     _state(canvas, "After adjustment", paper.not_after)
-    if paper.values_before:
-        _before_and_after(canvas, paper)
-    elif paper.values:
-        canvas.heading("Further values", 120.0)
-        canvas.table(_VALUES, [[PageField(one.name), *_value(one)] for one in paper.values])
+    table_of_values(canvas, paper)
     if any(run.lines for run in paper.runs):
         canvas.heading("Errors between the permissible errors (MPE)", _PLOT)
         canvas.draw(_PLOT, partial(_paint_errors, paper=paper))
@@ -121,38 +94,6 @@ def _state(canvas: Canvas, name: str, why: str) -> None:
     if why:
         canvas.heading(f"{name}: not determined", 120.0)
         canvas.text(f"{why[:1].upper()}{why[1:]}.", SMALL)
-
-
-def _before_and_after(canvas: Canvas, paper: Certificate) -> None:
-    before = {one.name: one for one in paper.values_before}
-    canvas.heading("Further values, before and after the adjustment", 160.0)
-    rows = []
-    for one in paper.values:
-        old = before.get(one.name)
-        known = [PageField("–")] * 2 if old is None else [PageField(x.text) for x in _value(old)]
-        change = "–" if old is None else f"{one.value - old.value:+z.3g}{_unit(one)}"
-        rows.append([PageField(one.name), *known, *_value(one), PageField(change)])
-    canvas.table(_PAIRS, rows)
-
-
-def _value(one: CertificateValue) -> list[PageField]:
-    """Return a value to the place that its U has two digits in, and U."""
-    if one.expanded is None or one.expanded <= 0.0:
-        return [PageField(f"{one.value:.6g}{_unit(one)}", STRONG), PageField("–")]
-    places = 1 - math.floor(math.log10(one.expanded))
-    if not 0 <= places <= _PLACES:
-        return [
-            PageField(f"{one.value:.3e}{_unit(one)}", STRONG),
-            PageField(f"{one.expanded:.1e}{_unit(one)}"),
-        ]
-    return [
-        PageField(f"{one.value:.{places}f}{_unit(one)}", STRONG),
-        PageField(f"{one.expanded:.{places}f}{_unit(one)}"),
-    ]
-
-
-def _unit(one: CertificateValue) -> str:
-    return _UNITS.get(one.unit, "")
 
 
 def certificate_pdf(paper: Certificate) -> bytes:
@@ -240,7 +181,7 @@ def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate) -> None
         for first, second in pairwise(ordered):
             painter.drawLine(place(first[0], sense * first[1]), place(second[0], sense * second[1]))
     for run in paper.runs:
-        filled = run is paper.runs[-1]
+        filled = run is paper.final
         for line in run.lines:
             _paint_error(painter, place, line, filled=filled)
     _paint_scales(painter, box, plot, longest, highest)
@@ -275,7 +216,7 @@ def _paint_scales(
         align = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop
         paint_text(painter, told, f"{share * longest:.0f} mm", SMALL, align)
     words = (
-        "Error over certified length. Red: ± MPE. Whisker: U (k = 2). Filled: last run; "
+        "Error over certified length. Red: ± MPE. Whisker: U (k = 2). Filled: as the item is now; "
         "open: as found before an adjustment."
     )
     paint_text(painter, QRectF(plot.left(), box.bottom() - 60.0, plot.width(), 50.0), words, SMALL)
