@@ -88,6 +88,7 @@ if TYPE_CHECKING:
         SphereValues,
         VolumetricValues,
         block_length,
+        faces_normal,
         location_value,
         nest_lengths,
         repeat_ranges,
@@ -118,8 +119,9 @@ else:
         _session="AcceptanceSession",
         _situation="Situation Stage certified_at judge",
         _values=(
-            "SpatValues SphereValues VolumetricValues block_length location_value nest_lengths "
-            "repeat_ranges smallest_ball spat_values sphere_values thickness volumetric_values"
+            "SpatValues SphereValues VolumetricValues block_length faces_normal location_value "
+            "nest_lengths repeat_ranges smallest_ball spat_values sphere_values thickness "
+            "volumetric_values"
         ),
     )
 
@@ -166,6 +168,7 @@ __all__ = [
     "default_artefact_folder",
     "differences",
     "dissimilar",
+    "faces_normal",
     "find_procedure",
     "interim_chart",
     "judge",
