@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from ocmm_core.acceptance._procedure import (
         ClimateRule,
         Mpe,
+        PartTest,
         Procedure,
         find_procedure,
         load_procedure,
@@ -106,7 +107,9 @@ else:
         _interim=("ChartPoint InterimChart InterimCheck InterimHistory InterimWord interim_chart"),
         _kinds="KINDS kind_of plan_of values_of",
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
-        _procedure="ClimateRule Mpe Procedure find_procedure load_procedure procedure_files",
+        _procedure=(
+            "ClimateRule Mpe PartTest Procedure find_procedure load_procedure procedure_files"
+        ),
         _recompute="differences load_record recompute recompute_tips save_record",
         _register=(
             "ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister check_entry "
@@ -148,6 +151,7 @@ __all__ = [
     "Mpe",
     "Observation",
     "PartTask",
+    "PartTest",
     "PartUncertainty",
     "PlannedPosition",
     "Procedure",

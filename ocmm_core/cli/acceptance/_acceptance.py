@@ -56,7 +56,7 @@ def list_command() -> None:
     from ocmm_core.acceptance import load_procedure, procedure_files
 
     table = Table("Id", "Title", "Standard", "Limits", "Minutes")
-    for name, path in procedure_files().items():
+    for name, path in {**procedure_files(), **procedure_files(of_jobs=True)}.items():
         one = load_procedure(path)[0]
         limits = "\n".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
         table.add_row(name, one.title, one.wording, limits, f"{one.minutes:g}")
