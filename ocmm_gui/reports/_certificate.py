@@ -24,7 +24,7 @@ from ocmm_core.export.certificate import (
     certificate_facts,
     certificate_of_folder,
 )
-from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, standard_template
+from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, template_in_use
 from ocmm_gui.reports._canvas import (
     INK,
     LEFT,
@@ -236,7 +236,7 @@ def main(arguments: list[str] | None = None) -> int:
 
     def write() -> None:
         given = decode_json(options.given, Particulars)
-        sheet = load_paper(options.template or standard_template(), given)
+        sheet = load_paper(options.template or template_in_use(), given)
         paper = certificate_of_folder(
             options.folder, sheet, options.tip,
             calibration=options.calibration, as_found=options.as_found,

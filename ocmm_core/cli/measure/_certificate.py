@@ -62,10 +62,10 @@ def make(
     certificate only where a procedure names an accreditation.
     """
     from ocmm_core.export.certificate import certificate_of_folder, write_certificate
-    from ocmm_core.export.report import Particulars, load_paper, standard_template
+    from ocmm_core.export.report import Particulars, load_paper, template_in_use
 
     given = Particulars(customer=customer, place=place)
-    sheet = load_paper(template or standard_template(), given)
+    sheet = load_paper(template or template_in_use(), given)
     paper = certificate_of_folder(folder, sheet, tip, calibration=calibration, as_found=as_found)
     console = make_console(soft_wrap=True)
     for path in write_certificate(paper, out):
