@@ -133,6 +133,8 @@ def paper_of(job: Path, given: Particulars | None = None, template: Path | None 
         Template, or what was kept with the job, cannot be used.
     """
     kept = given_with(job)
+    if given is not None:
+        _require_short(given)
     asked = {
         one.name: getattr(given, one.name)
         for one in fields(Particulars)
