@@ -7,7 +7,8 @@ Read `_report_data` (all that a report can say) and `_exporter` (what every form
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
 written.
 `_template` is whose paper it is and what no job knows, `_paper_facts` what a test report must say
-of itself. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
+of itself; `_papers` keeps both for every route to a report.
+Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
 """
 
 from __future__ import annotations
@@ -39,6 +40,14 @@ if TYPE_CHECKING:
         plan_deviations,
         report_number,
         statements,
+    )
+    from ocmm_core.export.report._papers import (
+        given_with,
+        keep_given,
+        keep_template,
+        paper_of,
+        station_template,
+        template_in_use,
     )
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._profile import Profile, load_profile, polyworks_profile
@@ -84,6 +93,7 @@ else:
             "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations report_number "
             "statements"
         ),
+        _papers=("given_with keep_given keep_template paper_of station_template template_in_use"),
         _polyworks="POLYWORKS",
         _profile="Profile load_profile polyworks_profile",
         _report_data=(
@@ -126,12 +136,16 @@ __all__ = [
     "check_name",
     "clean_text",
     "features_table",
+    "given_with",
     "head_table",
+    "keep_given",
+    "keep_template",
     "load_paper",
     "load_profile",
     "one_line",
     "open_clauses",
     "paper_facts",
+    "paper_of",
     "plain_paper",
     "plan_deviations",
     "points_table",
@@ -145,4 +159,6 @@ __all__ = [
     "spreadsheet_text",
     "standard_template",
     "statements",
+    "station_template",
+    "template_in_use",
 ]
