@@ -61,7 +61,7 @@ def part_of(
         if number % 16 == 1:
             doing(f"the shape of face {number} of {len(faces)}")
         parts.append(_face_mesh(face))
-        made.append(_model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
+        made.append(model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
     if not any(len(part.triangles) for part in parts):
         msg = "no mesh can be made of its faces"
         raise ValueError(msg)
@@ -232,7 +232,8 @@ def _edges(
     )
 
 
-def _model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:
+def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:
+    """Return a face with its exact surface and outline, or where that is not wanted without."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.TopAbs import TopAbs_REVERSED
 

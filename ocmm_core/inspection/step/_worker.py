@@ -19,9 +19,10 @@ from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
 from ocmm_core.inspection.reach import Reach
-from ocmm_core.inspection.step._answer import StepAnswer, StepSurface
-from ocmm_core.inspection.step._document import read_document
+from ocmm_core.inspection.step._answer import StepAnswer, StepFreeForm, StepSurface
+from ocmm_core.inspection.step._document import StepDocument, read_document
 from ocmm_core.inspection.step._face_order import tolerances_of
+from ocmm_core.inspection.step._free_forms import free_forms_of
 from ocmm_core.inspection.step._joined import bore_axes, surfaces_of
 from ocmm_core.inspection.step._part import part_of
 from ocmm_core.inspection.step._raw_faces import (
@@ -111,9 +112,9 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
             with_surface, faces, doing,
         )  # fmt: skip
         request, remark = _bounded(wanted.request, len(faces))
+        surfaces, free_forms = _with_targets(document, faces, with_surface, request, doing)
         answer = StepAnswer(
-            remark=remark,
-            surfaces=_with_targets(document.shape, faces, request, doing), others=others,
+            remark=remark, surfaces=surfaces, free_forms=free_forms, others=others,
             pmi=pmi, face_entities=entities, face_words=words,
             face_names={number: name for number, face in enumerate(with_surface, start=1)
                         if (name := document.about(face).name)},
@@ -136,16 +137,24 @@ def _bounded(request: StepRequest, faces: int) -> tuple[StepRequest, str]:
 
 
 def _with_targets(
-    shape: Any, faces: Sequence[RawFace], request: StepRequest, doing: Callable[[str], None]
-) -> tuple[StepSurface, ...]:
-    """Return the surfaces of faces with targets that can be reached and seen."""
+    document: StepDocument,
+    faces: Sequence[RawFace],
+    with_surface: Sequence[Any],
+    request: StepRequest,
+    doing: Callable[[str], None],
+) -> tuple[tuple[StepSurface, ...], tuple[StepFreeForm, ...]]:
+    """Return surfaces and free forms with targets that can be reached and seen."""
     doing("the mesh to find targets by")
-    part = mesh_of(shape, faces_with_surface(shape)[0])
+    part = mesh_of(document.shape, with_surface)
     radius = 0.5 * request.ball_mm
     reach = None
     if part is not None:
         reach = Reach(part, radius, setting_of(request), bore_axes(faces))
-    return tuple(surfaces_of(faces, radius, reach, doing))
+    surfaces = surfaces_of(faces, radius, reach, doing)
+    known = frozenset(one.number for one in faces)
+    return tuple(surfaces), tuple(
+        free_forms_of(document, with_surface, known, radius, reach, doing)
+    )
 
 
 def _be_silent() -> None:
