@@ -112,9 +112,7 @@ def _best_fit(rule: BestFit, shapes: Mapping[str, Shape], field: str) -> Fault |
     return _points(shapes, f"{field}.points", rule.points)
 
 
-def _model_best_fit(
-    rule: ModelBestFit, shapes: Mapping[str, Shape], field: str
-) -> Fault | None:
+def _model_best_fit(rule: ModelBestFit, shapes: Mapping[str, Shape], field: str) -> Fault | None:
     if not rule.faces:
         return f"{field}.faces", "names no face of the model"
     for place, face in enumerate(rule.faces):

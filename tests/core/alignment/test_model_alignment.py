@@ -71,9 +71,7 @@ def touched(
     rule = ModelBestFit(points=tuple(item.name for item in nominals), faces=held)
     shapes = {item.name: item.shape for item in nominals}
     assert alignment_fault(rule, shapes) is None
-    bound = BoundAlignment(
-        rule, shapes, {item.name: nominal_geometry(item) for item in nominals}
-    )
+    bound = BoundAlignment(rule, shapes, {item.name: nominal_geometry(item) for item in nominals})
     found = actual_features(nominals, points)
     good = {name: item for name, item in found.items() if isinstance(item, ActualFeature)}
     assert len(good) == len(nominals)
