@@ -10,7 +10,7 @@ from ocmm_core.alignment._best_fit import fit_points
 from ocmm_core.alignment._model_fit import ModelFit, fit_to_faces
 from ocmm_core.alignment._rules import ModelBestFit
 from ocmm_core.errors import FitError
-from ocmm_core.features.measured import ActualFeature
+from ocmm_core.features.measured import SAME_RADIUS, ActualFeature, Touches
 from ocmm_core.features.shapes import POINT
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Rows
@@ -54,11 +54,10 @@ def model_fit(
     start = fit_points(measured, wanted, np.ones(len(wanted)))
     tips, radius = measured, 0.0
     if actual is not None:
-        touched = [_touch(name, actual[name]) for name in rule.points]
-        tips = np.array([tip for tip, _ in touched])
-        radii = {one for _, one in touched}
-        radius = touched[0][1]
-        if max(radii) - min(radii) > 1e-9:
+        touched = [_only_touch(name, actual[name]) for name in rule.points]
+        tips = np.array([one.tips[0] for one in touched])
+        radius = touched[0].tip_radius
+        if max(abs(one.tip_radius - radius) for one in touched) > SAME_RADIUS:
             raise FitError(
                 "alignment.two_balls",
                 "The points of the best fit to the model were touched with balls of two sizes.",
@@ -88,15 +87,11 @@ def model_frame_slopes(
     rule: ModelBestFit, found: ModelFit, actual: Mapping[str, ActualFeature]
 ) -> Rows:
     """Return how the frame of a fit to faces moves with the points of the job, 6 rows."""
-    places = []
-    for name in rule.points:
-        touches = actual[name].touches
-        assert touches is not None
-        places.append(touches.places[0])
+    places = [_only_touch(name, actual[name]).places[0] for name in rule.points]
     return Rows.of_points(places, found.by_tips).with_radius(found.by_radius)
 
 
-def _touch(name: str, feature: ActualFeature) -> tuple[Float, float]:
+def _only_touch(name: str, feature: ActualFeature) -> Touches:
     touches = feature.touches
     if touches is None or len(touches.tips) != 1:
         raise FitError(
@@ -104,4 +99,4 @@ def _touch(name: str, feature: ActualFeature) -> tuple[Float, float]:
             f"The best fit to the model needs one touch of {name}, which is no single point.",
             f"Leave {name} out of the best fit.",
         )
-    return touches.tips[0], touches.tip_radius
+    return touches

@@ -124,8 +124,8 @@ def import_(
     model get targets on its trimmed faces, where the probe reaches and the cameras see it while the
     part stands in the middle of the measuring volume; what is left out is told with the reason.
     --list shows what can be chosen. Free forms come with --profile: each as points and the profile
-    of its surface against the model, by the datums of the plan, or where it fits best. Code 1: the plan is written, and something of the model's
-    tolerances was refused.
+    of its surface against the model, by the datums of the plan, or where it fits best.
+    Code 1: the plan is written, and something of the model's tolerances was refused.
     """
     from ocmm_core.cli.measure._account import account_json, print_account
     from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances

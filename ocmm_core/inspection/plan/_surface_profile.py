@@ -9,8 +9,8 @@ import msgspec
 from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan._plan import Plan, check_plan
 from ocmm_core.inspection.plan._edit import EDITED
+from ocmm_core.inspection.plan._plan import Plan, check_plan
 from ocmm_core.inspection.step import FreeForm
 from ocmm_core.part_model import ModelFace, NominalFace, nominal_face, searched, spread_places
 from ocmm_core.tolerances.zones import Characteristic

@@ -12,11 +12,13 @@ import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.pmi import Pmi
+from ocmm_core.inspection.reach import Setting
 from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface, Triple
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
 from ocmm_core.inspection.step._names import feature_names
 from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm, free_forms_of
 from ocmm_core.inspection.step._request import StepRequest, setting_of
+from ocmm_core.inspection.step._worker import Wanted
 from ocmm_core.part_model import PartModel
 
 USUAL_BALL_MM = 6.0
@@ -125,6 +127,7 @@ def read_model(
     progress: Callable[[str], None] = lambda _: None,
     with_part: bool = False,
     request: StepRequest | None = None,
+    setting: Setting | None = None,
 ) -> StepModel:
     """Return planes, cylinders, cones, spheres, tori and free forms of a model, in its own frame.
 
@@ -147,6 +150,8 @@ def read_model(
     request
         Probe, cameras and placement, by which targets are chosen; its ball goes before ``ball_mm``.
         Without it the ball alone is asked whether it has room.
+    setting
+        The same of what is in use, where there are no documents; goes before the others.
 
     Raises
     ------
@@ -157,11 +162,12 @@ def read_model(
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)
-    request = request or StepRequest(ball_mm=ball_mm)
-    # What is wrong with its documents is said here and not by another process.
-    setting_of(request)
-    said, part = ask(path, request, with_part, asking)
-    return _model(path, said, part, may_be_empty=bool(request.probe))
+    if setting is not None:
+        ball_mm = 2.0 * setting.ball_radius
+    elif request is not None:
+        ball_mm, setting = request.ball_mm, setting_of(request)
+    said, part = ask(path, Wanted(ball_mm, setting), with_part, asking)
+    return _model(path, said, part, may_be_empty=setting is not None)
 
 
 def read_part(
@@ -176,7 +182,7 @@ def read_part(
     those of `read_model`.
     """
     path = Path(path)
-    _, part = ask(path, None, True, Asking(timeout_s, given_up, progress))
+    _, part = ask(path, Wanted(), True, Asking(timeout_s, given_up, progress))
     if part is None:
         raise step_error(path, "no part was made of it", REMEDY)
     return part

@@ -177,7 +177,7 @@ def test_a_touch_of_another_surface_is_named() -> None:
 
 
 def test_a_rule_that_cannot_be_is_refused_by_its_field() -> None:
-    bound, actual, _ = touched([WAVES])
+    bound, _, _ = touched([WAVES])
     rule = bound.rule
     assert isinstance(rule, ModelBestFit)
     few = ModelBestFit(points=rule.points[:6], faces=rule.faces)

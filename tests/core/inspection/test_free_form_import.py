@@ -67,10 +67,10 @@ def test_they_are_offered_and_taken_only_where_their_zone_is_known(tmp_path: Pat
 
 def test_a_ball_that_has_no_room_on_a_free_form_is_said(tmp_path: Path) -> None:
     needs_package("OCP", "the extra 'step'")
-    model = read_model(written_model(tmp_path, "uneven"), 26.0)
+    model = read_model(written_model(tmp_path, "uneven"), 32.0)
     assert model.free_forms == ()
     (why,) = (why for why, _ in model.why_not() if "free form" in why)
-    assert "a ball of 26 mm has room for" in why
+    assert "a ball of 32 mm has room for" in why
 
 
 def test_the_profile_is_in_the_datum_system_of_the_plan_or_fits_best(tmp_path: Path) -> None:
