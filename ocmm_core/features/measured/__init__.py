@@ -83,13 +83,13 @@ else:
     )
 
 __all__ = [
-    "SAME_RADIUS",
     "APEX_LIMIT",
     "AXIAL",
     "CENTRED",
     "DIRECTION_LIMIT",
     "LONG",
     "POSITION_LIMIT",
+    "SAME_RADIUS",
     "SIZE_LIMIT",
     "ActualFeature",
     "Bisector",
