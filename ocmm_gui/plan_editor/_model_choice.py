@@ -72,7 +72,7 @@ class ModelChoice(QFrame):
         self._up = ChoiceBox(tr("Axis that points up"), tr("How the part stands"), UPS)
         self.zone = form_field(
             tr("Profile of free forms, mm"),
-            tr("Width of the zone of the profile of free-form faces, as the drawing has it"),
+            tr("Width of the zone"),
         )
         self._zone_words = caption(tr("Profile of free forms, mm"), self.zone)
         self.zone.textChanged.connect(lambda _text: self._show_choice())

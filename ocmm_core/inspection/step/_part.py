@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step._document import StepDocument
 from ocmm_core.inspection.step._library import SameShape, explored, kind_of, static, vector
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, edge_steps, faces_with_surface
 from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
-from ocmm_core.part_model import MOST_FACES, ModelFace, PartModel, spline_points
+from ocmm_core.part_model import MOST_FACES, ModelFace, PartModel, bezier_surface, places_at
 
 _SHARE = 5e-4
 """Deflection of the mesh by the size of the part: half a pixel where it fills a picture."""
@@ -274,7 +275,11 @@ def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
     inside = np.stack(np.meshgrid(u0 + (u1 - u0) * shares, v0 + (v1 - v0) * shares), axis=-1)
     tried = np.concatenate([every[::step], inside.reshape(-1, 2)])
     as_spline = np.stack([mapped.map_u(tried[:, 0]), mapped.map_v(tried[:, 1])], axis=1)
-    points = spline_points(mapped.spline, as_spline)
+    try:
+        made = bezier_surface(mapped.spline)
+    except InputError:
+        return None
+    points = places_at(made, np.clip(as_spline, made.low, made.high))
     truth = np.array([vector(surface.Value(float(u), float(v))) for u, v in tried])
     off = float(np.linalg.norm(points - truth, axis=1).max())
     return mapped if off <= _EXACT_MM else None
