@@ -66,8 +66,8 @@ def fit_limits(code: str, size: float) -> tuple[float, float, bool]:
     known = letter.lower() in (*_CLEAR, *_TIGHT, "js") and (letter.isupper() or letter.islower())
     if not known or grade not in range(_LEAST, max(_GRADES) + 1):
         raise RefusedError(
-            f"its limits are the fit {code}; known are D to H, JS, K, M, N, P and d to h, js, k, m, "
-            f"n, p in the grades {_LEAST} to {max(_GRADES)}"
+            f"its limits are the fit {code}; known are D to H, JS, K, M, N, P and d to h, js, k, "
+            f"m, n, p in the grades {_LEAST} to {max(_GRADES)}"
         )
     if not 0.0 < size <= _UP_TO[-1]:
         raise RefusedError(f"the fit {code} is known up to {_UP_TO[-1]} mm, it has {size:g} mm")
