@@ -142,7 +142,10 @@ class Sheets(MadeLate):
         from ocmm_gui.plan_editor import PlanSheet
 
         station = self._bridge.station
-        sheet = PlanSheet(station.job.plan, station.job.plan_file, lambda: station.job.path)
+        sheet = PlanSheet(
+            station.job.plan, station.job.plan_file, lambda: station.job.path,
+            lambda: (station.instruments.rig, station.instruments.body),
+        )  # fmt: skip
         sheet.saved.connect(self._on_plan_saved)
         sheet.measure_wanted.connect(self._measure_by)
         return self._join(sheet, self.left)
