@@ -5,7 +5,7 @@ colours of its pixels, how near each is to the eye, and which face it shows.
 
 Read `_mesh` (what is painted, whole and coarser), `_closed` (whose backs are not),
 `_canvas` (a picture and what lies behind it), `_rendering` (one painted into the other, a slice at
-a time), `_side` (from where a place is seen).
+a time), `_finer` and `_field` (measured values as colours), `_side` (from where a place is seen).
 Compiled are `_raster_kernel` (triangles), `_line_kernel` (edges, outlines, polygons) and
 `_frame_kernel` (a whole picture); `_arrays` has their types.
 It must not know plans, features or the window.
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ocmm_core.rendering._arrays import NO_FACE, Colours
     from ocmm_core.rendering._canvas import Canvas
     from ocmm_core.rendering._closed import with_closed
+    from ocmm_core.rendering._field import ValueField, value_field
     from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of
     from ocmm_core.rendering._rendering import (
         Bundle,
@@ -38,6 +39,7 @@ else:
         _arrays="Colours NO_FACE",
         _canvas="Canvas",
         _closed="with_closed",
+        _field="ValueField value_field",
         _mesh="RenderMesh coarser face_colours mesh_of",
         _rendering="Bundle RenderMode RenderStyle Rendering blend_flat draw_bundles is_hidden",
         _side="choose_side",
@@ -52,6 +54,7 @@ __all__ = [
     "RenderMode",
     "RenderStyle",
     "Rendering",
+    "ValueField",
     "blend_flat",
     "choose_side",
     "coarser",
@@ -59,5 +62,6 @@ __all__ = [
     "face_colours",
     "is_hidden",
     "mesh_of",
+    "value_field",
     "with_closed",
 ]

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from PySide6.QtCore import QObject, QSize, Signal
@@ -67,7 +68,7 @@ class PartScene:
         if not self.moving:
             return ratio
         pixels = size.width() * size.height() * ratio**2
-        return ratio * min(share, (_MOVING_PIXELS / max(pixels, 1.0)) ** 0.5)
+        return ratio * min(share, math.sqrt(_MOVING_PIXELS / max(pixels, 1.0)))
 
     def rendering(self, orbit: Orbit, size: QSize, canvas: Canvas, scale: float) -> Rendering:
         """Return the painting of it that is to be done."""
@@ -76,7 +77,8 @@ class PartScene:
         place = self.T_world_from_model
         matrix = (place.rotation.T @ picture.matrix) * pixels
         offset = ((place.translation - picture.target) @ picture.matrix + picture.middle) * pixels
-        return Rendering(self.mesh, matrix, offset, canvas, self.style, self.colours)
+        style = replace(self.style, half_px=self.style.half_px * scale)
+        return Rendering(self.mesh, matrix, offset, canvas, style, self.colours)
 
 
 class PartDrawing(QObject):
@@ -98,7 +100,7 @@ class PartDrawing(QObject):
         self._whole: RenderMesh | None = None
         self._coarse: RenderMesh | None = None
         self._colours: Colours | None = None
-        self._of_mesh: tuple[int, int, Colours] | None = None
+        self._of_mesh: tuple[RenderMesh, Colours, Colours] | None = None
         self._coloured: tuple[object, ...] = ()
         self._scene: PartScene | None = None
         self._made.connect(self._keep)
@@ -166,10 +168,12 @@ class PartDrawing(QObject):
             )
             self._coloured = coloured
         mesh = self._coarse if moving and self._coarse is not None else self._whole
+        mesh, shown = self._dressed(mesh, self._colours, theme, mode, moving=moving)
+        known = self._of_mesh
+        if known is None or known[0] is not mesh or known[1] is not shown:
+            known = self._of_mesh = (mesh, shown, mesh.vertex_colours(shown))
+        own = known[2]
         style = RenderStyle(mode, edge_colour(theme), theme.panel, ground=theme.panel)
-        if self._of_mesh is None or self._of_mesh[:2] != (id(mesh), id(self._colours)):
-            self._of_mesh = (id(mesh), id(self._colours), mesh.vertex_colours(self._colours))
-        own = self._of_mesh[2]
         before = self._scene
         if (
             before is None
@@ -182,6 +186,12 @@ class PartDrawing(QObject):
         ):
             self._scene = PartScene(mesh, own, style, place, moving, slack_mm)
         return self._scene
+
+    def _dressed(
+        self, mesh: RenderMesh, colours: Colours, theme: Theme, mode: RenderMode, *, moving: bool
+    ) -> tuple[RenderMesh, Colours]:
+        """Return the mesh to be painted, and the colours of the vertices it comes from."""
+        return mesh, colours
 
     def _make(self, model: PartModel, whole: RenderMesh) -> None:
         try:

@@ -185,6 +185,14 @@ class _Canvases:
             self._free.append(canvas)
 
 
+def painted_still(scene: StillScene, font: QFont) -> StillPicture:
+    """Return the whole picture of a scene, for paper."""
+    drawing = _Drawing(scene, font, _Canvases())
+    while not drawing.is_done:
+        drawing.go_on()
+    return drawing.seen
+
+
 class SceneLayer(QObject):
     """Keep the picture of a still scene.
 
@@ -229,6 +237,10 @@ class SceneLayer(QObject):
     def is_done(self) -> bool:
         """Return whether the picture that was asked for last is the one that is shown."""
         return self._shown is not None and self._next is None
+
+    def shows(self, scene: StillScene) -> bool:
+        """Return whether the picture of a scene is shown, all of it."""
+        return self._shown is not None and self._shown.scene is scene
 
     def canvas(self) -> Canvas | None:
         """Return the buffers of the part that is shown; None where none is."""
