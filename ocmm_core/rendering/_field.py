@@ -15,14 +15,16 @@ from ocmm_core.rendering._mesh import RenderMesh
 
 _ON_FACE_MM = 1.0
 """A place belongs to a face that it is this near to."""
-_REACH = 1.25
-"""Times the way to the nearest other point: what lies between neighbours is reached by both."""
+_REACH = 0.75
+"""Of the way to the nearest other point: the colours of neighbours overlap, and blend."""
+_ROUND, _ROUND_MM = 1.65, 40.0
+"""Times that way, and no farther: whether a place has points all round it."""
 _MOST_MM, _LEAST_MM = 10.0, 0.3
 _CORE_MM, _CORE = 2.0, 0.25
 """So near, and no farther than this share of its reach, a point counts without another one."""
 _SURROUNDED = 0.5
 """The mean direction to points all round is short; that to points on one side has length one."""
-_FINE = 8.0
+_FINE = 6.0
 """So many triangles go from a point to where its colour ends."""
 _MOST_TRIANGLES = 120_000
 
@@ -57,11 +59,12 @@ def value_field(
 ) -> ValueField | None:
     """Return values on the faces that points lie on; None where none of them lies on a face.
 
-    A point counts on its own face and on those that belong to the same feature, a little farther
-    than to the nearest other point there, and no farther than 10 mm. A place has a value where it
-    lies between points that reach it, or within 2 mm of one: nothing is extrapolated. It is their
-    mean, weighted by the inverse square of the distance and falling to nothing where each ends
-    (Franke and Nielson 1980): never more than the largest of them nor less than the smallest.
+    A point counts on its own face and on those that belong to the same feature, up to three
+    quarters of the way to the nearest other point there, and no farther than 10 mm. A place has a
+    value where it is reached and has points all round it, or where it is within 2 mm of one:
+    nothing is extrapolated. It is the mean of the points that reach it, weighted by the inverse
+    square of the distance and falling to nothing where each ends (Franke and Nielson 1980): never
+    more than the largest of them nor less than the smallest.
 
     Parameters
     ----------
@@ -82,16 +85,10 @@ def value_field(
         return None
     group_of_face = _groups(owners, int(mesh.triangle_faces.max()) + 1)
     groups = group_of_face[faces]
-    reaches = _reaches(points, groups)
+    reaches, rounds = _reaches(points, groups)
     rows = np.isin(group_of_face[mesh.triangle_faces], groups)
-    fined, parents = finer(
-        mesh,
-        rows,
-        points,
-        float(reaches.max()),
-        min(float(reaches.min()) / _FINE, _CORE_MM / 3.0),
-        _MOST_TRIANGLES,
-    )
+    edges = np.minimum(reaches / _FINE, _CORE_MM / 3.0)
+    fined, parents = finer(mesh, rows, points, float(reaches.max()), edges, _MOST_TRIANGLES)
     own = replace(fined, origins=np.arange(len(fined.vertices)))
     count = len(own.vertices)
     group_of_vertex = np.full(count, -1, dtype=np.int64)
@@ -103,16 +100,17 @@ def value_field(
         tree = cKDTree(own.vertices[near])
         for k in np.flatnonzero(groups == group):
             hit = near[tree.query_ball_point(points[k], reaches[k])]
-            run = points[k] - own.vertices[hit]
-            length = np.linalg.norm(run, axis=1)
-            toward[hit] += run / np.maximum(length, 1e-12)[:, None]
-            number[hit] += 1.0
+            length = np.linalg.norm(own.vertices[hit] - points[k], axis=1)
             is_near[hit] |= length <= min(_CORE_MM, _CORE * reaches[k])
             away = length / reaches[k]
             weight = ((1.0 - np.minimum(away, 1.0)) / (away + 1e-3)) ** 2
             sums[hit] += weight * values[k]
             weights[hit] += weight
             all_good[hit] &= fine[k] | (weight <= 0.0)
+            seen = near[tree.query_ball_point(points[k], rounds[k])]
+            run = points[k] - own.vertices[seen]
+            toward[seen] += run / np.maximum(np.linalg.norm(run, axis=1), 1e-12)[:, None]
+            number[seen] += 1.0
     found = np.full(count, np.nan)
     sided = np.linalg.norm(toward, axis=1) > _SURROUNDED * number
     some = (weights > 0.0) & (is_near | ~sided)
@@ -129,18 +127,21 @@ def _groups(owners: Sequence[str], count: int) -> Int:
     )
 
 
-def _reaches(points: Float, groups: Int) -> Float:
-    """Return how far from each point its value counts, (k,), mm."""
-    reaches = np.full(len(points), _CORE_MM / _CORE)
+def _reaches(points: Float, groups: Int) -> tuple[Float, Float]:
+    """Return how far from each point its value counts, and how far it is one of those all round.
+
+    Each is (k,), mm.
+    """
+    nearest = np.full(len(points), _CORE_MM / _CORE / _REACH)
     for group in np.unique(groups):
         rows = np.flatnonzero(groups == group)
         places = np.unique(np.round(points[rows], 6), axis=0)
         if len(places) > 1:
             # The nearest of all places is the point itself.
             away, _ = cKDTree(places).query(points[rows], k=2)
-            nearest = np.asarray(away)[:, 1]
-            reaches[rows] = np.clip(_REACH * nearest, _LEAST_MM, _MOST_MM)
-    return reaches
+            nearest[rows] = np.asarray(away)[:, 1]
+    reaches = np.clip(_REACH * nearest, _LEAST_MM, _MOST_MM)
+    return reaches, np.minimum(_ROUND * nearest, _ROUND_MM)
 
 
 def _faces_of(mesh: RenderMesh, points: Float) -> Int:

@@ -15,7 +15,7 @@ _MOST_ROUNDS = 40
 
 
 def finer(
-    mesh: RenderMesh, rows: NDArray[np.bool_], points: Float, reach_mm: float, longest_mm: float,
+    mesh: RenderMesh, rows: NDArray[np.bool_], points: Float, reach_mm: float, longest_mm: Float,
     most: int,
 ) -> tuple[RenderMesh, Int]:  # fmt: skip
     """Return a mesh whose triangles near some points are small, and whose vertex each one is.
@@ -28,15 +28,15 @@ def finer(
     ----------
     rows
         (m,): triangles that may be divided.
-    points
-        (k, 3), mm.
+    points, longest_mm
+        (k, 3), mm, and (k,): edges nearest to a point become no longer than that.
 
     Returns
     -------
     tuple
         The mesh, and (n,) the vertex of ``mesh`` that is nearest along the edges divided.
     """
-    tree = cKDTree(points)
+    tree, shortest = cKDTree(points), float(longest_mm.min())
     vertices, normals = mesh.vertices, mesh.normals
     parents = np.arange(len(vertices))
     kept = [np.flatnonzero(~rows)]
@@ -47,10 +47,11 @@ def finer(
     for _ in range(_MOST_ROUNDS):
         starts, ends = left, np.roll(left, -1, axis=1)
         length = np.linalg.norm(vertices[ends] - vertices[starts], axis=2)
-        long = length > longest_mm
+        long = length > shortest
         middle = 0.5 * (vertices[starts[long]] + vertices[ends[long]])
         # Seen from both sides an edge has the same middle, whichever end comes first.
-        long[long] = tree.query(middle, distance_upper_bound=1e12)[0] < reach_mm + length[long]
+        away, nearest = tree.query(middle)
+        long[long] = (away < reach_mm + length[long]) & (length[long] > longest_mm[nearest])
         halved = long.any(axis=1)
         done.append(left[~halved])
         kept.append(source[~halved])

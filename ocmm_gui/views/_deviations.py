@@ -178,7 +178,7 @@ def paint_scale(
 
 def reach_words(reach_mm: float) -> str:
     """Return where the part has a colour, and what it means where it has none."""
-    return tr("Colour: between points, up to {reach:.1f} mm from one. Grey: not measured.").format(
+    return tr("Colour: between points, to {reach:.1f} mm. Grey: not measured.").format(
         reach=reach_mm
     )
 

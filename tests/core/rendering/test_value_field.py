@@ -36,9 +36,9 @@ def test_a_field_is_between_its_points_and_no_more_than_they_are() -> None:
     places = found.mesh.vertices[has]
     assert values.min() - 1e-9 <= found.values[has].min()
     assert found.values[has].max() <= values.max() + 1e-9
-    # On the face that was touched, and outside the points by less than a third of their step.
+    # On the face that was touched, and outside the points by less than half their step.
     assert np.allclose(places[:, 2], 20.0)
-    assert np.abs(places[:, :2]).max() < 16.0 + 8.0 / 3.0
+    assert np.abs(places[:, :2]).max() < 16.0 + 8.0 / 2.0
     near = np.linalg.norm(found.mesh.vertices[:, None] - points, axis=2).min(axis=1)
     assert near[has].max() <= found.reach_mm <= 10.0
     # All of what lies between is coloured, and at a point it is the point's.
@@ -102,8 +102,8 @@ def test_what_is_good_comes_from_good_points_alone() -> None:
     assert found is not None
     has = np.isfinite(found.values)
     away = np.linalg.norm(found.mesh.vertices - [0.0, 0.0, 20.0], axis=1)
-    assert not found.good[has & (away < 8.0)].any()
-    assert found.good[has & (away > 10.0)].all()
+    assert not found.good[has & (away < 5.9)].any()
+    assert found.good[has & (away > 6.1)].all()
     assert not found.good[~has].any()
 
 
@@ -119,9 +119,9 @@ def test_faces_of_one_feature_share_their_points() -> None:
     owners[TOP] = owners[1] = "EDGE"
     joined = value_field(block(), points, values, [True] * 4, owners)
     assert joined is not None
-    top = joined.mesh.triangles[joined.mesh.triangle_faces == TOP]
-    own = joined.values[np.unique(top)]
-    assert own[np.isfinite(own)].min() < 0.9
+    # The nearest other point is round the corner now.
+    assert apart.reach_mm == pytest.approx(0.75 * 4.0)
+    assert joined.reach_mm == pytest.approx(0.75 * np.hypot(2.0, 2.0))
 
 
 def test_hostile_numbers_colour_nothing_or_what_they_are() -> None:
@@ -132,7 +132,7 @@ def test_hostile_numbers_colour_nothing_or_what_they_are() -> None:
     found = field_of(points, values)
     has = np.isfinite(found.values)
     assert has.any()
-    assert 1e8 < found.values[has].max() <= 1e9
+    assert found.values[has].max() == pytest.approx(1e9, rel=1e-9)
     # The very same place twice, with two values: neither is preferred.
     twice = field_of(np.array([[0.0, 0.0, 20.0]] * 2), np.array([-1.0, 1.0]))
     assert np.allclose(twice.values[np.isfinite(twice.values)], 0.0)
