@@ -5,7 +5,8 @@ Out: a plan, what is wrong with what was taken, judged values, and a record.
 
 Read `_procedure` (documents, limits), `_result` (what a test leaves) and `_values` (pure statistics
 of points), then `_kinds` (one entry a kind: planned by `_planning`, judged by `_evaluating` and
-`_placement`), `_session` (the engine, a chain of `_events`), `_guards` and `_recompute`.
+`_placement`), `_session` (the engine, a chain of `_events` folded by `_session_state`), `_guards`
+and `_recompute`. `_offers` is what can be chosen before, `_guided` a test as a guided procedure.
 `_register` keeps the artefacts, `_interim` is the chart of interim checks.
 It must not know where a ball centre comes from: cameras, a recording or a simulation.
 """
@@ -19,10 +20,17 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.acceptance._events import AcceptanceView
     from ocmm_core.acceptance._guards import (
+        artefact_findings,
         begin_findings,
         climate_reasons,
         reserved_spots,
         spots_hash,
+    )
+    from ocmm_core.acceptance._guided import (
+        AcceptanceOutcome,
+        AcceptanceProcedure,
+        GuidedAcceptanceView,
+        worst_value,
     )
     from ocmm_core.acceptance._interim import (
         ChartPoint,
@@ -33,6 +41,18 @@ if TYPE_CHECKING:
         interim_chart,
     )
     from ocmm_core.acceptance._kinds import KINDS, kind_of, plan_of, values_of
+    from ocmm_core.acceptance._offers import (
+        RECORDS,
+        SESSIONS,
+        ArtefactOffer,
+        FinishedTest,
+        OpenTest,
+        ProcedureOffer,
+        finished_tests,
+        offered_artefacts,
+        offered_procedures,
+        open_tests,
+    )
     from ocmm_core.acceptance._part_u import (
         LEAST_RESULTS,
         PartTask,
@@ -101,9 +121,14 @@ else:
     __getattr__ = door(
         __name__,
         _events="AcceptanceView",
-        _guards="begin_findings climate_reasons reserved_spots spots_hash",
+        _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
+        _guided="AcceptanceOutcome AcceptanceProcedure GuidedAcceptanceView worst_value",
         _interim=("ChartPoint InterimChart InterimCheck InterimHistory InterimWord interim_chart"),
         _kinds="KINDS kind_of plan_of values_of",
+        _offers=(
+            "ArtefactOffer FinishedTest OpenTest ProcedureOffer RECORDS SESSIONS finished_tests "
+            "offered_artefacts offered_procedures open_tests"
+        ),
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
         _procedure="ClimateRule Mpe Procedure find_procedure load_procedure procedure_files",
         _recompute="differences load_record recompute recompute_tips save_record",
@@ -127,16 +152,23 @@ __all__ = [
     "ARTEFACT_SCHEMA",
     "KINDS",
     "LEAST_RESULTS",
+    "RECORDS",
     "RECORD_SCHEMA",
+    "SESSIONS",
+    "AcceptanceOutcome",
+    "AcceptanceProcedure",
     "AcceptanceRecord",
     "AcceptanceSession",
     "AcceptanceView",
     "ArtefactEntry",
     "ArtefactKind",
+    "ArtefactOffer",
     "ArtefactRegister",
     "ChartPoint",
     "Climate",
     "ClimateRule",
+    "FinishedTest",
+    "GuidedAcceptanceView",
     "Instrument",
     "InterimChart",
     "InterimCheck",
@@ -145,10 +177,12 @@ __all__ = [
     "JudgedValue",
     "Mpe",
     "Observation",
+    "OpenTest",
     "PartTask",
     "PartUncertainty",
     "PlannedPosition",
     "Procedure",
+    "ProcedureOffer",
     "QuantityResult",
     "Refusal",
     "Situation",
@@ -158,6 +192,7 @@ __all__ = [
     "UsedArtefact",
     "Verdict",
     "VolumetricValues",
+    "artefact_findings",
     "begin_findings",
     "block_length",
     "certified_at",
@@ -167,6 +202,7 @@ __all__ = [
     "differences",
     "dissimilar",
     "find_procedure",
+    "finished_tests",
     "interim_chart",
     "judge",
     "kind_of",
@@ -176,6 +212,9 @@ __all__ = [
     "load_used",
     "location_value",
     "nest_lengths",
+    "offered_artefacts",
+    "offered_procedures",
+    "open_tests",
     "part_uncertainty",
     "plan_of",
     "procedure_files",
@@ -194,4 +233,5 @@ __all__ = [
     "used_sphere",
     "values_of",
     "volumetric_values",
+    "worst_value",
 ]

@@ -289,8 +289,8 @@ class AcceptanceSession:
         return self._state.needs_temperature()
 
     @property
-    def torn(self) -> str:
-        """Return what is to be told of a line that was being written when the program stopped."""
+    def torn(self) -> bool:
+        """Return whether a line was being written when the program stopped; it is not there."""
         return self._chain.torn
 
     # The file.

@@ -59,7 +59,7 @@ def interim(
     from ocmm_core.calibration.records import record_hash
     from ocmm_core.cli.acceptance._report import print_record
     from ocmm_core.cli.acceptance._run import run_test
-    from ocmm_core.cli.acceptance._site import open_test_site, tests_folder
+    from ocmm_core.composition import open_test_site, tests_folder
 
     console = make_console()
     site = open_test_site(
