@@ -26,9 +26,9 @@ if TYPE_CHECKING:
         reserved_spots,
         spots_hash,
     )
-    from ocmm_core.acceptance._guided import (
+    from ocmm_core.acceptance._guided import AcceptanceProcedure
+    from ocmm_core.acceptance._guided_view import (
         AcceptanceOutcome,
-        AcceptanceProcedure,
         GuidedAcceptanceView,
         worst_value,
     )
@@ -38,7 +38,9 @@ if TYPE_CHECKING:
         InterimCheck,
         InterimHistory,
         InterimWord,
+        check_of,
         interim_chart,
+        note_check,
     )
     from ocmm_core.acceptance._kinds import KINDS, kind_of, plan_of, values_of
     from ocmm_core.acceptance._offers import (
@@ -63,6 +65,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.acceptance._procedure import (
         ClimateRule,
+        InterimTest,
         Mpe,
         Procedure,
         find_procedure,
@@ -122,15 +125,21 @@ else:
         __name__,
         _events="AcceptanceView",
         _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
-        _guided="AcceptanceOutcome AcceptanceProcedure GuidedAcceptanceView worst_value",
-        _interim=("ChartPoint InterimChart InterimCheck InterimHistory InterimWord interim_chart"),
+        _guided="AcceptanceProcedure",
+        _guided_view="AcceptanceOutcome GuidedAcceptanceView worst_value",
+        _interim=(
+            "ChartPoint InterimChart InterimCheck InterimHistory InterimWord check_of "
+            "interim_chart note_check"
+        ),
         _kinds="KINDS kind_of plan_of values_of",
         _offers=(
             "ArtefactOffer FinishedTest OpenTest ProcedureOffer RECORDS SESSIONS finished_tests "
             "offered_artefacts offered_procedures open_tests"
         ),
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
-        _procedure="ClimateRule Mpe Procedure find_procedure load_procedure procedure_files",
+        _procedure=(
+            "ClimateRule InterimTest Mpe Procedure find_procedure load_procedure procedure_files"
+        ),
         _recompute="differences load_record recompute recompute_tips save_record",
         _register=(
             "ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister check_entry "
@@ -173,6 +182,7 @@ __all__ = [
     "InterimChart",
     "InterimCheck",
     "InterimHistory",
+    "InterimTest",
     "InterimWord",
     "JudgedValue",
     "Mpe",
@@ -197,6 +207,7 @@ __all__ = [
     "block_length",
     "certified_at",
     "check_entry",
+    "check_of",
     "climate_reasons",
     "default_artefact_folder",
     "differences",
@@ -212,6 +223,7 @@ __all__ = [
     "load_used",
     "location_value",
     "nest_lengths",
+    "note_check",
     "offered_artefacts",
     "offered_procedures",
     "open_tests",

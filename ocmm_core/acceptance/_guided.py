@@ -8,38 +8,33 @@ that goes on begins where its points end. A point that was taken stays: there is
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from datetime import datetime
-from enum import StrEnum
 from pathlib import Path
+from typing import TypeAlias
 
-import numpy as np
-
-from ocmm_core.acceptance._events import AcceptanceView
+from ocmm_core.acceptance._guided_view import (
+    AcceptanceOutcome,
+    GuidedAcceptanceView,
+    GuidedKind,
+    latest_values,
+    steps_of,
+)
+from ocmm_core.acceptance._interim import InterimChart
 from ocmm_core.acceptance._kinds import quantities_of
 from ocmm_core.acceptance._recompute import save_record
-from ocmm_core.acceptance._result import (
-    AcceptanceRecord,
-    JudgedValue,
-    QuantityResult,
-    UsedArtefact,
-    Verdict,
-)
+from ocmm_core.acceptance._result import AcceptanceRecord, Verdict
 from ocmm_core.acceptance._session import AcceptanceSession
-from ocmm_core.acceptance._situation import Stage
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.guided import (
-    OPEN,
     PLACE_DONE,
     STILL_FRAMES,
     Average,
-    Gate,
     Live,
     ProbeSpotAverager,
     ProcedureDecision,
     ProcedureView,
-    Step,
     handle_axis,
     to_spots,
 )
@@ -49,89 +44,12 @@ from ocmm_core.errors import CalibrationError
 from ocmm_core.geometry import Float, unit
 from ocmm_core.tracking import ProbeBody, solve
 
-STEPS = ("prepare", "measure", "result")
+Charted: TypeAlias = Callable[[AcceptanceRecord, datetime], InterimChart]
 _PREPARE, _MEASURE, _RESULT = range(3)
 _APART_MM, _TURN_RAD = 1.5, 0.15
 """So far the ball must have moved, or the probe have turned, since the point before."""
 _TORN = "A point was being written when the program stopped; it is not there. All others are."
 _ANEW = "The position is measured again: {hint}"
-
-
-class GuidedKind(StrEnum):
-    """What a snapshot is of; its session files are named by the procedure."""
-
-    ACCEPTANCE = "acceptance"
-
-
-@dataclass(frozen=True, slots=True)
-class AcceptanceOutcome:
-    """The verdict as it would be stored, or as it was.
-
-    Attributes
-    ----------
-    verdict
-        Of the whole test.
-    values, quantities
-        As in `AcceptanceRecord`.
-    void_reasons
-        Why it shows nothing; empty where it does.
-    retests_left
-        How many are allowed still.
-    record
-        Once it is stored; None before.
-    file
-        Of the record; None before.
-    """
-
-    verdict: Verdict
-    values: tuple[JudgedValue, ...]
-    quantities: tuple[QuantityResult, ...]
-    void_reasons: tuple[str, ...]
-    retests_left: int
-    record: AcceptanceRecord | None = None
-    file: Path | None = None
-
-
-@dataclass(frozen=True, slots=True)
-class GuidedAcceptanceView:
-    """The snapshot of a test that is shown.
-
-    Attributes
-    ----------
-    base
-        As of every guided procedure.
-    test
-        Plan, what was taken, values.
-    stage
-        Procedure, instrument, artefacts.
-    notes
-        What of the advice could not be followed, and what only warned.
-    latest
-        Values of the position that was completed last; empty before the first.
-    hint
-        Why that position is measured again, or what was refused last; empty where nothing was.
-    temperature_c
-        Of the room, as it is noted.
-    outcome
-        None before it was computed.
-    """
-
-    base: ProcedureView
-    test: AcceptanceView
-    stage: Stage
-    notes: tuple[str, ...]
-    latest: tuple[JudgedValue, ...]
-    hint: str
-    temperature_c: float
-    outcome: AcceptanceOutcome | None
-
-    def artefact(self) -> UsedArtefact | None:
-        """Return the artefact of the current position; None where none is needed."""
-        current = self.test.current
-        if current < 0:
-            return None
-        role = self.test.positions[current].role
-        return next((one for one in self.stage.artefacts if one.role == role), None)
 
 
 class AcceptanceProcedure:
@@ -147,6 +65,9 @@ class AcceptanceProcedure:
         Folder of the finished tests.
     temperature_c
         Of the room; `set_temperature` follows it.
+    charted
+        Takes the record of an interim check into its chart, before it counts as stored; None for
+        other tests.
     """
 
     def __init__(
@@ -156,7 +77,9 @@ class AcceptanceProcedure:
         body: ProbeBody,
         records: Path,
         temperature_c: float,
+        charted: Charted | None = None,
     ) -> None:
+        self._charted = charted
         self._session, self._rig, self._body, self._records = session, rig, body, records
         self._temperature = temperature_c
         self._lock = threading.RLock()
@@ -198,33 +121,14 @@ class AcceptanceProcedure:
             base = ProcedureView(
                 kind=GuidedKind.ACCEPTANCE, session=self._session.path,
                 rig=begun.instrument.rig, begun_utc=begun.utc, who=begun.made_by,
-                steps=self._steps(test), current=self._step, live=self._live, decision=decision,
+                steps=steps_of(test), current=self._step, live=self._live, decision=decision,
                 stored=stored, error=self._error, torn=_TORN if self._session.torn else "",
             )  # fmt: skip
             return GuidedAcceptanceView(
                 base=base, test=test, stage=self._session.stage, notes=begun.notes,
-                latest=_latest(test), hint=self._hint, temperature_c=self._temperature,
+                latest=latest_values(test), hint=self._hint, temperature_c=self._temperature,
                 outcome=self._outcome,
             )  # fmt: skip
-
-    def _steps(self, test: AcceptanceView) -> tuple[Step, ...]:
-        done = sum(test.done)
-        wanted = sum(len(one.points_world) * one.repeats for one in test.positions)
-        left = wanted - done
-        gate = OPEN if not left else Gate(False, f"{left} points to go.", "Take them.")
-        return (
-            Step(
-                "prepare", "Prepare",
-                "Place the artefact where it is held without play. Check what is fixed for this "
-                "test, then continue.",
-                OPEN,
-            ),
-            Step("measure", "Measure", test.instruction, gate, done, wanted),
-            Step(
-                "result", "Verdict", "Every error against its limit. Store the verdict.",
-                Gate(False, "The verdict is not stored.", "Store the verdict (A)."),
-            ),
-        )  # fmt: skip
 
     # Frames and points.
 
@@ -311,7 +215,7 @@ class AcceptanceProcedure:
         """Enter the next step; raise CalibrationError where its gate is closed."""
         del now
         with self._lock:
-            gate = self._steps(self._test)[self._step].gate
+            gate = steps_of(self._test)[self._step].gate
             if not gate.open:
                 raise CalibrationError("acceptance.gate", gate.reason, gate.remedy)
             self._step += 1
@@ -364,12 +268,12 @@ class AcceptanceProcedure:
                 self._test = self._session.view
             else:
                 record = self._session.record()
-            self.compute()
-            assert self._outcome is not None  # noqa: S101 - just computed
-            self._outcome = replace(
-                self._outcome, verdict=record.verdict, values=record.values,
-                quantities=record.quantities, void_reasons=record.void_reasons, record=record,
-                file=save_record(self._records, record),
+            chart = None if self._charted is None else self._charted(record, now)
+            self._error = None
+            self._outcome = AcceptanceOutcome(
+                verdict=record.verdict, values=record.values, quantities=record.quantities,
+                void_reasons=record.void_reasons, retests_left=self._test.retests_left,
+                record=record, file=save_record(self._records, record), chart=chart,
             )  # fmt: skip
 
     def keep(self, now: datetime, reason: str) -> None:
@@ -383,21 +287,3 @@ class AcceptanceProcedure:
             self._rig, self._body, STILL_FRAMES, resting=True, distance_mm=_APART_MM,
             turn_rad=_TURN_RAD,
         )  # fmt: skip
-
-
-def _latest(test: AcceptanceView) -> tuple[JudgedValue, ...]:
-    """Return the values of the position that was completed last."""
-    complete = [
-        one.name
-        for one, done in zip(test.positions, test.done, strict=True)
-        if done == len(one.points_world) * one.repeats
-    ]
-    if not complete:
-        return ()
-    return tuple(one for one in test.values if one.position == complete[-1])
-
-
-def worst_value(values: Sequence[JudgedValue]) -> int:
-    """Return the index of the value that is nearest to its limit or farthest beyond it."""
-    shares = [abs(one.error_mm) / one.limit_mm for one in values]
-    return int(np.argmax(shares))

@@ -15,6 +15,7 @@ from ocmm_core.acceptance import (
     RECORDS,
     SESSIONS,
     AcceptanceProcedure,
+    AcceptanceRecord,
     AcceptanceSession,
     ArtefactEntry,
     ArtefactOffer,
@@ -23,11 +24,13 @@ from ocmm_core.acceptance import (
     Instrument,
     InterimChart,
     InterimHistory,
+    InterimTest,
     OpenTest,
     ProcedureOffer,
     Stage,
     UsedArtefact,
     finished_tests,
+    note_check,
     offered_artefacts,
     offered_procedures,
     open_tests,
@@ -231,9 +234,14 @@ class AcceptanceBench:
         return self.cameras().store
 
     def _procedure(self, session: AcceptanceSession, temperature_c: float) -> AcceptanceProcedure:
+        checks = isinstance(session.stage.procedure.test, InterimTest)
         return AcceptanceProcedure(
-            session, self.cameras().rig, self.probe().body, self.tests() / RECORDS, temperature_c
-        )
+            session, self.cameras().rig, self.probe().body, self.tests() / RECORDS, temperature_c,
+            self._charted if checks else None,
+        )  # fmt: skip
+
+    def _charted(self, record: AcceptanceRecord, now: datetime) -> InterimChart:
+        return note_check(self.interim(), record, self.store(), now)
 
     def _shipped(self) -> dict[str, UsedArtefact]:
         if not self.shipped:
