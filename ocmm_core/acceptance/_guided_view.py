@@ -1,4 +1,4 @@
-"""What is shown of a guided acceptance test: its steps, its snapshot, and the words of its verdict."""
+"""What is shown of a guided acceptance test: steps, snapshot, and the words of its verdict."""
 
 from __future__ import annotations
 

@@ -23,6 +23,7 @@ from ocmm_core.errors import OcmmError
 
 SESSIONS, RECORDS = "sessions", "records"
 """Folders in that of the tests."""
+MOST_SHOWN, _NEWEST = 200, 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,25 +150,35 @@ def open_tests(folder: Path, instrument: Instrument) -> tuple[OpenTest, ...]:
         As it is now: a test of another one cannot go on.
     """
     found = []
-    for path in sorted((folder / SESSIONS).glob("*.chain")):
+    paths = sorted((folder / SESSIONS).glob("*.chain"), key=_made, reverse=True)
+    for index, path in enumerate(paths):
         try:
             session = AcceptanceSession.resume(path)
         except OcmmError as error:
             found.append(OpenTest(path, path.name, "", "", 0, 0, f"{error.what} {error.remedy}"))
             continue
-        view, begun = session.view, session.begun
-        if view.abandoned or (view.finished and _is_stored(folder, session)):
+        state = session.state
+        if state.abandoned is not None:
             continue
-        wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
-        one = OpenTest(path, view.title, begun.made_by, begun.utc, sum(view.done), wanted)
+        # Between verdict and record lies a moment: only the newest can have been caught in it.
+        if state.finished is not None and (index >= _NEWEST or _is_stored(folder, session)):
+            continue
+        begun, done = state.begun, sum(len(one) for one in state.taken)
+        wanted = done + state.missing()
+        title = state.stage.procedure.title
+        one = OpenTest(path, title, begun.made_by, begun.utc, done, wanted)
         changed = _changed(begun.instrument, instrument)
         found.append(replace(one, blocker=changed) if changed else one)
-    return tuple(sorted(found, key=lambda one: one.begun_utc, reverse=True))
+    return tuple(found)
+
+
+def _made(path: Path) -> float:
+    return path.stat().st_mtime
 
 
 def _is_stored(folder: Path, session: AcceptanceSession) -> bool:
-    number = session.record().number
-    return any(one.record.number == number for one in finished_tests(folder)[0])
+    finished, _ = finished_tests(folder, _NEWEST)
+    return any(one.record.chain_head == session.head for one in finished)
 
 
 def _changed(then: Instrument, now: Instrument) -> str:
@@ -182,10 +193,19 @@ def _changed(then: Instrument, now: Instrument) -> str:
     return ""
 
 
-def finished_tests(folder: Path) -> tuple[tuple[FinishedTest, ...], tuple[str, ...]]:
-    """Return the records of a folder, the newest first, and why others cannot be read."""
+def finished_tests(
+    folder: Path, most: int = MOST_SHOWN
+) -> tuple[tuple[FinishedTest, ...], tuple[str, ...]]:
+    """Return the records of a folder, the newest first, and why others cannot be read.
+
+    Parameters
+    ----------
+    most
+        So many of the newest files at most: each is read and its hash compared.
+    """
     found, unread = [], []
-    for path in sorted((folder / RECORDS).glob("*.json")):
+    paths = sorted((folder / RECORDS).glob("*.json"), key=_made, reverse=True)
+    for path in paths[:most]:
         try:
             found.append(FinishedTest(path, load_record(path)))
         except OcmmError as error:

@@ -41,9 +41,9 @@ class AcceptanceSession:
                 f"{chain.path}: this is no session of an acceptance test.",
                 "Choose another file, or begin a new test.",
             )
-        self._state = SessionState(first)
+        self.state = SessionState(first)
         for line in chain.items[1:]:
-            self._state.fold(line.event)
+            self.state.fold(line.event)
 
     @classmethod
     def begin(
@@ -124,8 +124,8 @@ class AcceptanceSession:
                 "Give it in degrees Celsius.",
             )
         with self._lock:
-            self._state.require_open()
-            state, utc = self._state, utc_text(now)
+            self.state.require_open()
+            state, utc = self.state, utc_text(now)
             current, before = state.current(), state.last_touched()
             if before >= 0 and before != current:
                 name = state.plan[before].name
@@ -157,8 +157,8 @@ class AcceptanceSession:
             The point is refused, with the reason, which is logged; or nothing is to be taken.
         """
         with self._lock:
-            self._state.require_open()
-            state = self._state
+            self.state.require_open()
+            state = self.state
             position = state.require_next()
             plan, tip = state.plan[position], np.asarray(tip_world, dtype=np.float64)
             require_usable(tip)
@@ -184,18 +184,18 @@ class AcceptanceSession:
     @property
     def notes(self) -> tuple[str, ...]:
         """Return what of the advice could not be followed, and what only warns."""
-        return self._state.begun.notes
+        return self.state.begun.notes
 
     @property
     def current(self) -> int:
         """Return the position whose points come next; -1 where all were taken."""
         with self._lock:
-            return self._state.current()
+            return self.state.current()
 
     def hint(self, tip_world: Float) -> str:
         """Return why a ball at rest would be refused now; empty where it would be taken."""
         with self._lock:
-            position = self._state.current()
+            position = self.state.current()
             return "" if position < 0 else judge_point(self.situation(), position, tip_world)
 
     def retest(self, now: datetime) -> Retest:
@@ -207,13 +207,13 @@ class AcceptanceSession:
             Points are missing, nothing failed, too much did, or no retest is left.
         """
         with self._lock:
-            self._state.require_open()
-            self._state.require_complete()
+            self.state.require_open()
+            self.state.require_complete()
             allowed = self.stage.procedure.retests_allowed
-            if self._state.retests >= allowed:
+            if self.state.retests >= allowed:
                 raise CalibrationError(
                     "acceptance.retests",
-                    f"{self._state.retests} of {allowed} retests were made.",
+                    f"{self.state.retests} of {allowed} retests were made.",
                     "Finish the test with this result.",
                 )
             positions = kind_of(self.stage).retest(self.situation())
@@ -223,7 +223,7 @@ class AcceptanceSession:
     def open_end(self) -> str:
         """Return what a verdict still needs, in one sentence; empty where it may be given."""
         with self._lock:
-            return self._state.open_end()
+            return self.state.open_end()
 
     def finish(self, now: datetime, temperature_c: float, remark: str = "") -> AcceptanceRecord:
         """Give the verdict and return the record.
@@ -239,54 +239,54 @@ class AcceptanceSession:
             Points are missing, or a corner of the volume was not reached.
         """
         with self._lock:
-            self._state.require_open()
-            self._state.require_complete()
+            self.state.require_open()
+            self.state.require_complete()
             missing = self.open_end()
             if missing:
                 raise CalibrationError(
                     "acceptance.open_end", missing, "Begin a new test whose plan reaches it."
                 )
             self.note_temperature(temperature_c, now)
-            verdict = self._state.verdict()
+            verdict = self.state.verdict()
             self._append(log.Finished(utc=utc_text(now), verdict=verdict, remark=remark))
             return self.record()
 
     def abandon(self, now: datetime, reason: str) -> None:
         """End the test without a verdict; its file stays, and nothing is added to it any more."""
         with self._lock:
-            self._state.require_open()
+            self.state.require_open()
             self._append(log.Abandoned(utc=utc_text(now), reason=reason))
 
     def record(self) -> AcceptanceRecord:
         """Return the record of a finished test; raise CalibrationError where it is not."""
         with self._lock:
-            return self._state.record(self._chain.links[0][:12], self._chain.links[-1])
+            return self.state.record(self._chain.links[0][:12], self._chain.links[-1])
 
     # What is seen.
 
     @property
     def stage(self) -> Stage:
         """Return what is tested, how, and with what."""
-        return self._state.stage
-
-    @property
-    def begun(self) -> log.Begun:
-        """Return the first line: who, where, when."""
-        return self._state.begun
+        return self.state.stage
 
     @property
     def view(self) -> log.AcceptanceView:
         """Return the snapshot."""
         with self._lock:
-            return self._state.view()
+            return self.state.view()
 
     def situation(self) -> Situation:
         """Return what was taken."""
-        return self._state.situation()
+        return self.state.situation()
 
     def needs_temperature(self) -> bool:
         """Return whether the temperature is to be noted before the next point."""
-        return self._state.needs_temperature()
+        return self.state.needs_temperature()
+
+    @property
+    def head(self) -> str:
+        """Return the hash of the last line: `AcceptanceRecord.chain_head` of a finished test."""
+        return self._chain.links[-1]
 
     @property
     def torn(self) -> bool:
@@ -297,4 +297,4 @@ class AcceptanceSession:
 
     def _append(self, event: log.Event) -> None:
         self._chain.append(log.Line(event))
-        self._state.fold(event)
+        self.state.fold(event)

@@ -3,7 +3,7 @@
 In: arrays and results of the core. Out: painted widgets in the colours of the theme.
 
 Read `_plot` (the frame of all plots), then by subject: `_tolerance_bar` and `_trend_chart`
-(results), `_residual_plots`, `_space_plot`, `_error_chart` and `_history_charts` (cameras),
+(results), `_residual_plots`, `_space_plot`, `_error_chart` and `_history_charts` (cameras), `_interim_plot` (checks),
 `_pivot_plots`, `_sphere_map`, `_trail_plot` and `_design_plots` (probe), `_bus_charts`, `_bars`.
 It must not know sheets, wizards or the station: a chart is given what it draws.
 """
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ocmm_gui.charts._design_plots import BendingPlot, MapPlot
     from ocmm_gui.charts._error_chart import ErrorChart, group_of
     from ocmm_gui.charts._history_charts import HistoryChart
+    from ocmm_gui.charts._interim_plot import InterimPlot
     from ocmm_gui.charts._pivot_plots import SpotResiduals, TipCourse
     from ocmm_gui.charts._plot import Plot
     from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
@@ -36,6 +37,7 @@ else:
         _design_plots="BendingPlot MapPlot",
         _error_chart="ErrorChart group_of",
         _history_charts="HistoryChart",
+        _interim_plot="InterimPlot",
         _pivot_plots="SpotResiduals TipCourse",
         _plot="Plot",
         _residual_plots="AllSensors ResidualHistogram",
@@ -54,6 +56,7 @@ __all__ = [
     "ErrorChart",
     "HistogramChart",
     "HistoryChart",
+    "InterimPlot",
     "MapPlot",
     "Mapped",
     "Plot",

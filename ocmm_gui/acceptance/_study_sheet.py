@@ -1,0 +1,5 @@
+from ocmm_gui.kit import Sheet
+
+
+class StudySheet(Sheet):
+    pass
