@@ -54,6 +54,7 @@ if TYPE_CHECKING:
         offered_artefacts,
         offered_procedures,
         open_tests,
+        typed_entry,
     )
     from ocmm_core.acceptance._part_u import (
         LEAST_RESULTS,
@@ -80,6 +81,7 @@ if TYPE_CHECKING:
         save_record,
     )
     from ocmm_core.acceptance._register import (
+        ARTEFACT_KINDS,
         ARTEFACT_SCHEMA,
         ArtefactEntry,
         ArtefactKind,
@@ -134,7 +136,7 @@ else:
         _kinds="KINDS kind_of plan_of values_of",
         _offers=(
             "ArtefactOffer FinishedTest OpenTest ProcedureOffer RECORDS SESSIONS finished_tests "
-            "offered_artefacts offered_procedures open_tests"
+            "offered_artefacts offered_procedures open_tests typed_entry"
         ),
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
         _procedure=(
@@ -142,8 +144,8 @@ else:
         ),
         _recompute="differences load_record recompute recompute_tips save_record",
         _register=(
-            "ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister check_entry "
-            "default_artefact_folder load_artefact load_used used_bar used_sphere"
+            "ARTEFACT_KINDS ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister "
+            "check_entry default_artefact_folder load_artefact load_used used_bar used_sphere"
         ),
         _result=(
             "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
@@ -158,6 +160,7 @@ else:
     )
 
 __all__ = [
+    "ARTEFACT_KINDS",
     "ARTEFACT_SCHEMA",
     "KINDS",
     "LEAST_RESULTS",
@@ -241,6 +244,7 @@ __all__ = [
     "sphere_values",
     "spots_hash",
     "thickness",
+    "typed_entry",
     "used_bar",
     "used_sphere",
     "values_of",

@@ -6,24 +6,36 @@ why it is refused.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from datetime import datetime
 from pathlib import Path
+from typing import cast
 
 from ocmm_core.acceptance._guards import artefact_findings
 from ocmm_core.acceptance._kinds import kind_of
 from ocmm_core.acceptance._procedure import Procedure, load_procedure, procedure_files
 from ocmm_core.acceptance._recompute import load_record
+from ocmm_core.acceptance._register import (
+    ARTEFACT_KINDS,
+    ARTEFACT_SCHEMA,
+    ArtefactEntry,
+    ArtefactKind,
+    check_entry,
+)
 from ocmm_core.acceptance._result import AcceptanceRecord, Instrument, UsedArtefact
 from ocmm_core.acceptance._session import AcceptanceSession
 from ocmm_core.acceptance._situation import Stage
 from ocmm_core.calibration.records import ArtefactUse
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError
 
 SESSIONS, RECORDS = "sessions", "records"
 """Folders in that of the tests."""
 MOST_SHOWN, _NEWEST = 200, 4
+_TEXTS = (
+    "id", "name", "maker", "serial", "laboratory", "certificate", "certificate_sha256", "due_utc",
+    "supports", "source",
+)  # fmt: skip
 
 
 @dataclass(frozen=True, slots=True)
@@ -212,3 +224,56 @@ def finished_tests(
             unread.append(error.what)
     found.sort(key=lambda one: one.record.ended_utc, reverse=True)
     return tuple(found), tuple(unread)
+
+
+def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
+    """Return an entry of the register from what was typed, or read from a certificate.
+
+    Parameters
+    ----------
+    fields
+        Texts by name: those of `ArtefactEntry`; ``sizes`` parted by blanks or semicolons, mm;
+        ``due_utc`` as a date. What is empty and has a default takes it.
+
+    Raises
+    ------
+    InputError
+        A field is no number, or cannot be meant.
+    """
+
+    def number(name: str) -> float:
+        text = fields.get(name, "").strip().replace(",", ".")
+        if not text and name in ("expanded_per_length", "form"):
+            return 0.0
+        try:
+            return float(text)
+        except ValueError as error:
+            raise InputError(
+                "artefact.field", f"Field '{name}' is {text!r}, which is not a number.",
+                "Type a number; lengths in mm.",
+            ) from error  # fmt: skip
+
+    def size(text: str) -> float:
+        try:
+            return float(text.replace(",", "."))
+        except ValueError as error:
+            raise InputError(
+                "artefact.field", f"Field 'sizes' has {text!r}, which is not a number.",
+                "Type numbers in mm, parted by blanks.",
+            ) from error  # fmt: skip
+
+    given = {name: fields.get(name, "").strip() for name in _TEXTS}
+    kinds = ARTEFACT_KINDS
+    if fields.get("kind") not in kinds:
+        raise InputError(
+            "artefact.kind", f"The kind is {fields.get('kind')!r}.", f"Give {', '.join(kinds)}."
+        )
+    sizes = tuple(size(one) for one in fields.get("sizes", "").replace(";", " ").split())
+    entry = ArtefactEntry(
+        schema=ARTEFACT_SCHEMA, unit="mm", kind=cast("ArtefactKind", fields["kind"]),
+        sizes=sizes, expanded=number("expanded"), form=number("form"),
+        expanded_per_length=number("expanded_per_length"), expansion=number("expansion"),
+        expansion_sigma=number("expansion_sigma"), **given,
+    )  # fmt: skip
+    check_entry(entry, "artefact")
+    return entry

@@ -1,6 +1,6 @@
 """Acceptance tests in the window: choose, measure, verdict; artefacts, interim checks and studies.
 
-In: `composition.AcceptanceBench`, and guided tests of `acceptance`. Out: pages for Maintain, sheets,
+In: `composition.AcceptanceBench`, guided tests of `acceptance`. Out: pages for Maintain, sheets,
 and the running test with the rail and the keys of a wizard.
 
 Read `_desk` (choose or resume, then run), `_start_page`, `_measure_page` with `_touch_picture`, and

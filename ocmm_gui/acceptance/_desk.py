@@ -183,6 +183,9 @@ class AcceptanceDesk(QStackedWidget):
             driver, _TEXTS, self._pages(procedure),
             {"repeat": lambda: driver.do(procedure.retest)},
         )  # fmt: skip
+        # What is repeated here is what the procedure allows, which is a line in one of them only.
+        runner.actions_by_key["repeat"].setText(tr("Retest"))
+        runner.buttons["repeat"].setText(tr("Retest\n[N]"))
         runner.left.connect(self.leave)
         runner.sounded.connect(self.sounded)
         driver.taken.connect(self.taken)

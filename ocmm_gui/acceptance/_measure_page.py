@@ -1,4 +1,4 @@
-"""The page on which a test is measured: where to, how far, and the last errors against their MPE."""
+"""The page on which a test is measured: where to, how far, and the last errors with their MPE."""
 
 from __future__ import annotations
 

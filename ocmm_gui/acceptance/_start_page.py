@@ -24,7 +24,7 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     ChoiceBox,
-    DataTable,
+    NumberTable,
     PlainLabel,
     Theme,
     later,
@@ -33,6 +33,7 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    tr_all,
 )
 
 _COLUMNS = (
@@ -53,9 +54,9 @@ _CONDITIONS = (
 )
 _ROLES = {
     "bar": later("length bar"), "sphere": later("sphere"), "block": later("gauge block"),
-    "plate": later("plate"), "dumbbell": later("two spheres on a bar"), "cone": later("cone"),
+    "plate": later("plate"), "dumbbell": later("dumbbell"), "cone": later("cone"),
 }  # fmt: skip
-_ROW_PX, _SIDE_PX = 34, 470
+_ROW_PX, _SIDE_PX = 34, 440
 
 
 class AcceptanceStart(QWidget):
@@ -77,11 +78,14 @@ class AcceptanceStart(QWidget):
         self._open: tuple[OpenTest, ...] = ()
         title = PlainLabel(tr("Acceptance test"))
         title.setFont(text_font(24, bold=True))
-        self.table = DataTable(tr("Procedures"), [(tr(a), tr(b)) for a, b in _COLUMNS])
+        self.table = NumberTable(tr("Procedures"), tr_all(_COLUMNS), whole=False)
         self.table.setFont(text_font(15))
         header = self.table.horizontalHeader()
-        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        for column, width in ((1, 180), (2, 126), (3, 44)):
+            self.table.setColumnWidth(column, width)
+        self.table.setWordWrap(False)
         self.table.itemSelectionChanged.connect(self._choose)
         self.limits = sentence_label(tr("Limits of the procedure"), 14)
         self.artefacts = _list(tr("Artefacts"))
@@ -118,6 +122,9 @@ class AcceptanceStart(QWidget):
             words = (known.title, f"{known.standard}:{known.edition}", needs, f"{known.minutes:g}")
             self.table.show_words(index, words)
             self.table.setRowHeight(index, _ROW_PX)
+            title = self.table.item(index, 0)
+            if title is not None:
+                title.setToolTip(literal(f"{known.id}: {known.title}"))
             if known.id == first:
                 row = index
         self.table.blockSignals(False)

@@ -1,4 +1,4 @@
-"""The page of Maintain: tests that were made, tests that are open, and the chart of interim checks."""
+"""The page of Maintain: tests that were made, open tests, and the chart of interim checks."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ocmm_core.acceptance import FinishedTest
 from ocmm_core.composition import AcceptanceBench
 from ocmm_core.errors import OcmmError
 from ocmm_gui.charts import InterimPlot
-from ocmm_gui.kit import DataTable, later, panel, sentence_label, tr
+from ocmm_gui.kit import NumberTable, later, panel, sentence_label, text_font, tr, tr_all
 
 _COLUMNS = (
     (later("Verdict"), later("Of the whole test")),
@@ -47,7 +47,8 @@ class TestsPage(QWidget):
         self._bench, self._clock = bench, clock
         self._shown: tuple[FinishedTest, ...] = ()
         self.about = sentence_label(tr("About the tests"), 15)
-        self.table = DataTable(tr("Acceptance tests"), [(tr(a), tr(b)) for a, b in _COLUMNS])
+        self.table = NumberTable(tr("Acceptance tests"), tr_all(_COLUMNS), whole=False)
+        self.table.setFont(text_font(14))
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)

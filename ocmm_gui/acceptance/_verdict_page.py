@@ -2,8 +2,16 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QPushButton, QVBoxLayout
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QFrame,
+    QHBoxLayout,
+    QHeaderView,
+    QPushButton,
+    QScrollArea,
+    QVBoxLayout,
+    QWidget,
+)
 
 from ocmm_core.acceptance import AcceptanceOutcome, GuidedAcceptanceView, Verdict, worst_value
 from ocmm_gui.acceptance._checks import checks_of
@@ -11,9 +19,9 @@ from ocmm_gui.charts import ErrorChart, InterimPlot
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
-    DataTable,
     FitText,
     Mark,
+    NumberTable,
     Theme,
     later,
     literal,
@@ -22,6 +30,7 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    tr_all,
 )
 from ocmm_gui.wizards.parts import Facts, PlotTabs, Seen, StepPage
 
@@ -63,7 +72,7 @@ class AcceptanceVerdictPage(StepPage):
         self.facts = Facts(tr("Figures of the verdict"))
         self.chart = ErrorChart()
         self.interim = InterimPlot()
-        self.values = DataTable(tr("Every value"), [(tr(a), tr(b)) for a, b in _COLUMNS])
+        self.values = NumberTable(tr("Every value"), tr_all(_COLUMNS), whole=False)
         header = self.values.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
         header.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
@@ -134,9 +143,8 @@ class AcceptanceVerdictPage(StepPage):
         facts = [
             (
                 one.quantity,
-                tr("{error:+.1f} ± {u:.1f} µm, limit {limit:.1f} µm: {verdict}").format(
-                    error=1e3 * one.error_mm, u=1e3 * one.expanded_mm, limit=1e3 * one.limit_mm,
-                    verdict=one.verdict.value,
+                tr("{error:+.1f} ± {u:.1f} µm, limit {limit:.1f}").format(
+                    error=1e3 * one.error_mm, u=1e3 * one.expanded_mm, limit=1e3 * one.limit_mm
                 ),
             )
             for one in outcome.quantities
@@ -177,9 +185,23 @@ class AcceptanceVerdictPage(StepPage):
     def _lay_out(self) -> None:
         right = QVBoxLayout()
         right.setSpacing(10)
-        for widget in (self._word, self._simulated, self.sentence, self.facts):
-            right.addWidget(widget)
-        right.addStretch(1)
+        told = QVBoxLayout()
+        told.setContentsMargins(0, 0, 6, 0)
+        told.setSpacing(10)
+        told.addWidget(self.sentence)
+        told.addWidget(self.facts)
+        told.addStretch(1)
+        holder = QWidget()
+        holder.setLayout(told)
+        area = QScrollArea()
+        area.setAccessibleName(tr("Figures and reasons"))
+        area.setWidgetResizable(True)
+        area.setFrameShape(QFrame.Shape.NoFrame)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setWidget(holder)
+        right.addWidget(self._word)
+        right.addWidget(self._simulated)
+        right.addWidget(area, 1)
         for button in (self.record, self.paper):
             button.setFont(text_font(15, bold=True))
             button.setMinimumHeight(44)

@@ -3,8 +3,9 @@
 In: arrays and results of the core. Out: painted widgets in the colours of the theme.
 
 Read `_plot` (the frame of all plots), then by subject: `_tolerance_bar` and `_trend_chart`
-(results), `_residual_plots`, `_space_plot`, `_error_chart` and `_history_charts` (cameras), `_interim_plot` (checks),
-`_pivot_plots`, `_sphere_map`, `_trail_plot` and `_design_plots` (probe), `_bus_charts`, `_bars`.
+(results), `_residual_plots`, `_space_plot`, `_error_chart` and `_history_charts` (cameras),
+`_interim_plot` (checks), `_study_plots` (gauge studies), `_pivot_plots`, `_sphere_map`,
+`_trail_plot` and `_design_plots` (probe), `_bus_charts`, `_bars`.
 It must not know sheets, wizards or the station: a chart is given what it draws.
 """
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
     from ocmm_gui.charts._space_plot import SpaceArrows
     from ocmm_gui.charts._sphere_map import Mapped, SphereMap
+    from ocmm_gui.charts._study_plots import ComponentsPlot, OperatorsPlot, RunPlot
     from ocmm_gui.charts._tolerance_bar import ToleranceBar
     from ocmm_gui.charts._trail_plot import Trail, TrailPlot
     from ocmm_gui.charts._trend_chart import TrendChart
@@ -43,6 +45,7 @@ else:
         _residual_plots="AllSensors ResidualHistogram",
         _space_plot="SpaceArrows",
         _sphere_map="Mapped SphereMap",
+        _study_plots="ComponentsPlot OperatorsPlot RunPlot",
         _tolerance_bar="ToleranceBar",
         _trail_plot="Trail TrailPlot",
         _trend_chart="TrendChart",
@@ -52,6 +55,7 @@ __all__ = [
     "AllSensors",
     "Bars",
     "BendingPlot",
+    "ComponentsPlot",
     "Curve",
     "ErrorChart",
     "HistogramChart",
@@ -59,10 +63,12 @@ __all__ = [
     "InterimPlot",
     "MapPlot",
     "Mapped",
+    "OperatorsPlot",
     "Plot",
     "RecentChart",
     "ResidualHistogram",
     "Row",
+    "RunPlot",
     "SpaceArrows",
     "SphereMap",
     "SpotResiduals",

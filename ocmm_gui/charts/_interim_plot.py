@@ -22,6 +22,7 @@ class InterimPlot(Plot):
     def __init__(self) -> None:
         super().__init__(tr("Interim checks, error in µm"))
         self._chart: InterimChart | None = None
+        self._say(tr("no checks yet"))
 
     def show_chart(self, chart: InterimChart) -> None:
         """Show all checks of a chart."""
@@ -76,7 +77,7 @@ class InterimPlot(Plot):
         chart: InterimChart,
         limit: float,
         y: Callable[[float], float],
-    ) -> None:
+    ) -> None:  # fmt: skip
         levels = [(tr("limit"), limit, Qt.PenStyle.SolidLine)]
         levels += [(tr("limit"), -limit, Qt.PenStyle.SolidLine)]
         if math.isfinite(chart.centre):

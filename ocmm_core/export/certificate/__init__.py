@@ -17,7 +17,11 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.certificate._artefact import Expansion, artefact_text
+    from ocmm_core.export.certificate._artefact import (
+        Expansion,
+        artefact_fields,
+        artefact_text,
+    )
     from ocmm_core.export.certificate._content import (
         SIMULATED_WORDS,
         Certificate,
@@ -40,7 +44,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefact="Expansion artefact_text",
+        _artefact="Expansion artefact_fields artefact_text",
         _content=(
             "SIMULATED_WORDS Certificate CertificateLine CertificateRun CertificateValue "
             "Conformity certificate_facts open_certificate_clauses"
@@ -64,6 +68,7 @@ __all__ = [
     "Dcc",
     "DccQuantity",
     "Expansion",
+    "artefact_fields",
     "artefact_text",
     "certificate_facts",
     "certificate_of_acceptance",
