@@ -249,6 +249,8 @@ def note_check(
         return history.chart(check.calibration, check.artefact, check.tip)
     chart = history.add(check)
     if chart.word is InterimWord.STOP and store is not None:
-        reason = f"The interim check is out: {chart.points[-1].reason}"
-        store.suspect(record.made_by, reason, chart.last_good, now)
+        reason = f"The interim check is out ({record.number}): {chart.points[-1].reason}"
+        # Whoever was interrupted between chart and store asks once more; it is held back once.
+        if all(one.reason != reason for one in store.events):
+            store.suspect(record.made_by, reason, chart.last_good, now)
     return chart

@@ -83,7 +83,7 @@ class AcceptanceDesk(QStackedWidget):
         self.bench = bench
         self._tap, self._who, self._clock = tap, who, clock
         self._theme = THEMES[DEFAULT_THEME]
-        self._procedures: tuple[ProcedureOffer, ...] = ()
+        self.procedures: tuple[ProcedureOffer, ...] = ()
         self.runner: Runner | None = None
         self.start = AcceptanceStart()
         self.addWidget(self.start)
@@ -99,15 +99,15 @@ class AcceptanceDesk(QStackedWidget):
         self.setCurrentWidget(self.start)
         now, trouble = self._clock(), ""
         try:
-            self._procedures = self.bench.procedures(now)
+            self.procedures = self.bench.procedures(now)
             unfinished = self.bench.unfinished(now)
         except OcmmError as error:
-            self._procedures, unfinished = (), ()
+            self.procedures, unfinished = (), ()
             trouble = f"{error.what} {error.remedy}"
         proposals = {"who": self._who()}
         if self.bench.is_virtual:
             proposals["temperature"] = f"{_USUAL_C:g}"
-        self.start.ask(self._procedures, unfinished, proposals, first)
+        self.start.ask(self.procedures, unfinished, proposals, first)
         if trouble:
             self.start.show_trouble(trouble)
 
@@ -131,7 +131,7 @@ class AcceptanceDesk(QStackedWidget):
         self._theme = theme
 
     def _choose(self, row: int) -> None:
-        offer = self._procedures[row]
+        offer = self.procedures[row]
         try:
             warm = temperature(self.start.value("temperature"))
             found = self.bench.offers(offer, self._clock(), _USUAL_C if warm is None else warm)
@@ -148,7 +148,7 @@ class AcceptanceDesk(QStackedWidget):
         start = self.start
         if start.row() < 0:
             raise InputError("acceptance.none", "No procedure chosen.", "Choose one.")
-        offer, chosen = self._procedures[start.row()], start.artefact()
+        offer, chosen = self.procedures[start.row()], start.artefact()
         if chosen is not None and chosen.refusal:
             raise InputError("acceptance.artefact", chosen.refusal, "")
         given = Conditions(
