@@ -120,13 +120,14 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
     # Numerical libraries take a second to load: something is on the screen before that.
     splash = _splash(app, parsed.source, options)
     try:
-        from ocmm_core.composition import build_station
+        from ocmm_core.composition import AcceptanceBench, build_station
         from ocmm_gui.bridge import StationBridge
         from ocmm_gui.kit import ErrorHooks, NoticeCentre, SoundPlayer
         from ocmm_gui.window import MainWindow
 
         _end_on_signals(app)
-        built = build_station(_request(parsed))
+        request = _request(parsed)
+        built = build_station(request)
     finally:
         splash.close()
         splash.deleteLater()
@@ -145,6 +146,7 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 sounds=SoundPlayer(enabled=options.sound),
                 theme=options.theme,
                 out=options.export,
+                bench=AcceptanceBench(request, built.recorded),
             )
             _show(window, options)
             gc.freeze()

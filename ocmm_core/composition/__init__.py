@@ -7,7 +7,8 @@ Read `_compose` first, it puts all together; `_sources` (one entry a source of f
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
 source), `_climate`, `_stream_options`, `_defaults`. `_kernels` lists what is compiled, `_compile`
 does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
-`_acceptance_scenes` and `_truth` are what the virtual rig needs.
+`_acceptance_scenes` and `_truth` are what the virtual rig needs. `_acceptance_site` is what an
+acceptance test stands on, `_acceptance_bench` the same for a window that stays open.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
 
@@ -18,13 +19,22 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.composition._acceptance_bench import AcceptanceBench, Conditions
     from ocmm_core.composition._acceptance_scenes import (
+        VirtualHand,
         acceptance_feed,
-        artefacts_used_before,
         collect_acceptance,
-        instrument_of,
-        require_recorded,
         scenes_of_acceptance,
+    )
+    from ocmm_core.composition._acceptance_site import (
+        AcceptanceSite,
+        artefacts_used_before,
+        default_test_folder,
+        instrument_of,
+        named_artefact,
+        open_test_site,
+        require_recorded,
+        tests_folder,
     )
     from ocmm_core.composition._calibrate_scenes import (
         VirtualSite,
@@ -70,9 +80,11 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _acceptance_scenes=(
-            "acceptance_feed artefacts_used_before collect_acceptance instrument_of "
-            "require_recorded scenes_of_acceptance"
+        _acceptance_bench="AcceptanceBench Conditions",
+        _acceptance_scenes="VirtualHand acceptance_feed collect_acceptance scenes_of_acceptance",
+        _acceptance_site=(
+            "AcceptanceSite artefacts_used_before default_test_folder instrument_of named_artefact "
+            "open_test_site require_recorded tests_folder"
         ),
         _calibrate_scenes=(
             "VirtualSite scenes_of_known_points scenes_of_relocation scenes_of_verification"
@@ -104,13 +116,17 @@ __all__ = [
     "RECOMMENDED_RIG",
     "SOURCES",
     "STANDARD_PROBE",
+    "AcceptanceBench",
+    "AcceptanceSite",
     "BuiltStation",
     "ClimateRequest",
+    "Conditions",
     "Feed",
     "NamedSource",
     "Origin",
     "SourceSpec",
     "StationRequest",
+    "VirtualHand",
     "VirtualSite",
     "acceptance_feed",
     "artefacts_used_before",
@@ -123,12 +139,15 @@ __all__ = [
     "collect_acceptance",
     "compile_all",
     "compile_group",
+    "default_test_folder",
     "identities",
     "instrument_of",
     "kernel_groups",
     "make_feed",
     "measured_checks",
+    "named_artefact",
     "names_in_words",
+    "open_test_site",
     "origin_of",
     "part_as_planned",
     "part_text",
@@ -143,5 +162,6 @@ __all__ = [
     "source_help",
     "source_of",
     "stream_options",
+    "tests_folder",
     "true_values",
 ]
