@@ -5,8 +5,8 @@ Out: a source made ready, the calibration that belongs to it, and a station read
 
 Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
-source), `_climate`, `_stream_options`, `_defaults`. `_kernels` lists what is compiled, `_compile`
-does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
+source), `_climate`, `_stream_options`, `_defaults`, `_from_settings` (what the window measures
+with). `_kernels` lists what is compiled, `_compile` does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
 `_acceptance_scenes` and `_truth` are what the virtual rig needs.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._feed_makers import identities, script_of, segment_of
     from ocmm_core.composition._feeds import Feed, StationRequest
+    from ocmm_core.composition._from_settings import Errand, request_of_settings
     from ocmm_core.composition._kernels import kernel_groups
     from ocmm_core.composition._model_part import part_as_planned, part_text
     from ocmm_core.composition._sources import (
@@ -84,6 +85,7 @@ else:
         _defaults="DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
         _feed_makers="identities script_of segment_of",
         _feeds="Feed StationRequest",
+        _from_settings="Errand request_of_settings",
         _kernels="kernel_groups",
         _model_part="part_as_planned part_text",
         _sources=(
@@ -106,6 +108,7 @@ __all__ = [
     "STANDARD_PROBE",
     "BuiltStation",
     "ClimateRequest",
+    "Errand",
     "Feed",
     "NamedSource",
     "Origin",
@@ -132,6 +135,7 @@ __all__ = [
     "origin_of",
     "part_as_planned",
     "part_text",
+    "request_of_settings",
     "require_recorded",
     "scene_of_tip",
     "scenes_of_acceptance",
