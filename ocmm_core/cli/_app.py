@@ -97,8 +97,8 @@ app = typer.Typer(
     "of a hand-held probe; OCMM computes the position of its ball, fits features to the "
     "probed points and evaluates their tolerances.\n\nWithout a command, the window opens with its "
     "Start page; where there is no display, this help is printed.\n\nExit codes: 0 every "
-    "characteristic conforms, 1 one does not or is not proven to, 2 not or not completely measured, 3 "
-    "program failure: the message names the cause and a log file.",
+    "characteristic conforms, 1 one does not or is not proven to, 2 not or not completely "
+    "measured, 3 program failure: the message names the cause and a log file.",
     epilog="To try it: ocmm demo. The rig, probe, part and plan documents in the resources "
     "folder are templates for your own.",
 )

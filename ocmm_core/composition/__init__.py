@@ -6,7 +6,8 @@ Out: a source made ready, the calibration that belongs to it, and a station read
 Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
 source), `_climate`, `_stream_options`, `_defaults`, `_from_settings` (what the window measures
-with). `_kernels` lists what is compiled, `_compile` does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
+with), `_station_state` (in words). `_kernels` lists what is compiled, `_compile` does it.
+`_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
 `_acceptance_scenes` and `_truth` are what the virtual rig needs.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
@@ -65,6 +66,7 @@ if TYPE_CHECKING:
         source_of,
     )
     from ocmm_core.composition._station_checks import measured_checks
+    from ocmm_core.composition._station_state import StateLine, StationState, station_state
     from ocmm_core.composition._stream_options import stream_options
     from ocmm_core.composition._tip_scenes import scene_of_tip
     from ocmm_core.composition._truth import true_values
@@ -93,6 +95,7 @@ else:
             "source_of"
         ),
         _station_checks="measured_checks",
+        _station_state="StateLine StationState station_state",
         _stream_options="stream_options",
         _tip_scenes="scene_of_tip",
         _truth="true_values",
@@ -113,7 +116,9 @@ __all__ = [
     "NamedSource",
     "Origin",
     "SourceSpec",
+    "StateLine",
     "StationRequest",
+    "StationState",
     "VirtualSite",
     "acceptance_feed",
     "artefacts_used_before",
@@ -146,6 +151,7 @@ __all__ = [
     "segment_of",
     "source_help",
     "source_of",
+    "station_state",
     "stream_options",
     "true_values",
 ]
