@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 
-from ocmm_core.calibration.records import CalibrationView, ProbeView, ViewInUse, judge
+from ocmm_core.calibration.records import CalibrationView, ProbeView, judge
 from ocmm_core.composition._calibration_choice import choose_calibration, choose_probe
 from ocmm_core.composition._sources import Origin, origin_of
 from ocmm_core.errors import OcmmError
@@ -85,19 +85,19 @@ def station_state(settings: Settings, now: datetime | None = None) -> StationSta
             ),
             now,
         )
-        lines.append(_line("Tip", f"{tip.title}.", tip, tip.due_utc, now))
+        lines.append(_line("Tip", f"Probe {tip.title}.", tip, tip.due_utc, now))
     except OcmmError as error:
         lines.append(_fault("Tip", error))
     return StationState(simulated, tuple(lines))
 
 
 def _cameras(view: CalibrationView, now: datetime) -> StateLine:
-    due = "" if view.record is None else view.record.due_utc
-    return _line("Cameras", f"{view.rig}.", view, due, now)
+    due = "" if view.record is None else view.record.valid_until_utc
+    return _line("Cameras", f"Rig {view.rig}.", view, due, now)
 
 
 def _line(
-    what: str, name: str, view: CalibrationView | ProbeView | ViewInUse, due: str, now: datetime
+    what: str, name: str, view: CalibrationView | ProbeView, due: str, now: datetime
 ) -> StateLine:
     told = [name]
     if view.blocker is not None:

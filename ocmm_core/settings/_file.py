@@ -164,21 +164,21 @@ class SettingsFile:
                 ),
             )
         entries: dict[str, Any] = {"schema": SETTINGS_SCHEMA}
-        for section, items in now.entries.items():
-            entries[section] = dict(items) if isinstance(items, Mapping) else items
+        for name, items in now.entries.items():
+            entries[name] = dict(items) if isinstance(items, Mapping) else items
         for key, value in wanted.items():
             spec = spec_of(key)
-            section = entries.get(spec.section)
-            if not isinstance(section, dict):
-                section = entries[spec.section] = {}
+            found = entries.get(spec.section)
+            table: dict[str, Any] = found if isinstance(found, dict) else {}
+            entries[spec.section] = table
             if value is None or (value == spec.default and key not in keep_defaults):
-                section.pop(spec.name, None)
-                section.pop(spec.name + STAMP_END, None)
+                table.pop(spec.name, None)
+                table.pop(spec.name + STAMP_END, None)
             else:
-                section[spec.name] = plain(value)
+                table[spec.name] = plain(value)
             if stamp and key in MEASURED and value is not None:
-                section[spec.name + STAMP_END] = stamp
-            if not section:
+                table[spec.name + STAMP_END] = stamp
+            if not table:
                 del entries[spec.section]
         write_atomic(self.path, toml_text(entries).encode("utf-8"))
         return notes

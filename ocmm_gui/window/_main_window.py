@@ -9,7 +9,7 @@ from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
@@ -20,8 +20,11 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.calibration.records import ProbeView
+from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.evaluation import JobView, LiveView, withdrawn
+from ocmm_core.settings import LoadedSettings, SettingsStore
 from ocmm_gui.bridge import StationBridge
+from ocmm_gui.home import FindAction
 from ocmm_gui.kit import (
     ACTIONS,
     THEMES,
@@ -36,10 +39,13 @@ from ocmm_gui.kit import (
     apply_theme,
     bind_actions,
     dress,
+    dropped_file,
     make_actions,
     reference_words,
     show_mode,
     tr,
+    usable_keys,
+    use_shortcuts,
 )
 from ocmm_gui.operator import (
     DeskView,
@@ -57,6 +63,7 @@ from ocmm_gui.window._preload import Preload
 from ocmm_gui.window._sheets import Sheets
 
 _PART = "The window"
+START, REOPEN = "start", "reopen"
 _IN_WIZARDS = ("theme", "log")
 """Actions of the window that a wizard leaves as they are."""
 
@@ -76,6 +83,8 @@ class MainWindow(QMainWindow):
         Name of the theme to begin with.
     out
         Folder of the report; None asks for one in the window.
+    store
+        The settings; None for those of this user.
     """
 
     closed = Signal()
@@ -89,9 +98,13 @@ class MainWindow(QMainWindow):
         sounds: SoundPlayer | None = None,
         theme: str = "dark",
         out: Path | None = None,
+        store: SettingsStore | None = None,
     ) -> None:
         super().__init__()
         self.setMinimumSize(1024, 640)
+        self.setAcceptDrops(True)
+        self.after = ""
+        """What is wanted once it has closed: `START`, `REOPEN`, or nothing."""
         self._bridge = bridge
         self._notices = notices
         self._job: JobView | None = None
@@ -110,7 +123,12 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
         self.output = Output(bridge, notices, out, self.is_far)
-        self.sheets = Sheets(bridge, notices, self.output.folder, self.output.tell_written)
+        self._store = store or SettingsStore.of_this_user()
+        self._sounds = sounds
+        self.sheets = Sheets(
+            bridge, notices, self.output.folder, self.output.tell_written, self._store
+        )
+        self.search = FindAction()
         self.maintenance = Maintenance(bridge, notices, self._feedback, self.actions_by_key)
         self.trust = TrustBar()
         self.tip_line = TipLine()
@@ -118,14 +136,15 @@ class MainWindow(QMainWindow):
         self.simulated = SimulatedBand()
         self._stack = QStackedWidget()
         self._lines = (
-            self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
-            self.choice.panel,
+            self.search, self.banner, self.output.question, self.output.export_panel,
+            self.output.bus_panel, self.choice.panel,
         )  # fmt: skip
         self._work = WorkLine(tr("Results"))
         self._preload = Preload()
         self._lay_out()
         self._connect(bridge)
         bind_actions(self.actions_by_key, self._calls())
+        use_shortcuts(self.actions_by_key, usable_keys(self._store.load().settings.window_keys))
         show_mode(self.actions_by_key, Mode.INSPECT)
         self.use_theme(theme)
 
@@ -152,6 +171,9 @@ class MainWindow(QMainWindow):
         self.desk.plan.feature_chosen.connect(bridge.choice.select)
         self.sheets.wanted.connect(self._leave_keys_to)
         self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
+        self.sheets.settings_changed.connect(self._on_settings)
+        self.sheets.reopen_wanted.connect(lambda: self._close_for(REOPEN))
+        self.search.closed.connect(self._to_page)
         self.sheets.left_to_maintain.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.maintenance.wanted.connect(self._leave_keys_to)
         self.maintenance.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
@@ -281,6 +303,9 @@ class MainWindow(QMainWindow):
             "fit": self.desk.points.fit,
             "closeup": self.desk.points.close_up,
             "theme": self._next_theme,
+            "settings": sheets.open_settings,
+            "start": lambda: self._close_for(START),
+            "find": lambda: self.search.ask(self.actions_by_key),
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
             ),
@@ -375,4 +400,49 @@ class MainWindow(QMainWindow):
 
     def _next_theme(self) -> None:
         names = list(THEMES)
-        self.use_theme(names[(names.index(self._theme.name) + 1) % len(names)])
+        after = names[(names.index(self._theme.name) + 1) % len(names)]
+        self.use_theme(after)
+        # It is the same next time; where it cannot be kept, nobody who measures needs to know.
+        with contextlib.suppress(OcmmError):
+            self._store.change({"window.theme": after})
+
+    def _on_settings(self, loaded: LoadedSettings) -> None:
+        settings = loaded.settings
+        if settings.window_theme != self._theme.name:
+            self.use_theme(settings.window_theme)
+        if self._sounds is not None:
+            self._sounds.enable(settings.window_sounds)
+        use_shortcuts(self.actions_by_key, usable_keys(settings.window_keys))
+        self.sheets.use_settings(loaded)
+
+    def _to_page(self) -> None:
+        page = self._stack.currentWidget()
+        if page is not None:
+            page.setFocus()
+
+    def _close_for(self, after: str) -> None:
+        self.after = after
+        self.close()
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take one plan or job."""
+        if dropped_file(event.mimeData()) is not None:
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Look at a job, or ask who measures by a plan; what is measured goes on."""
+        path = dropped_file(event.mimeData())
+        if path is None:
+            return
+        event.acceptProposedAction()
+        if path.suffix.lower() == ".ocmm":
+            self.sheets.look_at(path)
+        else:
+            self.sheets.measure_by(path)
+
+    def tell_demo(self) -> None:
+        """Say who measures here, before somebody wonders why points come by themselves."""
+        self._notices.warn(
+            tr("SIMULATED: a robot hand measures a virtual part. No number is of a real part."),
+            tr("Z pauses it, Home goes to the Start page."),
+        )

@@ -194,7 +194,7 @@ def test_temperatures_are_used_for_some_hours_only(tmp_path: Path) -> None:
     assert len(loaded.notes) == 2
 
 
-_BAD = {
+_BAD: dict[str, list[object]] = {
     "instrument.source": ["webcam", "ethercat:", "replay:"],
     "instrument.rig": [resource("probes", "standard.toml"), "/no/such/rig.toml", resource()],
     "instrument.check_after_h": ["0", "1000", "nan", "inf", "eight"],
