@@ -1,7 +1,7 @@
 """Files and folders, looked for in the window: measuring goes on beside it.
 
-Recent places stand at the left, the files of the folder at the right. Nothing is saved by it, so the
-documents that are shipped can be looked for, too.
+Recent places stand at the left, the files of the folder at the right. Nothing is saved by it, so
+the documents that are shipped can be looked for, too.
 """
 
 from __future__ import annotations

@@ -6,26 +6,31 @@ from collections.abc import Mapping
 
 from PySide6.QtCore import QSize, Qt, Signal
 from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
-from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QVBoxLayout
+from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
 from ocmm_gui.kit import OwnKeysField, literal, text_font, tr
 
 _ROW_PX = 42
 _SHOWN = 8
+_SHARE, _TOP_PX = 0.7, 48
 
 
 class FindAction(QFrame):
-    """A field and what fits to it, best first; nothing else is in the way of measuring.
+    """A field and what fits to it, best first; it lies over the page, which goes on.
 
-    It is asked for while no page with keys of its own is open, so what is greyed out now belongs to
-    another mode and is left out.
+    What cannot be done now is left out.
+
+    Parameters
+    ----------
+    over
+        What it lies over.
     """
 
     closed = Signal()
     """The search is over; an action may have been done."""
 
-    def __init__(self) -> None:
-        super().__init__()
+    def __init__(self, over: QWidget) -> None:
+        super().__init__(over)
         self.setProperty("role", "panel")
         self.setAccessibleName(tr("Find an action"))
         self._actions: dict[str, QAction] = {}
@@ -55,7 +60,13 @@ class FindAction(QFrame):
         self._actions = {key: action for key, action in actions.items() if action.isEnabled()}
         self.field.clear()
         self._show()
+        over = self.parentWidget()
+        if over is not None:
+            width = round(_SHARE * over.width())
+            left = (over.width() - width) // 2
+            self.setGeometry(left, _TOP_PX, width, self.sizeHint().height())
         self.show()
+        self.raise_()
         self.field.setFocus()
 
     def close_search(self) -> None:

@@ -199,7 +199,7 @@ ACTIONS = (
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
         "start", later("Start page"),
-        later("Pause the job and go to the Start page; no point is lost"), ("Home",), mode=None,
+        later("Leave the job for the Start page; no point is lost"), ("Ctrl+Home",), mode=None,
     ),
     ActionInfo(
         "settings", later("Settings"), later("Cameras, probe, folders, temperatures, sounds, keys"),

@@ -33,6 +33,7 @@ from ocmm_gui.kit import (
     Mode,
     Notice,
     NoticeCentre,
+    Sheet,
     Sound,
     SoundPlayer,
     WorkLine,
@@ -66,6 +67,8 @@ _PART = "The window"
 START, REOPEN = "start", "reopen"
 _IN_WIZARDS = ("theme", "log")
 """Actions of the window that a wizard leaves as they are."""
+_ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find")
+"""The same of a sheet, on which nothing is lost."""
 
 
 class MainWindow(QMainWindow):
@@ -128,7 +131,7 @@ class MainWindow(QMainWindow):
         self.sheets = Sheets(
             bridge, notices, self.output.folder, self.output.tell_written, self._store
         )
-        self.search = FindAction()
+        self.search = FindAction(self)
         self.maintenance = Maintenance(bridge, notices, self._feedback, self.actions_by_key)
         self.trust = TrustBar()
         self.tip_line = TipLine()
@@ -136,8 +139,8 @@ class MainWindow(QMainWindow):
         self.simulated = SimulatedBand()
         self._stack = QStackedWidget()
         self._lines = (
-            self.search, self.banner, self.output.question, self.output.export_panel,
-            self.output.bus_panel, self.choice.panel,
+            self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
+            self.choice.panel,
         )  # fmt: skip
         self._work = WorkLine(tr("Results"))
         self._preload = Preload()
@@ -208,8 +211,11 @@ class MainWindow(QMainWindow):
         self.maintenance.view.list.setFocus()
 
     def _leave_keys_to(self, view: QWidget) -> None:
+        kept = _ON_SHEETS if self.sheets.holds(view) else _IN_WIZARDS
         for info in ACTIONS:
-            if info.key not in _IN_WIZARDS:
+            if info.key in kept:
+                self.actions_by_key[info.key].setEnabled(True)
+            else:
                 self.actions_by_key[info.key].setEnabled(False)
         self._stack.setCurrentWidget(view)
         self.banner.use_far(far=False)
@@ -247,7 +253,7 @@ class MainWindow(QMainWindow):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Let Esc put a notice or the export panel away, and nothing else."""
         if event.key() == Qt.Key.Key_Escape:
-            for widget in self._lines:
+            for widget in (*self._lines, self.search):
                 widget.hide()
             return
         super().keyPressEvent(event)
@@ -305,7 +311,7 @@ class MainWindow(QMainWindow):
             "theme": self._next_theme,
             "settings": sheets.open_settings,
             "start": lambda: self._close_for(START),
-            "find": lambda: self.search.ask(self.actions_by_key),
+            "find": self._find,
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
             ),
@@ -415,6 +421,11 @@ class MainWindow(QMainWindow):
         use_shortcuts(self.actions_by_key, usable_keys(settings.window_keys))
         self.sheets.use_settings(loaded)
 
+    def _find(self) -> None:
+        page = self._stack.currentWidget()
+        own = page.keys if isinstance(page, Sheet) else {}
+        self.search.ask({**own, **self.actions_by_key})
+
     def _to_page(self) -> None:
         page = self._stack.currentWidget()
         if page is not None:
@@ -444,5 +455,5 @@ class MainWindow(QMainWindow):
         """Say who measures here, before somebody wonders why points come by themselves."""
         self._notices.warn(
             tr("SIMULATED: a robot hand measures a virtual part. No number is of a real part."),
-            tr("Z pauses it, Home goes to the Start page."),
+            tr("Z pauses it, Ctrl+Home goes to the Start page."),
         )

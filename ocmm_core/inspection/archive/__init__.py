@@ -3,8 +3,9 @@
 In: job files, and the histories of calibrations and tips as they are today.
 Out: jobs computed anew from raw observations, points in doubt, batches side by side, a recall.
 
-Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch`, `_last_jobs`, `_compare`. What became of
-the calibration: `_camera_history` and `_camera_doubts`, `_tip_history` and `_tip_doubts`.
+Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch`, `_last_jobs`, `_compare`.
+What became of the calibration: `_camera_history` and `_camera_doubts`, `_tip_history` and
+`_tip_doubts`.
 Then `_recall`: `_recall_job` (one job under two calibrations), `_recall_fit`, `_recall_judge`,
 `_recall_artefact`, `_recall_record`. Jobs are looked at through a copy of their file.
 It must not know a running station.

@@ -120,5 +120,5 @@ def require_new_serial(
             raise InputError(
                 "batch.repeated",
                 f"Serial number {serial} of batch {batch} is already measured: {part.path}.",
-                "Give the serial number of this part, or resume that job (--continue).",
+                "Give the serial number of this part, or resume that job (Continue).",
             )
