@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QObject, QSize, Qt, Signal
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent
 from PySide6.QtWidgets import QCompleter, QGridLayout, QPushButton, QWidget
 
 from ocmm_core.errors import InputError
@@ -19,9 +20,9 @@ from ocmm_core.settings import (
 )
 from ocmm_gui.kit import (
     ChoiceBox,
+    OwnKeysField,
     PlainLabel,
     caption,
-    form_field,
     literal,
     sentence_label,
     text_font,
@@ -52,14 +53,20 @@ class SettingRow(QObject):
     left = Signal()
     """Escape in the field."""
 
-    def __init__(self, spec: SettingSpec, grid: QGridLayout, row: int, parent: QObject) -> None:
+    def __init__(self, spec: SettingSpec, grid: QGridLayout, row: int, parent: QWidget) -> None:
         super().__init__(parent)
         self.spec = spec
         self._shown: Value = spec.default
         label, tip = tr(spec.label), tr(spec.tip)
-        self.field = form_field(label, tip)
         self.choice: ChoiceBox | None = None
         self.switch: QPushButton | None = None
+        # Without a place in the grid it would be a window of its own.
+        self.field = _Field()
+        self.field.setAccessibleName(label)
+        self.field.setToolTip(literal(tip))
+        self.field.setPlaceholderText(tip)
+        self.field.setParent(parent)
+        self.field.hide()
         editor: QWidget = self.field
         if spec.kind is Kind.CHOICE:
             editor = self.choice = ChoiceBox(label, tip, spec.choices)
@@ -71,6 +78,7 @@ class SettingRow(QObject):
             self.switch.setToolTip(literal(tip))
             self.switch.clicked.connect(self._commit)
         else:
+            self.field.show()
             self.field.textEdited.connect(self._on_typed)
             self.field.editingFinished.connect(self._on_finished)
             self.field.left.connect(self._on_left)
@@ -93,10 +101,10 @@ class SettingRow(QObject):
         grid.addWidget(self.mark, row, 0)
         grid.addWidget(words, row, 1)
         grid.addWidget(editor, row, 2)
-        self.find = _button("…", tr("Look for the file of {setting}").format(setting=label))
-        self.find.clicked.connect(lambda: self.browse.emit(spec.key))
-        self.find.setVisible(spec.kind in _PATHS)
+        self.find: QPushButton | None = None
         if spec.kind in _PATHS:
+            self.find = _button("…", tr("Look for the file of {setting}").format(setting=label))
+            self.find.clicked.connect(lambda: self.browse.emit(spec.key))
             grid.addWidget(self.find, row, 3)
         self.reset = _button("↺", tr("Set {setting} to its default").format(setting=label))
         self.reset.clicked.connect(lambda: self.committed.emit(spec.key, None))
@@ -119,7 +127,8 @@ class SettingRow(QObject):
         origin = loaded.origins[key]
         given = origin is Origin.COMMAND_LINE
         self.editor.setEnabled(not given)
-        self.find.setEnabled(not given)
+        if self.find is not None:
+            self.find.setEnabled(not given)
         differs = loaded.differs(key)
         self.reset.setVisible(differs and not given)
         self.mark.setText("●" if differs else "")
@@ -191,6 +200,18 @@ class SettingRow(QObject):
             self.told.style().polish(self.told)
         self.told.setText(text)
         self.told.setToolTip(literal(text))
+
+
+class _Field(OwnKeysField):
+    """F-keys act on the page; Esc first takes back what was typed."""
+
+    def event(self, event: QEvent) -> bool:
+        """Leave the F-keys to the page."""
+        overrides = event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
+        if overrides and Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F12:
+            event.ignore()
+            return False
+        return super().event(event)
 
 
 def _button(text: str, name: str) -> QPushButton:

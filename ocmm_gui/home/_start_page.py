@@ -99,7 +99,8 @@ class StartPage(QWidget):
         self.state.setHorizontalSpacing(14)
         self.state.setVerticalSpacing(4)
         self.state.setColumnStretch(1, 1)
-        self._state_words: list[QLabel] = []
+        self.state_words: list[QLabel] = []
+        """What is said of the station."""
         self._tell_state(tr("Reading the records of cameras and tip"))
         self.heading = PlainLabel(tr("Last jobs"))
         self.heading.setFont(text_font(18, bold=True))
@@ -147,7 +148,7 @@ class StartPage(QWidget):
             sentence.setToolTip(literal(sentence.text()))
             for column, label in enumerate((what, sentence, word)):
                 self.state.addWidget(label, row, column)
-            self._state_words += [what, sentence, word]
+            self.state_words += [what, sentence, word]
         usable = all(line.usable for line in state.lines)
         if state.simulated:
             self.hint.setText(
@@ -179,13 +180,13 @@ class StartPage(QWidget):
         label = sentence_label(tr("Station"), 16)
         label.setText(text)
         self.state.addWidget(label, 0, 0, 1, 3)
-        self._state_words = [label]
+        self.state_words = [label]
 
     def _clear_state(self) -> None:
-        for label in self._state_words:
+        for label in self.state_words:
             self.state.removeWidget(label)
             label.deleteLater()
-        self._state_words = []
+        self.state_words = []
 
     def _button(self, info: ActionInfo, call: Callable[[], None]) -> QPushButton:
         action = QAction(tr(info.text), self)

@@ -12,7 +12,7 @@ from tests.gui.window_sentences import marked
 _CORE = Path(__file__).resolve().parents[2] / "ocmm_core"
 _OPTION = re.compile(r"(?<![\w<!-])--[a-z]")
 _AGAIN = re.compile(
-    r"\brestart (ocmm|the program|the acquisition|the window|it)\b|\bstart (ocmm|it|again|the program)\b"
+    r"\brestart (ocmm|the program|the acquisition|the window|it)\b|\bstart (ocmm|again)\b"
     r"|\bstart(ed)? with --",
     re.IGNORECASE,
 )
@@ -55,10 +55,11 @@ def _sentences(path: Path) -> Iterator[tuple[int, str]]:
         if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
     }
     for node in ast.walk(tree):
-        if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in docs:
-            # A command of a process, not a sentence, is one word.
-            if " " in node.value:
-                yield node.lineno, node.value
+        if not isinstance(node, ast.Constant) or id(node) in docs:
+            continue
+        # A command of a process, not a sentence, is one word.
+        if isinstance(node.value, str) and " " in node.value:
+            yield node.lineno, node.value
 
 
 def test_the_search_for_options_finds_one() -> None:

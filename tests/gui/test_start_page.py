@@ -48,7 +48,7 @@ def make_start(qtbot: QtBot, tmp_path: Path) -> Iterator[MakeStart]:
 
 
 def _words(window: StartWindow) -> str:
-    return " ".join(label.text() for label in window.page._state_words)
+    return " ".join(label.text() for label in window.page.state_words)
 
 
 def test_a_newcomer_is_told_that_cameras_are_simulated(make_start: MakeStart, qtbot: QtBot) -> None:

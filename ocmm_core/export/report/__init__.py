@@ -7,7 +7,8 @@ Read `_report_data` (all that a report can say) and `_exporter` (what every form
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
 written.
 `_template` is whose paper it is and what no job knows (`_headed`: with the head of the settings),
-`_paper_facts` what a test report must say of itself. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
+`_paper_facts` what a test report must say of itself. Every format has a reader of its own. It must
+not know the registry, QIF or Q-DAS.
 """
 
 from __future__ import annotations
