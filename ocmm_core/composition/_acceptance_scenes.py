@@ -130,7 +130,7 @@ def acceptance_feed(
     if make is None:
         raise InputError(
             "acceptance.source",
-            f"--source is {source!r}, which plays no scenes of an acceptance test.",
+            f"The source is {source!r}, which plays no scenes of an acceptance test.",
             "Give 'simulated', a recording (replay:FILE), or cameras.",
         )
     script = site.script(scenes)
