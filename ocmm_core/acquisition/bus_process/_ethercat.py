@@ -259,10 +259,11 @@ class EthercatSource:
         self._objects.work(now_ns)
         elapsed = pacer.passed(now_ns)
         if not elapsed:
+            # The cycle that is due stands for this call; the next one begins a period later.
             time.sleep(max(0, pacer.deadline_ns - now_ns) * 1e-9)
-            elapsed = pacer.passed(max(self._time.now_ns(), pacer.deadline_ns))
+            elapsed = pacer.begin(max(self._time.now_ns(), pacer.deadline_ns))
         reason = supervisor.message or "The cameras are starting up."
-        return Cycle(CycleVerdict.LOST, reason, elapsed=max(1, elapsed), skipped=CycleVerdict.LOST)
+        return Cycle(CycleVerdict.LOST, reason, elapsed=elapsed, skipped=CycleVerdict.LOST)
 
     def _step(self, wanted: Next) -> None:
         supervisor = self._supervisor
