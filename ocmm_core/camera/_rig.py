@@ -40,8 +40,13 @@ chance, and a first-order covariance of it would not hold."""
 Vector3 = tuple[float, float, float]
 
 
-class CameraEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One camera in a rig document; lengths in mm, image positions in px."""
+class CameraEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """One camera in a rig document; lengths in mm, image positions in px.
+
+    Where ``sensor_serial`` is given, a camera with another sensor is refused.
+    """
 
     name: str
     serial: int
@@ -59,6 +64,7 @@ class CameraEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     p2: float
     centre: Vector3
     rotation_vector: Vector3
+    sensor_serial: int = 0
 
 
 class SpotNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -124,6 +130,8 @@ class Rig:
         (14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera.
     identity
         SHA-256 of the document.
+    sensors
+        Serial number of the sensor of each camera, 0 where not known; empty: of none.
     """
 
     name: str
@@ -134,6 +142,7 @@ class Rig:
     volume_world: Float
     parameter_covariance: Float
     identity: str
+    sensors: tuple[int, ...] = ()
     # Every call of a kernel takes it, and making it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 
@@ -166,6 +175,7 @@ def load_rig(path: Path | str) -> Rig:
     return Rig(
         name=document.name,
         cameras=cameras,
+        sensors=tuple(entry.sensor_serial for entry in document.cameras),
         aliases=tuple(entry.alias for entry in document.cameras),
         frame_rate_hz=document.frame_rate_hz,
         noise=document.noise,

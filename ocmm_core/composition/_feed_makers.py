@@ -203,7 +203,8 @@ def _bus_description(name: str, rig: Rig, bus: BusConfig, *, simulated: bool) ->
 
 def identities(rig: Rig) -> tuple[CameraIdentity, ...]:
     """Return how the cameras of a rig are known on the bus."""
+    sensors = rig.sensors or (0,) * len(rig.cameras)
     return tuple(
-        CameraIdentity(camera.name, camera.serial, alias)
-        for camera, alias in zip(rig.cameras, rig.aliases, strict=True)
+        CameraIdentity(camera.name, camera.serial, alias, sensor, camera.width, camera.height)
+        for camera, alias, sensor in zip(rig.cameras, rig.aliases, sensors, strict=True)
     )

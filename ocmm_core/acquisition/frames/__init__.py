@@ -4,7 +4,8 @@ In: what a source yields, block by block: spots of each camera with the time of 
 Out: the same frames in a ring of fixed size, for one reader, and the books of the acquisition.
 
 Read `_frames` (what a frame holds), `_source` (the protocol that every source serves), `_ring`
-(shared memory, overruns counted) with `_books` (what became of every cycle), then `_worker`, which moves frames from the one to the other.
+(shared memory, overruns counted) with `_books` (what became of every cycle), then `_worker`, which
+moves frames from the one to the other.
 `_join` puts the cameras of one exposure together, `_exposures` counts across bring-ups.
 It must not know where frames come from: bus, virtual rig and replay look alike to it.
 """

@@ -294,6 +294,7 @@ def rig_from_record(record: CameraRecord) -> Rig:
         name=record.rig,
         cameras=tuple(camera_of(entry) for entry in record.cameras),
         aliases=tuple(entry.alias for entry in record.cameras),
+        sensors=tuple(entry.sensor_serial for entry in record.cameras),
         frame_rate_hz=record.frame_rate_hz,
         noise=record.noise,
         volume_world=np.array([record.volume_min, record.volume_max]),

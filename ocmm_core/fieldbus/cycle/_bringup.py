@@ -18,12 +18,14 @@ from ocmm_core.fieldbus.cycle._health import Schedule
 from ocmm_core.fieldbus.cycle._watch import TIME_DIFFERENCE
 from ocmm_core.fieldbus.device import (
     DEFAULT_FRAME_PERIOD_NS,
+    INFORMATION,
     INPUT_LAYOUTS,
     OUTPUT_STRUCT,
     CameraConfig,
     CameraIdentity,
     InputLayout,
     assign,
+    check_sensor,
     configuration_values,
     require_raw,
 )
@@ -58,6 +60,8 @@ _SYNC0_START = 0x0990
 _SYNC_CYCLES = 0x09A0
 _SYNC_OFF, _SYNC_BOTH = b"\x00", b"\x07"
 _FIRMWARE = 0x100A
+_SENSOR = (1, 2, 3)
+"""Entries of the information: serial number, width and height of the sensor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -279,6 +283,14 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
                     "Power-cycle the camera and start again.",
                 )
             yield BusPhase.CONFIGURE
+        check_sensor(
+            camera,
+            *(
+                int.from_bytes(master.read_object(place, label, INFORMATION, sub), "little")
+                for sub in _SENSOR
+            ),
+        )
+        yield BusPhase.CONFIGURE
         version = master.read_object(place, label, _FIRMWARE, 0)
         firmware.append(version.decode("ascii", errors="replace"))
         registers = master.read_register(place, label, SYNC_MANAGERS, SYNC_MANAGER_BYTES)

@@ -9,6 +9,7 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._bringup import BusSettings, Session, bring_up
 from ocmm_core.fieldbus.cycle._clock import BusClock
 from ocmm_core.fieldbus.cycle._health import CycleAnswer, Schedule
+from ocmm_core.fieldbus.cycle._port_errors import PortTrouble
 from ocmm_core.fieldbus.cycle._watch import StateWatch, WatchView
 from ocmm_core.fieldbus.device import COUNTER_MODULUS, OUTPUT_STRUCT, Control
 from ocmm_core.fieldbus.objects import ObjectService
@@ -80,6 +81,18 @@ class CameraBus:
         """Return what the cameras last said about their states."""
         return self._watch.view
 
+    def look_closer(self) -> None:
+        """Ask the cameras in the next cycle what they count at their ports."""
+        self._watch.hurry()
+
+    def port_news(self) -> list[tuple[str, PortTrouble]]:
+        """Return what ports counted since the last call, each with the name of the camera."""
+        news = self._watch.news
+        return [
+            (self._settings.cameras[place].name, trouble)
+            for place, trouble in iter(lambda: news.popleft() if news else None, None)
+        ]
+
     @property
     def stray_answers(self) -> int:
         """Return how many answers nobody waited for, since the start."""
@@ -110,14 +123,14 @@ class CameraBus:
         self.close()
         self._time.flow()
         session = self._session = Session(serials=self._session.serials)
-        self._watch = StateWatch(())
+        watched, self._watch = self._watch, StateWatch((), self._watch)
         try:
             yield from bring_up(self._settings, session, self._time)
         except BaseException:
             self.close()
             raise
         self._service.abandon()
-        self._watch = StateWatch(session.stations)
+        self._watch = StateWatch(session.stations, watched)
         self._objects.attach(
             {
                 camera.name: (station, areas)

@@ -17,22 +17,46 @@ from ocmm_core.fieldbus.device._input_layout import INPUT_LAYOUTS
 
 @dataclass(frozen=True, slots=True)
 class CameraIdentity:
-    """A camera of the rig: its name, serial number and EtherCAT station alias."""
+    """A camera of the rig, as its calibration knows it.
+
+    Attributes
+    ----------
+    name, serial, alias
+        What the rig calls it, its serial number and its EtherCAT station alias.
+    sensor, width, height
+        Serial number and size, px, of the sensor that was calibrated; 0: not known.
+    """
 
     name: str
     serial: int
     alias: int
+    sensor: int = 0
+    width: int = 0
+    height: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class FoundDevice:
-    """What a device on the wire says it is; serial is None where it does not tell."""
+    """What a device on the wire says it is.
+
+    Attributes
+    ----------
+    vendor, product, revision
+        What it is.
+    serial
+        Its serial number, of object 0x1018 where it could be asked; None where it does not tell.
+    alias
+        Its station alias.
+    stored_serial
+        The serial number in its EEPROM (SII word 0x0E); 0: none; None: not looked at.
+    """
 
     vendor: int
     product: int
     revision: int
     serial: int | None
     alias: int
+    stored_serial: int | None = None
 
 
 def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> tuple[int, ...]:
@@ -92,6 +116,30 @@ def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> 
     return order
 
 
+def check_sensor(camera: CameraIdentity, serial: int, width: int, height: int) -> None:
+    """Compare the sensor that a camera has (object 0x9000) with the one that was calibrated.
+
+    Raises
+    ------
+    BusError
+        It is another one: the calibration does not belong to it.
+    """
+    if camera.width and (camera.width, camera.height) != (width, height):
+        raise BusError(
+            "bus.sensor",
+            f"Camera '{camera.name}' has a sensor of {width} x {height} px, but its calibration is "
+            f"that of a sensor of {camera.width} x {camera.height} px.",
+            "Load the rig of this camera, or calibrate it.",
+        )
+    if camera.sensor and camera.sensor != serial:
+        raise BusError(
+            "bus.sensor",
+            f"Camera '{camera.name}' has the sensor with serial number {serial}, but its "
+            f"calibration is that of sensor {camera.sensor}.",
+            "The sensor was exchanged: calibrate the camera.",
+        )
+
+
 def _check_kind(position: int, device: FoundDevice) -> None:
     if (device.vendor, device.product) != (VENDOR_ID, PRODUCT_CODE):
         raise BusError(
@@ -116,4 +164,12 @@ def _check_kind(position: int, device: FoundDevice) -> None:
             "bus.no_serial",
             f"The camera at position {position} does not report its serial number.",
             "Power-cycle the camera; if that does not help, have it repaired.",
+        )
+    if device.stored_serial not in (None, 0, device.serial):
+        # A scan reads the one and a bring-up the other; they must be one truth.
+        raise BusError(
+            "bus.two_serials",
+            f"The camera at position {position} has two serial numbers: {device.serial} in its "
+            f"object 0x1018 and {device.stored_serial} in its EEPROM.",
+            "Have the camera checked by its maker: its EEPROM or its firmware is that of another.",
         )

@@ -30,6 +30,7 @@ from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
 from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._mapping import check_room
 from ocmm_core.fieldbus.wire._port import Passage, Port
+from ocmm_core.fieldbus.wire._scan import stored_serial
 from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import drain, packet_sockets
 from ocmm_core.host import HOST
@@ -416,8 +417,19 @@ class Master:
             serial = struct.unpack("<I", device.sdo_read(IDENTITY, IDENTITY_SERIAL))[0]
         alias = self.read_register(position, f"at position {position + 1}", _ALIAS_REGISTER, 2)
         return FoundDevice(
-            device.man, device.id, device.rev, serial, int.from_bytes(alias, "little")
-        )
+            device.man, device.id, device.rev, serial, int.from_bytes(alias, "little"),
+            stored_serial(self._exchange, position),
+        )  # fmt: skip
+
+    def _exchange(self, datagram: Datagram) -> Datagram:
+        answers = self.port.ask([datagram])
+        if answers is None:
+            raise BusError(
+                "bus.no_answer",
+                "A camera gives no answer while it is identified.",
+                "Check its cable; power-cycle the camera.",
+            )
+        return answers[0]
 
     def _stuck(self, state: int) -> str:
         for position, device in enumerate(self._devices, start=1):

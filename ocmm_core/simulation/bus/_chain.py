@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.simulation.slave import (
+    SENSOR_PX,
     CameraFrames,
     CameraStore,
     ClockPattern,
@@ -88,6 +89,11 @@ class Unit:
             self._provider,
             self.boots,
             self._store,
+            sensor=(
+                self.identity.sensor,
+                self.identity.width or SENSOR_PX,
+                self.identity.height or SENSOR_PX,
+            ),
         )
         self.camera.esc.clock.jump(clock_ns)
         if isinstance(self._provider, ClockPattern):

@@ -15,6 +15,7 @@ from ocmm_core.fieldbus.device import (
     INPUT_START,
     NEWEST_LAYOUT,
     CameraIdentity,
+    ErrorRegister,
 )
 from ocmm_core.simulation.bus._chain import Chain, Unit
 from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, DeedAnswer, FaultKind
@@ -73,7 +74,9 @@ class FaultCommands:
             FaultKind.HANG_MAILBOX: lambda unit, command, _now: setattr(
                 unit.camera, "mailbox_hangs", bool(command.value)
             ),
-            FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(command.value),
+            FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(
+                command.value, ErrorRegister.GENERIC if command.value else 0
+            ),
             FaultKind.FRAME_PERIOD: lambda unit, command, _now: setattr(
                 unit.camera, "period_override", command.value
             ),

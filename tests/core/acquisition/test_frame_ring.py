@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 
 from ocmm_core.acquisition.frames import (
-    Books,
     SUBPIXEL,
+    Books,
     FrameBlock,
     FrameRing,
     RingHeaderField,
