@@ -7,7 +7,7 @@ match is accepted.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ocmm_core.errors import BusError
@@ -59,8 +59,25 @@ class FoundDevice:
     stored_serial: int | None = None
 
 
-def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> tuple[int, ...]:
+IsKind = Callable[[int, int, int], bool]
+"""Whether vendor, product and revision are those of a camera."""
+
+
+def assign(
+    found: Sequence[FoundDevice],
+    expected: Sequence[CameraIdentity],
+    described: tuple[str, IsKind] | None = None,
+) -> tuple[int, ...]:
     """Return, for each expected camera, the position on the wire (0 first) where it is.
+
+    Parameters
+    ----------
+    found
+        On the wire.
+    expected
+        Of the rig.
+    described
+        Name and kind of the cameras that a file describes; None: our own cameras.
 
     Raises
     ------
@@ -69,7 +86,11 @@ def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> 
         missing or not of the rig, or it carries the alias of another one.
     """
     for position, device in enumerate(found, start=1):
-        _check_kind(position, device)
+        if described is None:
+            _check_kind(position, device)
+        else:
+            _check_described(position, device, *described)
+        _check_serial(position, device)
     for field in ("serial", "alias"):
         values = [getattr(device, field) for device in found]
         for value in values:
@@ -159,6 +180,20 @@ def _check_kind(position: int, device: FoundDevice) -> None:
             if newer
             else "Have newer firmware installed in the camera by its maker.",
         )
+
+
+def _check_described(position: int, device: FoundDevice, name: str, is_kind: IsKind) -> None:
+    if not is_kind(device.vendor, device.product, device.revision):
+        raise BusError(
+            "bus.foreign_device",
+            f"The device at position {position} of the bus (vendor {device.vendor:#010x}, "
+            f"product {device.product:#010x}, revision {device.revision:#010x}) is no '{name}' as "
+            "its description says.",
+            "Connect the cameras of the rig, or give the description of this device.",
+        )
+
+
+def _check_serial(position: int, device: FoundDevice) -> None:
     if device.serial is None:
         raise BusError(
             "bus.no_serial",

@@ -50,9 +50,9 @@ class FaultCommands:
             FaultKind.RESTART: lambda unit, _command, _now: _restart(unit),
             FaultKind.MUTE: lambda unit, command, _now: setattr(unit, "muted", bool(command.value)),
             FaultKind.FREEZE: lambda unit, command, _now: setattr(
-                unit.camera, "frozen", bool(command.value)
+                unit.slave, "frozen", bool(command.value)
             ),
-            FaultKind.FALL_BACK: lambda unit, command, _now: unit.camera.esc.fall_back(
+            FaultKind.FALL_BACK: lambda unit, command, _now: unit.slave.esc.fall_back(
                 command.value, command.code
             ),
             FaultKind.STATION: lambda unit, command, _now: unit.camera.esc.write(
@@ -106,9 +106,7 @@ class FaultCommands:
             monotonic_ns=now_ns,
             utc_ns=utc_ns,
             order=tuple(number for number in self._chain.order if units[number].plugged),
-            states=tuple(
-                unit.camera.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units
-            ),
+            states=tuple(unit.slave.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units),
             boots=tuple(unit.boots for unit in units),
             error=error,
         )
