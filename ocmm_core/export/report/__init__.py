@@ -6,9 +6,9 @@ Read `_report_data` (all that a report can say) and `_exporter` (what every form
 `_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
 written.
-`_template` is whose paper it is and what no job knows, `_paper_facts` what a test report must say
-of itself; `_papers` keeps both for every route to a report.
-Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
+`_template` is whose paper it is and what no job knows (`_headed`: with the head of the settings),
+`_paper_facts` what a test report must say of itself; `_papers` keeps both for every route to a
+report. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
+    from ocmm_core.export.report._headed import headed_template
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
     from ocmm_core.export.report._names import (
@@ -100,6 +101,7 @@ else:
             "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
         ),
         _tables="Cell Number Table Units features_table points_table report_table",
+        _headed="headed_template",
         _template=(
             "SECTIONS Paper Particulars ReportTemplate Section load_paper plain_paper "
             "standard_template"
@@ -138,6 +140,7 @@ __all__ = [
     "features_table",
     "given_with",
     "head_table",
+    "headed_template",
     "keep_given",
     "keep_template",
     "load_paper",
