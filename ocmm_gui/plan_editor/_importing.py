@@ -202,7 +202,7 @@ def what_is_missing() -> str:
     """Return what has to be installed before a CAD model can be imported; empty for nothing."""
     if has_step():
         return ""
-    return tr("CAD models (STEP) need an extra of some {size} MB: {command}").format(
+    return tr("CAD models (STEP) need an extra of some {size} MB: {command}.").format(
         size=STEP_SIZE_MB, command=STEP_SETUP
     )
 

@@ -32,6 +32,7 @@ from ocmm_core.inspection.plan import (
     with_picture,
 )
 from ocmm_core.inspection.step import Offer
+from ocmm_core.settings import is_shipped
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, later, panel, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
@@ -359,7 +360,11 @@ class PlanSheet(Sheet):
 
     def save(self) -> None:
         """Ask for the file; the one of this plan is proposed."""
-        self.file.ask(self.draft.path or Path.home() / f"{self.draft.plan.name}.toml")
+        path = self.draft.path
+        if path is None or is_shipped(path):
+            # What is shipped with the program stays as it is.
+            path = Path.home() / f"{self.draft.plan.name}.toml"
+        self.file.ask(path)
 
     def save_as(self, path: Path) -> None:
         """Write the plan, read it back and compare; its pictures go with it."""

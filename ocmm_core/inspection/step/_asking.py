@@ -21,8 +21,8 @@ from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 
 STEP_ENDINGS = (".step", ".stp", ".p21")
-STEP_SETUP = "./run setup --step"
-"""Installs the extra, by its lock file and with hashes."""
+STEP_SETUP = "the README says how"
+"""How the extra is installed, by its lock file and with hashes."""
 STEP_SIZE_MB = 400
 _LOOK_S = 0.05
 _LONGEST_ANSWER = 100_000_000
@@ -149,7 +149,7 @@ def _checked(path: Path, said: StepAnswer) -> StepAnswer:
         raise InputError(
             "plan.step_extra",
             "Reading STEP files needs an extra that is not installed.",
-            f"Install it with: {STEP_SETUP} (some {STEP_SIZE_MB} MB on the disk); or import the "
+            f"Install it ({STEP_SETUP}; some {STEP_SIZE_MB} MB on the disk); or import the "
             "features from CSV.",
         )
     if said.fault:

@@ -133,5 +133,7 @@ def _named(offer: Offer, words: Sequence[str]) -> bool:
 
 def _error(what: str) -> InputError:
     return InputError(
-        "plan.choice", f"Of the model {what}.", "Look at what it offers: ocmm plan import --list."
+        "plan.choice",
+        f"Of the model {what}.",
+        "Look at what it offers: Import lists it, as does ocmm plan import.",
     )

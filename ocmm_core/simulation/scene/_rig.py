@@ -455,7 +455,7 @@ def _place_of(part: Part) -> RigidTransform:
         raise InputError(
             "part.reference",
             f"The part '{part.name}' has no place for a reference body.",
-            "Give its document a section [reference], or measure without --reference.",
+            "Give its document a section [reference], or measure without a reference body.",
         )
     return part.T_world_from_part.compose(part.T_part_from_reference)
 
