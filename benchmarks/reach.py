@@ -82,7 +82,9 @@ def run(paths: list[Path], share: int) -> int:
             unseen += seen < 4
             nearest, fewest = min(nearest, gap), min(fewest, seen)
         print(
-            f"{path.stem}: {len(rows)} targets in {read_s:.1f} s, {len(taken)} examined", flush=True
+            f"{path.stem}: {len(rows)} targets in {read_s:.1f} s, {len(taken)} examined; so far "
+            f"{hits} touch, {unseen} not seen, {lost} not measured, of {total}",
+            flush=True,
         )
     print(f"{hits} of {total} touch; least distance of stylus and body {nearest:.3f} mm")
     print(f"{unseen} of {total} show fewer than 4 LEDs to both cameras; fewest {fewest}")
