@@ -30,6 +30,7 @@ if TYPE_CHECKING:
         plan_study,
         plan_text,
         require_balanced,
+        store_plan,
     )
     from ocmm_core.studies._single import (
         LinearityStudy,
@@ -48,7 +49,10 @@ else:
         __name__,
         _from_jobs="CharacteristicStudy StudyReport open_runs study_jobs study_of",
         _gauge_rr="AIAG_LEVEL GaugeStudy SourceRow gauge_study",
-        _plan=("STUDY_SCHEMA StudyPlan StudyRun load_study plan_study plan_text require_balanced"),
+        _plan=(
+            "STUDY_SCHEMA StudyPlan StudyRun load_study plan_study plan_text require_balanced "
+            "store_plan"
+        ),
         _single=(
             "LinearityStudy StatedScatter Suitability Type1Study compare_stated linearity_study "
             "process_uncertainty suitability system_uncertainty type1_study"
@@ -77,6 +81,7 @@ __all__ = [
     "plan_text",
     "process_uncertainty",
     "require_balanced",
+    "store_plan",
     "study_jobs",
     "study_of",
     "suitability",
