@@ -270,6 +270,11 @@ class StudySheet(WorkSheet):
                 simulated=simulated, done=report.measured, count=len(report.plan.runs), left=left
             )
         )
+        self.progress.setText(
+            tr("{done} of {count} measured.").format(
+                done=report.measured, count=len(report.plan.runs)
+            )
+        )
         if report.characteristics:
             self.table.selectRow(0)
         self._show_characteristic()
