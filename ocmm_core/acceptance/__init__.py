@@ -68,6 +68,7 @@ if TYPE_CHECKING:
         ClimateRule,
         InterimTest,
         Mpe,
+        PartTest,
         Procedure,
         find_procedure,
         load_procedure,
@@ -113,6 +114,7 @@ if TYPE_CHECKING:
         SphereValues,
         VolumetricValues,
         block_length,
+        faces_normal,
         location_value,
         nest_lengths,
         repeat_ranges,
@@ -140,7 +142,8 @@ else:
         ),
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
         _procedure=(
-            "ClimateRule InterimTest Mpe Procedure find_procedure load_procedure procedure_files"
+            "ClimateRule InterimTest Mpe PartTest Procedure find_procedure load_procedure "
+            "procedure_files"
         ),
         _recompute="differences load_record recompute recompute_tips save_record",
         _register=(
@@ -154,8 +157,9 @@ else:
         _session="AcceptanceSession",
         _situation="Situation Stage certified_at judge",
         _values=(
-            "SpatValues SphereValues VolumetricValues block_length location_value nest_lengths "
-            "repeat_ranges smallest_ball spat_values sphere_values thickness volumetric_values"
+            "SpatValues SphereValues VolumetricValues block_length faces_normal location_value "
+            "nest_lengths repeat_ranges smallest_ball spat_values sphere_values thickness "
+            "volumetric_values"
         ),
     )
 
@@ -192,6 +196,7 @@ __all__ = [
     "Observation",
     "OpenTest",
     "PartTask",
+    "PartTest",
     "PartUncertainty",
     "PlannedPosition",
     "Procedure",
@@ -215,6 +220,7 @@ __all__ = [
     "default_artefact_folder",
     "differences",
     "dissimilar",
+    "faces_normal",
     "find_procedure",
     "finished_tests",
     "interim_chart",

@@ -5,8 +5,9 @@ Out: a source made ready, the calibration that belongs to it, and a station read
 
 Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
-source), `_climate`, `_stream_options`, `_defaults`. `_kernels` lists what is compiled, `_compile`
-does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
+source), `_climate`, `_stream_options`, `_defaults`, `_from_settings` (what the window measures
+with), `_station_state` (in words). `_kernels` lists what is compiled, `_compile` does it.
+`_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
 `_acceptance_scenes` and `_truth` are what the virtual rig needs. `_acceptance_site` is what an
 acceptance test stands on, `_acceptance_bench` the same for a window that stays open.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
@@ -60,6 +61,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._feed_makers import identities, script_of, segment_of
     from ocmm_core.composition._feeds import Feed, StationRequest
+    from ocmm_core.composition._from_settings import Errand, request_of_settings
     from ocmm_core.composition._kernels import kernel_groups
     from ocmm_core.composition._model_part import part_as_planned, part_text
     from ocmm_core.composition._sources import (
@@ -74,6 +76,7 @@ if TYPE_CHECKING:
         source_of,
     )
     from ocmm_core.composition._station_checks import measured_checks
+    from ocmm_core.composition._station_state import StateLine, StationState, station_state
     from ocmm_core.composition._stream_options import stream_options
     from ocmm_core.composition._tip_scenes import scene_of_tip
     from ocmm_core.composition._truth import true_values
@@ -96,6 +99,7 @@ else:
         _defaults="DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
         _feed_makers="identities script_of segment_of",
         _feeds="Feed StationRequest",
+        _from_settings="Errand request_of_settings",
         _kernels="kernel_groups",
         _model_part="part_as_planned part_text",
         _sources=(
@@ -103,6 +107,7 @@ else:
             "source_of"
         ),
         _station_checks="measured_checks",
+        _station_state="StateLine StationState station_state",
         _stream_options="stream_options",
         _tip_scenes="scene_of_tip",
         _truth="true_values",
@@ -121,11 +126,14 @@ __all__ = [
     "BuiltStation",
     "ClimateRequest",
     "Conditions",
+    "Errand",
     "Feed",
     "NamedSource",
     "Origin",
     "SourceSpec",
+    "StateLine",
     "StationRequest",
+    "StationState",
     "VirtualHand",
     "VirtualSite",
     "acceptance_feed",
@@ -151,6 +159,7 @@ __all__ = [
     "origin_of",
     "part_as_planned",
     "part_text",
+    "request_of_settings",
     "require_recorded",
     "scene_of_tip",
     "scenes_of_acceptance",
@@ -161,6 +170,7 @@ __all__ = [
     "segment_of",
     "source_help",
     "source_of",
+    "station_state",
     "stream_options",
     "tests_folder",
     "true_values",

@@ -47,6 +47,7 @@ SHIPPED = {
     "bar": ("artefacts", "verification_bar.toml"),
     "sphere": ("artefacts", "acceptance_sphere.toml"),
     "plate": ("artefacts", "plate.toml"),
+    "gauge block": ("artefacts", "gauge_block.toml"),
     "dumbbell": ("artefacts", "dumbbell.toml"),
 }
 """Artefacts of the virtual rig, which nobody calibrated it with."""
@@ -168,11 +169,12 @@ def instrument_of(
         tip_record=probe.body.identity,
         ball_radius=probe.body.tip_radius,
         ball_sigma=probe.body.tip_radius_sigma,
-        cameras=tuple(camera.name for camera in rig.cameras),
+        cameras=tuple(f"{camera.name} no. {camera.serial}" for camera in rig.cameras),
         volume_min=_vector(low),
         volume_max=_vector(high),
         software=__version__,
         simulated=origin_of(source) is Origin.VIRTUAL,
+        stylus=float(np.linalg.norm(probe.body.leds_probe - probe.body.tip_probe, axis=1).min()),
         away=_vector(unit(rig.volume_world.mean(axis=0) - centres.mean(axis=0))),
     )
 

@@ -287,12 +287,12 @@ def _job_path(folder: Path, plan: Plan) -> Path:
         raise StorageError(
             "out.folder",
             f"{folder}: the output folder cannot be created ({error.strerror}).",
-            "Give --out a writable folder.",
+            "Choose a folder that can be written (Settings, Jobs).",
         ) from error
     if not os.access(folder, os.W_OK):
         raise StorageError(
             "out.folder",
             f"{folder}: the output folder is not writable.",
-            "Give --out a writable folder.",
+            "Choose a folder that can be written (Settings, Jobs).",
         )
     return free_path(folder, plan)

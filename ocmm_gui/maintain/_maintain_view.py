@@ -34,7 +34,7 @@ from ocmm_gui.kit import (
 _SIDE_PX = 170
 _ROW_PX = 48
 _LARGE_PX = 54
-_TOOLS = ("theme", "log")
+_TOOLS = ("start", "settings", "theme", "log")
 
 
 @dataclass(frozen=True, slots=True)

@@ -262,7 +262,7 @@ class Maintenance(MadeLate):
 
     def _on_defined(self, path: Path) -> None:
         self._notices.inform(
-            tr("Probe saved in {path}. Start OCMM with --probe {path} and calibrate it.").format(
-                path=path
-            )
+            tr(
+                "Probe saved in {path}. Choose it in Settings (Instrument), then calibrate it."
+            ).format(path=path)
         )

@@ -90,7 +90,12 @@ if TYPE_CHECKING:
         ClockMode,
     )
     from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
-    from ocmm_core.fieldbus.device._identity import CameraIdentity, FoundDevice, assign
+    from ocmm_core.fieldbus.device._identity import (
+        CameraIdentity,
+        FoundDevice,
+        assign,
+        check_sensor,
+    )
     from ocmm_core.fieldbus.device._input_layout import (
         DATA_CRC,
         DATA_CRC_AT,
@@ -141,7 +146,7 @@ else:
             "SII_CONFIGURATION ClockMode"
         ),
         _diagnosis="DATA_BYTES DiagnosisMessage",
-        _identity="CameraIdentity FoundDevice assign",
+        _identity="CameraIdentity FoundDevice assign check_sensor",
         _input_layout=(
             "DATA_CRC DATA_CRC_AT Header INPUT_LAYOUTS InputLayout NEWEST_LAYOUT NO_MARK data_mark"
         ),
@@ -247,6 +252,7 @@ __all__ = [
     "Window",
     "Work",
     "assign",
+    "check_sensor",
     "configuration_values",
     "data_mark",
     "decode_spots",

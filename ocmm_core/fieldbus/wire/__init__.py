@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
     from ocmm_core.fieldbus.wire._sockets import LinkWatch
+    from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
 else:
     __getattr__ = door(
         __name__,
@@ -55,11 +56,13 @@ else:
         _port="Passage Port",
         _scan="RawLine ScannedDevice decode_scan encode_scan scan_devices",
         _service="Job ServiceChannel",
+        _tally="OWN_TOKEN",
         _sockets="LinkWatch",
     )
 
 __all__ = [
     "OP",
+    "OWN_TOKEN",
     "PREOP",
     "SAFEOP",
     "STATE_NAMES",

@@ -34,7 +34,7 @@ _CHECK_NS = 1_000_000_000
 _HOUR_NS = 3600 * 1_000_000_000
 _BLOB, _LENGTH, _SHA, _CRC, _NOTE = range(1, 6)
 _MODE = 4
-_WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(2, 6)
+_SENSOR, _WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(1, 6)
 
 
 class Electronics:
@@ -52,6 +52,8 @@ class Electronics:
         Where errors go.
     darken
         See `BlackImages`.
+    sensor
+        Serial number and size of the sensor, px, as object 0x9000 tells them.
 
     Attributes
     ----------
@@ -69,7 +71,9 @@ class Electronics:
         store: CameraStore,
         diagnosis: Diagnosis,
         darken: Callable[[int], int],
+        sensor: tuple[int, int, int] = (0, SENSOR_PX, SENSOR_PX),
     ) -> None:
+        self._told_sensor = sensor
         self.warmer_c = 0.0
         self.sensor_fails = False
         self._camera = camera
@@ -126,8 +130,9 @@ class Electronics:
             ),
             (CALIBRATION, _CRC): lambda: struct.pack("<I", zlib.crc32(self._intrinsics)),
             (CALIBRATION, _NOTE): lambda: self._note,
-            (INFORMATION, _WIDTH): lambda: struct.pack("<H", SENSOR_PX),
-            (INFORMATION, _HEIGHT): lambda: struct.pack("<H", SENSOR_PX),
+            (INFORMATION, _SENSOR): lambda: struct.pack("<I", self._told_sensor[0]),
+            (INFORMATION, _WIDTH): lambda: struct.pack("<H", self._told_sensor[1]),
+            (INFORMATION, _HEIGHT): lambda: struct.pack("<H", self._told_sensor[2]),
             (INFORMATION, _TEMPERATURE): lambda: struct.pack("<h", round(10 * self._celsius())),
             (INFORMATION, _HOURS): lambda: struct.pack("<I", self._operating_hours()),
         }

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections import deque
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Protocol
 
 from ocmm_core.fieldbus.device import (
@@ -109,6 +109,8 @@ class Esc:
         What the free-running clock of this slave shows more than the host's.
     application
         What sits behind it.
+    sync_managers
+        Start, length, control, status, activation and type of each; the master may set no others.
 
     Attributes
     ----------
@@ -124,7 +126,14 @@ class Esc:
         Fault: called with the memory after the application renewed its inputs.
     """
 
-    def __init__(self, sii: bytes, clock_offset_ns: int, application: Application) -> None:
+    def __init__(
+        self,
+        sii: bytes,
+        clock_offset_ns: int,
+        application: Application,
+        sync_managers: Sequence[tuple[int, ...]] = SYNC_MANAGERS,
+    ) -> None:
+        self.sync_managers = tuple(sync_managers)
         self.memory = bytearray(_MEMORY_BYTES)
         self.now_ns = 0
         self.mapping_changed: Callable[[], object] = lambda: None
@@ -376,7 +385,7 @@ class Esc:
         return bool(self.memory[SYNC_MANAGER + 8 * number + 6] & 1)
 
     def _sm_fits(self, number: int) -> bool:
-        return self._sm_active(number) and self._sm_range(number) == SYNC_MANAGERS[number][:2]
+        return self._sm_active(number) and self._sm_range(number) == self.sync_managers[number][:2]
 
     def _read_ram(self, address: int, end: int) -> bytes | None:
         start, length = self._sm_range(SM_MAILBOX_IN)

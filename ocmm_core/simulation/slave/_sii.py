@@ -51,7 +51,7 @@ def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> b
     """
     head = bytearray(SII_CONFIGURATION)
     struct.pack_into("<H", head, 8, alias)
-    head += struct.pack("<H", _crc8(head))
+    head += struct.pack("<H", checksum_of_configuration(head))
     head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, layout.revision, serial)
     head += bytes(8 + 8)
     head += struct.pack(
@@ -138,7 +138,8 @@ def _pdo(category: int, pdo: Pdo, sync_manager: int, strings: _Strings) -> bytes
     return _category(category, content)
 
 
-def _crc8(content: bytes | bytearray) -> int:
+def checksum_of_configuration(content: bytes | bytearray) -> int:
+    """Return the check sum of the first 14 bytes (ETG.2010, table 2): CRC-8, start 0xFF."""
     crc = 0xFF
     for byte in content:
         crc ^= byte

@@ -62,6 +62,7 @@ from ocmm_core.simulation.slave._registers import (
     WATCHDOG_STATUS,
 )
 from ocmm_core.simulation.slave._sdo_values import Address
+from ocmm_core.simulation.slave._sensor import SENSOR_PX
 from ocmm_core.simulation.slave._sii import sii_image
 from ocmm_core.simulation.slave._store import CameraStore
 
@@ -93,6 +94,8 @@ class SoftwareCamera:
         What it keeps without power; the same one for a camera that is switched on again.
     layout
         Of its inputs, and by that its revision.
+    sensor
+        Serial number and size, px, that it tells of its sensor.
 
     Attributes
     ----------
@@ -113,6 +116,7 @@ class SoftwareCamera:
         boot_counter: int = 1,
         store: CameraStore | None = None,
         layout: InputLayout = NEWEST_LAYOUT,
+        sensor: tuple[int, int, int] = (0, SENSOR_PX, SENSOR_PX),
     ) -> None:
         self._layout = layout
         self._crc_begin = layout.crc_begin(serial)
@@ -129,7 +133,7 @@ class SoftwareCamera:
         self._missed = 0
         self._diagnosis = Diagnosis(lambda: self.esc.system_time_ns, self._send_emergency)
         self.electronics = Electronics(
-            index, serial, provider, store or CameraStore(), self._diagnosis, self._darken
+            index, serial, provider, store or CameraStore(), self._diagnosis, self._darken, sensor
         )
         self.coe = CoeServer(
             object_dictionary(serial, layout),
