@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from ocmm_core.acceptance._procedure import (
         ClimateRule,
         Mpe,
+        PartTest,
         Procedure,
         find_procedure,
         load_procedure,
@@ -88,6 +89,7 @@ if TYPE_CHECKING:
         SphereValues,
         VolumetricValues,
         block_length,
+        faces_normal,
         location_value,
         nest_lengths,
         repeat_ranges,
@@ -105,7 +107,9 @@ else:
         _interim=("ChartPoint InterimChart InterimCheck InterimHistory InterimWord interim_chart"),
         _kinds="KINDS kind_of plan_of values_of",
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
-        _procedure="ClimateRule Mpe Procedure find_procedure load_procedure procedure_files",
+        _procedure=(
+            "ClimateRule Mpe PartTest Procedure find_procedure load_procedure procedure_files"
+        ),
         _recompute="differences load_record recompute recompute_tips save_record",
         _register=(
             "ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister check_entry "
@@ -118,8 +122,9 @@ else:
         _session="AcceptanceSession",
         _situation="Situation Stage certified_at judge",
         _values=(
-            "SpatValues SphereValues VolumetricValues block_length location_value nest_lengths "
-            "repeat_ranges smallest_ball spat_values sphere_values thickness volumetric_values"
+            "SpatValues SphereValues VolumetricValues block_length faces_normal location_value "
+            "nest_lengths repeat_ranges smallest_ball spat_values sphere_values thickness "
+            "volumetric_values"
         ),
     )
 
@@ -146,6 +151,7 @@ __all__ = [
     "Mpe",
     "Observation",
     "PartTask",
+    "PartTest",
     "PartUncertainty",
     "PlannedPosition",
     "Procedure",
@@ -166,6 +172,7 @@ __all__ = [
     "default_artefact_folder",
     "differences",
     "dissimilar",
+    "faces_normal",
     "find_procedure",
     "interim_chart",
     "judge",

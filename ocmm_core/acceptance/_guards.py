@@ -94,9 +94,12 @@ def _certified_limits(stage: Stage, artefact: UsedArtefact) -> list[tuple[float,
     """Return the lengths of an artefact with the limits that they are used for."""
     limits = stage.procedure.limits
     if artefact.role == "bar":
-        limit = limits.get("E") or limits.get("V_max")
+        limit = limits.get("E") or limits.get("E_L") or limits.get("V_max")
         lengths = [one - artefact.sizes[0] for one in artefact.sizes[1:]]
         return [(one, limit.at(one)) for one in lengths] if limit else []
+    if artefact.role == "gauge block":
+        limit = limits.get("E")
+        return [(artefact.sizes[0], limit.at(artefact.sizes[0]))] if limit else []
     if artefact.role == "dumbbell":
         return [(artefact.sizes[2], stage.limit("Interim_L").at(artefact.sizes[2]))]
     names = ("P_Size", "D_eff", "Thickness")

@@ -297,10 +297,18 @@ def measure(
     stream_cert: StreamCertOption = None,
     stream_key: StreamKeyOption = None,
     incomplete: IncompleteOption = False,
+    formats: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format",
+            help="Of the report, see ocmm report; can be repeated. Default: polyworks.",
+        ),
+    ] = None,
 ) -> None:
-    """Measure a part by a plan, and write the job file and the PolyWorks report.
+    """Measure a part by a plan, and write the job file and the report.
 
-    Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report is a few files
+    Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report (on the
+    template of this station, see ocmm report --remember) is a few files
     beside it: _job.csv with the verdict on the part, _report.csv, _features.csv, _points.csv, a
     cloud and a macro. Their names say SIMULATED and INCOMPLETE where that is so. Without
     --incomplete no report is written of a job that lacks something.
@@ -334,7 +342,9 @@ def measure(
         method="thesis" if thesis else "gauss-newton",
         stream=stream_options(stream, stream_host, stream_token, stream_cert, stream_key),
     )  # fmt: skip
-    _measure(request, with_truth=False, parts=parts, incomplete=incomplete)
+    _measure(
+        request, with_truth=False, parts=parts, incomplete=incomplete, formats=tuple(formats or ())
+    )
 
 
 @app.command()
@@ -415,7 +425,12 @@ def compile_command(
 
 
 def _measure(
-    request: StationRequest, *, with_truth: bool, parts: int = 1, incomplete: bool = False
+    request: StationRequest,
+    *,
+    with_truth: bool,
+    parts: int = 1,
+    incomplete: bool = False,
+    formats: tuple[str, ...] = (),
 ) -> None:
     from ocmm_core.cli.measure import (
         await_part,
@@ -427,8 +442,13 @@ def _measure(
         run_job,
     )
     from ocmm_core.composition import Origin, build_station, origin_of, true_values
+    from ocmm_core.export import DEFAULT_FORMAT, chosen_formats
+    from ocmm_core.export.report import load_paper, template_in_use
     from ocmm_core.inspection.archive import next_serial
 
+    # Before a job is begun: a name that is none, or a template that cannot be used.
+    formats = chosen_formats(formats or [DEFAULT_FORMAT])
+    load_paper(template_in_use())
     console = make_console()
     code = 0
     beside: list[OcmmError] = []
@@ -444,7 +464,7 @@ def _measure(
                 replayed = origin is Origin.RECORDING
                 await_part(console, part + 1, parts, request.serial, replayed=replayed)
         built = build_station(request)
-        view = run_job(built, request.out, console, incomplete=incomplete)
+        view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
         truth = None
         if with_truth and built.virtual is not None:
             truth = true_values(built.station.job.plan, built.virtual.part)

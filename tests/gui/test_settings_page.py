@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -13,6 +14,7 @@ from PySide6.QtWidgets import QAbstractButton, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
+from ocmm_core.export.report import load_paper, standard_template, template_in_use
 from ocmm_core.settings import SETTINGS, Kind, SettingsFile, SettingsStore, Value
 from ocmm_gui.home import SettingsPage
 from ocmm_gui.kit import ACTIONS, usable_keys
@@ -232,3 +234,19 @@ def test_every_action_can_be_found_by_its_name(open_window: OpenWindow) -> None:
             item = window.search.list.item(0)
             assert item is not None, info.key
             assert window.search.list.count() >= 1
+
+
+def test_the_head_of_reports_is_kept_for_every_route(make_page: MakePage, tmp_path: Path) -> None:
+    logo = tmp_path / "our.png"
+    logo.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64))
+    page = make_page()
+    page.change("report.laboratory", "Laboratory of tests")
+    page.change("report.address", ("1 Long Road", "Town"))
+    page.change("report.logo", logo)
+    paper = load_paper(template_in_use())
+    assert paper.template.laboratory.name == "Laboratory of tests"
+    assert paper.template.laboratory.address == ["1 Long Road", "Town"]
+    assert paper.logo == logo.read_bytes()
+    # What the template says besides is still there.
+    assert paper.template.signatures == load_paper(standard_template()).template.signatures
+    shutil.rmtree(template_in_use().parent)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -56,7 +56,7 @@ def list_command() -> None:
     from ocmm_core.acceptance import load_procedure, procedure_files
 
     table = Table("Id", "Title", "Standard", "Limits", "Minutes")
-    for name, path in procedure_files().items():
+    for name, path in {**procedure_files(), **procedure_files(of_jobs=True)}.items():
         one = load_procedure(path)[0]
         limits = "\n".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
         table.add_row(name, one.title, one.wording, limits, f"{one.minutes:g}")
@@ -113,7 +113,8 @@ def run(
     place: Annotated[str, typer.Option("--place", help="Where the test is made.")] = "",
     customer: Annotated[str, typer.Option("--customer", help="For whom.")] = "",
     condition: Annotated[
-        str, typer.Option("--condition", help="'as found' or 'after adjustment'.")
+        Literal["as found", "after adjustment"],
+        typer.Option("--condition", help="State of the machine: before or after an adjustment."),
     ] = "as found",
     retest: Annotated[
         bool, typer.Option("--retest/--no-retest", help="Repeat what may be repeated.")

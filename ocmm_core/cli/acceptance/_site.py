@@ -34,6 +34,7 @@ _SHIPPED = {
     "bar": ("artefacts", "verification_bar.toml"),
     "sphere": ("artefacts", "acceptance_sphere.toml"),
     "plate": ("artefacts", "plate.toml"),
+    "gauge block": ("artefacts", "gauge_block.toml"),
     "dumbbell": ("artefacts", "dumbbell.toml"),
 }
 """Artefacts of the virtual rig, which nobody calibrated it with."""

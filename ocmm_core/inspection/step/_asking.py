@@ -7,7 +7,7 @@ import multiprocessing
 import signal
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -17,7 +17,6 @@ import msgspec
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.inspection.step._answer import StepAnswer
-from ocmm_core.inspection.step._request import StepRequest
 from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 
@@ -45,14 +44,14 @@ def has_step() -> bool:
 
 
 def ask(
-    path: Path, request: StepRequest | None, with_part: bool, asking: Asking
+    path: Path, wanted: Wanted, with_part: bool, asking: Asking
 ) -> tuple[StepAnswer, PartModel | None]:
     """Return what a process reads from a STEP file, and the part where it is wanted.
 
     Parameters
     ----------
-    request
-        What targets are chosen by; None where no features are wanted.
+    wanted
+        What is asked, without the hash of the file.
 
     Raises
     ------
@@ -64,7 +63,8 @@ def ask(
         raise step_error(
             path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}."
         )
-    wanted = Wanted(request, hashlib.sha256(content).hexdigest() if with_part else "")
+    if with_part:
+        wanted = replace(wanted, source_sha256=hashlib.sha256(content).hexdigest())
     del content
     context = multiprocessing.get_context("spawn")
     answer, asked = context.Pipe(duplex=False)
