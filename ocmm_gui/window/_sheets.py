@@ -18,7 +18,7 @@ from ocmm_core.calibration.records import RecordStore, default_folder
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.settings import LoadedSettings, RecentPlaces, SettingsStore
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, Sheet, tr
+from ocmm_gui.kit import NoticeCentre, Sheet, tr, usable_keys
 from ocmm_gui.operator import JobSheet
 from ocmm_gui.window._keys_sheet import KeysSheet
 from ocmm_gui.window._made_late import MadeLate
@@ -133,7 +133,9 @@ class Sheets(MadeLate):
     @cached_property
     def keys(self) -> KeysSheet:
         """Return the table of keys."""
-        return self._join(KeysSheet(), self.left)
+        return self._join(
+            KeysSheet(lambda: usable_keys(self._loaded.settings.window_keys)), self.left
+        )
 
     @cached_property
     def settings(self) -> SettingsPage:
