@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+from functools import cache
 from pathlib import Path
 
 from PySide6.QtGui import QKeySequence
@@ -17,6 +18,7 @@ _SAME = {
 }  # fmt: skip
 
 
+@cache
 def _infos() -> list[tuple[str, str, tuple[str, ...]]]:
     """Return file, text and keys of every `ActionInfo` in the sources that names its keys."""
     found = []
