@@ -90,6 +90,7 @@ if TYPE_CHECKING:
         ClockMode,
     )
     from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
+    from ocmm_core.fieldbus.device._firmware import Firmware
     from ocmm_core.fieldbus.device._identity import (
         CameraIdentity,
         FoundDevice,
@@ -114,6 +115,7 @@ if TYPE_CHECKING:
         CHUNK_BYTES,
         CONFIGURATION,
         COUNTERS,
+        IDENTIFY,
         INFORMATION,
         MAX_BLACK_FRAMES,
         NOTE_BYTES,
@@ -146,6 +148,7 @@ else:
             "SII_CONFIGURATION ClockMode"
         ),
         _diagnosis="DATA_BYTES DiagnosisMessage",
+        _firmware="Firmware",
         _identity="CameraIdentity FoundDevice assign check_sensor",
         _input_layout=(
             "DATA_CRC DATA_CRC_AT Header INPUT_LAYOUTS InputLayout NEWEST_LAYOUT NO_MARK data_mark"
@@ -154,7 +157,7 @@ else:
         _object_entries="DictionaryObject ObjectEntry",
         _profile_objects=(
             "BLACK_IMAGE BlackCommand BlackImage CALIBRATION CHUNK_BYTES CONFIGURATION COUNTERS "
-            "INFORMATION MAX_BLACK_FRAMES NOTE_BYTES SNAPSHOT SnapshotCommand VERSIONS WINDOWS "
+            "IDENTIFY INFORMATION MAX_BLACK_FRAMES NOTE_BYTES SNAPSHOT SnapshotCommand VERSIONS WINDOWS "
             "Work"
         ),
     )
@@ -183,6 +186,7 @@ __all__ = [
     "HISTORY",
     "HISTORY_FIRST",
     "HISTORY_MESSAGES",
+    "IDENTIFY",
     "IDENTITY",
     "IDENTITY_SERIAL",
     "INFORMATION",
@@ -242,6 +246,7 @@ __all__ = [
     "DictionaryObject",
     "ErrorCode",
     "ErrorRegister",
+    "Firmware",
     "FoundDevice",
     "Header",
     "InputLayout",
