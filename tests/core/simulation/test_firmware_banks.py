@@ -4,34 +4,13 @@ from __future__ import annotations
 
 import struct
 
-import numpy as np
 import pytest
 
-from ocmm_core.errors import BusError, InputError
-from ocmm_core.fieldbus.device import PRODUCT_CODE, REVISION, Firmware
+from benchmarks.firmware_updates import MAILBOX_BYTES, firmware, interrupted, send, server_of
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.device import PRODUCT_CODE
 from ocmm_core.fieldbus.objects import FIRMWARE_NAME, FoeWrite
-from ocmm_core.simulation.firmware import FirmwareBanks, FoeServer, PowerLossError, maker_key
-
-MAILBOX_BYTES = 256
-
-
-def firmware(version: str, size: int = 5000, product: int = PRODUCT_CODE) -> bytes:
-    content = np.random.default_rng(size).bytes(size)
-    return Firmware(version, product, (REVISION, REVISION), content).signed(maker_key())
-
-
-def send(server: FoeServer, image: bytes) -> None:
-    transfer = FoeWrite(FIRMWARE_NAME, image, MAILBOX_BYTES)
-    counter = 1
-    while not transfer.done:
-        mailbox = transfer.request(counter)
-        (length,) = struct.unpack_from("<H", mailbox)
-        transfer.answer(server.answer(mailbox[6 : 6 + length]))
-        counter = counter % 7 + 1
-
-
-def server_of(banks: FirmwareBanks) -> FoeServer:
-    return FoeServer(banks, MAILBOX_BYTES, lambda: True)
+from ocmm_core.simulation.firmware import FirmwareBanks, FoeServer
 
 
 def test_new_firmware_runs_on_trial_and_stays_once_it_is_confirmed() -> None:
@@ -110,48 +89,6 @@ def test_a_packet_that_comes_twice_is_taken_once_and_a_missing_one_is_refused() 
     skipping = server_of(FirmwareBanks())
     skipping.answer(struct.pack("<BBI", 2, 0, 0) + FIRMWARE_NAME)
     assert skipping.answer(struct.pack("<BBI", 3, 0, 2) + bytes(240))[6] == 5
-
-
-def interrupted(count: int, seed: int) -> tuple[int, int, int]:
-    """Interrupt updates at random writes; return those that run the old, the new, and the dead."""
-    random = np.random.default_rng(seed)
-    old = new = dead = 0
-    images = {version: firmware(version, 3000) for version in ("3.1.0", "3.2.0")}
-    banks = FirmwareBanks()
-    for number in range(count):
-        before = banks.version
-        wanted = "3.2.0" if before == "3.1.0" else "3.1.0"
-        left = int(random.integers(0, 40))
-
-        def written() -> None:
-            nonlocal left
-            left -= 1
-            if left < 0:
-                raise PowerLossError
-
-        banks.written = written
-        try:
-            send(server_of(banks), images[wanted])
-            banks.start()
-            banks.confirm()
-        except PowerLossError:
-            pass
-        # The power comes back, at times to go again at once.
-        left = int(random.integers(0, 2)) if number % 3 == 0 else 1 << 30
-        try:
-            banks.start()
-        except PowerLossError:
-            left = 1 << 30
-            banks.start()
-        except InputError:
-            dead += 1
-            banks = FirmwareBanks()
-            continue
-        left = 1 << 30
-        banks.confirm()
-        old += banks.version == before
-        new += banks.version == wanted
-    return old, new, dead
 
 
 def test_no_camera_is_dead_after_its_update_was_interrupted() -> None:
