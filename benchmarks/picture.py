@@ -110,7 +110,7 @@ def seconds_of(paint: Callable[[Float, Float], None], frames: int) -> float:
 
 def ours(model: PartModel, mesh: RenderMesh, mode: RenderMode) -> Callable[[Float, Float], None]:
     """Return what paints a frame."""
-    canvas, colours = Canvas(*SIZE), face_colours(model, _BASE)
+    canvas, colours = Canvas(*SIZE), mesh.vertex_colours(face_colours(model, _BASE))
 
     def paint(matrix: Float, offset: Float) -> None:
         Rendering(mesh, matrix, offset, canvas, _STYLES[mode], colours).go_on()
@@ -166,9 +166,7 @@ def frames_of_view(model: PartModel, seconds: float, *, measuring: bool) -> tupl
 
         def turn() -> None:
             view.turn(float(_TURN))
-            view.repaint()
             app.processEvents()
-            frames[0] += 1
 
         began = time.perf_counter()
         _for(turn, seconds)

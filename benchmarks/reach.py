@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from ocmm_core.calibration.probe_design import Bar, ProbeDesign
+from ocmm_core.calibration.probe_design import Bar, Panel, ProbeDesign, leds_behind_body
 from ocmm_core.camera import on_sensor, project
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.geometry import Float, RigidTransform
@@ -121,6 +121,8 @@ def _seen(part: Any, setting: Setting, turn: Float, centre: Float, middle: Float
     from OCP.gp import gp_Pnt
 
     assert setting.rig is not None
+    assert setting.design is not None
+    assert leds_behind_body(setting.body, setting.design) == ()
     pose = setting.pose(middle)
     leds_part = (setting.body.leds_probe - setting.body.tip_probe) @ turn.T + centre
     leds = pose.apply(leds_part)
@@ -149,8 +151,9 @@ def _probe(setting: Setting, pose: RigidTransform) -> list[Any]:
     solids = [BRepPrimAPI_MakeSphere(setting.ball_radius - _BALL_SLACK_MM).Shape()]
     solids += [_section(design, section) for section in design.sections]
     across = np.cross(design.soft_probe, design.axis_probe)
+    offset = next((one.offset_mm for one in design.sections if isinstance(one, Panel)), 0.0)
     for led in setting.body.leds_probe - setting.body.tip_probe:
-        foot = led - (led @ design.soft_probe) * design.soft_probe
+        foot = led + (offset - led @ design.soft_probe) * design.soft_probe
         solids.append(_cone(foot, led, 2.0, 2.0, across))
     motion = gp_Trsf()
     m, t = pose.rotation, pose.translation
@@ -170,6 +173,7 @@ def _section(design: ProbeDesign, section: Any) -> Any:
         first, last = (0.5 * size for size in section.diameter_mm)
         return _cone(start, end, first, last, across)
     half = 0.5 * section.core_mm + section.face_mm
+    start, end = start + section.offset_mm * soft, end + section.offset_mm * soft
     first, last = (0.5 * size for size in section.width_mm)
     outline = BRepBuilderAPI_MakePolygon()
     for place, width in ((start, -first), (start, first), (end, last), (end, -last)):

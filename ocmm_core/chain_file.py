@@ -219,7 +219,7 @@ def _given_up(path: Path) -> StorageError:
     return StorageError(
         "chain.disk",
         f"{path}: the disk failed and the last line was not stored; everything before it is.",
-        "Check the disk, restart OCMM and repeat.",
+        "Check the disk, open the job again and repeat.",
     )
 
 

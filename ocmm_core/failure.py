@@ -59,7 +59,7 @@ def described(error: BaseException, part: str, safe: str = "") -> OcmmError:
     if isinstance(cause, OcmmError):
         return cause
     what = f"{part} failed: {_named(cause)}{_place(cause)}."
-    return InternalError(CODE, what, f"{safe} Restart OCMM.".strip())
+    return InternalError(CODE, what, f"{safe} Open the job again.".strip())
 
 
 def cause_of(error: BaseException) -> BaseException:

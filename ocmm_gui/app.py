@@ -1,33 +1,50 @@
-"""The composition root of the window: arguments in, a running window out."""
+"""The composition root of the window: arguments and settings in, a running window out.
+
+Windows follow each other in one process: the Start page, a job, the Start page or the job again
+with other settings. Each job has a station of its own, which its window closes.
+"""
 
 from __future__ import annotations
 
 import argparse
+import contextlib
 import gc
 import os
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, QTimer
-from PySide6.QtWidgets import QApplication, QLabel
+from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 
-from ocmm_core.composition import DEFAULT_SOURCE
-from ocmm_core.documents import resource
-from ocmm_core.errors import InputError, InternalError
+from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
+from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, contained
-from ocmm_gui.climate_arguments import add_climate, climate_request
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, PlainLabel, apply_theme, text_font, tr
+from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, SettingsStore
+from ocmm_gui.arguments import given, parser
+from ocmm_gui.home import Choice, Errands, StartWindow
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    Mode,
+    NoticeCentre,
+    PlainLabel,
+    apply_theme,
+    text_font,
+    tr,
+)
 
 if TYPE_CHECKING:
     from ocmm_core.composition import StationRequest
+    from ocmm_gui.bridge import StationBridge
     from ocmm_gui.window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
+_START_PAGE = Choice(Errands.START)
 _SAFE = "All points taken are saved in the job file."
 
 
@@ -97,17 +114,77 @@ def main(arguments: Sequence[str] | None = None) -> int:
     That is 0, 2 if it could not be started, or 3 if something that nobody foresaw ended it or the
     measuring in it.
     """
-    parsed = _parser().parse_args(arguments)
+    parsed = parser().parse_args(arguments)
     try:
-        return run(parsed, _window_options(parsed))
+        return run(parsed)
     except Exception as error:
         told = contained(error, "The window", _SAFE)
         sys.stderr.write(f"{told.what}\n{told.remedy}\n")
         return EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED
 
 
-def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
-    """Build the station, show the window and return when it has closed.
+def run(parsed: argparse.Namespace) -> int:
+    """Show one window after the other, and return when the last one has closed.
+
+    Raises
+    ------
+    OcmmError
+        The station of the command line cannot be built. What was chosen on the Start page and
+        cannot be opened is told there instead.
+    """
+    app = make_application()
+    app.setQuitOnLastWindowClosed(False)
+    _end_on_signals(app)
+    store = SettingsStore.of_this_user(given(parsed))
+    told = NoticeCentre()
+    choice = _START_PAGE if parsed.start else Choice(Errands.MEASURE, parsed.job)
+    while True:
+        if choice is _START_PAGE:
+            chosen = _ask(app, parsed, store, told)
+            if chosen is None:
+                return EXIT_OK
+            choice, told = chosen, NoticeCentre()
+        try:
+            code, after = _work(app, parsed, store, choice, told)
+        except OcmmError as error:
+            if choice.errand is Errands.MEASURE:
+                raise
+            told = NoticeCentre()
+            told.error(error)
+            choice = choice.otherwise or _START_PAGE
+            continue
+        if code != EXIT_OK or after is None:
+            return code
+        choice, told = after, NoticeCentre()
+
+
+def _ask(
+    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
+) -> Choice | None:
+    """Show the Start page, and return what was chosen; None where it was closed."""
+    notices = NoticeCentre()
+    window = StartWindow(store, notices)
+    for notice in told.kept():
+        notices.post(notice)
+    window.closed.connect(app.quit)
+    _show(window, parsed.size)
+    window.read()
+    _end_after(parsed.quit_after, window.close)
+    app.exec()
+    _save_pictures(window, parsed.screenshot)
+    window.close()
+    window.deleteLater()
+    return window.choice
+
+
+def _work(
+    app: QApplication,
+    parsed: argparse.Namespace,
+    store: SettingsStore,
+    choice: Choice,
+    told: NoticeCentre,
+) -> tuple[int, Choice | None]:
+    """Do an errand, and return the exit code with what is wanted next; None: nothing more.
 
     Raises
     ------
@@ -116,17 +193,18 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
     """
     # What is loaded here stays: looking through it for garbage takes a seventh of the start.
     gc.disable()
-    app = make_application()
+    loaded = store.load()
+    options = _window_options(parsed, loaded)
     # Numerical libraries take a second to load: something is on the screen before that.
-    splash = _splash(app, parsed.source, options)
+    splash = _splash(app, loaded.settings.instrument_source, options)
     try:
-        from ocmm_core.composition import build_station
+        from ocmm_core.composition import AcceptanceBench, build_station
         from ocmm_gui.bridge import StationBridge
-        from ocmm_gui.kit import ErrorHooks, NoticeCentre, SoundPlayer
-        from ocmm_gui.window import MainWindow
+        from ocmm_gui.kit import ErrorHooks, SoundPlayer
+        from ocmm_gui.window import REOPEN, START, MainWindow
 
-        _end_on_signals(app)
-        built = build_station(_request(parsed))
+        request = _request(parsed, loaded, choice)
+        built = build_station(request)
     finally:
         splash.close()
         splash.deleteLater()
@@ -136,7 +214,8 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
     except BaseException:
         built.station.close()
         raise
-    code = EXIT_OK
+    code, after = EXIT_OK, ""
+    path, plan = built.job_path, built.station.job.plan_file
     try:
         with ErrorHooks(notices):
             window = MainWindow(
@@ -145,75 +224,140 @@ def run(parsed: argparse.Namespace, options: WindowOptions) -> int:
                 sounds=SoundPlayer(enabled=options.sound),
                 theme=options.theme,
                 out=options.export,
+                bench=AcceptanceBench(request, built.recorded),
+                store=store,
             )
-            _show(window, options)
+            window.show_far(options.far)
+            _show(window, options.size)
             gc.freeze()
             gc.enable()
-            if parsed.serial is None and parsed.source != DEFAULT_SOURCE:
-                # Who measures which part comes before the first point.
-                window.sheets.open_job()
-            if parsed.job is not None:
-                window.sheets.look_at(parsed.job)
-            bridge.start()
+            _begin(window, bridge, parsed, loaded, choice)
             window.load_the_rest()
-            if options.quit_after_s > 0.0:
-                QTimer.singleShot(round(1000.0 * options.quit_after_s), window.close)
+            for note in loaded.notes:
+                notices.warn(note.what, note.remedy)
+            for notice in told.kept():
+                notices.post(notice)
+            window.closed.connect(app.quit)
+            _end_after(options.quit_after_s, window.close)
             app.exec()
+            # The job that is measured last: it may be another one by now.
+            path, plan = built.station.job.path, built.station.job.plan_file
+            after = window.after
             if not _save_pictures(window, options.screenshots):
                 code = EXIT_FAILED
     finally:
         gc.enable()
         bridge.close()
     failure = built.station.faults.why_failed()
+    window.deleteLater()
     if isinstance(failure, InternalError):
         sys.stderr.write(f"{failure.what}\n{failure.remedy}\n")
-        return EXIT_INTERNAL
-    return code
+        return EXIT_INTERNAL, None
+    leaves = choice.errand is not Errands.MEASURE or bool(after)
+    kept = _left_behind(path, plan) if leaves else path
+    if after == START:
+        return code, _START_PAGE
+    if after == REOPEN:
+        by_plan = Choice(Errands.NEW, plan)
+        # Points of other cameras or another probe stay what they are: the next job is a new one.
+        return code, by_plan if kept is None else Choice(Errands.CONTINUE, kept, by_plan)
+    return code, None
 
 
-def _request(parsed: argparse.Namespace) -> StationRequest:
-    from ocmm_core.composition import StationRequest, stream_options
+def _left_behind(path: Path, plan: Path | None) -> Path | None:
+    """Remember where somebody worked; remove a job without points and return None for it."""
+    from ocmm_core.station import drop_job_without_points
 
-    return StationRequest(
-        plan=parsed.plan,
-        out=parsed.out or Path("ocmm-out"),
-        rig=parsed.rig,
-        probe=parsed.probe,
-        reference=parsed.reference,
+    recent = RecentPlaces()
+    if plan is not None:
+        recent.note_plan(plan)
+    with contextlib.suppress(OcmmError):
+        if drop_job_without_points(path):
+            return None
+    recent.note_job(path)
+    return path
+
+
+def _begin(
+    window: MainWindow,
+    bridge: StationBridge,
+    parsed: argparse.Namespace,
+    loaded: LoadedSettings,
+    choice: Choice,
+) -> None:
+    """Open the page of an errand; frames are taken from the moment that somebody measures."""
+    started = False
+
+    def start() -> None:
+        nonlocal started
+        if not started:
+            started = True
+            bridge.start()
+
+    errand, path = choice.errand, choice.path
+    if errand in (Errands.NEW, Errands.LOOK, Errands.PLANS):
+        # Until then nobody touches anything: a robot hand must not measure behind the page.
+        bridge.jobs.job_begun.connect(start)
+        window.sheets.left.connect(start)
+    if errand is Errands.NEW:
+        window.sheets.open_job()
+    elif errand is Errands.LOOK and path is not None:
+        window.sheets.look_at(path)
+    elif errand is Errands.PLANS:
+        window.sheets.open_plan()
+    elif errand is Errands.CALIBRATE:
+        start()
+        window.show_mode(Mode.MAINTAIN)
+    else:
+        source = loaded.settings.instrument_source
+        if errand is Errands.MEASURE and parsed.serial is None and source != DEFAULT_SOURCE:
+            # Who measures which part comes before the first point.
+            window.sheets.open_job()
+        if errand is Errands.MEASURE and path is not None:
+            window.sheets.look_at(path)
+        start()
+    if errand is Errands.DEMO or (parsed.demo and errand is Errands.MEASURE):
+        window.tell_demo()
+
+
+def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice) -> StationRequest:
+    from ocmm_core.composition import Errand, StationRequest, request_of_settings
+
+    settings = loaded.settings
+    if choice.errand is Errands.DEMO:
+        # As shipped, whatever the station has: its records say nothing about a virtual rig.
+        return StationRequest(plan=DEMO_PLAN, out=settings.job_folder, speed=1.0, stay=True)
+    plan = parsed.plan
+    if choice.errand is Errands.NEW and choice.path is not None:
+        plan = choice.path
+    errand = Errand(
+        plan=plan,
         part=parsed.part,
-        source=parsed.source,
         seed=parsed.seed,
         speed=parsed.speed,
-        stay=True,
         operator=parsed.operator,
         serial=parsed.serial or "1",
+        resume=choice.path if choice.errand is Errands.CONTINUE else None,
         force=parsed.force,
-        calibrations=parsed.calibrations,
         uncalibrated=parsed.uncalibrated,
-        climate=climate_request(parsed),
-        probes=parsed.probes,
-        tip=parsed.tip,
-        check_after_h=parsed.check_after,
-        stream=stream_options(
-            parsed.stream,
-            parsed.stream_host,
-            parsed.stream_token,
-            parsed.stream_cert,
-            parsed.stream_key,
-        ),
     )
+    return request_of_settings(settings, errand)
 
 
-def _show(window: MainWindow, options: WindowOptions) -> None:
-    window.show_far(options.far)
-    if options.size is None:
+def _show(window: QMainWindow, size: tuple[int, int] | None) -> None:
+    if size is None:
         window.showMaximized()
     else:
-        window.resize(*options.size)
+        window.resize(*size)
         window.show()
 
 
-def _save_pictures(window: MainWindow, paths: Sequence[Path]) -> bool:
+def _end_after(seconds: float, end: Callable[[], object]) -> None:
+    if seconds > 0.0:
+        QTimer.singleShot(round(1000.0 * seconds), end)
+
+
+def _save_pictures(window: QWidget, paths: Sequence[Path]) -> bool:
     """Save what the window showed last, and say whether every file could be written."""
     saved = True
     for path in paths:
@@ -245,97 +389,15 @@ def _end_on_signals(app: QApplication) -> None:
         signal.signal(number, end)
 
 
-def _window_options(parsed: argparse.Namespace) -> WindowOptions:
+def _window_options(parsed: argparse.Namespace, loaded: LoadedSettings) -> WindowOptions:
+    settings = loaded.settings
+    told = loaded.origins["job.folder"] is not Origin.DEFAULT
     return WindowOptions(
-        theme=parsed.theme,
-        far=parsed.far,
+        theme=settings.window_theme,
+        far=settings.window_far,
         size=parsed.size,
-        export=parsed.out,
+        export=settings.job_folder if told else None,
         quit_after_s=parsed.quit_after,
         screenshots=tuple(parsed.screenshot),
-        sound=not parsed.silent,
+        sound=settings.window_sounds,
     )
-
-
-def _picture(text: str) -> Path:
-    """Return where a picture goes; a job file behind the option is none and is not written over."""
-    if not text.lower().endswith(".png"):
-        raise argparse.ArgumentTypeError(f"{text!r} is no picture; give a name ending in .png")
-    return Path(text)
-
-
-def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.partition("x")
-    return int(width), int(height)
-
-
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(
-        prog="ocmm-window",
-        description="The OCMM window: measure a part to a plan, with real or virtual cameras.",
-        formatter_class=argparse.ArgumentDefaultsHelpFormatter,
-    )
-    add = parser.add_argument
-    add("--plan", type=Path, default=resource("plans", "demo.toml"), help="what to measure")
-    add("job", nargs="?", type=Path, help="job file to look at, read-only")
-    add("--rig", type=Path, default=resource("rigs", "recommended.toml"), help="the cameras")
-    add("--probe", type=Path, default=resource("probes", "standard.toml"), help="the probe")
-    add("--reference", type=Path, help="reference body: LEDs fixed on the part or its table")
-    add(
-        "--part", type=Path, default=resource("parts", "demo.toml"),
-        help="the true part, for virtual rigs",
-    )  # fmt: skip
-    add(
-        "--source", default=DEFAULT_SOURCE,
-        help="source of frames, see 'ocmm measure --help'",
-    )  # fmt: skip
-    add("--seed", type=int, default=3, help="seed of the virtual rig")
-    add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")
-    add("--operator", default="demo", help="who measures")
-    add("--serial", help="serial number of the part; asked in the window for real cameras")
-    add("--out", type=Path, help="folder of the job file and the report; asked when exporting")
-    add(
-        "--force",
-        action="store_true",
-        help="use a network interface although the computer itself uses it",
-    )
-    add(
-        "--calibrations", type=Path,
-        help="calibration folder; default: this user's for real cameras, none for virtual ones",
-    )  # fmt: skip
-    add(
-        "--uncalibrated",
-        action="store_true",
-        help="measure without a calibration: every verdict is NOT PROVEN",
-    )
-    add_climate(parser)
-    add(
-        "--probes", type=Path,
-        help="probe record folder; default: this user's for real cameras, none for virtual ones",
-    )  # fmt: skip
-    add("--tip", help="name of the mounted tip; default: from the records")
-    add(
-        "--check-after", type=float, default=8.0, metavar="HOURS",
-        help="hours without a point or check after which the tip must be checked",
-    )  # fmt: skip
-    add("--stream", type=int, metavar="PORT", help="stream points and poses to other programs")
-    add(
-        "--stream-host",
-        default="127.0.0.1",
-        help="address of the stream; non-local ones need a token",
-    )
-    add(
-        "--stream-token", type=Path, help="file with the token of the stream, readable by you alone"
-    )
-    add("--stream-cert", type=Path, help="certificate (PEM): the stream speaks TLS")
-    add("--stream-key", type=Path, help="private key of that certificate (PEM, no password)")
-    add("--theme", choices=tuple(THEMES), default=DEFAULT_THEME, help="colour theme; T changes it")
-    add("--far", action="store_true", help="start in the far view; F11 changes it")
-    add("--size", type=_size, help="of the window, e.g. 1280x720; default: maximised")
-    add("--silent", action="store_true", help="no sounds")
-    add("--quit-after", type=float, default=0.0, metavar="SECONDS", help="close automatically")
-    add(
-        "--screenshot", type=_picture, nargs="+", default=[], metavar="FILE",
-        help="save a picture of the window when it closes automatically",
-    )  # fmt: skip
-    return parser

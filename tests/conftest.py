@@ -102,7 +102,7 @@ def _no_user_data(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
     """Let this process and its children see empty data, configuration and state folders."""
     home = tmp_path_factory.mktemp("home")
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME"):
+        for name in ("XDG_DATA_HOME", "XDG_CONFIG_HOME", "XDG_STATE_HOME", "XDG_CONFIG_DIRS"):
             patch.setenv(name, str(home / name.lower()))
         yield
 

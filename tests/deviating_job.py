@@ -11,12 +11,13 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureState, FeatureView, JobView
 from ocmm_core.measuring import MeasuredPoint, factors_of_matrix
-from ocmm_core.part_model import nominal_face, normals_at, places_at, searched_face
+from ocmm_core.part_model import PlacedPart, nominal_face, normals_at, places_at, searched_face
 from ocmm_core.tolerances.decisions import CharacteristicResult, evaluate_all
 from ocmm_core.tolerances.zones import Characteristic
 from tests.core.export.sample_report import HEAD
 from tests.core.part_model.model_faces import face_of, waves
 from tests.core.tolerances.known_part import KnownPart, face, motion, ring
+from tests.made_parts import PartMaker
 
 SIDE = 5
 FORM = 0.02
@@ -93,3 +94,27 @@ def deviating_job(top: float = 0.05) -> tuple[JobView, list[NominalFeature]]:
 def held_back(view: JobView, point: MeasuredPoint) -> JobView:
     """Return the job with one point held back."""
     return replace(view, held=(point.number,))
+
+
+def placed_part(*, is_rough: bool = False) -> PlacedPart:
+    """Return the block as its model has it, where the job has it."""
+    maker = PartMaker()
+    steps = np.linspace(0.0, 1.0, 25)
+    u, v = np.meshgrid(steps, steps, indexing="ij")
+    surface = searched_face(face_of(waves())).surface
+    at = np.stack([u.ravel(), v.ravel()], axis=1)
+    grid = (25, 25, 3)
+    maker.sheet(
+        places_at(surface, at).reshape(grid),
+        normals_at(surface, at).reshape(grid),
+        "BSplineSurface",
+    )
+    maker.box((-45.0, -45.0, -30.0), (45.0, 45.0, -6.0))
+    maker.tube((0.0, 0.0, 0.0), 20.0, 8.0, hollow=True)
+    made = maker.part("block.step")
+    # The bore goes along x, from x = 35 on: the tube stands along z.
+    rows = np.unique(made.triangles[made.triangle_faces == len(made.faces) - 1])
+    for lengths in (made.vertices, made.normals):
+        lengths[rows] = lengths[rows] @ np.array([[0.0, 0, -1.0], [0.0, 1.0, 0], [1.0, 0, 0]])
+    made.vertices[rows] += [35.0, 0.0, -18.0]
+    return PlacedPart(made, part().place, is_rough)

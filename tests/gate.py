@@ -2,8 +2,9 @@
 
 As a plugin (registered in `conftest`) it lists what was not run, with the reason; with
 OCMM_REQUIRE_ALL=1 that is a failure. With OCMM_TEST_RECORD=FILE it also writes down what became of
-every test. As a program, ``python -m tests.gate FOLDER``, it adds up the records that `./run test`
-let the runs write there, ``LANE.json`` and for what was repeated ``LANE.again.json``.
+every test and how long it took. As a program, ``python -m tests.gate FOLDER``, it adds up the
+records that `./run test` let the runs write there, ``LANE.json`` and for what was repeated
+``LANE.again.json``, and names the files that took longest.
 """
 
 from __future__ import annotations
@@ -11,8 +12,9 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections import Counter
 from collections.abc import Generator, Iterable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TypeVar
 
@@ -21,6 +23,8 @@ import pytest
 PASSED, FAILED, NOT_RUN = "passed", "failed", "not run"
 RECORD, REQUIRE_ALL = "OCMM_TEST_RECORD", "OCMM_REQUIRE_ALL"
 _AGAIN = ".again"
+LONGEST = 25
+"""Files of which the time is told: where the minutes of a run go."""
 _Report = TypeVar("_Report", pytest.TestReport, pytest.CollectReport)
 
 
@@ -31,6 +35,7 @@ class Outcome:
     test: str
     outcome: str
     reason: str = ""
+    seconds: float = 0.0
 
 
 class Gate:
@@ -40,6 +45,7 @@ class Gate:
         self._require_all = require_all
         self._record = record
         self._found: dict[str, Outcome] = {}
+        self._seconds: Counter[str] = Counter()
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
@@ -56,7 +62,8 @@ class Gate:
         return self._strict(report)
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-        """Keep the worst of set-up, call and taking down."""
+        """Keep the worst of set-up, call and taking down, and how long all three took."""
+        self._seconds[report.nodeid] += report.duration
         self._keep(report)
 
     def pytest_collectreport(self, report: pytest.CollectReport) -> None:
@@ -79,7 +86,8 @@ class Gate:
     @pytest.hookimpl(trylast=True)
     def pytest_sessionfinish(self, session: pytest.Session) -> None:
         """Write the record."""
-        self._write(session, self._found.values())
+        found = self._found.items()
+        self._write(session, [replace(o, seconds=self._seconds[test]) for test, o in found])
 
     def _write(self, session: pytest.Session, outcomes: Iterable[Outcome]) -> None:
         # Workers have the same environment.
@@ -138,6 +146,7 @@ def summary(folder: Path) -> tuple[list[str], bool]:
     repeats: list[str] = []
     failures: list[str] = []
     total = [0, 0, 0, 0]
+    seconds: Counter[str] = Counter()
     for path in lanes:
         name = path.stem.partition("-")[2]
         found = _read(path)
@@ -156,8 +165,11 @@ def summary(folder: Path) -> tuple[list[str], bool]:
         table.append(f"{name:24}{counts[0]:>8}{counts[1]:>8}{counts[2]:>10}{counts[3]:>9}")
         total = [a + b for a, b in zip(total, counts, strict=True)]
         everything.extend(found.values())
+        for outcome in found.values():
+            seconds[f"{outcome.test.partition('::')[0]} ({name})"] += outcome.seconds
+    longest = [f"LONG {long:6.0f} s  {file}" for file, long in seconds.most_common(LONGEST)]
     last = "All: {} passed, {} failed, {} repeated, {} not run.".format(*total)
-    lines = [*not_run_lines(everything), *failures, *repeats, *table, last]
+    lines = [*not_run_lines(everything), *longest, *failures, *repeats, *table, last]
     return lines, total[1] == 0
 
 

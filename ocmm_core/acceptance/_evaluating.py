@@ -8,10 +8,12 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.acceptance._procedure import InterimTest, LocationTest
-from ocmm_core.acceptance._result import JudgedValue
+from ocmm_core.acceptance._procedure import InterimTest, LocationTest, LongStylusTest
+from ocmm_core.acceptance._result import JudgedValue, UsedArtefact
 from ocmm_core.acceptance._situation import Situation, certified_at
 from ocmm_core.acceptance._values import (
+    block_length,
+    faces_normal,
     location_value,
     nest_lengths,
     repeat_ranges,
@@ -27,25 +29,35 @@ Values = list[JudgedValue]
 
 
 def repeated_lengths(at: Situation, position: int) -> Float:
-    """Return the lengths (items, repeats), mm, of a position with a bar."""
+    """Return the lengths (items, repeats), mm, of a position with a bar or a gauge block."""
     plan = at.plan[position]
+    if plan.role == "gauge block":
+        faces = at.tips[position].reshape(plan.repeats, 2, -1, 3)
+        radius = at.stage.instrument.ball_radius
+        return np.array([[block_length(one, two, faces_normal(one, two), radius)
+                          for one, two in faces]])  # fmt: skip
     nests = at.tips[position].reshape(plan.repeats, len(plan.points_world), 3)
     return np.array([nest_lengths(one) for one in nests]).T
 
 
 def length_values(at: Situation) -> Values:
-    """Return E of every length."""
-    bar, found = at.stage.only("bar"), []
+    """Return E (E_L with a long stylus) of every length."""
+    quantity = "E_L" if isinstance(at.stage.procedure.test, LongStylusTest) else "E"
+    found = []
     for position in at.complete():
         plan, repeats = at.plan[position], at.plan[position].repeats
         for item, lengths in zip(plan.items, repeated_lengths(at, position), strict=True):
             nominal = _nominal(at, position, item)
-            certified, expanded = certified_at(bar, nominal, at.celsius[position])
+            artefact = _artefact(at, position)
+            certified, expanded = certified_at(artefact, nominal, at.celsius[position])
+            if artefact.role == "gauge block":
+                # Both sides: u of the ball's radius, twice and k = 2.
+                expanded = float(np.hypot(expanded, 4.0 * at.stage.instrument.ball_sigma))
             for number, length in enumerate(lengths):
                 name = f"{nominal:.0f} mm"
                 found.append(
                     at.value(
-                        "E",
+                        quantity,
                         position,
                         f"{name}, repeat {number + 1}" if repeats > 1 else name,
                         item=item,
@@ -63,6 +75,9 @@ def e0_values(at: Situation) -> Values:
     found = length_values(at)
     for position in at.complete():
         plan = at.plan[position]
+        if plan.role == "gauge block":
+            # R0 is of the lengths of the bar; a block is there for its two sides.
+            continue
         for item, spread in zip(
             plan.items, repeat_ranges(repeated_lengths(at, position)), strict=True
         ):
@@ -83,15 +98,31 @@ def e0_values(at: Situation) -> Values:
 
 
 def _nominal(at: Situation, position: int, item: int) -> float:
-    """Return the certified length at 20 degrees of an item of a position with a bar, mm.
+    """Return the certified length at 20 degrees of an item of a bar or a block, mm.
 
     From the plan: its points were laid out by the certificate.
     """
+    if at.plan[position].role == "gauge block":
+        return _artefact(at, position).sizes[0]
     plan = at.plan[position]
     points = np.array(plan.points_world)
     length = float(np.linalg.norm(points[1 + plan.items.index(item)] - points[0]))
     sizes = at.stage.only("bar").sizes
     return min((abs(a - sizes[0]) for a in sizes[1:]), key=lambda one: abs(one - length))
+
+
+def _artefact(at: Situation, position: int) -> UsedArtefact:
+    """Return the artefact of a position; of several gauge blocks, the one that it was planned for.
+
+    The planned faces lie apart by its length and the ball: blocks of a set differ by more.
+    """
+    plan = at.plan[position]
+    found = at.stage.of_role(plan.role) or (at.stage.only(plan.role),)
+    if len(found) == 1:
+        return found[0]
+    faces = np.array(plan.points_world).reshape(2, -1, 3).mean(axis=1)
+    apart = float(np.linalg.norm(faces[1] - faces[0])) - 2.0 * at.stage.instrument.ball_radius
+    return min(found, key=lambda one: abs(one.sizes[0] - apart))
 
 
 def sphere_results(at: Situation) -> Values:

@@ -11,14 +11,16 @@ import numpy as np
 
 from ocmm_core.acceptance import _evaluating as evaluate
 from ocmm_core.acceptance import _planning as plan
-from ocmm_core.acceptance._placement import missing_corners
+from ocmm_core.acceptance._placement import missing_corners, missing_octants
 from ocmm_core.acceptance._procedure import (
     BallTest,
     DiameterTest,
+    E0BlockTest,
     E0Test,
     InterimTest,
     LengthTest,
     LocationTest,
+    LongStylusTest,
     PlateTest,
     SpatTest,
     SphereTest,
@@ -31,7 +33,7 @@ from ocmm_core.acceptance._result import (
     Verdict,
 )
 from ocmm_core.acceptance._situation import Situation, Stage, worst_of
-from ocmm_core.errors import CalibrationError
+from ocmm_core.errors import CalibrationError, InputError
 
 Retest: TypeAlias = tuple[PlannedPosition, ...]
 
@@ -118,6 +120,10 @@ def _sets(at: Situation) -> Retest:
     for key in outside:
         position, item = (int(one) for one in key.split("/"))
         root = at.plan[position]
+        if root.role == "gauge block":
+            repeats = numbers.retest_repeats
+            again.append(msgspec.structs.replace(_again(root, position), repeats=repeats))
+            continue
         ends = (root.points_world[0], root.points_world[1 + root.items.index(item)])
         again.append(
             msgspec.structs.replace(
@@ -155,10 +161,16 @@ KINDS: dict[type[msgspec.Struct], TestKind] = {
         ("sphere",), ("L_Dia",), plan.plan_location, evaluate.location_results, _whole
     ),
     E0Test: TestKind(("bar",), ("E", "R0"), plan.plan_e0, evaluate.e0_values, _sets),
+    E0BlockTest: TestKind(
+        ("bar", "gauge block"), ("E", "R0"), plan.plan_e0_blocks, evaluate.e0_values, _sets
+    ),
+    LongStylusTest: TestKind(
+        ("bar",), ("E_L", "R0"), plan.plan_long_stylus, evaluate.e0_values, _sets
+    ),
     SpatTest: TestKind((), ("SPAT_max", "SPAT_2s"), plan.plan_spat, evaluate.spat_results, _whole),
     VolumetricTest: TestKind(
         ("bar",), ("V_max", "V_range", "V_2RMS"), plan.plan_volumetric,
-        evaluate.volumetric_results, _whole,
+        evaluate.volumetric_results, _whole, missing_octants,
     ),
     DiameterTest: TestKind(
         ("sphere",), ("D_eff",), plan.plan_diameter, evaluate.diameter_results, _whole
@@ -179,8 +191,15 @@ KINDS: dict[type[msgspec.Struct], TestKind] = {
 
 
 def kind_of(stage: Stage) -> TestKind:
-    """Return the entry of a procedure's kind."""
-    return KINDS[type(stage.procedure.test)]
+    """Return the entry of a procedure's kind; raise InputError where it takes no points."""
+    found = KINDS.get(type(stage.procedure.test))
+    if found is None:
+        raise InputError(
+            "acceptance.of_jobs",
+            f"'{stage.procedure.id}' is computed from jobs of a calibrated part.",
+            "Measure the part as jobs, then use ocmm msa part.",
+        )
+    return found
 
 
 def plan_of(stage: Stage) -> tuple[tuple[PlannedPosition, ...], tuple[str, ...]]:

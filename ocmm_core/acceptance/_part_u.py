@@ -15,11 +15,14 @@ from dataclasses import dataclass
 import msgspec
 import numpy as np
 
+from ocmm_core.acceptance._procedure import PartTest
 from ocmm_core.errors import InputError
 
 LEAST_CYCLES, LEAST_RESULTS = 10, 20
-_LARGE_MM, _LARGE_SHARE, _SMALL_MM = 250.0, 0.10, 25.0
-_ANGLE_DEG = 5.0
+_USUAL = PartTest(
+    cycles=LEAST_CYCLES, results=LEAST_RESULTS, large=250.0, large_share=0.10, small=25.0,
+    angle_deg=5.0,
+)  # fmt: skip
 
 
 class PartTask(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -128,9 +131,16 @@ def part_uncertainty(
     )  # fmt: skip
 
 
-def dissimilar(studied: PartTask, wanted: PartTask) -> str:
-    """Return why the U of a study does not hold for another task; empty where it does."""
-    allowed = _LARGE_SHARE * studied.dimension if studied.dimension > _LARGE_MM else _SMALL_MM
+def dissimilar(studied: PartTask, wanted: PartTask, numbers: PartTest = _USUAL) -> str:
+    """Return why the U of a study does not hold for another task; empty where it does.
+
+    Parameters
+    ----------
+    numbers
+        Limits of the gate, of the procedure.
+    """
+    large = studied.dimension > numbers.large
+    allowed = numbers.large_share * studied.dimension if large else numbers.small
     off = abs(wanted.dimension - studied.dimension)
     if off > allowed:
         return (
@@ -138,8 +148,8 @@ def dissimilar(studied: PartTask, wanted: PartTask) -> str:
             f"they may differ by {allowed:g} mm."
         )
     turned = abs(wanted.angle_deg - studied.angle_deg)
-    if turned > _ANGLE_DEG:
-        return f"The angle differs by {turned:g}°, and {_ANGLE_DEG:g}° are allowed."
+    if turned > numbers.angle_deg:
+        return f"The angle differs by {turned:g}°, and {numbers.angle_deg:g}° are allowed."
     if wanted.points != studied.points:
         return f"{wanted.points} points are probed, and the study probed {studied.points}."
     for field in ("strategy", "stylus", "material", "clamping"):

@@ -10,14 +10,16 @@ from scipy.optimize import linear_sum_assignment
 
 from ocmm_core.acceptance._procedure import (
     DiameterTest,
+    E0BlockTest,
     E0Test,
     LengthTest,
     LocationTest,
     SpatTest,
     SphereTest,
+    VolumetricTest,
 )
 from ocmm_core.acceptance._situation import Situation, depth_share, third_of
-from ocmm_core.acceptance._values import nest_lengths, sphere_values
+from ocmm_core.acceptance._values import faces_normal, flatness, nest_lengths, sphere_values
 from ocmm_core.calibration.verification import CORNER_NAMES, corner_distances
 from ocmm_core.geometry import Float, Points3, unit
 
@@ -27,6 +29,11 @@ _NEST_MM = 10.0
 _OUTSIDE_MM = 1.0
 _OFF_PLAN_MM = 75.0
 _CONE_MM = 2.0
+_BLOCK_MM = 1.0
+_BLOCK_FLAT_MM = 0.5
+"""Far above the noise of a point, far below an edge or a fixture that was touched instead."""
+_BLOCK_SPREAD = 0.15
+"""Standard deviation of the points across the narrow way of a face, of its width."""
 
 
 def judge_point(at: Situation, position: int, tip: Float) -> str:
@@ -63,7 +70,9 @@ def judge_point(at: Situation, position: int, tip: Float) -> str:
     off = float(np.linalg.norm(points[item] - tip))
     if off > _OFF_PLAN_MM and not len(taken):
         return f"The ball is {off:.0f} mm from where {plan.name} begins."
-    if any(float(np.linalg.norm(tip - one)) < 0.2 for one in taken) and plan.role != "cone":
+    # A block is measured several times: the same place again is what is wanted then.
+    now = taken[len(taken) - item :] if plan.role == "gauge block" else taken
+    if any(float(np.linalg.norm(tip - one)) < 0.2 for one in now) and plan.role != "cone":
         return "This point was taken already: take the next one."
     return ""
 
@@ -75,6 +84,10 @@ def judge_position(at: Situation, position: int) -> str:
     if np.any(tips < low - _OUTSIDE_MM) or np.any(tips > high + _OUTSIDE_MM):
         return "Points lie outside the calibrated volume: place the artefact inside."
     numbers, plan = at.stage.procedure.test, at.plan[position]
+    if plan.role == "gauge block" and isinstance(numbers, E0BlockTest):
+        return _block(at, position, numbers)
+    if isinstance(numbers, VolumetricTest):
+        return _octant(at, position)
     if isinstance(numbers, LengthTest | E0Test):
         return _line(at, position, numbers)
     if plan.role == "sphere":
@@ -94,6 +107,8 @@ def _line(at: Situation, position: int, numbers: LengthTest | E0Test) -> str:
     direction = unit(ends[1] - ends[0])
     for other in at.complete():
         if other == position or at.root(other) == at.root(position):
+            continue
+        if at.plan[other].role != plan.role:
             continue
         between = _ends(at, other)
         cosine = abs(float(direction @ unit(between[1] - between[0])))
@@ -116,6 +131,81 @@ def _line(at: Situation, position: int, numbers: LengthTest | E0Test) -> str:
                 "place it nearer."
             )
     return ""
+
+
+def _block(at: Situation, position: int, numbers: E0BlockTest) -> str:
+    """Judge where the points of a gauge block lie; its length to a millimetre only."""
+    plan = at.plan[position]
+    planned = np.array(plan.points_world).reshape(2, -1, 3).mean(axis=1)
+    wanted = float(np.linalg.norm(planned[1] - planned[0]))
+    for number, (one, two) in enumerate(at.tips[position].reshape(plan.repeats, 2, -1, 3)):
+        for face in (one, two):
+            arms = face - face.mean(axis=0)
+            across = np.linalg.svd(arms, compute_uv=False)[1] / np.sqrt(len(face))
+            if across < _BLOCK_SPREAD * min(numbers.block_face):
+                return (
+                    f"Repeat {number + 1}: the points of a face lie on a line; spread them over "
+                    "the face, or the direction of the block is not known."
+                )
+        normal = faces_normal(one, two)
+        apart = float((two.mean(axis=0) - one.mean(axis=0)) @ normal)
+        if abs(apart - wanted) > _BLOCK_MM:
+            return (
+                f"Repeat {number + 1}: the faces are {apart:.1f} mm apart as the ball lies, and "
+                f"{wanted:.1f} mm are wanted: probe both measuring faces of this block."
+            )
+        for face in (one, two):
+            if flatness(face) > _BLOCK_FLAT_MM:
+                return f"Repeat {number + 1}: the points of a face do not lie in one plane."
+    return ""
+
+
+def octant_of(point: Float, volume: Float) -> int:
+    """Return in which octant of the volume a point (3,) lies, in the order of `CORNER_NAMES`."""
+    upper = point > volume.mean(axis=0)
+    return int(upper[0]) * 4 + int(upper[1]) * 2 + int(upper[2])
+
+
+def _octant(at: Situation, position: int) -> str:
+    """Return why a placement would leave an octant of the volume empty; empty where it would not.
+
+    So many placements as are still to come fill at most so many octants.
+    """
+    same = [one for one in range(len(at.plan)) if at.depth(one) == at.depth(position)]
+    done = [one for one in same if at.is_complete(one)]
+    open_now, left = _empty_octants(at, done), len(same) - len(done)
+    if len(open_now) <= left:
+        return ""
+    names = ", ".join(CORNER_NAMES[one] for one in sorted(open_now))
+    return (
+        f"The bar is not in octant {_planned_octant(at, position)}, where it was planned: {left} "
+        f"placements are left, and the octants {names} of the volume would stay empty."
+    )
+
+
+def _planned_octant(at: Situation, position: int) -> str:
+    points = np.array(at.plan[position].points_world)
+    return CORNER_NAMES[octant_of(points.mean(axis=0), at.stage.volume)]
+
+
+def _empty_octants(at: Situation, positions: list[int]) -> set[int]:
+    """Return the octants of the plan in which no placement has its middle."""
+    volume = at.stage.volume
+    planned = {octant_of(np.array(one.points_world).mean(axis=0), volume) for one in at.plan}
+    return planned - {octant_of(at.tips[one].mean(axis=0), volume) for one in positions}
+
+
+def missing_octants(at: Situation, numbers: VolumetricTest) -> str:
+    """Return which octants of the volume are empty, or that there are too few; empty: none."""
+    volume = at.stage.volume
+    filled = {octant_of(at.tips[one].mean(axis=0), volume) for one in at.complete()}
+    if len(filled) >= numbers.octants:
+        return ""
+    names = ", ".join(CORNER_NAMES[one] for one in sorted(set(range(8)) - filled))
+    return (
+        f"Placements lie in {len(filled)} octants of the volume and {numbers.octants} are needed: "
+        f"{names} are empty."
+    )
 
 
 def _ends(at: Situation, position: int) -> Float:

@@ -14,10 +14,12 @@ import numpy as np
 from ocmm_core.acceptance._procedure import (
     BallTest,
     DiameterTest,
+    E0BlockTest,
     E0Test,
     InterimTest,
     LengthTest,
     LocationTest,
+    LongStylusTest,
     PlateTest,
     SpatTest,
     SphereTest,
@@ -242,6 +244,64 @@ def plan_e0(stage: Stage, numbers: E0Test) -> Planned:
         for name, d in chosen[: numbers.positions]
     ]
     return positions, notes
+
+
+def plan_e0_blocks(stage: Stage, numbers: E0BlockTest) -> Planned:
+    """Plan E0, and every gauge block upright in the middle, probed from both sides.
+
+    Raises
+    ------
+    CalibrationError
+        As `plan_e0`, or a block is too long.
+    """
+    positions, notes = plan_e0(stage, numbers)
+    middle, across = stage.volume.mean(axis=0), np.array([1.0, 0.0, 0.0])
+    grid = ring_directions(((90.0, max(numbers.block_points - 1, 3), 45.0),), across)
+    # Points on an ellipse within the face, and its middle; the face is seen along X.
+    half = 0.5 * np.array([0.0, *numbers.block_face]) * 0.7
+    pattern = np.concatenate([grid * half, np.zeros((1, 3))])
+    for block in stage.of_role("gauge block"):
+        length = block.sizes[0]
+        if length > numbers.block_largest:
+            raise CalibrationError(
+                "acceptance.block_long",
+                f"'{block.use.name}' is {length:g} mm long; {numbers.block_largest:g} mm are "
+                "allowed.",
+                "Use a shorter gauge block.",
+            )
+        reach = (0.5 * length + stage.instrument.ball_radius) * across
+        points = np.concatenate([middle - reach + pattern, middle + reach + pattern])
+        positions.append(
+            PlannedPosition(
+                name=f"gauge block {length:g} mm",
+                role="gauge block",
+                points_world=vectors(points),
+                items=(1,),
+                repeats=numbers.block_repeats,
+            )
+        )
+    notes.append(f"Gauge blocks: {len(pattern)} points on either face, averaged, by agreement.")
+    return positions, notes
+
+
+def plan_long_stylus(stage: Stage, numbers: LongStylusTest) -> Planned:
+    """Plan the first diagonals with a stylus that is long enough.
+
+    Raises
+    ------
+    CalibrationError
+        As `plan_e0`, or the stylus is too short.
+    """
+    stylus = stage.instrument.stylus
+    if stylus < numbers.stylus:
+        raise CalibrationError(
+            "acceptance.stylus_short",
+            f"Tip '{stage.instrument.tip}' is {stylus:.0f} mm from the nearest LED; "
+            f"'{stage.procedure.id}' is about a stylus of {numbers.stylus:g} mm or more.",
+            "Mount and qualify the longest stylus that is offered.",
+        )
+    positions, notes = plan_e0(stage, numbers)
+    return positions, [*notes, f"Stylus: {stylus:.1f} mm from the ball to the nearest LED."]
 
 
 def newness(direction: Float, others: Sequence[Float]) -> float:

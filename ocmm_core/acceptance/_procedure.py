@@ -134,6 +134,39 @@ class E0Test(_Numbers, frozen=True, kw_only=True, tag="e0"):
     angle_deg: float
 
 
+class E0BlockTest(E0Test, frozen=True, kw_only=True, tag="e0-block"):
+    """The same with gauge blocks besides, which are probed from both sides: E0, R0.
+
+    A bar is unidirectional, so that an error of the ball's radius would not be seen.
+
+    Attributes
+    ----------
+    block_largest
+        No block is longer, mm.
+    block_face
+        Of a measuring face, mm: where the points lie.
+    block_points, block_repeats
+        On either face, which are averaged; how often the block is measured.
+    """
+
+    block_largest: float
+    block_face: tuple[float, float]
+    block_points: int
+    block_repeats: int
+
+
+class LongStylusTest(E0Test, frozen=True, kw_only=True, tag="e0-stylus"):
+    """The same on two diagonals with the longest stylus (as E150 of ISO 10360-2): E_L, R0.
+
+    Attributes
+    ----------
+    stylus
+        From the ball to the nearest LED, mm, at least.
+    """
+
+    stylus: float
+
+
 class SpatTest(_Numbers, frozen=True, kw_only=True, tag="spat"):
     """The ball in a cone while the probe turns (ASME B89.4.22): SPAT_max, SPAT_2s."""
 
@@ -187,17 +220,44 @@ class InterimTest(_Numbers, frozen=True, kw_only=True, tag="interim"):
     distance: float
 
 
+class PartTest(_Numbers, frozen=True, kw_only=True, tag="part"):
+    """Results of a calibrated workpiece (ISO 15530-3): its U, for similar parts alone.
+
+    It is computed from jobs (`ocmm msa part`), not taken point by point.
+
+    Attributes
+    ----------
+    cycles, results
+        At least so many, each with the part taken out and clamped again.
+    large, large_share, small
+        How far the dimension of another part may be: the share above ``large`` mm, else ``small``
+        mm.
+    angle_deg
+        How far it may be turned.
+    """
+
+    cycles: int
+    results: int
+    large: float
+    large_share: float
+    small: float
+    angle_deg: float
+
+
 TestNumbers: TypeAlias = (
     LengthTest
     | SphereTest
     | LocationTest
     | E0Test
+    | E0BlockTest
+    | LongStylusTest
     | SpatTest
     | VolumetricTest
     | DiameterTest
     | PlateTest
     | BallTest
     | InterimTest
+    | PartTest
 )
 
 
@@ -275,12 +335,20 @@ def load_procedure(path: Path | str) -> tuple[Procedure, str]:
     return procedure, digest(path)
 
 
-def procedure_files() -> dict[str, Path]:
-    """Return the shipped procedures by their id."""
+def procedure_files(*, of_jobs: bool = False) -> dict[str, Path]:
+    """Return the shipped procedures by their id.
+
+    Parameters
+    ----------
+    of_jobs
+        Those that are computed from jobs, instead of those that are taken point by point.
+    """
     folder = resource("acceptance", "length_7x5.toml").parent
     found = {}
     for path in sorted(folder.glob("*.toml")):
-        found[load_procedure(path)[0].id] = path
+        procedure = load_procedure(path)[0]
+        if isinstance(procedure.test, PartTest) is of_jobs:
+            found[procedure.id] = path
     return found
 
 
@@ -292,7 +360,7 @@ def find_procedure(name: str) -> Path:
     InputError
         There is none.
     """
-    shipped = procedure_files()
+    shipped = {**procedure_files(), **procedure_files(of_jobs=True)}
     for known, path in shipped.items():
         if known.casefold() == name.casefold():
             return path

@@ -146,7 +146,9 @@ class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     identity: str
 
 
-class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+class Instrument(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
     """What was tested.
 
     Attributes
@@ -169,6 +171,8 @@ class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         Measured on the virtual rig.
     away
         Unit vector from the cameras to the middle of the volume.
+    stylus
+        From the ball to the nearest LED, mm; zero where nobody said.
     """
 
     rig: str
@@ -185,6 +189,7 @@ class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     software: str
     simulated: bool
     away: Vector3 = (0.0, 1.0, 0.0)
+    stylus: float = 0.0
 
 
 class PlannedPosition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -196,6 +196,21 @@ def block_length(first: Points3, second: Points3, direction: Float, radius: floa
     return float(between @ direction) - 2.0 * radius
 
 
+def faces_normal(first: Points3, second: Points3) -> Float:
+    """Return the direction (3,) of a block: the common normal of its faces, from first to second.
+
+    Parameters
+    ----------
+    first, second
+        Ball centres (n, 3), mm, on either face. Each face has its own place and both have one
+        normal: that of the smallest sum of squares.
+    """
+    arms = np.concatenate([first - first.mean(axis=0), second - second.mean(axis=0)])
+    normal: Float = np.linalg.svd(arms, full_matrices=False)[2][-1]
+    across = second.mean(axis=0) - first.mean(axis=0)
+    return normal if float(across @ normal) >= 0.0 else -normal
+
+
 def flatness(points: Points3) -> float:
     """Return largest less smallest distance, mm, of points (n, 3) from their plane."""
     at = points - points.mean(axis=0)

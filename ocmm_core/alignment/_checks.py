@@ -12,6 +12,7 @@ from ocmm_core.alignment._rules import (
     BestFit,
     DatumAlignment,
     DatumReferenceFrame,
+    ModelBestFit,
     PlaneAxisPoint,
     ReferencePoints,
     Relocation,
@@ -19,9 +20,12 @@ from ocmm_core.alignment._rules import (
 )
 from ocmm_core.features.measured import AXIAL, CENTRED, LONG
 from ocmm_core.features.shapes import Shape
+from ocmm_core.part_model import face_fault
 
 CONDITIONS = 6
 LEAST_POINTS = 3
+LEAST_ON_MODEL = 7
+"""One more than a part has motions."""
 LEAST_FIXED = 1e-9
 
 Fault = tuple[str, str]
@@ -56,6 +60,8 @@ def alignment_fault(
             return _known(shapes, f"{field}.datums", rule.datums, tuple(Shape))
         case BestFit():
             return _best_fit(rule, shapes, field)
+        case ModelBestFit():
+            return _model_best_fit(rule, shapes, field)
         case ReferencePoints():
             return _reference_points(rule, shapes, field)
         case SavedFrame():
@@ -104,6 +110,18 @@ def _best_fit(rule: BestFit, shapes: Mapping[str, Shape], field: str) -> Fault |
     if rule.locked:
         return _known(shapes, f"{field}.points", rule.points, CENTRED)
     return _points(shapes, f"{field}.points", rule.points)
+
+
+def _model_best_fit(rule: ModelBestFit, shapes: Mapping[str, Shape], field: str) -> Fault | None:
+    if not rule.faces:
+        return f"{field}.faces", "names no face of the model"
+    for place, face in enumerate(rule.faces):
+        if fault := face_fault(face):
+            return f"{field}.faces[{place}]", f"is no face of a model: {fault}"
+    if len(rule.points) < LEAST_ON_MODEL:
+        count = len(rule.points)
+        return f"{field}.points", f"names {count}, but at least {LEAST_ON_MODEL} are needed"
+    return _known(shapes, f"{field}.points", rule.points, (Shape.POINT,))
 
 
 def _reference_points(

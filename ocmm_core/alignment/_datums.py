@@ -9,6 +9,7 @@ import numpy as np
 
 from ocmm_core.alignment._best_fit import best_fit, relocated
 from ocmm_core.alignment._datum_frame import DatumFrame, datum_frame
+from ocmm_core.alignment._model_frame import model_fit
 from ocmm_core.alignment._reference_points import reference_points
 from ocmm_core.alignment._rules import (
     Alignment,
@@ -17,6 +18,7 @@ from ocmm_core.alignment._rules import (
     BoundAlignment,
     DatumAlignment,
     DatumReferenceFrame,
+    ModelBestFit,
     PlaneAxisPoint,
     ReferencePoints,
     Relocation,
@@ -25,12 +27,17 @@ from ocmm_core.alignment._rules import (
 from ocmm_core.alignment._three_two_one import nominal_frame as three_two_one_of_nominals
 from ocmm_core.alignment._three_two_one import three_two_one
 from ocmm_core.errors import FitError
+from ocmm_core.features.measured import ActualFeature
 from ocmm_core.geometry import Float, RigidTransform
 
 __all__ = ["DatumAlignment", "datums_of", "frame_of", "nominal_frame", "settled"]
 
 
-def frame_of(rule: AnyAlignment, geometries: Mapping[str, Float]) -> RigidTransform:
+def frame_of(
+    rule: AnyAlignment,
+    geometries: Mapping[str, Float],
+    actual: Mapping[str, ActualFeature] | None = None,
+) -> RigidTransform:
     """Return the motion from the world to the part frame, ``T_part_from_world``.
 
     It rests on the features that the rule names and on no others, but for the choice of which way
@@ -45,6 +52,8 @@ def frame_of(rule: AnyAlignment, geometries: Mapping[str, Float]) -> RigidTransf
         Which features say where the part is; bound to nominals where its kind needs them.
     geometries
         Geometry vectors (12,) of the features, mm, world frame (`features.shapes.Fit`).
+    actual
+        The features themselves, where they were touched: a best fit to the model needs the balls.
 
     Raises
     ------
@@ -52,7 +61,7 @@ def frame_of(rule: AnyAlignment, geometries: Mapping[str, Float]) -> RigidTransf
         A feature is not measured or has no nominal, the features do not say where the part is, or
         it lies otherwise than they should.
     """
-    return _placed(*_parts(rule), geometries)[0]
+    return _placed(*_parts(rule), geometries, actual)[0]
 
 
 def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlignment:
@@ -65,6 +74,8 @@ def settled(bound: BoundAlignment, geometries: Mapping[str, Float]) -> BoundAlig
     FitError
         As `frame_of`.
     """
+    if isinstance(bound.rule, ModelBestFit):
+        return replace(bound, choice=0)
     _, choice = _placed(bound.rule, bound, geometries)
     return replace(bound, choice=choice)
 
@@ -106,7 +117,10 @@ def _parts(rule: AnyAlignment) -> tuple[Alignment, BoundAlignment | None]:
 
 
 def _placed(
-    rule: Alignment, bound: BoundAlignment | None, geometries: Mapping[str, Float]
+    rule: Alignment,
+    bound: BoundAlignment | None,
+    geometries: Mapping[str, Float],
+    actual: Mapping[str, ActualFeature] | None = None,
 ) -> tuple[RigidTransform, int]:
     """Return the motion to the part frame, and the choice of senses."""
     missing = [name for name in rule.features if name not in geometries]
@@ -126,6 +140,9 @@ def _placed(
             return frame.T_frame_from_world, frame.choice
         case Relocation():
             return relocated(rule, geometries), 0
+        case ModelBestFit():
+            nominals = _needed(rule, bound).nominals
+            return model_fit(rule, geometries, nominals, actual).T_part_from_world, 0
         case BestFit() | ReferencePoints():
             needed = _needed(rule, bound)
             start, choice = None, 0

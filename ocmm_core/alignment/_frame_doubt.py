@@ -42,6 +42,6 @@ def unknown_frame(rule: AnyAlignment | None) -> str:
     if saved is None or saved.covariance:
         return ""
     return (
-        f"The saved frame {saved.name} has no uncertainty: save it again with ocmm align "
-        "--save, from a job that measured its features."
+        f"The saved frame {saved.name} has no uncertainty: save it again (ocmm "
+        "align), from a job that measured its features."
     )

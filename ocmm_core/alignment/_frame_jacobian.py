@@ -7,10 +7,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from ocmm_core.alignment._datums import frame_of
+from ocmm_core.alignment._model_frame import model_fit, model_frame_slopes
 from ocmm_core.alignment._rules import (
     AnyAlignment,
     BestFit,
     BoundAlignment,
+    ModelBestFit,
     ReferencePoints,
     Relocation,
 )
@@ -48,6 +50,9 @@ def frame_jacobian(
         The frame itself (`alignment.datums.frame_of`).
     """
     geometries = {name: actual[name].fit.geometry for name in rule.features}
+    if isinstance(rule, BoundAlignment) and isinstance(rule.rule, ModelBestFit):
+        found = model_fit(rule.rule, geometries, rule.nominals, actual)
+        return model_frame_slopes(rule.rule, found, actual)
     rows = Rows.nothing(6)
     back = T_part_from_world.inverse()
     for name in rule.features:

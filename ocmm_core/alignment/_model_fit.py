@@ -41,6 +41,10 @@ class ModelFit:
     by_tips
         (6, 3 n): turn, rad, over shift, mm, of the frame by every ball centre, world; without what
         residuals make of the curvature of faces.
+    by_radius
+        (6,): the same by one radius more of all balls.
+    normals
+        (n, 3): of the faces at the feet, part frame.
     locked
         What stayed as the start had it.
     """
@@ -49,6 +53,8 @@ class ModelFit:
     residuals: Float
     faces: tuple[int, ...]
     by_tips: Float
+    by_radius: Float
+    normals: Float
     locked: tuple[LockedMotion, ...]
 
 
@@ -60,6 +66,7 @@ def fit_to_faces(
     *,
     weights: Float | None = None,
     locked: Sequence[LockedMotion] = (),
+    names: Sequence[str] = (),
 ) -> ModelFit:
     """Return the motion that takes ball centres nearest to one radius outside of faces.
 
@@ -73,6 +80,8 @@ def fit_to_faces(
         (n,), positive, of the squared distances.
     locked
         Motions of the part frame that stay as ``start`` has them.
+    names
+        What errors call the points; without, they are counted.
 
     Raises
     ------
@@ -115,20 +124,24 @@ def fit_to_faces(
         same = bool(np.all(np.abs(whole.distances - feet.distances) < 1e-7))
         feet = whole
         if same:
-            _check_feet(feet)
+            _check_feet(feet, names)
             rows = root[:, None] * _slopes(points, feet.normals, motion, free) * scale
             change = RigidTransform(rotation_from_vector(motion[:3]), motion[3:])
             found = change.compose(start)
             answers = -scale[:, None] * np.linalg.pinv(rows) * root
             by_motion = answers[:, :, None] * (feet.normals @ found.rotation)
+            twist = _as_twist(motion)[:, free]
             return ModelFit(
                 found,
                 feet.distances - tip_radius,
                 tuple(faces[place].number for place in feet.faces.tolist()),
-                _as_twist(motion)[:, free] @ by_motion.reshape(len(free), 3 * n),
+                twist @ by_motion.reshape(len(free), 3 * n),
+                # A greater ball shortens every distance as much as a shift inwards does.
+                -twist @ answers.sum(axis=1),
+                feet.normals,
                 tuple(locked),
             )
-    _check_feet(feet)
+    _check_feet(feet, names)
     raise FitError(
         "alignment.model_no_end",
         "The best fit to faces of the model does not come to rest.",
@@ -136,12 +149,13 @@ def fit_to_faces(
     )
 
 
-def _check_feet(feet: Feet) -> None:
+def _check_feet(feet: Feet, names: Sequence[str]) -> None:
     for place, doubt in enumerate(feet.doubts):
         if doubt:
+            name = names[place] if names else f"Point {place + 1}"
             raise FitError(
                 "alignment.model_foot",
-                f"Point {place + 1} of the best fit to faces of the model does not count: {doubt}.",
+                f"{name} of the best fit to faces of the model does not count: {doubt}.",
                 "Leave it out, or touch again inside the face.",
             )
 

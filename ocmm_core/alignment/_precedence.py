@@ -77,7 +77,8 @@ class ConstrainedAssociation:
 
 def part_frame(rule: AnyAlignment, features: Mapping[str, ActualFeature]) -> RigidTransform:
     """Return the motion from the world to the part frame; see `datums.frame_of`."""
-    return frame_of(rule, refit_under_precedence(rule, features).geometries)
+    held = refit_under_precedence(rule, features)
+    return frame_of(rule, held.geometries, held.features)
 
 
 def refit_under_precedence(

@@ -91,7 +91,7 @@ def preview_alignment(
                 raise reason
         bound = settled(bound, geometries)
         held = refit_under_precedence(bound, measured)
-        T_part_from_world = frame_of(bound, held.geometries)
+        T_part_from_world = frame_of(bound, held.geometries, held.features)
         T_nominal_from_part = _to_nominals(bound)
         jacobian = frame_jacobian(bound, held.features, T_part_from_world)
     except OcmmError as error:

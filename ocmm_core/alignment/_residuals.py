@@ -7,10 +7,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core.alignment._model_frame import model_fit
 from ocmm_core.alignment._rules import (
     Alignment,
     BestFit,
     BoundAlignment,
+    ModelBestFit,
     ReferencePoints,
     Relocation,
 )
@@ -71,6 +73,7 @@ def residuals_of(
     """
     nominals = _compared_with(bound)
     points = brought_together(bound.rule)
+    on_model = _on_model(bound, measured)
     first = [name for name in bound.features if name in nominals]
     rest = [name for name in nominals if name in measured and name not in first]
     return tuple(
@@ -82,9 +85,23 @@ def residuals_of(
             factors,
             aligned=name in first,
             whole=name in points,
+            on_model=on_model.get(name),
         )
         for name in (*first, *rest)
     )
+
+
+def _on_model(
+    bound: BoundAlignment, measured: Mapping[str, ActualFeature]
+) -> dict[str, tuple[float, Float]]:
+    """Return how far touches lie off the faces that they were fitted to, mm, and the normals."""
+    rule = bound.rule
+    if not isinstance(rule, ModelBestFit):
+        return {}
+    geometries = {name: measured[name].fit.geometry for name in rule.points}
+    found = model_fit(rule, geometries, bound.nominals, measured)
+    rows = zip(rule.points, found.residuals.tolist(), found.normals, strict=True)
+    return {name: (off, normal) for name, off, normal in rows}
 
 
 def brought_together(rule: Alignment) -> tuple[str, ...]:
@@ -117,6 +134,7 @@ def _residual(
     *,
     aligned: bool,
     whole: bool,
+    on_model: tuple[float, Float] | None,
 ) -> Residual:
     shape, geometry = feature.fit.shape, feature.fit.geometry
     place, gain = geometry[POINT], feature.jacobian[POINT]
@@ -130,6 +148,10 @@ def _residual(
     # Where places were brought together as points, the depth of a circle counted as well.
     keep = np.eye(3) if whole else _directions(shape, nominal)
     offset = keep @ (at - nominal[POINT])
+    if on_model is not None:
+        # Beside its nominal place, but on the same face, a touch is as good.
+        off, normal = on_model
+        keep, offset = np.outer(normal, normal), off * normal
     angle, tilted = 0.0, Rows.nothing(3)
     if np.any(nominal[DIRECTION]) and np.any(direction):
         here, there = rotation @ unit(direction), unit(nominal[DIRECTION])

@@ -15,6 +15,7 @@ import msgspec
 from ocmm_core.camera import Vector3
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float
+from ocmm_core.part_model import NominalFace
 
 AxisName = Literal["x", "y", "z", "-x", "-y", "-z"]
 LockedMotion = Literal["x", "y", "z", "rx", "ry", "rz"]
@@ -146,6 +147,35 @@ class BestFit(
         return tuple(dict.fromkeys((*first, *self.points)))
 
 
+class ModelBestFit(
+    _Rule,
+    frozen=True,
+    kw_only=True,
+    forbid_unknown_fields=True,
+    tag_field="type",
+    tag="best fit to model",
+):
+    """The motion that brings touches nearest to faces of the model, whatever their shape.
+
+    The search begins where the points are nearest to their nominal places.
+
+    Attributes
+    ----------
+    points
+        Names of single points on these faces, at least seven.
+    faces
+        Of the model; every ball is held against the nearest of them.
+    """
+
+    points: tuple[str, ...]
+    faces: tuple[NominalFace, ...]
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        """Return the names of the points."""
+        return self.points
+
+
 class Condition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """One of the six conditions of reference points.
 
@@ -269,6 +299,7 @@ Alignment: TypeAlias = (
     | PlaneAxisPoint
     | DatumReferenceFrame
     | BestFit
+    | ModelBestFit
     | ReferencePoints
     | SavedFrame
     | Relocation
@@ -331,6 +362,10 @@ def frame_name(rule: Alignment) -> str:
             return f"part frame of {'|'.join(rule.features)}"
         case BestFit():
             return f"part frame, best fit of {len(rule.points)} points"
+        case ModelBestFit():
+            count = len(rule.faces)
+            faces = "face" if count == 1 else "faces"
+            return f"part frame, best fit of {len(rule.points)} points to {count} {faces}"
         case ReferencePoints():
             count = len({item.feature for item in rule.conditions})
             return f"part frame of {count} reference points (RPS)"

@@ -35,7 +35,7 @@ from ocmm_core.cli.measure import (
     recall_command,
     report_command,
 )
-from ocmm_core.cli.station import station_app
+from ocmm_core.cli.station import settings_app, station_app
 from ocmm_core.cli.study import (
     fit_command,
     probe_app,
@@ -91,13 +91,14 @@ if TYPE_CHECKING:
 
 app = typer.Typer(
     name="ocmm",
-    no_args_is_help=True,
+    invoke_without_command=True,
     pretty_exceptions_enable=False,
     help="Measure parts with an optical coordinate measuring machine.\n\nCameras track the LEDs "
     "of a hand-held probe; OCMM computes the position of its ball, fits features to the "
-    "probed points and evaluates their tolerances.\n\nExit codes: 0 every characteristic "
-    "conforms, 1 one does not or is not proven to, 2 not or not completely measured, 3 "
-    "program failure: the message names the cause and a log file.",
+    "probed points and evaluates their tolerances.\n\nWithout a command, the window opens with its "
+    "Start page; where there is no display, this help is printed.\n\nExit codes: 0 every "
+    "characteristic conforms, 1 one does not or is not proven to, 2 not or not completely "
+    "measured, 3 program failure: the message names the cause and a log file.",
     epilog="To try it: ocmm demo. The rig, probe, part and plan documents in the resources "
     "folder are templates for your own.",
 )
@@ -121,6 +122,7 @@ app.add_typer(audit_app, name="audit")
 app.add_typer(key_app, name="key")
 app.add_typer(certificate_app, name="certificate")
 app.add_typer(station_app, name="station")
+app.add_typer(settings_app, name="settings")
 app.add_typer(acceptance_app, name="acceptance")
 app.add_typer(artefact_app, name="artefact")
 app.add_typer(msa_app, name="msa")
@@ -158,12 +160,29 @@ def _version(wanted: bool) -> None:
 
 @app.callback()
 def _options(
+    context: typer.Context,
     _: Annotated[
         bool,
         typer.Option("--version", callback=_version, is_eager=True, help="Print the version."),
     ] = False,
 ) -> None:
-    pass
+    if context.invoked_subcommand is not None:
+        return
+    if _has_display():
+        _open_window("--start")
+    typer.echo(context.get_help())
+
+
+@app.command(
+    add_help_option=False,
+    context_settings={"allow_extra_args": True, "ignore_unknown_options": True},
+)
+def window(context: typer.Context) -> None:
+    """Open the window and measure at once, with the options that `ocmm window --help` lists.
+
+    What no option says is taken from the settings (`ocmm settings show`); an option wins.
+    """
+    _open_window(*context.args)
 
 
 @app.command()
@@ -183,11 +202,12 @@ def demo(
         ),
     ] = None,
     theme: Annotated[
-        ThemeName, typer.Option("--theme", help="Colours of the window.")
-    ] = ThemeName.DARK,
+        ThemeName | None,
+        typer.Option("--theme", help="Colours of the window. Default: as in the settings."),
+    ] = None,
     incomplete: IncompleteOption = False,
 ) -> None:
-    """Measure the demonstration part on the virtual rig.
+    """Measure the demonstration part on the virtual rig: SIMULATED, a robot hand measures.
 
     Opens the window where there is a display. Without one, or with --headless, measures the whole
     part and prints the table with the true values beside the measured ones.
@@ -195,15 +215,11 @@ def demo(
     from ocmm_core.composition import StationRequest
 
     if not headless and _has_display():
-        command = [
-            sys.executable, "-m", "ocmm_gui", "--source", source, "--plan", str(plan),
-            "--out", str(out), "--seed", str(seed), "--theme", theme.value,
-            "--speed", str(1.0 if speed is None else speed),
-        ]  # fmt: skip
-        # In the place of this process: whoever ends or kills it ends or kills the window, and
-        # nobody waits in between.
-        sys.stdout.flush()
-        os.execv(command[0], command)  # noqa: S606 - our own interpreter and module
+        _open_window(
+            "--demo", "--source", source, "--plan", str(plan), "--out", str(out),
+            "--seed", str(seed), "--speed", str(1.0 if speed is None else speed),
+            *([] if theme is None else ["--theme", theme.value]),
+        )  # fmt: skip
     request = StationRequest(plan=plan, out=out, source=source, seed=seed, speed=speed or 0.0)
     _measure(request, with_truth=True, incomplete=incomplete)
 
@@ -282,10 +298,18 @@ def measure(
     stream_cert: StreamCertOption = None,
     stream_key: StreamKeyOption = None,
     incomplete: IncompleteOption = False,
+    formats: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--format",
+            help="Of the report, see ocmm report; can be repeated. Default: polyworks.",
+        ),
+    ] = None,
 ) -> None:
-    """Measure a part by a plan, and write the job file and the PolyWorks report.
+    """Measure a part by a plan, and write the job file and the report.
 
-    Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report is a few files
+    Every point is in the job file (DIR/NAME-001.ocmm) before it counts. The report (on the
+    template of this station, see ocmm report --remember) is a few files
     beside it: _job.csv with the verdict on the part, _report.csv, _features.csv, _points.csv, a
     cloud and a macro. Their names say SIMULATED and INCOMPLETE where that is so. Without
     --incomplete no report is written of a job that lacks something.
@@ -319,7 +343,9 @@ def measure(
         method="thesis" if thesis else "gauss-newton",
         stream=stream_options(stream, stream_host, stream_token, stream_cert, stream_key),
     )  # fmt: skip
-    _measure(request, with_truth=False, parts=parts, incomplete=incomplete)
+    _measure(
+        request, with_truth=False, parts=parts, incomplete=incomplete, formats=tuple(formats or ())
+    )
 
 
 @app.command()
@@ -400,7 +426,12 @@ def compile_command(
 
 
 def _measure(
-    request: StationRequest, *, with_truth: bool, parts: int = 1, incomplete: bool = False
+    request: StationRequest,
+    *,
+    with_truth: bool,
+    parts: int = 1,
+    incomplete: bool = False,
+    formats: tuple[str, ...] = (),
 ) -> None:
     from ocmm_core.cli.measure import (
         await_part,
@@ -412,8 +443,13 @@ def _measure(
         run_job,
     )
     from ocmm_core.composition import Origin, build_station, origin_of, true_values
+    from ocmm_core.export import DEFAULT_FORMAT, chosen_formats
+    from ocmm_core.export.report import load_paper, template_in_use
     from ocmm_core.inspection.archive import next_serial
 
+    # Before a job is begun: a name that is none, or a template that cannot be used.
+    formats = chosen_formats(formats or [DEFAULT_FORMAT])
+    load_paper(template_in_use())
     console = make_console()
     code = 0
     beside: list[OcmmError] = []
@@ -429,7 +465,7 @@ def _measure(
                 replayed = origin is Origin.RECORDING
                 await_part(console, part + 1, parts, request.serial, replayed=replayed)
         built = build_station(request)
-        view = run_job(built, request.out, console, incomplete=incomplete)
+        view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
         truth = None
         if with_truth and built.virtual is not None:
             truth = true_values(built.station.job.plan, built.virtual.part)
@@ -444,6 +480,17 @@ def _measure(
         # The parts are measured; what was wanted besides, e.g. a recording, is not there.
         raise beside[0]
     raise typer.Exit(code)
+
+
+def _open_window(*arguments: str) -> None:
+    """Become the window.
+
+    In the place of this process: whoever ends or kills it ends or kills the window, and nobody
+    waits in between.
+    """
+    command = [sys.executable, "-m", "ocmm_gui", *arguments]
+    sys.stdout.flush()
+    os.execv(command[0], command)  # noqa: S606 - our own interpreter and module
 
 
 def _has_display() -> bool:

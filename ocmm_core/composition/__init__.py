@@ -5,9 +5,11 @@ Out: a source made ready, the calibration that belongs to it, and a station read
 
 Read `_compose` first, it puts all together; `_sources` (one entry a source of frames),
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
-source), `_climate`, `_stream_options`, `_defaults`. `_kernels` lists what is compiled, `_compile`
-does it. `_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
-`_acceptance_scenes` and `_truth` are what the virtual rig needs.
+source), `_climate`, `_stream_options`, `_defaults`, `_from_settings` (what the window measures
+with), `_station_state` (in words). `_kernels` lists what is compiled, `_compile` does it.
+`_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
+`_acceptance_scenes` and `_truth` are what the virtual rig needs. `_acceptance_site` is what an
+acceptance test stands on, `_acceptance_bench` the same for a window that stays open.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
 
@@ -18,13 +20,22 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.composition._acceptance_bench import AcceptanceBench, Conditions
     from ocmm_core.composition._acceptance_scenes import (
+        VirtualHand,
         acceptance_feed,
-        artefacts_used_before,
         collect_acceptance,
-        instrument_of,
-        require_recorded,
         scenes_of_acceptance,
+    )
+    from ocmm_core.composition._acceptance_site import (
+        AcceptanceSite,
+        artefacts_used_before,
+        default_test_folder,
+        instrument_of,
+        named_artefact,
+        open_test_site,
+        require_recorded,
+        tests_folder,
     )
     from ocmm_core.composition._calibrate_scenes import (
         VirtualSite,
@@ -50,6 +61,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._feed_makers import identities, script_of, segment_of
     from ocmm_core.composition._feeds import Feed, StationRequest
+    from ocmm_core.composition._from_settings import Errand, request_of_settings
     from ocmm_core.composition._kernels import kernel_groups
     from ocmm_core.composition._model_part import part_as_planned, part_text
     from ocmm_core.composition._sources import (
@@ -64,15 +76,18 @@ if TYPE_CHECKING:
         source_of,
     )
     from ocmm_core.composition._station_checks import measured_checks
+    from ocmm_core.composition._station_state import StateLine, StationState, station_state
     from ocmm_core.composition._stream_options import stream_options
     from ocmm_core.composition._tip_scenes import scene_of_tip
     from ocmm_core.composition._truth import true_values
 else:
     __getattr__ = door(
         __name__,
-        _acceptance_scenes=(
-            "acceptance_feed artefacts_used_before collect_acceptance instrument_of "
-            "require_recorded scenes_of_acceptance"
+        _acceptance_bench="AcceptanceBench Conditions",
+        _acceptance_scenes="VirtualHand acceptance_feed collect_acceptance scenes_of_acceptance",
+        _acceptance_site=(
+            "AcceptanceSite artefacts_used_before default_test_folder instrument_of named_artefact "
+            "open_test_site require_recorded tests_folder"
         ),
         _calibrate_scenes=(
             "VirtualSite scenes_of_known_points scenes_of_relocation scenes_of_verification"
@@ -84,6 +99,7 @@ else:
         _defaults="DEFAULT_SEED DEFAULT_SOURCE DEMO_PART DEMO_PLAN RECOMMENDED_RIG STANDARD_PROBE",
         _feed_makers="identities script_of segment_of",
         _feeds="Feed StationRequest",
+        _from_settings="Errand request_of_settings",
         _kernels="kernel_groups",
         _model_part="part_as_planned part_text",
         _sources=(
@@ -91,6 +107,7 @@ else:
             "source_of"
         ),
         _station_checks="measured_checks",
+        _station_state="StateLine StationState station_state",
         _stream_options="stream_options",
         _tip_scenes="scene_of_tip",
         _truth="true_values",
@@ -104,13 +121,20 @@ __all__ = [
     "RECOMMENDED_RIG",
     "SOURCES",
     "STANDARD_PROBE",
+    "AcceptanceBench",
+    "AcceptanceSite",
     "BuiltStation",
     "ClimateRequest",
+    "Conditions",
+    "Errand",
     "Feed",
     "NamedSource",
     "Origin",
     "SourceSpec",
+    "StateLine",
     "StationRequest",
+    "StationState",
+    "VirtualHand",
     "VirtualSite",
     "acceptance_feed",
     "artefacts_used_before",
@@ -123,15 +147,19 @@ __all__ = [
     "collect_acceptance",
     "compile_all",
     "compile_group",
+    "default_test_folder",
     "identities",
     "instrument_of",
     "kernel_groups",
     "make_feed",
     "measured_checks",
+    "named_artefact",
     "names_in_words",
+    "open_test_site",
     "origin_of",
     "part_as_planned",
     "part_text",
+    "request_of_settings",
     "require_recorded",
     "scene_of_tip",
     "scenes_of_acceptance",
@@ -142,6 +170,8 @@ __all__ = [
     "segment_of",
     "source_help",
     "source_of",
+    "station_state",
     "stream_options",
+    "tests_folder",
     "true_values",
 ]

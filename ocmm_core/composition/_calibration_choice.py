@@ -83,7 +83,7 @@ def choose_probe(
         raise InputError(
             "probe.tip",
             f"Tip {tip!r} is requested, but a virtual probe uses its document.",
-            "Give the probe record folder, --probes, or omit --tip.",
+            "Choose a folder of tip records, or no tip (Settings, Instrument).",
         )
     return open_probe_design(probe, uncalibrated=uncalibrated)
 
@@ -111,7 +111,7 @@ def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> Calibrat
             f"The recording is from real cameras ({recorded}), and a rig document is not a "
             "calibration."
         ),
-        "Give their calibration folder: --calibrations.",
+        "Choose the folder of their camera records (Settings, Instrument).",
     )
     return replace(calibration, fault=(CalibrationStatus.NONE, why))
 
@@ -126,7 +126,7 @@ def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
             f"The recording is from a real probe ({recorded}), and a probe document is not a "
             "calibration."
         ),
-        "Give its record folder: --probes.",
+        "Choose the folder of its tip records (Settings, Instrument).",
     )
     return replace(probe, fault=(CalibrationStatus.NONE, why))
 

@@ -107,7 +107,7 @@ def climate_in_use(
             raise InputError(
                 "temperature.design_unknown",
                 "Compensating the probe needs its materials, which are unknown.",
-                "Give its design with --probe-design, or measure without --compensate-probe.",
+                "Give its design, or do not compensate the probe (Settings, Temperature).",
             )
         return ClimateInUse(Climate(TemperatureState(now), part), body, None)
     design = load_design(request.probe_design, body)
@@ -134,7 +134,8 @@ def _expansion(given_ppm: float | None, plan: Plan) -> Expansion | None:
             raise InputError(
                 "temperature.expansion",
                 f"The expansion of the part is given as {given_ppm:g} 1e-6/K.",
-                "Give --part-expansion in 1e-6/K, e.g. 11.5 for steel or 23.1 for aluminium.",
+                "Give it in 1e-6/K, e.g. 11.5 for steel or 23.1 for aluminium (Settings, "
+                "Temperature).",
             )
         return Expansion(_GIVEN, _PPM * given_ppm, _PPM * _SIGMA_PPM)
     return material_expansion(plan)

@@ -60,6 +60,8 @@ class BuiltStation:
         Frames come by themselves; such a source does not end.
     passed_over
         Why jobs in the folder of a batch could not be looked at.
+    recorded
+        Name of the source that was recorded; empty where nothing is replayed.
     """
 
     station: MeasuringStation
@@ -68,6 +70,7 @@ class BuiltStation:
     virtual: VirtualRig | None
     live: bool
     passed_over: tuple[OcmmError, ...] = ()
+    recorded: str = ""
 
 
 def build_station(request: StationRequest) -> BuiltStation:
@@ -159,8 +162,9 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         there = {entry.name for entry in feed.virtual.part.artefacts}
         feed.simulated.ask = lambda: _missing(station, there)
     return BuiltStation(
-        station, job.path, feed.description, feed.virtual, feed.live, tuple(passed_over)
-    )
+        station, job.path, feed.description, feed.virtual, feed.live, tuple(passed_over),
+        feed.recorded,
+    )  # fmt: skip
 
 
 def _new_job(
@@ -283,12 +287,12 @@ def _job_path(folder: Path, plan: Plan) -> Path:
         raise StorageError(
             "out.folder",
             f"{folder}: the output folder cannot be created ({error.strerror}).",
-            "Give --out a writable folder.",
+            "Choose a folder that can be written (Settings, Jobs).",
         ) from error
     if not os.access(folder, os.W_OK):
         raise StorageError(
             "out.folder",
             f"{folder}: the output folder is not writable.",
-            "Give --out a writable folder.",
+            "Choose a folder that can be written (Settings, Jobs).",
         )
     return free_path(folder, plan)

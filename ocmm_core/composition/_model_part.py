@@ -97,7 +97,7 @@ def kept_part(plan: Plan, plan_file: Path, rig: Rig) -> Path:
         raise InputError(
             "part.not_kept",
             f"{path}: the virtual part of the plan cannot be written ({error.strerror or error}).",
-            "Make room there, or write it with 'ocmm plan part' and give it with --part.",
+            "Make room there, or write it with 'ocmm plan part' and measure that part.",
         ) from error
     return path
 
@@ -109,7 +109,7 @@ def _entry(feature: NominalFeature) -> TouchedEntry:
         raise InputError(
             "part.places",
             f"Feature '{feature.name}' does not say where a virtual part could be touched.",
-            "Give its sizes or targets in the plan, or a document of the part with --part.",
+            "Give its sizes or targets in the plan, or measure the document of a part.",
         )
     spec = feature.shape.spec
     return TouchedEntry(

@@ -220,7 +220,7 @@ def source_of(name: str) -> NamedSource:
             return NamedSource(spec, name.removeprefix(spec.prefix))
     raise InputError(
         "source.unknown",
-        f"--source is {name!r}, which is not a frame source.",
+        f"The source is {name!r}, which is not a frame source.",
         f"Give {names_in_words(SOURCES)}.",
     )
 

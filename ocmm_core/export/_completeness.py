@@ -40,5 +40,5 @@ def require_complete(jobs: Sequence[ReportData]) -> None:
             raise MeasuringError(
                 "export.incomplete",
                 f"Job {data.job} is INCOMPLETE: {missing_words(missing)} not measured.",
-                "Measure what is missing; or report the incomplete job (--incomplete).",
+                "Measure what is missing; or ask for the report of an incomplete job.",
             )

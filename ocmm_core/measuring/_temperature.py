@@ -182,14 +182,14 @@ def check_part(part: PartTemperature) -> None:
         raise InputError(
             "temperature.part_unknown",
             "Reporting at 20 °C needs the part temperature, which is not given.",
-            "Measure it and give --part-temperature, or measure without --compensate-part.",
+            "Measure and give it, or do not compensate the part (Settings, Temperature).",
         )
     if part.expansion is None:
         raise InputError(
             "temperature.expansion_unknown",
             "Reporting at 20 °C needs the expansion of the part, which is unknown.",
-            "Write its material into the plan ([material]), or give --part-expansion, e.g. 11.5 "
-            "for steel, or measure without --compensate-part.",
+            "Write its material into the plan ([material]), give its expansion, e.g. 11.5 for "
+            "steel, or do not compensate the part (Settings, Temperature).",
         )
 
 

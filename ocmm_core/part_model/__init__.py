@@ -5,7 +5,7 @@ same model from these, without the library that read it, or one sentence that sa
 and the nearest places of its faces to points.
 
 Read `_part_model` (what there is of a part), `_checked_model` (whether it holds together) and
-`_model_file` (as bytes); `_spline_points` and `_spline` compute with one surface, `_trimming` with
+`_model_file` (as bytes); `_spline` computes with one surface, `_trimming` with
 its outline, `_patches` bounds how near it can be, `_nearest` finds the nearest place of trimmed
 faces. `_nominal_face` is a face as a plan holds it, `_spread` places on it to touch.
 It must not know plans, features or pictures.
@@ -46,8 +46,12 @@ if TYPE_CHECKING:
         SplineSurface,
         Triangles,
     )
-    from ocmm_core.part_model._spline import bezier_surface, normals_at, places_at
-    from ocmm_core.part_model._spline_points import spline_frames, spline_points
+    from ocmm_core.part_model._spline import (
+        bezier_surface,
+        derivatives_at,
+        normals_at,
+        places_at,
+    )
     from ocmm_core.part_model._spread import spread_places
 else:
     __getattr__ = door(
@@ -62,9 +66,8 @@ else:
         ),
         _nominal_face="NominalFace face_fault nominal_face searched",
         _part_model="ModelFace NO_COLOUR PartModel PlacedPart SplineSurface Triangles",
-        _spline="bezier_surface normals_at places_at",
+        _spline="bezier_surface derivatives_at normals_at places_at",
         _spread="spread_places",
-        _spline_points="spline_frames spline_points",
     )
 
 __all__ = [
@@ -85,6 +88,7 @@ __all__ = [
     "SplineSurface",
     "Triangles",
     "bezier_surface",
+    "derivatives_at",
     "face_fault",
     "followed_feet",
     "model_from_bytes",
@@ -96,8 +100,6 @@ __all__ = [
     "read_model_file",
     "searched",
     "searched_face",
-    "spline_frames",
-    "spline_points",
     "spread_places",
     "write_model_file",
 ]

@@ -3,10 +3,11 @@
 In: a `PartModel`, from where it is seen, and the colours of its vertices. Out: a `Canvas`: the
 colours of its pixels, how near each is to the eye, and which face it shows.
 
-Read `_mesh` (what is painted, whole and coarser), `_canvas` (a picture and what lies behind it),
-`_rendering` (one painted into the other, a slice at a time), `_side` (from where a place is seen).
-Compiled are `_raster_kernel` (triangles) and `_line_kernel` (edges, outlines, polygons); `_arrays`
-has the types of both.
+Read `_mesh` (what is painted, whole and coarser), `_closed` (whose backs are not),
+`_canvas` (a picture and what lies behind it), `_rendering` (one painted into the other, a slice at
+a time), `_finer` and `_field` (measured values as colours), `_side` (from where a place is seen).
+Compiled are `_raster_kernel` (triangles), `_line_kernel` (edges, outlines, polygons) and
+`_frame_kernel` (a whole picture); `_arrays` has their types.
 It must not know plans, features or the window.
 """
 
@@ -19,12 +20,16 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.rendering._arrays import NO_FACE, Colours
     from ocmm_core.rendering._canvas import Canvas
+    from ocmm_core.rendering._closed import with_closed
+    from ocmm_core.rendering._field import ValueField, value_field
     from ocmm_core.rendering._mesh import RenderMesh, coarser, face_colours, mesh_of
     from ocmm_core.rendering._rendering import (
+        Bundle,
         Rendering,
         RenderMode,
         RenderStyle,
         blend_flat,
+        draw_bundles,
         is_hidden,
     )
     from ocmm_core.rendering._side import choose_side
@@ -33,23 +38,30 @@ else:
         __name__,
         _arrays="Colours NO_FACE",
         _canvas="Canvas",
+        _closed="with_closed",
+        _field="ValueField value_field",
         _mesh="RenderMesh coarser face_colours mesh_of",
-        _rendering="RenderMode RenderStyle Rendering blend_flat is_hidden",
+        _rendering="Bundle RenderMode RenderStyle Rendering blend_flat draw_bundles is_hidden",
         _side="choose_side",
     )
 
 __all__ = [
     "NO_FACE",
+    "Bundle",
     "Canvas",
     "Colours",
     "RenderMesh",
     "RenderMode",
     "RenderStyle",
     "Rendering",
+    "ValueField",
     "blend_flat",
     "choose_side",
     "coarser",
+    "draw_bundles",
     "face_colours",
     "is_hidden",
     "mesh_of",
+    "value_field",
+    "with_closed",
 ]

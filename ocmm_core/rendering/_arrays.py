@@ -13,6 +13,9 @@ Depths: TypeAlias = NDArray[np.float32]
 FaceNumbers: TypeAlias = NDArray[np.int32]
 """Places of faces or vertices in their lists; `NO_FACE` for none."""
 
+Flags: TypeAlias = NDArray[np.uint8]
+"""(m,), 0 or 1."""
+
 Pixmap: TypeAlias = NDArray[np.uint32]
 """(height, width), 0xAARRGGBB with colours times alpha; 0 where nothing is painted."""
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.geometry import Float
-from ocmm_core.rendering._arrays import NO_FACE, NOWHERE, Depths, FaceNumbers, Pixmap
+from ocmm_core.rendering._arrays import NO_FACE, NOWHERE, Depths, FaceNumbers, Pixmap, Shades
 
 _KEPT_PIXELS = 2_500_000
 """The second layer of a larger picture is not kept: 12 bytes a pixel."""
@@ -31,6 +31,7 @@ class Canvas:
     image: Pixmap = field(init=False)
     depth: Depths = field(init=False)
     faces: FaceNumbers = field(init=False)
+    _room: tuple[Float, Shades, Float] | None = field(init=False, default=None)
     _second: tuple[Pixmap, Depths, FaceNumbers] | None = field(init=False, default=None)
 
     def __post_init__(self) -> None:
@@ -42,6 +43,17 @@ class Canvas:
         self.image.fill(0)
         self.depth.fill(NOWHERE)
         self.faces.fill(NO_FACE)
+
+    def room(self, vertices: int, edge_points: int) -> tuple[Float, Shades, Float]:
+        """Return room for the places and colours of vertices, and for the places of edges."""
+        room = self._room
+        if room is None or len(room[0]) != vertices or len(room[2]) != edge_points:
+            room = self._room = (
+                np.empty((vertices, 3)),
+                np.empty((vertices, 3), dtype=np.float32),
+                np.empty((edge_points, 3)),
+            )
+        return room
 
     def second_layer(self) -> tuple[Pixmap, Depths, FaceNumbers]:
         """Return empty buffers for what lies behind the first layer."""

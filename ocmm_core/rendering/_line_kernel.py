@@ -90,6 +90,30 @@ def draw_lines(
 
 
 @compiled()
+def draw_segments(
+    places: Float, firsts: FaceNumbers, half_px: Float, colours: FaceNumbers, hidden: float,
+    bias: float, depth: Depths, image: Pixmap,
+) -> None:  # fmt: skip
+    """Draw bundles of segments, each with its own width and colour, in one call.
+
+    Parameters
+    ----------
+    places
+        (2 n, 3): two for each segment.
+    firsts, half_px, colours
+        (k + 1,) the first segment of each bundle, and (k,) half its width and its colour.
+    """
+    pairs = np.empty(len(places) // 2 + 1, dtype=np.int32)
+    for number in range(len(pairs)):
+        pairs[number] = 2 * number
+    for bundle in range(len(half_px)):
+        draw_lines(
+            places, pairs, firsts[bundle], firsts[bundle + 1], half_px[bundle], colours[bundle],
+            1.0, hidden, bias, depth, image,
+        )  # fmt: skip
+
+
+@compiled()
 def _in_front(depth: Depths, steep: bool, along: int, middle: float, z: float) -> bool:
     """Return whether depth ``z`` is nearer than the part in one of two pixels beside a line.
 
@@ -108,26 +132,57 @@ def _in_front(depth: Depths, steep: bool, along: int, middle: float, z: float) -
 
 @compiled()
 def draw_outline(
-    depth: Depths, start: int, stop: int, step_mm: float, colour: int, share: float, image: Pixmap
-) -> None:
+    depth: Depths, start: int, stop: int, step_mm: float, colour: int, share: float, ground: int,
+    image: Pixmap,
+) -> None:  # fmt: skip
     """Draw where the surface turns away from the eye, in the rows ``start`` to ``stop``.
 
     These are pixels of the part beside nothing, or those where the depth bends by more than
-    ``step_mm``: second differences are zero on a plane, however steep.
+    ``step_mm``: second differences are zero on a plane, however steep. Pixels of nothing get the
+    colour ``ground``, 0xRRGGBB; -1 leaves them as they are.
     """
     height, width = depth.shape
+    opaque = np.uint32(0xFF000000 | (ground & 0xFFFFFF))
+    step = np.float32(step_mm)
     for y in range(start, stop):
+        row = depth[y]
+        over, under = depth[max(y - 1, 0)], depth[min(y + 1, height - 1)]
+        left = row[0]
+        z = row[0]
         for x in range(width):
-            z = depth[y, x]
+            right = row[x + 1] if x + 1 < width else z
             if z == -np.inf:
-                continue
-            left = depth[y, x - 1] if x > 0 else z
-            right = depth[y, x + 1] if x + 1 < width else z
-            above = depth[y - 1, x] if y > 0 else z
-            below = depth[y + 1, x] if y + 1 < height else z
-            # Only the nearer side of a step is drawn, or every outline had two pixels.
-            if 2.0 * z - left - right > step_mm or 2.0 * z - above - below > step_mm:
-                _over(image, y, x, colour, share)
+                if ground >= 0:
+                    image[y, x] = opaque
+            else:
+                # Only the nearer side of a step is drawn, or every outline had two pixels.
+                twice = z + z
+                if twice - left - right > step or twice - over[x] - under[x] > step:
+                    _over(image, y, x, colour, share)
+            left, z = z, right
+
+
+@compiled()
+def lay_ground(ground: int, start: int, stop: int, image: Pixmap) -> None:
+    """Put a colour 0xRRGGBB behind what is painted in the rows ``start`` to ``stop``."""
+    opaque = np.uint32(0xFF000000 | ground)
+    red, green, blue = (ground >> 16) & 255, (ground >> 8) & 255, ground & 255
+    for y in range(start, stop):
+        for x in range(image.shape[1]):
+            above = image[y, x]
+            alpha = above >> np.uint32(24)
+            if alpha == 0:
+                image[y, x] = opaque
+            elif alpha < 255:
+                kept = 1.0 - alpha / 255.0
+                r = ((above >> np.uint32(16)) & np.uint32(255)) + kept * red
+                g = ((above >> np.uint32(8)) & np.uint32(255)) + kept * green
+                b = (above & np.uint32(255)) + kept * blue
+                image[y, x] = (
+                    np.uint32(0xFF000000) | (np.uint32(min(r + 0.5, 255.0)) << np.uint32(16))
+                    | (np.uint32(min(g + 0.5, 255.0)) << np.uint32(8))
+                    | np.uint32(min(b + 0.5, 255.0))
+                )  # fmt: skip
 
 
 @compiled()

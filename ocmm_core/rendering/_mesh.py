@@ -10,7 +10,7 @@ import numpy as np
 
 from ocmm_core.geometry import Float, Int
 from ocmm_core.part_model import PartModel
-from ocmm_core.rendering._arrays import Colours, FaceNumbers
+from ocmm_core.rendering._arrays import Colours, FaceNumbers, Flags
 
 _COARSER = 1.4
 _OWN: tuple[Literal["C"], Literal["W"]] = ("C", "W")
@@ -31,6 +31,9 @@ class RenderMesh:
         (k, 3), mm, and (e + 1,): see `PartModel`.
     origins
         (n,): the vertex of the model that each vertex stands for, for its colour.
+    closed
+        (m,): 1 for the triangles of a closed surface, whose back is behind its front; see
+        `with_closed`.
     cell_mm
         How far a vertex may lie from its place in the model; 0 where all are the model's own.
     """
@@ -42,6 +45,7 @@ class RenderMesh:
     edge_points: Float
     edge_starts: FaceNumbers
     origins: Int
+    closed: Flags
     cell_mm: float = 0.0
 
     @property
@@ -49,6 +53,11 @@ class RenderMesh:
         """Return the middle of the upright box round it, (3,), mm."""
         middle: Float = 0.5 * (self.vertices.min(axis=0) + self.vertices.max(axis=0))
         return middle
+
+    def vertex_colours(self, colours: Colours) -> Colours:
+        """Return the colours of its vertices from those of the vertices of the model, (n, 3)."""
+        own = colours[self.origins] if self.cell_mm else colours
+        return np.require(own, np.uint8, _OWN)
 
 
 def mesh_of(model: PartModel) -> RenderMesh:
@@ -63,6 +72,7 @@ def mesh_of(model: PartModel) -> RenderMesh:
         np.require(model.edge_points, np.float64, _OWN).reshape(-1, 3),
         np.require(model.edge_starts, np.int32, _OWN),
         np.arange(len(model.vertices)),
+        np.zeros(len(model.triangles), dtype=np.uint8),
     )
 
 
@@ -119,6 +129,8 @@ def _clustered(mesh: RenderMesh, low: Float, cell: float) -> RenderMesh:
         mesh.edge_points,
         mesh.edge_starts,
         mesh.origins[origins],
+        # What has no border has none when places of it become one.
+        np.ascontiguousarray(mesh.closed[kept]),
         cell,
     )
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from time import perf_counter
@@ -13,9 +13,17 @@ import numpy as np
 from ocmm_core.geometry import Float
 from ocmm_core.rendering._arrays import Colours, Depths, FaceNumbers, Pixmap, Shades
 from ocmm_core.rendering._canvas import Canvas
-from ocmm_core.rendering._line_kernel import blend_polygon, draw_lines, draw_outline, merge_layers
+from ocmm_core.rendering._frame_kernel import paint_frame
+from ocmm_core.rendering._line_kernel import (
+    blend_polygon,
+    draw_lines,
+    draw_outline,
+    draw_segments,
+    lay_ground,
+    merge_layers,
+)
 from ocmm_core.rendering._mesh import RenderMesh
-from ocmm_core.rendering._raster_kernel import hides, project_mesh, raster
+from ocmm_core.rendering._raster_kernel import hides, into_bands, project_mesh, raster
 
 _TRIANGLES = 4096
 _LINES = 512
@@ -24,6 +32,9 @@ _ROWS = 128
 _BIAS_PX = 1.2
 """A line lies on its surface to about a pixel; more would show the edges under a thin sheet."""
 _OUTLINE_PX = 8.0
+_BAND_BYTES = 500_000
+"""Half of what a core of today keeps near it."""
+_PIXEL_BYTES = 12
 _NO_DEPTHS: Depths = np.empty((0, 0), dtype=np.float32)
 _FRONT, _BACK = 0.42, 0.5
 
@@ -56,12 +67,15 @@ class RenderStyle:
         Of faces where only lines are seen: the background.
     half_px
         Half the width of an edge.
+    ground
+        Behind the part; empty leaves the pixels beside it clear.
     """
 
     mode: RenderMode
     edge: str
     fill: str
     half_px: float = 0.6
+    ground: str = ""
 
 
 class Rendering:
@@ -79,7 +93,7 @@ class Rendering:
     style
         How.
     colours
-        (n, 3) of the vertices of the *model*.
+        (n, 3) of its vertices, from `RenderMesh.vertex_colours`.
     """
 
     def __init__(
@@ -95,10 +109,13 @@ class Rendering:
         self._matrix = np.ascontiguousarray(matrix, dtype=np.float64)
         self._offset = np.ascontiguousarray(offset, dtype=np.float64)
         self._colours = colours
+        # Triangles go round counter-clockwise, seen from outside; the sign of their area in the
+        # picture says whether that is the eye's side.
+        self._facing = float(np.sign(np.linalg.det(self._matrix)))
         self.px_mm = 1.0 / float(np.linalg.norm(self._matrix[:, 0]))
         """What a pixel is wide, mm."""
         self._steps = self._painting()
-        self.is_done = False
+        self.is_done = self._has_begun = False
 
     @property
     def bias(self) -> float:
@@ -107,7 +124,12 @@ class Rendering:
 
     def go_on(self, until_s: float = math.inf) -> bool:
         """Paint until a time of `time.perf_counter`; return whether all is painted."""
+        at_once = math.isinf(until_s) and self._style.mode is not RenderMode.TRANSPARENT
+        if at_once and not self._has_begun:
+            self._paint_frame()
+            self.is_done = True
         while not self.is_done:
+            self._has_begun = True
             if next(self._steps, True):
                 self.is_done = True
             elif perf_counter() > until_s:
@@ -117,15 +139,8 @@ class Rendering:
     def _painting(self) -> Iterator[bool]:
         mesh, canvas, style = self._mesh, self._canvas, self._style
         canvas.clear()
-        n = len(mesh.vertices)
-        places = np.empty((n, 3))
-        shades = np.empty((n, 3), dtype=np.float32)
-        fill = _number(style.fill)
-        if style.mode is RenderMode.HIDDEN_LINES:
-            colours = np.empty((n, 3), dtype=np.uint8)
-            colours[:] = (fill >> 16, (fill >> 8) & 255, fill & 255)
-        else:
-            colours = np.ascontiguousarray(self._colours[mesh.origins])
+        places, shades, _ = canvas.room(len(mesh.vertices), len(mesh.edge_points))
+        colours = self._vertex_colours()
         project_mesh(
             mesh.vertices, mesh.normals, colours, self._matrix, self._offset, places, shades
         )
@@ -133,10 +148,10 @@ class Rendering:
             shades[:] = colours
         yield False
         front = (canvas.depth, canvas.faces, canvas.image)
-        yield from self._raster(places, shades, _NO_DEPTHS, front)
+        yield from self._raster(places, shades, _NO_DEPTHS, front, self._facing)
         if style.mode is RenderMode.TRANSPARENT:
             image, depth, faces = canvas.second_layer()
-            yield from self._raster(places, shades, canvas.depth, (depth, faces, image))
+            yield from self._raster(places, shades, canvas.depth, (depth, faces, image), 0.0)
             for start in range(0, canvas.height, _ROWS):
                 stop = min(start + _ROWS, canvas.height)
                 merge_layers(canvas.image, image, start, stop, _FRONT, _BACK)
@@ -144,31 +159,66 @@ class Rendering:
             canvas.merged()
         yield from self._lines()
 
+    def _vertex_colours(self) -> Colours:
+        mesh, style = self._mesh, self._style
+        if style.mode is RenderMode.HIDDEN_LINES:
+            fill = _number(style.fill)
+            colours = np.empty((len(mesh.vertices), 3), dtype=np.uint8)
+            colours[:] = (fill >> 16, (fill >> 8) & 255, fill & 255)
+            return colours
+        return self._colours
+
+    def _strengths(self) -> tuple[float, float]:
+        """Return how much of their colour outlines and edges have, 0 to 1."""
+        return (1.0, 1.0) if self._style.mode is RenderMode.HIDDEN_LINES else (0.6, 0.85)
+
+    def _paint_frame(self) -> None:
+        mesh, canvas, style = self._mesh, self._canvas, self._style
+        outline, shown = self._strengths()
+        places, shades, edges = canvas.room(len(mesh.vertices), len(mesh.edge_points))
+        paint_frame(
+            mesh.vertices, mesh.normals, self._vertex_colours(), mesh.triangles,
+            mesh.triangle_faces, mesh.closed, mesh.edge_points, mesh.edge_starts, self._matrix,
+            self._offset, self._facing, style.mode is RenderMode.SHADED, places, shades, edges,
+            _OUTLINE_PX * self.px_mm, _number(style.edge), outline, shown, style.half_px,
+            self.bias, _number(style.ground) if style.ground else -1,
+            _band_rows(canvas.width), canvas.depth, canvas.faces, canvas.image,
+        )  # fmt: skip
+
     def _raster(
         self, places: Float, shades: Shades, before: Depths,
-        into: tuple[Depths, FaceNumbers, Pixmap],
+        into: tuple[Depths, FaceNumbers, Pixmap], facing: float,
     ) -> Iterator[bool]:  # fmt: skip
-        mesh = self._mesh
+        mesh, canvas = self._mesh, self._canvas
         gap = 0.5 * self.px_mm + mesh.cell_mm
-        for start in range(0, len(mesh.triangles), _TRIANGLES):
-            stop = min(start + _TRIANGLES, len(mesh.triangles))
-            raster(
-                places, shades, mesh.triangles, mesh.triangle_faces, start, stop, before, gap, *into
-            )
-            yield False
+        rows = _band_rows(canvas.width)
+        starts = np.empty(-(-canvas.height // rows) + 1, dtype=np.int32)
+        order = into_bands(places, mesh.triangles, canvas.height, rows, starts)
+        yield False
+        for band in range(len(starts) - 1):
+            last = int(starts[band + 1])
+            for start in range(int(starts[band]), last, _TRIANGLES):
+                raster(
+                    places, shades, mesh.triangles, mesh.triangle_faces, mesh.closed, facing,
+                    order, start, min(start + _TRIANGLES, last), band * rows,
+                    min((band + 1) * rows, canvas.height), before, gap, *into,
+                )  # fmt: skip
+                yield False
 
     def _lines(self) -> Iterator[bool]:
         mesh, canvas, style = self._mesh, self._canvas, self._style
         colour = _number(style.edge)
         hidden = 0.3 if style.mode is RenderMode.TRANSPARENT else 0.0
-        share = 1.0 if style.mode is RenderMode.HIDDEN_LINES else 0.6
+        share, shown = self._strengths()
         step = _OUTLINE_PX * self.px_mm
+        ground = _number(style.ground) if style.ground else -1
         for start in range(0, canvas.height, _ROWS):
             stop = min(start + _ROWS, canvas.height)
-            draw_outline(canvas.depth, start, stop, step, colour, share, canvas.image)
+            draw_outline(canvas.depth, start, stop, step, colour, share, ground, canvas.image)
+            if style.ground and style.mode is RenderMode.TRANSPARENT:
+                lay_ground(ground, start, stop, canvas.image)
             yield False
         edges = np.ascontiguousarray(mesh.edge_points @ self._matrix + self._offset)
-        shown = 1.0 if style.mode is RenderMode.HIDDEN_LINES else 0.85
         for start in range(0, len(mesh.edge_starts) - 1, _LINES):
             stop = min(start + _LINES, len(mesh.edge_starts) - 1)
             draw_lines(
@@ -189,6 +239,32 @@ def blend_flat(canvas: Canvas, corners: Float, colour: str, share: float, bias: 
     )
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Bundle:
+    """Segments that look alike: places (n, 2, 3) in a canvas, half their width, px, and colour."""
+
+    places: Float
+    half_px: float
+    colour: str
+
+
+def draw_bundles(canvas: Canvas, bundles: Sequence[Bundle], bias: float, hidden: float) -> None:
+    """Draw segments over a painted part, all of them in one call.
+
+    Behind the part they have ``hidden`` of their colour, 0 to 1; within ``bias`` mm on its surface
+    they are before it.
+    """
+    if not bundles:
+        return
+    draw_segments(
+        np.concatenate([bundle.places.reshape(-1, 3) for bundle in bundles]),
+        np.cumsum([0, *(len(bundle.places) for bundle in bundles)], dtype=np.int32),
+        np.array([bundle.half_px for bundle in bundles]),
+        np.array([_number(bundle.colour) for bundle in bundles], dtype=np.int32),
+        hidden, bias, canvas.depth, canvas.image,
+    )  # fmt: skip
+
+
 def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) -> bool:
     """Return whether the part stands between a point and an eye far away.
 
@@ -203,6 +279,11 @@ def is_hidden(mesh: RenderMesh, point: Float, toward: Float, least_mm: float) ->
         mesh.vertices, mesh.triangles, np.ascontiguousarray(point, dtype=np.float64),
         np.ascontiguousarray(toward, dtype=np.float64), least_mm,
     )  # fmt: skip
+
+
+def _band_rows(width: int) -> int:
+    """Return how many rows of a picture are painted after one another."""
+    return min(max(_BAND_BYTES // (_PIXEL_BYTES * width), 8), 256)
 
 
 def _number(colour: str) -> int:

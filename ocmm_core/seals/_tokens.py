@@ -223,8 +223,8 @@ def _wrong_pin(place: TokenPlace) -> StorageError:
         "key.token_pin",
         f"The {place.shown} refuses the PIN that the station keeps; it is not tried again, because "
         "a token closes after a few wrong ones.",
-        "Set the PIN of the token to what it was, then start the program again; or make a new key: "
-        "ocmm key replace --in-file",
+        "Set the PIN of the token to what it was, then repeat; or make a new key in a file: "
+        "ocmm key replace",
     )
 
 
@@ -232,6 +232,6 @@ def _refused(place: TokenPlace, why: str) -> StorageError:
     return StorageError(
         "key.token",
         f"The {place.shown} with the key of this station cannot be used ({why}).",
-        "Plug it in and start its service, then repeat. If it is lost, make a new key: "
-        "ocmm key replace --in-file",
+        "Plug it in and start its service, then repeat. If it is lost, make a new key in a file: "
+        "ocmm key replace",
     )

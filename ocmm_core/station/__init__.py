@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from ocmm_core.station._instruments import Instruments
     from ocmm_core.station._job import StationJob
     from ocmm_core.station._job_change import JobChange
-    from ocmm_core.station._jobs import free_path, give_back
+    from ocmm_core.station._jobs import drop_job_without_points, free_path, give_back
     from ocmm_core.station._looks import Looks
     from ocmm_core.station._maintenance import StationMaintenance
     from ocmm_core.station._options import StationOptions
@@ -51,7 +51,7 @@ else:
         _instruments="Instruments",
         _job="StationJob",
         _job_change="JobChange",
-        _jobs="free_path give_back",
+        _jobs="drop_job_without_points free_path give_back",
         _looks="Looks",
         _maintenance="StationMaintenance",
         _options="StationOptions",
@@ -79,6 +79,7 @@ __all__ = [
     "StationMaintenance",
     "StationOptions",
     "bus_text",
+    "drop_job_without_points",
     "free_path",
     "give_back",
 ]

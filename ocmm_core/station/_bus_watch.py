@@ -13,8 +13,8 @@ from ocmm_core.fieldbus.report import BusReport, decode_report, report_text
 
 NO_BUS = "The frames of this job do not come from a camera bus."
 NO_BUS_REMEDY = (
-    "Start with --source ethercat:INTERFACE for real cameras, or ethercat:virtual for the "
-    "virtual rig on a complete bus."
+    "Choose in Settings (Instrument, Cameras) ethercat:INTERFACE for real cameras, or "
+    "ethercat:virtual for the virtual rig on a complete bus."
 )
 NO_REPORT = "No report from the bus yet."
 NO_REPORT_REMEDY = "Wait until the bus process has started."

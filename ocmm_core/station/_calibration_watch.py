@@ -162,7 +162,7 @@ class CalibrationWatch:
                     "The frames of this job do not come from real cameras, so nothing can be "
                     "stored in them."
                 ),
-                "Start with --source ethercat:INTERFACE.",
+                "Choose real cameras (Settings, Instrument).",
             )
         write_to_cameras(record, objects)
         with self._kept.changed():

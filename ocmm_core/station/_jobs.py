@@ -77,6 +77,19 @@ def drop_if_empty(job: JobFile) -> None:
             _log.warning("%s was not removed: %s", job.path, error.strerror)
 
 
+def drop_job_without_points(path: Path) -> bool:
+    """Remove a closed job in which no point was ever taken, and say whether it was one.
+
+    Raises
+    ------
+    StorageError
+        It cannot be opened: another program measures it, or it is damaged. It stays then.
+    """
+    job = JobFile.open(path)
+    drop_if_empty(job)
+    return not path.exists()
+
+
 def give_back(job: JobFile, *, made: bool) -> None:
     """Close a job that is not measured after all; remove an empty one that was made for it.
 

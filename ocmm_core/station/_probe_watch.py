@@ -111,7 +111,7 @@ class ProbeWatch:
             raise CalibrationError(
                 "probe_record.design",
                 "This job uses the probe document, which defines one tip only.",
-                "Start with the probe record folder: --probes.",
+                "Choose the folder of tip records (Settings, Instrument).",
             )
         store.mount(tip, self._job.head.operator, self._clock())
         self.forget()

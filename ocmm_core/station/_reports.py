@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 from ocmm_core.errors import MeasuringError
 from ocmm_core.export import DEFAULT_FORMAT, write_report
-from ocmm_core.export.report import Instrument, Profile, ReportData, report_data
+from ocmm_core.export.report import Instrument, Profile, ReportData, paper_of, report_data
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.station._instruments import Instruments
 from ocmm_core.station._open_job import CurrentJob, OpenJob
@@ -62,8 +63,13 @@ class Reports:
         *,
         incomplete: bool = False,
     ) -> tuple[Path, ...]:
-        """Write reports of the job to ``directory`` and return their paths; as `write_report`."""
-        return write_report(self.data(), formats, directory, profile, incomplete=incomplete)
+        """Write reports of the job to ``directory`` and return their paths; as `write_report`.
+
+        On the paper of this station, with what was given with the job; InputError where the
+        template cannot be used.
+        """
+        data = replace(self.data(), paper=paper_of(self._current.now.file.path))
+        return write_report(data, formats, directory, profile, incomplete=incomplete)
 
     def _data_of(self, job: OpenJob, view: JobView) -> ReportData:
         instruments = self._instruments

@@ -3,7 +3,8 @@
 In: values of parts, operators and trials, or the jobs that hold them. Out: what the gauge adds.
 
 Read `_gauge_rr` (analysis of variance) and `_single` (studies of one reference), `_plan` (a drawn,
-blind order) and `_from_jobs` (every characteristic of a plan a study of its own).
+blind order) and `_from_jobs` (every characteristic of a plan a study of its own), `_linearity` (the
+bias over the range) and `_part_study` (U from a calibrated part, for similar parts only).
 It must not know how a value was measured.
 """
 
@@ -22,6 +23,16 @@ if TYPE_CHECKING:
         study_of,
     )
     from ocmm_core.studies._gauge_rr import AIAG_LEVEL, GaugeStudy, SourceRow, gauge_study
+    from ocmm_core.studies._linearity import LinearityReport, linearity_of
+    from ocmm_core.studies._part_study import (
+        PartStudy,
+        load_part_study,
+        load_task,
+        make_part_study,
+        part_procedure,
+        save_part_study,
+        uncertainty_for,
+    )
     from ocmm_core.studies._plan import (
         STUDY_SCHEMA,
         StudyPlan,
@@ -48,6 +59,11 @@ else:
         __name__,
         _from_jobs="CharacteristicStudy StudyReport open_runs study_jobs study_of",
         _gauge_rr="AIAG_LEVEL GaugeStudy SourceRow gauge_study",
+        _linearity="LinearityReport linearity_of",
+        _part_study=(
+            "PartStudy load_part_study load_task make_part_study part_procedure save_part_study "
+            "uncertainty_for"
+        ),
         _plan=("STUDY_SCHEMA StudyPlan StudyRun load_study plan_study plan_text require_balanced"),
         _single=(
             "LinearityStudy StatedScatter Suitability Type1Study compare_stated linearity_study "
@@ -60,7 +76,9 @@ __all__ = [
     "STUDY_SCHEMA",
     "CharacteristicStudy",
     "GaugeStudy",
+    "LinearityReport",
     "LinearityStudy",
+    "PartStudy",
     "SourceRow",
     "StatedScatter",
     "StudyPlan",
@@ -70,16 +88,23 @@ __all__ = [
     "Type1Study",
     "compare_stated",
     "gauge_study",
+    "linearity_of",
     "linearity_study",
+    "load_part_study",
     "load_study",
+    "load_task",
+    "make_part_study",
     "open_runs",
+    "part_procedure",
     "plan_study",
     "plan_text",
     "process_uncertainty",
     "require_balanced",
+    "save_part_study",
     "study_jobs",
     "study_of",
     "suitability",
     "system_uncertainty",
     "type1_study",
+    "uncertainty_for",
 ]

@@ -83,7 +83,9 @@ class TrendChart(Painted):
         warned = {index for index, _ in trend.chart.signals} if trend.chart is not None else set()
         scale = box.height() / (high - low)
         step = box.width() / max(len(trend.parts), 1)
+        size = min(max(0.4 * step, 2.0), 5.0)
         before: QPointF | None = None
+        marks: list[tuple[QPointF, bool]] = []
         counted = -1
         for index, part in enumerate(trend.parts):
             x = box.left() + (index + 0.5) * step
@@ -99,14 +101,16 @@ class TrendChart(Painted):
             if before is not None:
                 painter.drawLine(before, place)
             painter.drawLine(place - QPointF(0.0, reach), place + QPointF(0.0, reach))
-            odd = counted in warned
-            painter.setPen(QPen(QColor(self._theme.text), 1.6))
+            marks.append((place, counted in warned))
+            before = place
+        painter.setPen(QPen(QColor(self._theme.text), min(1.6, 0.4 * size)))
+        # Those that ask for attention last: nothing hides them.
+        for place, odd in sorted(marks, key=lambda one: one[1]):
             painter.setBrush(QColor(self._theme.bad if odd else self._theme.accent))
             if odd:
                 painter.drawRect(QRectF(place.x() - 6.0, place.y() - 6.0, 12.0, 12.0))
             else:
-                painter.drawEllipse(place, 5.0, 5.0)
-            before = place
+                painter.drawEllipse(place, size, size)
         painter.setFont(text_font(12))
         painter.setPen(QColor(self._theme.muted))
         foot = QRectF(box.left(), box.bottom(), box.width(), _FOOT_PX)

@@ -27,9 +27,13 @@ if TYPE_CHECKING:
         Debounced,
         Mode,
         bind_actions,
+        conflict_of,
         make_actions,
         make_button,
+        shortcuts_of,
         show_mode,
+        usable_keys,
+        use_shortcuts,
     )
     from ocmm_gui.kit._answer_panel import AnswerPanel
     from ocmm_gui.kit._fit_text import FitText
@@ -85,7 +89,7 @@ if TYPE_CHECKING:
         stacked,
         value_label,
     )
-    from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel
+    from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel, dropped_file
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
@@ -117,7 +121,7 @@ else:
         __name__,
         _actions=(
             "ACTIONS ActionInfo Debounced FINISH_KEYS Mode TAKE_KEYS UNDO_KEYS bind_actions "
-            "make_actions make_button show_mode"
+            "conflict_of make_actions make_button shortcuts_of show_mode usable_keys use_shortcuts"
         ),
         _answer_panel="AnswerPanel",
         _fit_text="FitText",
@@ -132,7 +136,7 @@ else:
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
         _painted="Painted SCENE_LEAST SCENE_SIZE",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
-        _path_panel="OwnKeysField PathPanel",
+        _path_panel="OwnKeysField PathPanel dropped_file",
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
@@ -202,10 +206,12 @@ __all__ = [
     "bind_actions",
     "caption",
     "characteristics_of",
+    "conflict_of",
     "counted_line",
     "digit_font",
     "distance_words",
     "dress",
+    "dropped_file",
     "far_type",
     "feature_mark",
     "feature_title",
@@ -238,6 +244,7 @@ __all__ = [
     "sentence_label",
     "session_of",
     "shape_word",
+    "shortcuts_of",
     "show_mode",
     "slot_names",
     "stacked",
@@ -248,6 +255,8 @@ __all__ = [
     "tr",
     "tr_all",
     "trouble",
+    "usable_keys",
+    "use_shortcuts",
     "value_label",
     "verdict_colour",
     "verdict_line",

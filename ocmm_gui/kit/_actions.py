@@ -7,7 +7,7 @@ button comes over the bus and is handled by the core. A held or bouncing switch 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 
@@ -196,7 +196,39 @@ ACTIONS = (
     ActionInfo(
         "define", later("Define"), later("Define a new probe document"), ("D",), mode=Mode.MAINTAIN,
     ),
+    ActionInfo(
+        "acceptance", later("Acceptance test"),
+        later("Standard tests with limits and a verdict"), ("F7",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "interim", later("Interim check"), later("90 seconds: is the system still as it was"),
+        ("F8",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "artefacts", later("Artefacts"), later("Register of spheres, bars, blocks and parts"),
+        ("F9",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "study", later("Gauge study"), later("Measurement system analysis from jobs"),
+        ("F10",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "certificate", later("Certificate"),
+        later("Write the certificate of what this page shows, PDF and DCC"), ("Ctrl+P",),
+        mode=Mode.MAINTAIN,
+    ),
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
+    ActionInfo(
+        "start", later("Start page"),
+        later("Leave the job for the Start page; no point is lost"), ("Ctrl+Home",), mode=None,
+    ),
+    ActionInfo(
+        "settings", later("Settings"), later("Cameras, probe, folders, temperatures, sounds, keys"),
+        ("Ctrl+,",), mode=None,
+    ),
+    ActionInfo(
+        "find", later("Find"), later("Type what you want to do"), ("Ctrl+K",), mode=None,
+    ),
     ActionInfo(
         "theme", later("Theme"), later("Switch between dark, light and high contrast"),
         ("T",), mode=None
@@ -216,19 +248,61 @@ def show_mode(actions: Mapping[str, QAction], mode: Mode) -> None:
         actions[info.key].setEnabled(info.mode in (None, mode))
 
 
+def shortcuts_of(info: ActionInfo, changed: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
+    """Return the keys of an action: those that somebody chose, or those shipped."""
+    return tuple(changed.get(info.key, ())) or info.shortcuts
+
+
+def conflict_of(key: str, shortcut: str, changed: Mapping[str, Sequence[str]]) -> ActionInfo | None:
+    """Return which other action has a key already, or None.
+
+    The mode makes no difference: a key means one thing in the whole window.
+    """
+    wanted = QKeySequence(shortcut)
+    for info in ACTIONS:
+        if info.key != key and any(
+            QKeySequence(one) == wanted for one in shortcuts_of(info, changed)
+        ):
+            return info
+    return None
+
+
+def usable_keys(changed: Mapping[str, Sequence[str]]) -> dict[str, tuple[str, ...]]:
+    """Return the chosen keys without those that mean something else already, or nothing at all.
+
+    A document may have been written by hand, or for a version with other actions.
+    """
+    known = {info.key for info in ACTIONS}
+    usable: dict[str, tuple[str, ...]] = {}
+    for key, shortcuts in changed.items():
+        sound = all(not QKeySequence(one).isEmpty() for one in shortcuts)
+        trial = {**usable, key: tuple(shortcuts)}
+        if key in known and sound and not any(conflict_of(key, one, trial) for one in shortcuts):
+            usable[key] = tuple(shortcuts)
+    return usable
+
+
+def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence[str]]) -> None:
+    """Give every action its keys."""
+    for info in ACTIONS:
+        keys = shortcuts_of(info, changed)
+        action = actions[info.key]
+        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(keys)})"))
+        action.setShortcuts([QKeySequence(key) for key in keys])
+
+
 def make_actions(window: QWidget) -> dict[str, QAction]:
     """Return the actions by key, with their shortcuts active in ``window``; they do nothing yet."""
     actions: dict[str, QAction] = {}
     for info in ACTIONS:
         action = QAction(tr(info.text), window)
         action.setObjectName(info.key)
-        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(info.shortcuts)})"))
-        action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
         action.setShortcutContext(Qt.ShortcutContext.WindowShortcut)
         # A held pedal must not flood the job with points.
         action.setAutoRepeat(False)
         window.addAction(action)
         actions[info.key] = action
+    use_shortcuts(actions, {})
     return actions
 
 
@@ -246,13 +320,26 @@ def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[]
 
 def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     """Return a button that does what ``action`` does and shows its first key."""
-    key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
-    button = QPushButton(f"{action.text()}  [{key}]")
+    shown = _first_key(action)
+    button = QPushButton(f"{action.text()}  [{shown}]")
     button.setAccessibleName(action.text())
     button.setAccessibleDescription(action.toolTip())
     button.setToolTip(literal(action.toolTip()))
     button.setProperty("role", "primary" if primary else "plain")
     button.setEnabled(action.isEnabled())
-    action.changed.connect(lambda: button.setEnabled(action.isEnabled()))
+
+    def follow() -> None:
+        nonlocal shown
+        button.setEnabled(action.isEnabled())
+        if _first_key(action) != shown:
+            shown = _first_key(action)
+            button.setText(f"{action.text()}  [{shown}]")
+            button.setToolTip(literal(action.toolTip()))
+
+    action.changed.connect(follow)
     button.clicked.connect(action.trigger)
     return button
+
+
+def _first_key(action: QAction) -> str:
+    return action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)

@@ -213,7 +213,7 @@ def has_failed(live: LiveView | None) -> bool:
 def next_step(job: JobView, live: LiveView | None = None) -> str:
     """Return the sentence that says what to do now."""
     if has_failed(live):
-        return tr("Restart OCMM. Then resume the job.")
+        return tr("Open the job again: Start page, Continue.")
     if job.paused:
         return tr("Paused. Press Z to resume.")
     looked_at = job.shown if job.looked_at else None

@@ -83,6 +83,10 @@ class NoticeCentre(QObject):
         """Keep a notice for the log only."""
         self._notices.append(notice)
 
+    def kept(self) -> tuple[Notice, ...]:
+        """Return the notices, oldest first."""
+        return tuple(self._notices)
+
     def inform(self, what: str) -> None:
         """Show good news."""
         self.post(Notice(Level.INFO, what, "", "", datetime.now().astimezone()))
@@ -117,7 +121,7 @@ class NoticeCentre(QObject):
             raise StorageError(
                 "log.write",
                 f"The log cannot be written to {path} ({error.strerror}).",
-                "Start OCMM with --out and a writable folder.",
+                "Choose a folder that can be written in Settings (Jobs).",
             ) from error
 
 

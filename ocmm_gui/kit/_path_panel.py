@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from PySide6.QtCore import QEvent, Qt, Signal
+from PySide6.QtCore import QEvent, QMimeData, Qt, QUrl, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QLineEdit, QPushButton
+from PySide6.QtWidgets import QFileDialog, QFrame, QHBoxLayout, QLineEdit, QPushButton
 
+from ocmm_core.settings import RecentPlaces
 from ocmm_gui.kit._texts import PlainLabel, tr
 
 
 class PathPanel(QFrame):
-    """One line: path, Write, Cancel. Measuring goes on while it is open.
+    """One line: path, look for it, Write, Cancel. Measuring goes on while it is open.
 
     Parameters
     ----------
@@ -22,15 +23,19 @@ class PathPanel(QFrame):
         What stands in the field, e.g. ``"Folder of the report"``.
     verb
         On the button.
+    folders
+        A folder is asked for, not a file.
     """
 
     given = Signal(object)
     """Emits the `Path` that was given."""
 
-    def __init__(self, what: str, asked: str, verb: str) -> None:
+    def __init__(self, what: str, asked: str, verb: str, *, folders: bool = False) -> None:
         super().__init__()
+        self._folders = folders
         self.setProperty("role", "panel")
         self.setAccessibleName(what)
+        self._proposal = Path.home()
         self._field = OwnKeysField()
         self._field.setObjectName("path")
         self._field.setAccessibleName(asked)
@@ -38,6 +43,10 @@ class PathPanel(QFrame):
         write = QPushButton(verb)
         write.setAccessibleName(what)
         write.setProperty("role", "primary")
+        find = QPushButton(tr("Browse"))
+        find.setAccessibleName(tr("Look for the file or folder"))
+        find.clicked.connect(self._browse)
+        self._files: QFileDialog | None = None
         cancel = QPushButton(tr("Cancel"))
         cancel.setAccessibleName(tr("Close without changes"))
         label = PlainLabel(what)
@@ -46,6 +55,7 @@ class PathPanel(QFrame):
         layout.setContentsMargins(12, 6, 8, 6)
         layout.addWidget(label)
         layout.addWidget(self._field, 1)
+        layout.addWidget(find)
         layout.addWidget(write)
         layout.addWidget(cancel)
         self._field.returnPressed.connect(self._give)
@@ -56,10 +66,33 @@ class PathPanel(QFrame):
 
     def ask(self, proposal: Path) -> None:
         """Open the panel with the keyboard in the field."""
+        self._proposal = proposal
         self._field.setText(str(proposal))
         self.show()
         self._field.setFocus()
         self._field.selectAll()
+
+    def _browse(self) -> None:
+        """Look for it beside the measuring: the page behind goes on, and takes its keys."""
+        if self._files is None:
+            # Qt's own looks and behaves alike on every system, and knows where it may be shown.
+            self._files = QFileDialog(self)
+            self._files.setOption(QFileDialog.Option.DontUseNativeDialog)
+            self._files.setModal(False)
+            self._files.fileSelected.connect(self._on_found)
+        at = Path(self._field.text().strip() or self._proposal).expanduser()
+        folder = at if at.is_dir() else at.parent
+        self._files.setFileMode(
+            QFileDialog.FileMode.Directory if self._folders else QFileDialog.FileMode.AnyFile
+        )
+        self._files.setDirectory(str(folder))
+        places = (*RecentPlaces().folders(), Path.home())
+        self._files.setSidebarUrls([QUrl.fromLocalFile(str(place)) for place in places])
+        self._files.show()
+
+    def _on_found(self, path: str) -> None:
+        self._field.setText(path)
+        self._field.setFocus()
 
     def _give(self) -> None:
         text = self._field.text().strip()
@@ -87,3 +120,14 @@ class OwnKeysField(QLineEdit):
             self.left.emit()
             return
         super().keyPressEvent(event)
+
+
+_DROPPED = (".ocmm", ".toml")
+
+
+def dropped_file(dragged: QMimeData) -> Path | None:
+    """Return the one plan or job that is dragged; None where it is anything else."""
+    paths = [Path(url.toLocalFile()) for url in dragged.urls() if url.isLocalFile()]
+    if len(paths) != 1 or paths[0].suffix.lower() not in _DROPPED:
+        return None
+    return paths[0]

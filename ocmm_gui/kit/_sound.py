@@ -82,10 +82,20 @@ class SoundPlayer(QObject):
         super().__init__(parent)
         self._command: tuple[str, ...] = ()
         self._process: QProcess | None = None
-        self._folder = QTemporaryDir() if enabled else None
+        self._folder: QTemporaryDir | None = None
         self._files: dict[Sound, str] = {}
         self._pitches: dict[int, str] = {}
-        if self._folder is None or not self._folder.isValid():
+        self.enable(enabled)
+
+    def enable(self, enabled: bool) -> None:
+        """Play from now on, or be silent."""
+        if enabled == bool(self._files):
+            return
+        if not enabled:
+            self._files.clear()
+            return
+        self._folder = self._folder or QTemporaryDir()
+        if not self._folder.isValid():
             return
         for sound in Sound:
             path = Path(self._folder.filePath(f"{sound.name.lower()}.wav"))

@@ -35,7 +35,7 @@ class Theme:
     Attributes
     ----------
     name
-        What ``--theme`` calls it.
+        What the settings call it.
     background, panel, border
         Surfaces and their outlines.
     text, muted
@@ -197,6 +197,9 @@ def make_style_sheet(theme: Theme) -> str:
     QWidget[role="panel"] {{ background: {theme.panel}; border: {line}; border-radius: 6px; }}
     QLabel {{ background: transparent; border: none; }}
     QLabel[role="muted"] {{ color: {theme.muted}; }}
+    QLabel[role="bad"] {{ color: {theme.bad}; font-weight: bold; }}
+    QLabel[role="warn"] {{ color: {theme.warn}; font-weight: bold; }}
+    QLabel[role="good"] {{ color: {theme.good}; font-weight: bold; }}
     QLabel[role="title"] {{ font-weight: bold; }}
     QPushButton {{ background: {theme.panel}; color: {theme.text}; border: {line};
         border-radius: 6px; padding: 4px 12px; }}

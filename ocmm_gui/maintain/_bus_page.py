@@ -126,7 +126,7 @@ class BusPage(QStackedWidget):
         if view is None or view.report is None:
             pair = (NO_BUS, NO_BUS_REMEDY) if view is None else (NO_REPORT, NO_REPORT_REMEDY)
             if view is not None and view.ended:
-                pair = (view.ended, tr("Restart the program once the cause is removed."))
+                pair = (view.ended, tr("Remove the cause, then open the job again."))
             self._absent.setText("\n\n".join(pair))
             self.setCurrentIndex(0)
             return
@@ -192,7 +192,7 @@ class BusPage(QStackedWidget):
         elif view.age_s > _OLD_S:
             self._phase.show_text(tr("NO REPORT"), theme.bad, Mark.BAD)
             what = tr("No report from the bus process for {age_s:.0f} s.").format(age_s=view.age_s)
-            remedy = tr("These are its last values. Restart the program if this persists.")
+            remedy = tr("These are its last values. If this persists, open the job again.")
         elif report.phase is BusPhase.OPERATION:
             self._phase.show_text(word, theme.good, Mark.GOOD)
         elif report.phase is BusPhase.FAILED:

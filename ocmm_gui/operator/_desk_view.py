@@ -43,10 +43,12 @@ from ocmm_gui.operator._readout import Readout
 from ocmm_gui.operator._status_strip import StatusStrip
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
-_PAGES = ("job", "plan", "alignment", "results", "keys")
-_TOOLS = ("part_mode", "fit", "closeup", "theme", "export", "view", "mode")
+_PAGES = ("start", "job", "plan", "alignment", "results", "settings", "keys")
+_TOOLS = ("part_mode", "fit", "closeup", "export", "view", "mode")
 _STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"), ("reopen",))
 _PART_PX = 190
+_TOUCHED_PX = 57
+"""15 mm at 96 dots an inch: a finger in a glove."""
 _PICTURE_PX = (96, 190)
 """Least and greatest height of the picture of the step."""
 _SIDE_PX = 250
@@ -213,7 +215,7 @@ class DeskView(QWidget):
         row.setSpacing(8)
         for key in ("take", "undo", "finish"):
             button = make_button(actions[key], primary=key == "take")
-            button.setMinimumHeight(52)
+            button.setMinimumHeight(_TOUCHED_PX)
             button.setText(actions[key].text())
             button.setFont(text_font(18, bold=True))
             row.addWidget(button, 1)

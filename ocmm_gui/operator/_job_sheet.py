@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QListWidget, QListWidgetItem
+from PySide6.QtWidgets import QCompleter, QGridLayout, QHBoxLayout, QListWidget, QListWidgetItem
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import BatchPart, next_serial, parts_of_batch
@@ -189,6 +189,12 @@ class JobSheet(Sheet):
         if path.absolute() in self._offered:
             self._choose(path.absolute())
             self.plans.setFocus()
+
+    def propose_operators(self, names: tuple[str, ...]) -> None:
+        """Propose names as operator while one is typed."""
+        completer = QCompleter(names, self.fields["operator"])
+        completer.setCaseSensitivity(Qt.CaseSensitivity.CaseInsensitive)
+        self.fields["operator"].setCompleter(completer)
 
     def next_part(self) -> None:
         """Begin the job of the next part at once."""

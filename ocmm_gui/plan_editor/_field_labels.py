@@ -164,6 +164,10 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "weights": (later("Weights"), later("One number per point; empty: equal weights")),
         "locked": (later("Locked"), later("Of x, y, z, rx, ry, rz, separated by commas")),
     },
+    "ModelBestFit": {
+        "points": (later("Points"), later("Seven or more single points on the faces")),
+        "faces": (later("Faces"), later("Of the model; they come with an import")),
+    },
     "ReferencePoints": {
         "conditions": (
             later("Six conditions"),

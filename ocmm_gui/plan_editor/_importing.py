@@ -6,11 +6,13 @@ import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import TypeAlias
 
 import msgspec
 from PySide6.QtCore import Qt, Signal
 
 from ocmm_core.alignment import Relocation, load_frame, relocation, saved_frame
+from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.drawing import Account, plan_with_tolerances
 from ocmm_core.inspection.plan import (
@@ -19,6 +21,7 @@ from ocmm_core.inspection.plan import (
     features_from_csv,
     with_alignment,
     with_model,
+    with_profiles,
 )
 from ocmm_core.inspection.step import (
     STEP_ENDINGS,
@@ -29,12 +32,16 @@ from ocmm_core.inspection.step import (
     has_step,
     offers_of,
     read_model,
+    setting_for,
     up_of,
     usual_request,
 )
+from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Worker, WorkLine, tr
-from ocmm_gui.plan_editor._plan_items import ALIGNMENT, ItemKey
+from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, ItemKey
 
+InUse: TypeAlias = tuple[Rig, ProbeBody]
+"""The cameras and the probe that the station measures with."""
 _FRAME = ".toml"
 _UP = "+z"
 _LIMIT_MM = 0.1
@@ -101,14 +108,20 @@ def with_file(plan: Plan, path: Path, *, relocate: bool) -> Imported:
 
 
 def model_of(
-    path: Path, up: str, given_up: Callable[[], bool], progress: Callable[[str], None]
+    path: Path,
+    up: str,
+    in_use: InUse | None,
+    given_up: Callable[[], bool],
+    progress: Callable[[str], None],
 ) -> ReadModel:
-    """Return what a model offers, for the standard probe before the recommended rig.
+    """Return what a model offers, for the probe before the cameras that are in use.
 
     Parameters
     ----------
     up
         Axis of the model that points up.
+    in_use
+        None for the standard probe before the recommended rig.
     given_up, progress
         As `read_model` has them: it takes up to a minute.
 
@@ -118,12 +131,23 @@ def model_of(
         The file cannot be used.
     """
     request = msgspec.structs.replace(usual_request(), up=up_of(up))
-    model = read_model(path, given_up=given_up, progress=progress, with_part=True, request=request)
+    setting = None
+    if in_use is not None:
+        rig, body = in_use
+        setting = setting_for(body, rig, up_of(up))
+    model = read_model(
+        path, given_up=given_up, progress=progress, with_part=True, request=request,
+        setting=setting,
+    )  # fmt: skip
     return ReadModel(path, model, offers_of(model), up)
 
 
 def with_offers(
-    plan: Plan, read: ReadModel, taken: Sequence[Offer], plan_file: Path | None
+    plan: Plan,
+    read: ReadModel,
+    taken: Sequence[Offer],
+    plan_file: Path | None,
+    zone_mm: float | None = None,
 ) -> Imported:
     """Return the plan with what was chosen of a model, and with its tolerances.
 
@@ -132,6 +156,8 @@ def with_offers(
     plan_file
         Where the plan is, with its model beside it; None where it was never saved, and no model is
         kept.
+    zone_mm
+        Width of the zone of the profile of free forms; None where none was chosen.
 
     Raises
     ------
@@ -140,14 +166,27 @@ def with_offers(
     InputError
         The plan could not be measured with it.
     """
-    found = _with_features(plan, read.path, [offer.feature for offer in taken])
+    surfaces = [offer.feature for offer in taken if offer.free_form is None]
+    free_forms = [offer.free_form for offer in taken if offer.free_form is not None]
+
+    def more_of(plan: Plan) -> Plan:
+        return plan if zone_mm is None else with_profiles(plan, free_forms, zone_mm)
+
+    found = _with_features(plan, read.path, surfaces)
+    if free_forms and zone_mm is not None:
+        said = tr("%n free-form faces added.", "", len(free_forms))
+        words = f"{found.words} {said}" if surfaces else said
+        key = ItemKey("characteristics", free_forms[0].name)
+        found = replace(found, words=words, chosen=found.chosen if surfaces else key)
     if plan_file is not None:
         more = with_model(found.plan, plan_file, read.path, read.model.part)
         found = replace(found, plan=more)
     toleranced, account = plan_with_tolerances(found.plan, read.model)
+    bare = more_of(found.plan)
     if not account.items:
-        return found
-    return replace(found, plan=toleranced, account=account, bare=found.plan)
+        return replace(found, plan=bare)
+    # In the datum system that the tolerances bring, where they bring one.
+    return replace(found, plan=more_of(toleranced), account=account, bare=bare)
 
 
 def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> Imported:
@@ -155,14 +194,15 @@ def _with_features(plan: Plan, path: Path, found: Sequence[NominalFeature]) -> I
     for feature in found:
         more = add_feature(more, feature)
     said = tr("%n features added from {name}.", "", len(found)).format(name=path.name)
-    return Imported(plan, more, ItemKey("features", found[0].name), said)
+    chosen = ItemKey("features", found[0].name) if found else HEAD
+    return Imported(plan, more, chosen, said)
 
 
 def what_is_missing() -> str:
     """Return what has to be installed before a CAD model can be imported; empty for nothing."""
     if has_step():
         return ""
-    return tr("CAD models (STEP) need an extra of some {size} MB: {command}").format(
+    return tr("CAD models (STEP) need an extra of some {size} MB: {command}.").format(
         size=STEP_SIZE_MB, command=STEP_SETUP
     )
 
@@ -184,7 +224,13 @@ def _with_frame(plan: Plan, path: Path, *, relocate: bool) -> Imported:
 
 
 class Importing(WorkLine):
-    """Reads a file beside the window and shows that it does; nothing while it does not."""
+    """Reads a file beside the window and shows that it does; nothing while it does not.
+
+    Parameters
+    ----------
+    in_use
+        Gives what the station measures with; None where there is no station.
+    """
 
     imported = Signal(object)
     """Emits what was `Imported`."""
@@ -194,8 +240,9 @@ class Importing(WorkLine):
     """Emits the exception: why nothing was."""
     _reading = Signal(str)
 
-    def __init__(self) -> None:
+    def __init__(self, in_use: Callable[[], InUse] | None = None) -> None:
         super().__init__(tr("Importing"))
+        self._in_use = in_use
         self._worker = Worker("ocmm-import", self)
         self._given_up = threading.Event()
         self._reads = False
@@ -217,10 +264,11 @@ class Importing(WorkLine):
         self._reads = True
         self.begin(tr("Importing {name}.").format(name=path.name), tr("F12 cancels."))
         is_model = path.suffix.lower() in STEP_ENDINGS
+        in_use = None if self._in_use is None else self._in_use()
 
         def work() -> object:
             if is_model:
-                return model_of(path, up, given_up.is_set, self._reading.emit)
+                return model_of(path, up, in_use, given_up.is_set, self._reading.emit)
             return with_file(plan, path, relocate=relocate)
 
         self._worker.do(
@@ -230,7 +278,12 @@ class Importing(WorkLine):
         )
 
     def take(
-        self, plan: Plan, model: ReadModel, taken: Sequence[Offer], plan_file: Path | None
+        self,
+        plan: Plan,
+        model: ReadModel,
+        taken: Sequence[Offer],
+        plan_file: Path | None,
+        zone_mm: float | None = None,
     ) -> None:
         """Put what was chosen of a model into a plan; see `with_offers`."""
         self._given_up.set()
@@ -238,7 +291,7 @@ class Importing(WorkLine):
         self._reads = True
         self.begin(tr("Importing {name}.").format(name=model.path.name))
         self._worker.do(
-            lambda: with_offers(plan, model, taken, plan_file),
+            lambda: with_offers(plan, model, taken, plan_file, zone_mm),
             lambda found: self._done(given_up, found),
             lambda error: self._not_done(given_up, error),
         )

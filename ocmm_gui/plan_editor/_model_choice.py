@@ -15,6 +15,7 @@ from PySide6.QtWidgets import (
     QVBoxLayout,
 )
 
+from ocmm_core.inspection.plan import number
 from ocmm_core.inspection.step import Offer
 from ocmm_core.part_model import PartModel
 from ocmm_gui.kit import (
@@ -24,6 +25,7 @@ from ocmm_gui.kit import (
     PlainLabel,
     Theme,
     caption,
+    form_field,
     literal,
     shape_word,
     text_font,
@@ -68,6 +70,12 @@ class ModelChoice(QFrame):
         self._about.setFont(text_font(14))
         self._about.setMinimumHeight(44)
         self._up = ChoiceBox(tr("Axis that points up"), tr("How the part stands"), UPS)
+        self.zone = form_field(
+            tr("Profile of free forms, mm"),
+            tr("Width of the zone"),
+        )
+        self._zone_words = caption(tr("Profile of free forms, mm"), self.zone)
+        self.zone.textChanged.connect(lambda _text: self._show_choice())
         self._take = QPushButton(tr("Take over  [Return]"))
         self._back = QPushButton(tr("Back  [Esc]"))
         self._take.setAccessibleName(tr("Take the chosen surfaces over as features"))
@@ -95,12 +103,16 @@ class ModelChoice(QFrame):
         for offer in self._offers:
             item = QListWidgetItem(_words(offer), self.list)
             item.setFlags(item.flags() | Qt.ItemFlag.ItemIsUserCheckable)
-            is_good = not offer.against
+            # Nobody but the drawing knows the zone of a free form.
+            is_good = not offer.against and offer.free_form is None
             item.setCheckState(Qt.CheckState.Checked if is_good else Qt.CheckState.Unchecked)
             item.setToolTip(literal(offer.against))
         self.list.setCurrentRow(0)
         self.list.blockSignals(False)
         self._up.setCurrentText(up)
+        has_free = any(offer.free_form is not None for offer in self._offers)
+        self.zone.setVisible(has_free)
+        self._zone_words.setVisible(has_free)
         self.picture.show_part(part)
         self._show_choice()
         self.show()
@@ -109,6 +121,12 @@ class ModelChoice(QFrame):
     def chosen(self) -> tuple[Offer, ...]:
         """Return what is chosen, in the order of the model."""
         return tuple(offer for row, offer in enumerate(self._offers) if self._is_chosen(row))
+
+    def zone_mm(self) -> float | None:
+        """Return the zone of free forms; None where none is chosen, or no zone is given."""
+        value = number(self.zone.text().strip())
+        has_free = any(offer.free_form is not None for offer in self.chosen())
+        return value if has_free and value is not None and value > 0.0 else None
 
     def words(self) -> str:
         """Return what is said of the choice."""
@@ -129,8 +147,13 @@ class ModelChoice(QFrame):
         return self.list.item(row).checkState() is Qt.CheckState.Checked
 
     def _emit_taken(self) -> None:
-        if self.chosen():
+        if self._can_be_taken():
             self.taken.emit(self.chosen())
+
+    def _can_be_taken(self) -> bool:
+        chosen = self.chosen()
+        lacks_zone = self.zone_mm() is None and any(one.free_form is not None for one in chosen)
+        return bool(chosen) and not lacks_zone
 
     def _on_face(self, place: int) -> None:
         """Choose the surface of a face, or take the choice back; the places count from 0."""
@@ -158,8 +181,16 @@ class ModelChoice(QFrame):
         self._told.setText(
             tr("{count} of {all} surfaces are chosen.").format(count=count, all=len(self._offers))
         )
-        self._take.setEnabled(count > 0)
+        can = self._can_be_taken()
+        if count and not can:
+            said = tr("Enter the profile of free forms.")
+            self._told.setText(f"{self._told.text()} {said}")
+        self._take.setEnabled(can)
         about = tr("{name} can be touched.").format(name=current.feature.name)
+        if current.free_form is not None:
+            about = tr("{name}: points and their profile against the model.").format(
+                name=current.feature.name
+            )
         if current.against:
             about = tr("{name}: {why}.").format(name=current.feature.name, why=current.against)
         self._about.setText(about)
@@ -171,11 +202,15 @@ class ModelChoice(QFrame):
         stands = QHBoxLayout()
         stands.addWidget(caption(tr("Up"), self._up))
         stands.addWidget(self._up, 1)
+        zone = QHBoxLayout()
+        zone.addWidget(self._zone_words)
+        zone.addWidget(self.zone, 1)
         side = QVBoxLayout()
         side.setSpacing(8)
         side.addWidget(self._told)
         side.addWidget(self.list, 1)
         side.addWidget(self._about)
+        side.addLayout(zone)
         side.addLayout(stands)
         side.addLayout(keys)
         row = QHBoxLayout(self)
@@ -225,5 +260,6 @@ def _words(offer: Offer) -> str:
     size = f"\N{LATIN CAPITAL LETTER O WITH STROKE} {feature.diameter:.3f}"
     if not feature.diameter:
         size = f"{feature.length:.1f} \N{MULTIPLICATION SIGN} {feature.width:.1f}"
-    words = f"{feature.name}   {shape_word(feature.shape)}   {size}"
+    shape = shape_word(feature.shape) if offer.free_form is None else tr("Free form")
+    words = f"{feature.name}   {shape}   {size}"
     return f"{words}   \N{EN DASH} {offer.against}" if offer.against else words

@@ -32,11 +32,18 @@ from ocmm_core.inspection.plan import (
     with_picture,
 )
 from ocmm_core.inspection.step import Offer
+from ocmm_core.settings import is_shipped
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, later, panel, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
-from ocmm_gui.plan_editor._importing import Imported, Importing, ReadModel, what_is_missing
+from ocmm_gui.plan_editor._importing import (
+    Imported,
+    Importing,
+    InUse,
+    ReadModel,
+    what_is_missing,
+)
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._model_choice import ModelChoice
 from ocmm_gui.plan_editor._plan_checks import PlanChecks, faulty_field
@@ -99,6 +106,8 @@ class PlanSheet(Sheet):
         The plan that is measured, and its file where that is known.
     job_path
         Gives the file of the running job, whose part can be the master.
+    in_use
+        Gives the cameras and the probe that models are imported for.
     """
 
     saved = Signal(object)
@@ -106,7 +115,13 @@ class PlanSheet(Sheet):
     measure_wanted = Signal(object)
     """Emits the `Path` of a plan that a job is to be begun by."""
 
-    def __init__(self, plan: Plan, path: Path | None, job_path: Callable[[], Path]) -> None:
+    def __init__(
+        self,
+        plan: Plan,
+        path: Path | None,
+        job_path: Callable[[], Path],
+        in_use: Callable[[], InUse] | None = None,
+    ) -> None:
         super().__init__(tr("Plan"), _KEYS)
         self._job_path = job_path
         self.draft = PlanDraft(plan, path)
@@ -146,7 +161,7 @@ class PlanSheet(Sheet):
         )
         self.file.given.connect(self.save_as)
         self.source.given.connect(self.import_file)
-        self.importing = Importing()
+        self.importing = Importing(in_use)
         self.importing.imported.connect(self._on_imported)
         self.importing.offered.connect(self._on_offered)
         self.importing.failed.connect(self.failed)
@@ -282,7 +297,9 @@ class PlanSheet(Sheet):
 
     def _take_offers(self, taken: tuple[Offer, ...]) -> None:
         if self._read is not None:
-            self.importing.take(self.draft.plan, self._read, taken, self.draft.path)
+            self.importing.take(
+                self.draft.plan, self._read, taken, self.draft.path, self.choice.zone_mm()
+            )
             self._show_editor()
 
     def _show_editor(self) -> None:
@@ -343,7 +360,11 @@ class PlanSheet(Sheet):
 
     def save(self) -> None:
         """Ask for the file; the one of this plan is proposed."""
-        self.file.ask(self.draft.path or Path.home() / f"{self.draft.plan.name}.toml")
+        path = self.draft.path
+        if path is None or is_shipped(path):
+            # What is shipped with the program stays as it is.
+            path = Path.home() / f"{self.draft.plan.name}.toml"
+        self.file.ask(path)
 
     def save_as(self, path: Path) -> None:
         """Write the plan, read it back and compare; its pictures go with it."""

@@ -6,7 +6,7 @@ preview.
 Read `_pdf` (the report), `_paper_head`, `_sections`, `_plots`, `_part_picture` and `_paper_end`
 (its parts), `_canvas` (pages that fill) and `_drawing` (without a window), `_symbols`, `_messages`,
 `_pdf_writer` (the file with other files in it), `_recall`, `_certificate` (papers about the
-machine), `_preview`. `_side` writes in a process of its own.
+machine), `_batch`, `_preview`. `_side` writes in a process of its own.
 Numbers come from `export.report`, none is computed here. It must not know sheets or the station.
 """
 
@@ -17,20 +17,30 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_gui.reports._batch import BatchPrinting
     from ocmm_gui.reports._drawing import drawing
     from ocmm_gui.reports._preview import PagePreview
     from ocmm_gui.reports._recall import pdf_bytes
-    from ocmm_gui.reports._side import FormatText, PagePicture, Previewing, Writing
+    from ocmm_gui.reports._side import (
+        CertificateWriting,
+        FormatText,
+        PagePicture,
+        Previewing,
+        Writing,
+    )
 else:
     __getattr__ = door(
         __name__,
+        _batch="BatchPrinting",
         _drawing="drawing",
         _preview="PagePreview",
         _recall="pdf_bytes",
-        _side="FormatText PagePicture Previewing Writing",
+        _side="CertificateWriting FormatText PagePicture Previewing Writing",
     )
 
 __all__ = [
+    "BatchPrinting",
+    "CertificateWriting",
     "FormatText",
     "PagePicture",
     "PagePreview",

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 
 from ocmm_core.documents import decode_json
-from ocmm_core.export.report import Particulars, load_paper, report_of_job, standard_template
+from ocmm_core.export.report import Particulars, paper_of, report_of_job
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_gui.reports._drawing import draw, drawing
 from ocmm_gui.reports._pdf import write_pdf
@@ -27,12 +27,11 @@ def main(arguments: list[str] | None = None) -> int:
     parser.add_argument("--given", default="{}", help="Particulars, as JSON.")
     options = parser.parse_args(arguments)
     given = decode_json(options.given, Particulars)
-    template = options.template or standard_template()
 
     def write(job: Path) -> None:
         opened = reopen_job(job, options.probes, calibrations=options.calibrations)
         # Read for each job: one that cannot be drawn is told, and the others are written.
-        data = replace(report_of_job(opened), paper=load_paper(template, given))
+        data = replace(report_of_job(opened), paper=paper_of(job, given, options.template))
         path = write_pdf(data, options.out, incomplete=options.incomplete)
         sys.stdout.write(f"{path}\n")
 

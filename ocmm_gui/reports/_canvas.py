@@ -142,7 +142,30 @@ def text_height(text: str, style: Style, width: float) -> float:
     """Return how high a text is when it is written into a width."""
     metrics = QFontMetricsF(text_font(style.size, bold=style.bold))
     box = QRectF(0.0, 0.0, width, 1e6)
-    return metrics.boundingRect(box, int(Qt.TextFlag.TextWordWrap), text).height()
+    return metrics.boundingRect(box, _wrapping(metrics, text, width), text).height()
+
+
+def _wrapping(metrics: QFontMetricsF, text: str, width: float) -> int:
+    """Return how a text is broken: between words, or anywhere where a word has no room."""
+    # Most words are short: measuring each of a report costs more than drawing it.
+    longest = max(text.split(), key=len, default="")
+    wide = metrics.horizontalAdvance(longest) > width
+    return int(Qt.TextFlag.TextWrapAnywhere if wide else Qt.TextFlag.TextWordWrap)
+
+
+def paint_line(
+    painter: QPainter,
+    box: QRectF,
+    text: str,
+    style: Style,
+    align: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop,
+) -> None:
+    """Write a text into one line of a box; what has no room is left out, with dots."""
+    metrics = QFontMetricsF(text_font(style.size, bold=style.bold))
+    shown = metrics.elidedText(text, Qt.TextElideMode.ElideRight, box.width())
+    painter.setFont(text_font(style.size, bold=style.bold))
+    painter.setPen(QColor(style.colour))
+    painter.drawText(box, int(align) | int(Qt.TextFlag.TextSingleLine), shown)
 
 
 def paint_text(
@@ -155,7 +178,8 @@ def paint_text(
     """Write a text into a box."""
     painter.setFont(text_font(style.size, bold=style.bold))
     painter.setPen(QColor(style.colour))
-    painter.drawText(box, int(align) | int(Qt.TextFlag.TextWordWrap), text)
+    metrics = QFontMetricsF(text_font(style.size, bold=style.bold))
+    painter.drawText(box, int(align) | _wrapping(metrics, text, box.width()), text)
 
 
 def _cell_painter(cell: PageField, box: QRectF, *, right: bool) -> Draw:

@@ -24,7 +24,7 @@ from ocmm_core.export.certificate import (
     certificate_facts,
     certificate_of_folder,
 )
-from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, standard_template
+from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, template_in_use
 from ocmm_gui.reports._canvas import (
     INK,
     LEFT,
@@ -38,6 +38,7 @@ from ocmm_gui.reports._canvas import (
     paint_text,
     text_height,
 )
+from ocmm_gui.reports._certificate_values import table_of_values
 from ocmm_gui.reports._drawing import draw
 from ocmm_gui.reports._paper_end import paint_signatures
 from ocmm_gui.reports._paper_head import paper_letterhead
@@ -52,17 +53,11 @@ _COLUMNS = (
     Column("MPE, mm", 160.0, right=True),
     Column("Verdict", 200.0),
 )
-_VALUES = (
-    Column("Value", 1000.0),
-    Column("", 400.0, right=True),
-    Column("U (k = 2)", 400.0, right=True),
-)
 _COLOURS = {Conformity.CONFORM: INK.good, Conformity.NOT_CONFORM: INK.bad}
 _NAME = 330.0
 _PLOT = 1100.0
 _SIGN = 200.0
 _HEADS = {"beforeAdjustment": "As found", "afterAdjustment": "After adjustment"}
-_UNITS = {"\\milli\\metre": " mm", "\\one": ""}
 
 
 def lay_out(paper: Certificate) -> Canvas:
@@ -70,8 +65,10 @@ def lay_out(paper: Certificate) -> Canvas:
     canvas = Canvas()
     paper_letterhead(canvas, paper.paper)
     canvas.text(paper.title, TITLE)
-    if paper.runs:
-        last = paper.runs[-1]
+    last = paper.final
+    if last is None and paper.not_after:
+        canvas.text("NO STATEMENT OF CONFORMITY", Style(40.0, bold=True, colour=INK.warn))
+    if last is not None:
         colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
         canvas.text(last.words.upper(), Style(40.0, bold=True, colour=colour))
     if paper.simulated:
@@ -80,27 +77,23 @@ def lay_out(paper: Certificate) -> Canvas:
     for fact in certificate_facts(paper):
         if fact.name not in ("Title", "Statement"):
             _fact(canvas, fact.name, fact.value)
+    _state(canvas, "As found", paper.not_found)
     for run in paper.runs:
         _run(canvas, run)
-    if paper.values:
-        canvas.heading("Further values", 120.0)
-        canvas.table(
-            _VALUES,
-            [
-                [
-                    PageField(one.name),
-                    PageField(f"{one.value:.6g}{_UNITS.get(one.unit, '')}", STRONG),
-                    PageField("–" if one.expanded is None
-                              else f"{one.expanded:.2g}{_UNITS.get(one.unit, '')}"),
-                ]
-                for one in paper.values
-            ],
-        )  # fmt: skip
+    _state(canvas, "After adjustment", paper.not_after)
+    table_of_values(canvas, paper)
     if any(run.lines for run in paper.runs):
         canvas.heading("Errors between the permissible errors (MPE)", _PLOT)
         canvas.draw(_PLOT, partial(_paint_errors, paper=paper))
     _closing(canvas, paper)
     return canvas
+
+
+def _state(canvas: Canvas, name: str, why: str) -> None:
+    """Say that a state was not determined, and why; nothing where it was."""
+    if why:
+        canvas.heading(f"{name}: not determined", 120.0)
+        canvas.text(f"{why[:1].upper()}{why[1:]}.", SMALL)
 
 
 def certificate_pdf(paper: Certificate) -> bytes:
@@ -188,7 +181,7 @@ def _paint_errors(painter: QPainter, box: QRectF, *, paper: Certificate) -> None
         for first, second in pairwise(ordered):
             painter.drawLine(place(first[0], sense * first[1]), place(second[0], sense * second[1]))
     for run in paper.runs:
-        filled = run is paper.runs[-1]
+        filled = run is paper.final
         for line in run.lines:
             _paint_error(painter, place, line, filled=filled)
     _paint_scales(painter, box, plot, longest, highest)
@@ -223,7 +216,7 @@ def _paint_scales(
         align = Qt.AlignmentFlag.AlignHCenter | Qt.AlignmentFlag.AlignTop
         paint_text(painter, told, f"{share * longest:.0f} mm", SMALL, align)
     words = (
-        "Error over certified length. Red: ± MPE. Whisker: U (k = 2). Filled: last run; "
+        "Error over certified length. Red: ± MPE. Whisker: U (k = 2). Filled: as the item is now; "
         "open: as found before an adjustment."
     )
     paint_text(painter, QRectF(plot.left(), box.bottom() - 60.0, plot.width(), 50.0), words, SMALL)
@@ -234,6 +227,8 @@ def main(arguments: list[str] | None = None) -> int:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--tip", default="")
+    parser.add_argument("--calibration", action="store_true")
+    parser.add_argument("--as-found", type=Path)
     parser.add_argument("--out", type=Path, required=True)
     parser.add_argument("--template", type=Path)
     parser.add_argument("--given", default="{}", help="Particulars, as JSON.")
@@ -241,8 +236,11 @@ def main(arguments: list[str] | None = None) -> int:
 
     def write() -> None:
         given = decode_json(options.given, Particulars)
-        sheet = load_paper(options.template or standard_template(), given)
-        paper = certificate_of_folder(options.folder, sheet, options.tip)
+        sheet = load_paper(options.template or template_in_use(), given)
+        paper = certificate_of_folder(
+            options.folder, sheet, options.tip,
+            calibration=options.calibration, as_found=options.as_found,
+        )  # fmt: skip
         path = options.out / f"{paper.number}.pdf"
         write_together({path: certificate_pdf(paper)})
         sys.stdout.write(f"{path}\n")

@@ -6,22 +6,27 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPainter
 
 from ocmm_core.export.report import ReportData
+from ocmm_core.tolerances.decisions import DeviationPicture
 from ocmm_gui.reports._canvas import INK, SMALL, Canvas
-from ocmm_gui.views import SCALE_PX, deviations_of, paint_scale
+from ocmm_gui.views import SCALE_PX, paint_scale
 
 _BOLDER = 2.2
 """What is as large as on a screen is too fine for paper."""
 
 
-def deviation_scale(canvas: Canvas, data: ReportData) -> None:
-    """Draw the scale of the whiskers below the picture; nothing where the job has none."""
-    seen = deviations_of(data.view)
+def deviation_scale(
+    canvas: Canvas, data: ReportData, seen: DeviationPicture, reach_mm: float | None
+) -> None:
+    """Draw the scale of the whiskers below the picture; nothing where the job has none.
+
+    The part is coloured up to ``reach_mm`` from a point; None where it is not.
+    """
     if not seen.whiskers:
         return
 
     def paint(painter: QPainter, box: QRectF) -> None:
         wide = box.adjusted(0.0, 10.0, -0.35 * box.width(), 0.0)
-        paint_scale(painter, wide, seen, INK, _BOLDER)
+        paint_scale(painter, wide, seen, INK, _BOLDER, reach_mm)
 
     canvas.draw(SCALE_PX[1] * _BOLDER + 20.0, paint)
     shown = {whisker.feature for whisker in seen.whiskers}

@@ -15,6 +15,7 @@ from ocmm_gui.reports._canvas import (
     WIDTH,
     Canvas,
     Style,
+    paint_line,
     paint_text,
     text_height,
 )
@@ -53,7 +54,9 @@ def paper_letterhead(canvas: Canvas, paper: Paper) -> None:
     height = 50.0 + (text_height(address, small, width) if address else 0.0)
 
     def paint(painter: QPainter, box: QRectF) -> None:
-        paint_text(painter, box, house.name, Style(38.0, bold=True))
+        paint_line(
+            painter, QRectF(box.left(), box.top(), width, 60.0), house.name, Style(38.0, bold=True)
+        )
         if address:
             below = QRectF(box.left(), box.top() + 52.0, width, box.height() - 52.0)
             paint_text(painter, below, address, small)

@@ -14,12 +14,24 @@ from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
 from ocmm_core.export.report import ReportData
 from ocmm_core.geometry import Float
+from ocmm_core.rendering import RenderMode
 from ocmm_gui.kit import text_font
 from ocmm_gui.reports._canvas import INK, WIDTH, Canvas, Style, paint_text
 from ocmm_gui.reports._deviation_scale import deviation_scale
-from ocmm_gui.views import Orbit, Tag, job_items, paint_scene
+from ocmm_gui.views import (
+    Orbit,
+    StillScene,
+    Tag,
+    deviation_part,
+    deviations_of,
+    job_items,
+    paint_scene,
+    painted_still,
+)
 
 _BOLDER = 2.2
+_SHARPER = 3.0
+"""Pixels of the part for each of a screen: some 350 an inch."""
 _MOST_HIGH, _LEAST_HIGH = 1150.0, 500.0
 _ELEVATIONS = (38.0, 50.0, 62.0)
 _MARGIN = 1.12
@@ -33,14 +45,15 @@ def picture(canvas: Canvas, data: ReportData) -> None:
     items, reach = job_items(data.view, INK)
     if not len(reach):
         return
+    seen = deviations_of(data.view)
+    part, colour_mm = deviation_part(seen, data.view.placed_part, INK, RenderMode.SHADED)
+    if part is not None:
+        reach = np.concatenate([reach, part.T_world_from_model.apply(part.mesh.vertices)])
     up = data.frame.rotation[2]
     orbit, height = _best_view(reach, up)
     canvas.heading("The part as measured", height)
 
     def paint(painter: QPainter, box: QRectF) -> None:
-        painter.setPen(QPen(QColor(INK.border), 2.0))
-        painter.setBrush(Qt.BrushStyle.NoBrush)
-        painter.drawRect(box)
         # Lines and dots are as large as on a screen, which is too fine for paper.
         painter.save()
         painter.setClipRect(box)
@@ -48,8 +61,17 @@ def picture(canvas: Canvas, data: ReportData) -> None:
         painter.scale(_BOLDER, _BOLDER)
         inside = QRectF(0.0, 0.0, box.width() / _BOLDER, box.height() / _BOLDER)
         shapes = [item for item in items if not isinstance(item, Tag)]
-        paint_scene(painter, shapes, orbit, inside, text_font(13.0), INK.panel)
+        if part is None:
+            paint_scene(painter, shapes, orbit, inside, text_font(13.0), INK.panel)
+        else:
+            still = StillScene(
+                tuple(shapes), orbit, inside.size().toSize(), _SHARPER, INK.panel, part
+            )
+            painter.drawImage(QPointF(), painted_still(still, text_font(13.0)).image)
         painter.restore()
+        painter.setPen(QPen(QColor(INK.border), 2.0))
+        painter.setBrush(Qt.BrushStyle.NoBrush)
+        painter.drawRect(box)
         tags = [item for item in items if isinstance(item, Tag)]
         places = orbit.project(
             np.array([tag.point for tag in tags]).reshape(-1, 3), box.width(), box.height()
@@ -57,7 +79,7 @@ def picture(canvas: Canvas, data: ReportData) -> None:
         _paint_words(painter, box, tags, places)
 
     canvas.draw(height, paint)
-    deviation_scale(canvas, data)
+    deviation_scale(canvas, data, seen, colour_mm)
 
 
 def _best_view(reach: Float, up: Float) -> tuple[Orbit, float]:

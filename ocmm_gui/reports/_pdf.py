@@ -9,7 +9,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QImage, QPainter
 
 from ocmm_core.export import EXPORTERS, PDF, require_complete, write_report
-from ocmm_core.export.report import ReportData, Section, polyworks_profile, report_number
+from ocmm_core.export.report import ReportData, Section, one_line, polyworks_profile, report_number
 from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 from ocmm_gui.reports._canvas import INK, LEFT, PAGE, WIDTH, Canvas, Style, paint_text
 from ocmm_gui.reports._paper_end import closing
@@ -18,6 +18,8 @@ from ocmm_gui.reports._part_picture import picture
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_gui.reports._plots import deviations
 from ocmm_gui.reports._sections import basis, features, records, title, verdicts, why_not
+
+_LONGEST_TITLE, _LONGEST_NUMBER = 200, 60
 
 _BAND_TOP, _BAND_HIGH = 40.0, 72.0
 """Above what is laid out, so that it covers no number; tenths of a millimetre."""
@@ -73,7 +75,7 @@ def pdf_bytes(data: ReportData, attachments: Mapping[str, bytes]) -> bytes:
         canvas,
         lambda painter, index: paint_page(painter, canvas, index, data),
         attachments,
-        title=f"{data.head.part} {data.head.serial}: {data.job}",
+        title=one_line(f"{data.head.part} {data.head.serial}: {data.job}")[:_LONGEST_TITLE],
         software=data.written_by,
     )
 
@@ -107,7 +109,10 @@ def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) 
     if data.states:
         _paint_band(painter, data)
     # Every page says to which report it belongs (ISO/IEC 17025, 7.8.2.1 d).
-    named = "   ".join((report_number(data), *data.states, f"OCMM {data.written_by}"))
+    number = report_number(data)
+    # Shortened, so that the states behind it are on every page; whole among the facts.
+    short = number if len(number) <= _LONGEST_NUMBER else f"{number[: _LONGEST_NUMBER - 1]}…"
+    named = "   ".join((short, *data.states, f"OCMM {data.written_by}"))
     paint_with_foot(painter, canvas, index, named)
 
 

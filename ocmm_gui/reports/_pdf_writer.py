@@ -10,10 +10,12 @@ from PySide6.QtCore import QBuffer, QByteArray, QIODevice, QMarginsF, QRectF, Qt
 from PySide6.QtGui import QPageLayout, QPageSize, QPainter, QPdfWriter
 
 from ocmm_core.errors import StorageError
-from ocmm_gui.reports._canvas import BOTTOM, LEFT, SMALL, WIDTH, Canvas, paint_text
+from ocmm_gui.reports._canvas import BOTTOM, LEFT, SMALL, WIDTH, Canvas, paint_line
 
 _RESOLUTION = 1200
 _UNITS_PER_INCH = 254.0
+_NUMBER = 320.0
+"""Of the page: nothing runs into it."""
 
 
 def written_pdf(
@@ -71,8 +73,8 @@ def paint_with_foot(painter: QPainter, canvas: Canvas, index: int, foot: str) ->
     for draw in canvas.pages[index]:
         draw(painter)
     box = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)
-    paint_text(painter, box, foot, SMALL)
-    paint_text(
+    paint_line(painter, box.adjusted(0.0, 0.0, -_NUMBER, 0.0), foot, SMALL)
+    paint_line(
         painter, box, f"page {index + 1} of {len(canvas.pages)}", SMALL,
         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
     )  # fmt: skip

@@ -8,7 +8,7 @@ import segno
 from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPainterPath, QPen
 
-from ocmm_core.export.report import ReportData, ReportedResult
+from ocmm_core.export.report import ReportData, ReportedResult, one_line
 from ocmm_core.features.shapes import MINIMUM_POINTS
 from ocmm_core.inspection.evaluation import INCOMPLETE, NO_REAL_PART, SIMULATED
 from ocmm_core.seals import shown_key
@@ -26,12 +26,14 @@ from ocmm_gui.reports._canvas import (
     Column,
     PageField,
     Style,
+    paint_line,
     paint_text,
 )
 from ocmm_gui.reports._messages import count_words, element_words, measurand
 from ocmm_gui.reports._symbols import paint_symbol
 
 _CODE_SIDE = 300.0
+_VERDICT = 960.0
 """30 mm: half a millimetre a module, which any telephone reads."""
 
 _MARKS = {
@@ -322,15 +324,15 @@ def _paint_symbol(painter: QPainter, box: QRectF, *, symbol: Symbol) -> None:
 
 def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     part = data.part
-    paint_text(painter, box, data.paper.template.title, TITLE)
-    paint_text(
-        painter, box.adjusted(0.0, 84.0, 0.0, 0.0), f"{data.head.part}   no. {data.head.serial}",
-        Style(38.0),
-    )  # fmt: skip
+    # Nothing runs below the verdict: long names stand whole among the facts.
+    beside = box.adjusted(0.0, 0.0, -_VERDICT - 30.0, 0.0)
+    paint_line(painter, beside, data.paper.template.title, TITLE)
+    named = f"{one_line(data.head.part)}   no. {one_line(data.head.serial)}"
+    paint_line(painter, beside.adjusted(0.0, 84.0, 0.0, 0.0), named, Style(38.0))
     # What is missing is a warning on paper, where nobody can go on measuring.
     undone = part.word is PartWord.NOT_COMPLETE
     colour = INK.warn if undone else verdict_colour(INK, part.verdict)
-    frame = QRectF(box.right() - 960.0, box.top(), 960.0, 136.0)
+    frame = QRectF(box.right() - _VERDICT, box.top(), _VERDICT, 136.0)
     painter.setPen(QPen(QColor(colour), 6.0))
     painter.setBrush(Qt.BrushStyle.NoBrush)
     painter.drawRoundedRect(frame, 14.0, 14.0)

@@ -8,9 +8,18 @@ from pathlib import Path
 from PySide6.QtGui import QImage
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report
-from ocmm_core.export.report import ReportData
+from ocmm_core.export import (
+    EXPORTERS,
+    PDF,
+    preview,
+    preview_text,
+    write_report,
+    write_together,
+)
+from ocmm_core.export.certificate import certificate_of_folder, write_certificate
+from ocmm_core.export.report import Particulars, ReportData, load_paper, standard_template
 from ocmm_gui.kit import Teller, later
+from ocmm_gui.reports._certificate import certificate_pdf
 from ocmm_gui.reports._drawing import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
 
@@ -53,6 +62,40 @@ class Writing:
         return write_report(
             self.data, tables, self.folder, incomplete=self.incomplete, beside=beside
         )
+
+
+@dataclass(frozen=True, slots=True)
+class CertificateWriting:
+    """Write the papers of records: pages, DCC and its signature, all files or none.
+
+    Attributes
+    ----------
+    source
+        Folder of the records of a rig or a probe, or the file of an acceptance record.
+    folder
+        Where the files go.
+    tip
+        Of the probe; empty for everything else.
+    """
+
+    source: Path
+    folder: Path
+    tip: str = ""
+
+    def __call__(self, tell: Teller) -> tuple[Path, ...]:
+        """Return the paths of the files; errors as `certificate_of_folder`."""
+        sheet = load_paper(standard_template(), Particulars())
+        paper = certificate_of_folder(self.source, sheet, self.tip)
+        tell(later("Drawing the PDF"), 0.3)
+        with drawing():
+            pages = certificate_pdf(paper)
+        tell(later("Writing and verifying the files"), 0.7)
+        tell.commit()
+        self.folder.mkdir(parents=True, exist_ok=True)
+        written = write_certificate(paper, self.folder)
+        path = self.folder / f"{paper.number}.pdf"
+        write_together({path: pages})
+        return path, *written
 
 
 @dataclass(frozen=True, slots=True)

@@ -29,6 +29,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
+from ocmm_gui.reports import BatchPrinting
 
 _KEYS = (
     ActionInfo("folder", later("Choose a folder"), later("Compare the jobs in a folder"), ("F7",)),
@@ -36,7 +37,7 @@ _KEYS = (
     ActionInfo(
         "export",
         later("Export"),
-        later("Write a table of all values, signals and indices"),
+        later("Write a table (.csv) or pages with the charts (.pdf)"),
         ("F8", "E"),
     ),
     ActionInfo("stop", later("Stop reading"), later("Stop reading the jobs"), ("F9",)),
@@ -47,12 +48,13 @@ _COLUMNS = (
     (later("Mean"), later("mm, or degrees for angles")),
     (later("Cp"), later("tolerance relative to the scatter of the parts")),
     (later("Cpk"), later("relative to the nearer limit")),
+    (later("95 %"), later("confidence interval of Cpk")),
     (later("Signals"), later("of the control chart")),
 )
-_NUMBERS = range(1, 6)
+_NUMBERS = range(1, 7)
 _MOST_REASONS = 8
 """Why values are not counted: the chart needs the room."""
-_MOST_TOLD = 6
+_MOST_TOLD = 4
 """Of the last signals: the table has all of them."""
 
 
@@ -179,6 +181,9 @@ class CompareSheet(WorkSheet):
         self.chart.set_theme(theme)
 
     def _show(self, answer: object) -> None:
+        if isinstance(answer, Path):
+            self.say(tr("Pages of the batch written to {path}.").format(path=answer))
+            return
         if not isinstance(answer, Comparison):
             return
         jobs = answer.jobs
@@ -203,6 +208,9 @@ class CompareSheet(WorkSheet):
         if self._shown is None:
             return
         self.target.hide()
+        if path.suffix.lower() == ".pdf":
+            self._begin(tr("Writing the pages"), BatchPrinting(self._shown, path))
+            return
         try:
             write_atomic(path, batch_table(self._shown))
         except OSError as error:
@@ -238,8 +246,10 @@ class CompareSheet(WorkSheet):
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
             # The names of the rules are those of the books, and are not translated.
+            told += [trend.caution] if trend.caution else []
             told += [
-                f"{counted[i].job}: {why.rule}." for i, why in trend.chart.signals[-_MOST_TOLD:]
+                f"{counted[i].job}: {why.rule}, {why.value}."
+                for i, why in trend.chart.signals[-_MOST_TOLD:]
             ]
         self.words.setText(" ".join(told))
         # What could not be read at all stands first.
@@ -257,5 +267,6 @@ def _cells(trend: Trend) -> tuple[str, ...]:
         f"{values.mean():.4f}" if len(values) else "–",
         f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
         f"{able.cpk:.2f}" if able is not None else "–",
+        f"{able.cpk_low:.2f} – {able.cpk_high:.2f}" if able is not None else "–",
         signals,
     )

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from operator import is_
+
 import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPaintEvent
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.rendering import RenderMode
 from ocmm_core.tolerances.decisions import NO_DEVIATIONS
 from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.views import (
@@ -15,6 +18,10 @@ from ocmm_gui.views import (
     Item,
     Orbit,
     OrbitView,
+    PlacedScene,
+    SceneLayer,
+    StillScene,
+    Tag,
     deviations_of,
     job_items,
     paint_scale,
@@ -36,6 +43,12 @@ class DeviationView(OrbitView):
         self._seen = NO_DEVIATIONS
         self._items: tuple[Item, ...] = ()
         self._reach = np.empty((0, 3))
+        self._part = PlacedScene(self)
+        self._part.changed.connect(self.update)
+        self._layer = SceneLayer(self)
+        self._layer.changed.connect(self.update)
+        self._still: StillScene | None = None
+        self._still_of: tuple[object, ...] = ()
         self.hide()
 
     def show_job(self, job: JobView, up: Float | None) -> None:
@@ -50,6 +63,10 @@ class DeviationView(OrbitView):
             return
         self._job = job
         self._seen = deviations_of(job)
+        # A part that nobody has aligned is not where the points are.
+        placed = job.placed_part
+        self._part.place(None if placed is None or placed.is_rough else placed)
+        self._part.show_deviations(self._seen)
         if up is not None:
             self._orbit = Orbit(np.zeros(3), 0.5, float(_START), 100.0, up)
         self._make()
@@ -73,14 +90,33 @@ class DeviationView(OrbitView):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint the part, its whiskers and the scale."""
         painter = self._painter()
-        inside = QRectF(self._paint_panel(painter)).adjusted(2, 2, -2, -2)
-        paint_scene(
-            painter, self._items, self._orbit, self._scene_box(inside), text_font(13),
-            self._theme.panel,
-        )  # fmt: skip
+        self._paint_panel(painter)
+        inside = self._inside()
+        box = self._scene_box(inside)
+        font = text_font(13)
+        seen = self._layer.picture(self._still_scene(box), font)
+        painter.drawImage(box.topLeft(), seen.image)
+        tags = tuple(item for item in self._items if isinstance(item, Tag))
+        paint_scene(painter, tags, self._orbit, box, font, self._theme.panel)
         wide, high = min(SCALE_PX[0] + 120.0, inside.width() - 16.0), SCALE_PX[1]
         below = QRectF(inside.left() + 8.0, inside.bottom() - high, wide, high)
-        paint_scale(painter, below, self._seen, self._theme)
+        paint_scale(painter, below, self._seen, self._theme, reach_mm=self._part.reach_mm)
+
+    def is_painted(self) -> bool:
+        """Return whether what is shown is all there is to show; for tests and screenshots."""
+        still = self._still_scene(self._scene_box(self._inside()))
+        return self._part.is_coloured() and self._layer.shows(still)
+
+    def _still_scene(self, box: QRectF) -> StillScene:
+        size, ratio = box.size().toSize(), self.devicePixelRatioF()
+        part = self._part.part(self._theme, RenderMode.SHADED, "", moving=self.is_moving())
+        made_of = (self._items, self._orbit, part, size, ratio)
+        same = all(map(is_, made_of[:3], self._still_of[:3])) and made_of[3:] == self._still_of[3:]
+        if self._still is None or not same:
+            items = tuple(item for item in self._items if not isinstance(item, Tag))
+            self._still = StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
+            self._still_of = made_of
+        return self._still
 
     def resizeEvent(self, event: object) -> None:
         """Show all of it in the new size."""
@@ -99,7 +135,7 @@ class DeviationView(OrbitView):
             return
         self._items, reach = job_items(self._job, self._theme)
         ends = [whisker.end_world for whisker in self._seen.whiskers]
-        self._reach = np.concatenate([reach, np.array(ends).reshape(-1, 3)])
+        self._reach = np.concatenate([reach, np.array(ends).reshape(-1, 3), self._part.corners()])
 
     def _fit(self) -> None:
         if len(self._reach):

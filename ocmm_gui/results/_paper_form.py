@@ -1,17 +1,27 @@
-"""What a report says that no job knows: typed beside its preview, which follows."""
+"""What a report says that no job knows: typed beside its preview, which follows, and kept."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFormLayout, QWidget
+from PySide6.QtCore import QFileSystemWatcher, Signal
+from PySide6.QtWidgets import QFormLayout, QLabel, QWidget
 
-from ocmm_core.export.report import Paper, Particulars, load_paper, standard_template
+from ocmm_core.errors import OcmmError
+from ocmm_core.export.report import (
+    Paper,
+    Particulars,
+    given_with,
+    keep_given,
+    keep_template,
+    load_paper,
+    template_in_use,
+)
 from ocmm_gui.kit import caption, form_field, later, tr
 
 _FIELDS = (
-    ("template", later("Template"), later("TOML file; empty for plain")),
+    ("template", later("Template"), later("TOML file; empty for that of this station")),
     ("customer", later("Customer"), later("For whom it was measured")),
     ("order", later("Order"), later("Order, where the job has none")),
     ("drawing", later("Drawing"), later("Drawing of the part")),
@@ -27,7 +37,7 @@ class PaperForm(QWidget):
     """Fields of the paper; what stays empty is "not stated" there."""
 
     changed = Signal()
-    """Something was typed."""
+    """Something was typed, or the file of the template was changed."""
     left = Signal()
     """Escape in a field."""
 
@@ -40,8 +50,30 @@ class PaperForm(QWidget):
         for name, title, _tip in _FIELDS:
             field = self.fields[name]
             rows.addRow(caption(tr(title), field), field)
-            field.textEdited.connect(lambda _text: self.changed.emit())
+            field.textEdited.connect(lambda _text: self._on_typed())
             field.left.connect(self.left)
+        self.fault = QLabel()
+        self.fault.setAccessibleName(tr("Fault of the template"))
+        self.fault.setWordWrap(True)
+        self.fault.hide()
+        rows.addRow(self.fault)
+        self._job: Path | None = None
+        self._kept = Particulars()
+        self._typed = False
+        self._watcher = QFileSystemWatcher(self)
+        self._watcher.fileChanged.connect(lambda _path: self.changed.emit())
+
+    def open(self, job: Path) -> None:
+        """Show what was kept with a job; InputError where that cannot be read."""
+        if job == self._job:
+            return
+        self._job, self._typed, self._kept = job, False, Particulars()
+        try:
+            self._kept = given_with(job)
+        finally:
+            for name, _title, _tip in _FIELDS[1:-1]:
+                self.fields[name].setText(getattr(self._kept, name))
+            self.fields["deviations"].setText(f"{_SEPARATOR} ".join(self._kept.deviations))
 
     def paper(self) -> Paper:
         """Return the paper as it is typed.
@@ -51,9 +83,42 @@ class PaperForm(QWidget):
         InputError
             The template cannot be used.
         """
+        path = self._template()
+        self._watch(path)
+        return load_paper(path, self._given())
+
+    def keep(self) -> None:
+        """Keep what was typed with the job.
+
+        Raises
+        ------
+        OcmmError
+            It cannot be kept.
+        """
+        if self._typed and self._job is not None:
+            self._typed = False
+            keep_given(self._job, self._given())
+
+    def keep_template(self) -> None:
+        """Keep the typed template for every report of this station; errors as `keep`."""
+        if self.fields["template"].text().strip():
+            keep_template(self._template())
+
+    def show_fault(self, error: OcmmError | None) -> None:
+        """Say what is wrong with the template beside its field; None: nothing."""
+        self.fault.setVisible(error is not None)
+        self.fault.setText("" if error is None else f"{error.what} {error.remedy}")
+
+    def _template(self) -> Path:
+        typed = self.fields["template"].text().strip()
+        return Path(typed).expanduser() if typed else template_in_use()
+
+    def _given(self) -> Particulars:
         typed = {name: field.text().strip() for name, field in self.fields.items()}
         told = (part.strip() for part in typed["deviations"].split(_SEPARATOR))
-        given = Particulars(
+        # What has no field here, such as remarks, stays as it was kept.
+        return replace(
+            self._kept,
             customer=typed["customer"],
             order=typed["order"],
             drawing=typed["drawing"],
@@ -62,6 +127,17 @@ class PaperForm(QWidget):
             received=typed["received"],
             deviations=tuple(part for part in told if part),
         )
-        template = typed["template"]
-        path = Path(template).expanduser() if template else standard_template()
-        return load_paper(path, given)
+
+    def _on_typed(self) -> None:
+        self._typed = True
+        self.changed.emit()
+
+    def _watch(self, path: Path) -> None:
+        """Follow the file of the template, which its author edits elsewhere."""
+        # Programs that replace a file end the watch of the one before.
+        old, new = self._watcher.files(), str(path.absolute())
+        if old != [new]:
+            if old:
+                self._watcher.removePaths(old)
+            if path.exists():
+                self._watcher.addPath(new)

@@ -148,6 +148,10 @@ class ReportSheet(Sheet):
         self.question.hide()
         if not self.folder.text():
             self.folder.setText(str(self._folder().expanduser().absolute()))
+        try:
+            self.paper.open(source.path)
+        except OcmmError as error:
+            self.failed.emit(error)
         self.preview()
         self.formats.setFocus()
 
@@ -169,8 +173,12 @@ class ReportSheet(Sheet):
             try:
                 paper = self.paper.paper()
             except OcmmError as error:
-                failed(error)
+                # Beside the field: who is typing a path is not done with it.
+                self.paper.show_fault(error)
+                self._on_ended()
                 return
+            self.paper.show_fault(None)
+            self._keep()
             width = self.pages.width_in(self.shown.width())
             self._previewing.start(Previewing(replace(data, paper=paper), width))
 
@@ -221,10 +229,19 @@ class ReportSheet(Sheet):
             folder = Path(self.folder.text().strip())
             try:
                 paper = self.paper.paper()
+                self.paper.keep_template()
             except OcmmError as error:
                 self.failed.emit(error)
                 return
+            self._keep()
             self._writer.write(self._source, self.marked(), folder, paper)
+
+    def _keep(self) -> None:
+        """Keep what was typed with the job; where that is not possible, the report is."""
+        try:
+            self.paper.keep()
+        except OcmmError as error:
+            self.failed.emit(error)
 
     def is_writing(self) -> bool:
         """Return whether a report is being written."""

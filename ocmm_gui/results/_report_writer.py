@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
 
+from ocmm_core.errors import OcmmError
 from ocmm_core.export import missing_of, missing_words
-from ocmm_core.export.report import Paper, ReportData, plain_paper
+from ocmm_core.export.report import Paper, ReportData, paper_of
 from ocmm_gui.kit import NoticeCentre, SideProcess, tr
 from ocmm_gui.reports import Writing
 from ocmm_gui.results._job_source import JobSource
@@ -45,7 +46,7 @@ class _Request:
     source: JobSource
     formats: tuple[str, ...]
     folder: Path
-    paper: Paper = field(default_factory=plain_paper)
+    paper: Paper
     incomplete: bool = False
 
 
@@ -87,11 +88,17 @@ class ReportWriter(QObject):
         folder: Path,
         paper: Paper | None = None,
     ) -> None:
-        """Write a report of a job as it stands, or ask first where it is not complete."""
+        """Write a report of a job as it stands, or ask first where it is not complete.
+
+        Without a paper, it is that of the station, with what was given with the job.
+        """
         if not self.is_busy():
-            self._request = _Request(
-                source, formats, folder.expanduser().absolute(), paper or plain_paper()
-            )
+            try:
+                sheet = paper_of(source.path) if paper is None else paper
+            except OcmmError as error:
+                self.failed.emit(error)
+                return
+            self._request = _Request(source, formats, folder.expanduser().absolute(), sheet)
             if not self._asks(source.view().job, missing_of(source.view())):
                 self._gather()
 

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFont, QPainter, QPen
+from PySide6.QtGui import QColor, QFont, QLinearGradient, QPainter, QPen
 
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.tolerances.decisions import (
@@ -19,6 +19,7 @@ from ocmm_core.tolerances.decisions import (
     deviation_picture,
 )
 from ocmm_gui.kit import Theme, later, text_font, tr
+from ocmm_gui.views._part_scene import blended
 from ocmm_gui.views._scene import Diamonds, Dots, Item, Lines, Tag
 
 _BLUES = ("#0a4fb4", "#7db4ff")
@@ -32,7 +33,10 @@ _WORDS = {
     DeviationClass.HELD: later("{count} held back"),
 }
 _OUTSIDE = (DeviationClass.MORE, DeviationClass.LESS)
-SCALE_PX = (340.0, 64.0)
+SHADES = {DeviationClass.MORE: 0.35, DeviationClass.LESS: 0.55}
+"""At the limit a colour within it has so much red, or so much white: with blue it would be grey,
+which means that nothing was measured."""
+SCALE_PX = (340.0, 80.0)
 """Width and height of the scale at the letters of a screen."""
 
 
@@ -50,6 +54,18 @@ def deviation_colour(theme: Theme, kind: DeviationClass) -> str:
         DeviationClass.WITHIN: theme.good,
         DeviationClass.WITHIN_ONLY: theme.warn,
     }.get(kind, theme.muted)
+
+
+def surface_colour(theme: Theme, kind: DeviationClass) -> str:
+    """Return the colour of a class on the part: what is dark as a line is too dark with shadows."""
+    light = QColor(theme.panel).lightnessF() > 0.5
+    return blended(deviation_colour(theme, kind), "#ffffff", 0.4 if light else 0.0)
+
+
+def limit_colour(theme: Theme, kind: DeviationClass, end: DeviationClass) -> str:
+    """Return the colour at a limit of what is within it: a class ``kind``, at the end ``end``."""
+    beyond = surface_colour(theme, end) if end is DeviationClass.MORE else "#ffffff"
+    return blended(surface_colour(theme, kind), beyond, SHADES[end])
 
 
 def deviation_items(picture: DeviationPicture, theme: Theme) -> tuple[Item, ...]:
@@ -102,14 +118,17 @@ def scale_place(box: QRectF) -> QRectF:
 
 
 def paint_scale(
-    painter: QPainter, box: QRectF, picture: DeviationPicture, theme: Theme, scale: float = 1.0
-) -> None:
+    painter: QPainter, box: QRectF, picture: DeviationPicture, theme: Theme, scale: float = 1.0,
+    reach_mm: float | None = None,
+) -> None:  # fmt: skip
     """Paint the scale: too little, within, too much, with the limits at the ends of the middle.
 
     Parameters
     ----------
     scale
         Of the letters; one is that of a screen.
+    reach_mm
+        The part is coloured so far from its points; None where it has no colours.
     """
     if not picture.whiskers:
         return
@@ -122,19 +141,24 @@ def paint_scale(
     third = bar.width() / 4.0
     middle = QRectF(bar.left() + third, bar.top(), 2.0 * third, bar.height())
     painter.setPen(Qt.PenStyle.NoPen)
+    look = deviation_colour if reach_mm is None else surface_colour
     for part, kind in (
         (QRectF(bar.left(), bar.top(), third, bar.height()), DeviationClass.LESS),
         (QRectF(middle.right(), bar.top(), third, bar.height()), DeviationClass.MORE),
     ):
-        painter.setBrush(QColor(deviation_colour(theme, kind)))
+        painter.setBrush(QColor(look(theme, kind)))
         painter.drawRect(part)
     within = [
         kind for kind in (DeviationClass.WITHIN, DeviationClass.WITHIN_ONLY) if picture.count(kind)
     ] or [DeviationClass.WITHIN_ONLY]
     for row, kind in enumerate(within):
         high = middle.height() / len(within)
-        painter.setBrush(QColor(deviation_colour(theme, kind)))
-        painter.drawRect(QRectF(middle.left(), middle.top() + row * high, middle.width(), high))
+        band = QRectF(middle.left(), middle.top() + row * high, middle.width(), high)
+        if reach_mm is None:
+            painter.setBrush(QColor(deviation_colour(theme, kind)))
+        else:
+            painter.setBrush(_shades(band, kind, theme))
+        painter.drawRect(band)
     painter.setPen(QPen(QColor(theme.text), 1.4 * scale))
     places = (middle.left(), middle.center().x(), middle.right())
     for x in places:
@@ -147,6 +171,25 @@ def paint_scale(
             Qt.AlignmentFlag.AlignHCenter,
         )  # fmt: skip
     _line(painter, QRectF(box.left(), under + line, box.width(), line), counted, font)
+    if reach_mm is not None:
+        below = QRectF(box.left(), under + 2.0 * line, box.width(), line)
+        _line(painter, below, reach_words(reach_mm), font)
+
+
+def reach_words(reach_mm: float) -> str:
+    """Return where the part has a colour, and what it means where it has none."""
+    return tr("Colour: between points, to {reach:.1f} mm. Grey: not measured.").format(
+        reach=reach_mm
+    )
+
+
+def _shades(box: QRectF, kind: DeviationClass, theme: Theme) -> QLinearGradient:
+    """Return the colours between the limits, from too little to too much."""
+    shades = QLinearGradient(box.topLeft(), box.topRight())
+    shades.setColorAt(0.5, QColor(surface_colour(theme, kind)))
+    for place, end in ((0.0, DeviationClass.LESS), (1.0, DeviationClass.MORE)):
+        shades.setColorAt(place, QColor(limit_colour(theme, kind, end)))
+    return shades
 
 
 def _line(

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import threading
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from PySide6.QtCore import QObject, QSize, Signal
@@ -23,6 +24,7 @@ from ocmm_core.rendering import (
     coarser,
     face_colours,
     mesh_of,
+    with_closed,
 )
 from ocmm_gui.kit import Theme
 from ocmm_gui.views._scene import Orbit
@@ -30,7 +32,9 @@ from ocmm_gui.views._scene import Orbit
 MOVING_TRIANGLES = 50_000
 """While the view moves no more of them are painted: some 10 ms."""
 _MOVING_PIXELS = 2_200_000
-"""While the view moves a larger picture is painted at half its size: a screen of 1920 x 1080."""
+"""While the view moves a larger picture is painted with fewer pixels: a screen of 1920 x 1080."""
+_SMALL_TRIANGLES = 4000
+"""Whether so few are closed is seen at once."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,13 +60,15 @@ class PartScene:
     moving: bool
     slack_mm: float = 0.0
 
-    def scale(self, size: QSize, ratio: float, *, slow: bool) -> float:
+    def scale(self, size: QSize, ratio: float, share: float) -> float:
         """Return the pixels that are painted for each of the window's.
 
-        ``slow`` is whether a frame took too long just now.
+        ``share`` is how many of them a view that moves has time for, along a side, 0 to 1.
         """
-        large = size.width() * size.height() * ratio**2 > _MOVING_PIXELS
-        return 0.5 * ratio if self.moving and (large or slow) else ratio
+        if not self.moving:
+            return ratio
+        pixels = size.width() * size.height() * ratio**2
+        return ratio * min(share, math.sqrt(_MOVING_PIXELS / max(pixels, 1.0)))
 
     def rendering(self, orbit: Orbit, size: QSize, canvas: Canvas, scale: float) -> Rendering:
         """Return the painting of it that is to be done."""
@@ -71,7 +77,8 @@ class PartScene:
         place = self.T_world_from_model
         matrix = (place.rotation.T @ picture.matrix) * pixels
         offset = ((place.translation - picture.target) @ picture.matrix + picture.middle) * pixels
-        return Rendering(self.mesh, matrix, offset, canvas, self.style, self.colours)
+        style = replace(self.style, half_px=self.style.half_px * scale)
+        return Rendering(self.mesh, matrix, offset, canvas, style, self.colours)
 
 
 class PartDrawing(QObject):
@@ -93,6 +100,7 @@ class PartDrawing(QObject):
         self._whole: RenderMesh | None = None
         self._coarse: RenderMesh | None = None
         self._colours: Colours | None = None
+        self._of_mesh: tuple[RenderMesh, Colours, Colours] | None = None
         self._coloured: tuple[object, ...] = ()
         self._scene: PartScene | None = None
         self._made.connect(self._keep)
@@ -122,7 +130,9 @@ class PartDrawing(QObject):
         if model is None or not len(model.triangles):
             return
         self._whole = whole = mesh_of(model)
-        if len(whole.triangles) > MOVING_TRIANGLES:
+        if len(whole.triangles) <= _SMALL_TRIANGLES:
+            self._whole = with_closed(whole)
+        else:
             # Some tenths of a second: too long for the window, not worth a process.
             threading.Thread(
                 target=self._make, args=(model, whole), name="part-mesh", daemon=True
@@ -158,23 +168,35 @@ class PartDrawing(QObject):
             )
             self._coloured = coloured
         mesh = self._coarse if moving and self._coarse is not None else self._whole
-        style = RenderStyle(mode, edge_colour(theme), theme.panel)
+        mesh, shown = self._dressed(mesh, self._colours, theme, mode, moving=moving)
+        known = self._of_mesh
+        if known is None or known[0] is not mesh or known[1] is not shown:
+            known = self._of_mesh = (mesh, shown, mesh.vertex_colours(shown))
+        own = known[2]
+        style = RenderStyle(mode, edge_colour(theme), theme.panel, ground=theme.panel)
         before = self._scene
         if (
             before is None
             or before.mesh is not mesh
-            or before.colours is not self._colours
+            or before.colours is not own
             or before.style != style
             or before.T_world_from_model is not place
             or before.moving != moving
             or before.slack_mm != slack_mm
         ):
-            self._scene = PartScene(mesh, self._colours, style, place, moving, slack_mm)
+            self._scene = PartScene(mesh, own, style, place, moving, slack_mm)
         return self._scene
+
+    def _dressed(
+        self, mesh: RenderMesh, colours: Colours, theme: Theme, mode: RenderMode, *, moving: bool
+    ) -> tuple[RenderMesh, Colours]:
+        """Return the mesh to be painted, and the colours of the vertices it comes from."""
+        return mesh, colours
 
     def _make(self, model: PartModel, whole: RenderMesh) -> None:
         try:
-            made = coarser(whole, MOVING_TRIANGLES)
+            closed = with_closed(whole)
+            made = (closed, coarser(closed, MOVING_TRIANGLES))
         except (MemoryError, ValueError):
             # The whole one is painted while the view moves: slower, and the same picture.
             return
@@ -182,9 +204,9 @@ class PartDrawing(QObject):
         with contextlib.suppress(RuntimeError):
             self._made.emit(model, made)
 
-    def _keep(self, model: PartModel, made: RenderMesh) -> None:
+    def _keep(self, model: PartModel, made: tuple[RenderMesh, RenderMesh]) -> None:
         if model is self._model:
-            self._coarse = made
+            self._whole, self._coarse = made
             self.changed.emit()
 
 

@@ -2,16 +2,34 @@
 
 from __future__ import annotations
 
+import contextlib
+import threading
+
 import numpy as np
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import Target
-from ocmm_core.part_model import PlacedPart
-from ocmm_core.rendering import RenderMode, is_hidden
+from ocmm_core.part_model import PartModel, PlacedPart
+from ocmm_core.rendering import (
+    Colours,
+    RenderMesh,
+    RenderMode,
+    ValueField,
+    coarser,
+    is_hidden,
+)
+from ocmm_core.tolerances.decisions import DeviationPicture
 from ocmm_gui.kit import Theme
 from ocmm_gui.views import _shapes as shapes
-from ocmm_gui.views._part_scene import PartDrawing, PartScene, blended, part_colour
+from ocmm_gui.views._deviation_surface import FieldRequest, field_colours, field_request, make_field
+from ocmm_gui.views._part_scene import (
+    MOVING_TRIANGLES,
+    PartDrawing,
+    PartScene,
+    blended,
+    part_colour,
+)
 
 _ACTIVE_SHARE = 0.55
 """Faces of the feature that is measured have so much of the colour of what is marked."""
@@ -29,9 +47,16 @@ class PlacedScene(PartDrawing):
         Who shows it.
     """
 
+    _field_made = Signal(object, object)
+
     def __init__(self, parent: QObject) -> None:
         super().__init__(parent)
         self._placed: PlacedPart | None = None
+        self._wanted: FieldRequest | None = None
+        self._made_for: FieldRequest | None = None
+        self._field: tuple[ValueField, RenderMesh] | None = None
+        self._shaded: tuple[Colours, Theme, Colours] | None = None
+        self._field_made.connect(self._keep_field)
 
     def place(self, placed: PlacedPart | None) -> None:
         """Show a part where it is thought to be; None shows none."""
@@ -46,6 +71,63 @@ class PlacedScene(PartDrawing):
                 # Another object would have the part painted again.
                 placed = PlacedPart(placed.model, old, placed.is_rough)
         self._placed = placed
+
+    def show_deviations(self, picture: DeviationPicture) -> None:
+        """Colour the part near the touched places; nothing while nobody knows where the part is.
+
+        The colours of before stay until the others are made, in a thread of their own.
+        """
+        wanted = field_request(picture, self._placed)
+        whole, placed = self.mesh, self._placed
+        if wanted is None or whole is None or placed is None:
+            self._wanted = self._field = None
+        elif not wanted.is_like(self._wanted):
+            self._wanted = wanted
+            threading.Thread(
+                target=self._make_field, args=(whole, placed.model, wanted), name="part-colours",
+                daemon=True,
+            ).start()  # fmt: skip
+
+    @property
+    def reach_mm(self) -> float | None:
+        """Return how far from its points the part is coloured; None where it is not."""
+        return None if self._field is None else self._field[0].reach_mm
+
+    def is_coloured(self) -> bool:
+        """Return whether the colours that were asked for are there; for tests and screenshots."""
+        return self._wanted is None or self._made_for is self._wanted
+
+    def use(self, model: PartModel | None) -> None:
+        """Show another part; None shows none."""
+        if model is not self._model:
+            self._wanted = self._made_for = self._field = None
+        super().use(model)
+
+    def _make_field(self, whole: RenderMesh, model: PartModel, wanted: FieldRequest) -> None:
+        made = None
+        # Without memory, or with places that nothing can be computed from, it stays grey.
+        with contextlib.suppress(MemoryError, ValueError):
+            field = make_field(whole, model, wanted)
+            made = None if field is None else (field, coarser(field.mesh, MOVING_TRIANGLES))
+        with contextlib.suppress(RuntimeError):
+            self._field_made.emit(wanted, made)
+
+    def _keep_field(self, wanted: FieldRequest, made: tuple[ValueField, RenderMesh] | None) -> None:
+        if wanted is self._wanted:
+            self._field, self._made_for = made, wanted
+            self._shaded = None
+            self.changed.emit()
+
+    def _dressed(
+        self, mesh: RenderMesh, colours: Colours, theme: Theme, mode: RenderMode, *, moving: bool
+    ) -> tuple[RenderMesh, Colours]:
+        if self._field is None or mode is RenderMode.HIDDEN_LINES:
+            return mesh, colours
+        field, few = self._field
+        known = self._shaded
+        if known is None or known[0] is not colours or known[1] is not theme:
+            known = self._shaded = (colours, theme, field_colours(field, colours, theme))
+        return few if moving else field.mesh, known[2]
 
     def is_rough(self) -> bool:
         """Return whether there is a part and nobody knows where it is."""

@@ -116,6 +116,7 @@ class PointView(OrbitView):
         self._job = job
         self._part.place(job.placed_part)
         self._draw_job(job)
+        self._part.show_deviations(self._drawing.deviations)
         self._look_for_work()
         self.update()
 
@@ -192,7 +193,9 @@ class PointView(OrbitView):
 
     def is_painted(self) -> bool:
         """Return whether what is shown is all there is to show; for tests and screenshots."""
-        return self._layer.is_done() and not self._easing.is_running()
+        if self._easing.is_running() or not self._part.is_coloured():
+            return False
+        return self._layer.shows(self._still_scene(self._inside()))
 
     def rough_words(self) -> str:
         """Return what the picture says while nobody knows where the part is; empty where known."""
@@ -285,7 +288,8 @@ class PointView(OrbitView):
         )  # fmt: skip
         scene.paint(painter)
         paint_triad(painter, inside, orbit, theme)
-        paint_scale(painter, scale_place(inside), self._drawing.deviations, theme)
+        reach = None if self._mode is RenderMode.HIDDEN_LINES else self._part.reach_mm
+        paint_scale(painter, scale_place(inside), self._drawing.deviations, theme, reach_mm=reach)
         if corner is not None:
             self._overview.paint(painter, corner, self._probe, theme)
         words = self.rough_words()

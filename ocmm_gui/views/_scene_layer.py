@@ -11,19 +11,22 @@ import math
 from dataclasses import dataclass
 from time import perf_counter
 
+import numpy as np
 from PySide6.QtCore import QObject, QRectF, QSize, QTimer, Signal
 from PySide6.QtGui import QColor, QFont, QImage, QPainter
 
-from ocmm_core.rendering import Canvas, RenderMode, blend_flat
+from ocmm_core.rendering import Bundle, Canvas, RenderMode, blend_flat, draw_bundles
 from ocmm_gui.views._part_scene import PartScene
-from ocmm_gui.views._scene import Face, Item, Orbit
+from ocmm_gui.views._scene import Face, Item, Lines, Orbit
 from ocmm_gui.views._scene_painter import Depth, ScenePainter
 
 _SLICE_S = 0.012
 """As long as a frame of a screen that is refreshed 80 times a second."""
 
-_FRAME_S = 0.024
-"""A picture of a moving view that takes longer is followed by those of half the size."""
+_FRAME_S = 0.020
+"""A picture of a moving view that takes longer is followed by those with fewer pixels."""
+_SHARES = (1.0, 0.7, 0.5)
+"""So many along a side."""
 _ITEM_PX = 3.0
 """Lines and marks that lie on the part and are seen at 70 degrees are so much deeper at its rim."""
 _THROUGH = 0.5
@@ -70,13 +73,10 @@ class _Drawing:
     """A picture, and what of its scene is left to paint."""
 
     def __init__(
-        self, scene: StillScene, font: QFont, canvases: _Canvases, *, slow: bool = False
+        self, scene: StillScene, font: QFont, canvases: _Canvases, share: float = 1.0
     ) -> None:
         self.scene = scene
         self._font = font
-        self.image = QImage(scene.size * scene.ratio, QImage.Format.Format_ARGB32_Premultiplied)
-        self.image.setDevicePixelRatio(scene.ratio)
-        self.image.fill(QColor(scene.background))
         self._box = QRectF(0.0, 0.0, scene.size.width(), scene.size.height())
         self.canvas: Canvas | None = None
         self._depth: Depth | None = None
@@ -84,14 +84,23 @@ class _Drawing:
         self._left: ScenePainter | None = None
         part = scene.part
         if part is not None:
-            scale = part.scale(scene.size, scene.ratio, slow=slow)
-            self.canvas = canvases.take(
+            self._scale = scale = part.scale(scene.size, scene.ratio, share)
+            # A picture that was painted before has memory for this one; new memory of some
+            # megabytes would cost milliseconds, and so would a copy.
+            self.canvas = canvas = canvases.take(
                 max(round(scene.size.width() * scale), 1),
                 max(round(scene.size.height() * scale), 1),
             )
-            self._scale = scale
-            self._part = part.rendering(scene.orbit, scene.size, self.canvas, scale)
+            self._part = part.rendering(scene.orbit, scene.size, canvas, scale)
+            self.image = QImage(
+                canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
+                QImage.Format.Format_RGB32,
+            )  # fmt: skip
+            self.image.setDevicePixelRatio(scale)
         else:
+            self.image = QImage(scene.size * scene.ratio, QImage.Format.Format_ARGB32_Premultiplied)
+            self.image.setDevicePixelRatio(scene.ratio)
+            self.image.fill(QColor(scene.background))
             self._begin_items()
         self.is_done = False
 
@@ -102,7 +111,11 @@ class _Drawing:
 
     @property
     def seen(self) -> StillPicture:
-        """Return the picture as far as it is."""
+        """Return the picture as far as it is; nothing of a part that is half painted."""
+        if self._left is None:
+            nothing = QImage(1, 1, QImage.Format.Format_RGB32)
+            nothing.fill(QColor(self.scene.background))
+            return StillPicture(nothing, None)
         return StillPicture(self.image, self._depth)
 
     def go_on(self) -> None:
@@ -119,34 +132,35 @@ class _Drawing:
             painter.end()
 
     def _lay_part(self) -> None:
-        """Put the painted part into the picture, with the flat fields that lie before or on it."""
+        """Lay fields and lines that are before the part or on it over the painted part."""
         canvas, scene = self.canvas, self.scene
         if canvas is None or scene.part is None:
             return
         bias = _ITEM_PX * self._part.px_mm + scene.part.slack_mm
         self._depth = Depth(canvas, self._scale, bias)
         projection = scene.orbit.projection(scene.size.width(), scene.size.height())
+        pixels = np.array([self._scale, self._scale, 1.0])
+        bundles = []
         for item in scene.items:
             if isinstance(item, Face):
-                corners = projection.apply(item.corners)
-                corners[:, :2] *= self._scale
+                corners = projection.apply(item.corners) * pixels
                 blend_flat(canvas, corners, item.colour, item.alpha / 255.0, bias)
-        self._items = tuple(item for item in scene.items if not isinstance(item, Face))
-        painted = QImage(
-            canvas.image.data, canvas.width, canvas.height, 4 * canvas.width,
-            QImage.Format.Format_ARGB32_Premultiplied,
-        )  # fmt: skip
-        painter = QPainter(self.image)
-        painter.setRenderHint(QPainter.RenderHint.SmoothPixmapTransform)
-        painter.drawImage(self._box, painted)
-        painter.end()
+            elif isinstance(item, Lines) and len(item.segments):
+                ends = projection.apply(item.segments) * pixels
+                bundles.append(Bundle(ends, 0.5 * self._scale * item.width, item.colour))
+        draw_bundles(canvas, bundles, bias, self._hidden())
+        self._items = tuple(item for item in scene.items if not isinstance(item, Face | Lines))
+
+    def _hidden(self) -> float:
+        """Return how much of its colour is left of what the part hides, 0 to 1."""
+        part = self.scene.part
+        return _THROUGH if part is not None and part.style.mode is RenderMode.TRANSPARENT else 0.0
 
     def _begin_items(self) -> None:
         scene = self.scene
-        clear = scene.part is not None and scene.part.style.mode is RenderMode.TRANSPARENT
         self._left = ScenePainter(
             self._items, scene.orbit, self._box, self._font, scene.background,
-            depth=self._depth, ghost=_THROUGH if clear else 0.0,
+            depth=self._depth, ghost=self._hidden(),
         )  # fmt: skip
 
 
@@ -171,6 +185,14 @@ class _Canvases:
             self._free.append(canvas)
 
 
+def painted_still(scene: StillScene, font: QFont) -> StillPicture:
+    """Return the whole picture of a scene, for paper."""
+    drawing = _Drawing(scene, font, _Canvases())
+    while not drawing.is_done:
+        drawing.go_on()
+    return drawing.seen
+
+
 class SceneLayer(QObject):
     """Keep the picture of a still scene.
 
@@ -188,7 +210,7 @@ class SceneLayer(QObject):
         self._shown: _Drawing | None = None
         self._next: _Drawing | None = None
         self._canvases = _Canvases()
-        self._slow = False
+        self._share = 0
         self._timer = QTimer(self)
         self._timer.setSingleShot(True)
         self._timer.timeout.connect(self._finish)
@@ -206,7 +228,7 @@ class SceneLayer(QObject):
         drawing = self._next
         if drawing is None or drawing.scene is not scene:
             self._drop_next()
-            drawing = self._next = _Drawing(scene, font, self._canvases, slow=self._slow)
+            drawing = self._next = _Drawing(scene, font, self._canvases, _SHARES[self._share])
             self._go_on()
         if drawing.is_done or before is None or not before.scene.is_seen_as(scene):
             return drawing.seen
@@ -215,6 +237,10 @@ class SceneLayer(QObject):
     def is_done(self) -> bool:
         """Return whether the picture that was asked for last is the one that is shown."""
         return self._shown is not None and self._next is None
+
+    def shows(self, scene: StillScene) -> bool:
+        """Return whether the picture of a scene is shown, all of it."""
+        return self._shown is not None and self._shown.scene is scene
 
     def canvas(self) -> Canvas | None:
         """Return the buffers of the part that is shown; None where none is."""
@@ -234,7 +260,7 @@ class SceneLayer(QObject):
         drawing.go_on()
         # As long as the view moves; the next time it may have the processor for itself.
         slow = perf_counter() - began > _FRAME_S
-        self._slow = drawing.is_moving and (self._slow or slow)
+        self._share = min(self._share + slow, len(_SHARES) - 1) if drawing.is_moving else 0
         if drawing.is_done:
             if self._shown is not None:
                 self._canvases.give_back(self._shown.canvas)

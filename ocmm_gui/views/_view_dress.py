@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import numpy as np
-from PySide6.QtCore import QPointF, QRectF, Qt
-from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
+from PySide6.QtCore import QPointF, QRectF, QSize, QSizeF, Qt
+from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step
-from ocmm_gui.views._scene import Dots, Item, Lines, Orbit, Tag
+from ocmm_gui.views._scene import Dots, Lines, Orbit, Tag
 from ocmm_gui.views._scene_painter import paint_scene
 
 OVERVIEW_ASPECT = 1.25
@@ -34,6 +34,8 @@ class Overview:
 
     def __init__(self, rig: Rig, orbit: Orbit, lines: Float) -> None:
         self._rig, self._orbit, self._lines = rig, orbit, lines
+        self._kept: QImage | None = None
+        self._kept_of: tuple[object, ...] = ()
 
     def place(self, inside: QRectF, avoided: Float) -> QRectF | None:
         """Return its corner of the picture; None where all of them are needed.
@@ -52,16 +54,37 @@ class Overview:
 
     def paint(self, painter: QPainter, corner: QRectF, probe: Float, theme: Theme) -> None:
         """Paint the rig with the probe, places (n, 3), in it."""
+        ratio = painter.device().devicePixelRatio()
+        made_of = (theme, corner.size(), ratio)
+        if self._kept is None or made_of != self._kept_of:
+            self._kept, self._kept_of = self._picture(corner.size(), ratio, theme), made_of
+        painter.drawImage(corner.topLeft(), self._kept)
+        dots = (Dots(probe, theme.accent, 5.0),)
+        paint_scene(painter, dots, self._orbit, corner, text_font(10), theme.background)
+
+    def _picture(self, size: QSizeF, ratio: float, theme: Theme) -> QImage:
+        """Return what stands still of it."""
+        image = QImage(
+            (size * ratio).toSize() + QSize(1, 1), QImage.Format.Format_ARGB32_Premultiplied
+        )
+        image.setDevicePixelRatio(ratio)
+        image.fill(Qt.GlobalColor.transparent)
+        painter = QPainter(image)
+        painter.setRenderHint(QPainter.RenderHint.Antialiasing)
+        box = QRectF(QPointF(), size)
         painter.setPen(QPen(QColor(theme.border), theme.border_px))
         painter.setBrush(QColor(theme.background))
-        painter.drawRoundedRect(corner, 4, 4)
+        painter.drawRoundedRect(box.adjusted(0.5, 0.5, -0.5, -0.5), 4, 4)
         volume = Lines(shapes.box(self._rig.volume_world), theme.border, 1.0)
         rig = Lines(self._lines, theme.muted, 1.0)
         tags = tuple(
             Tag(camera.centre_world, camera.name, theme.muted) for camera in self._rig.cameras
         )
-        items: tuple[Item, ...] = (volume, rig, Dots(probe, theme.accent, 5.0), *tags)
-        paint_scene(painter, items, self._orbit, corner, text_font(10), theme.background)
+        paint_scene(
+            painter, (volume, rig, *tags), self._orbit, box, text_font(10), theme.background
+        )
+        painter.end()
+        return image
 
 
 def triad_place(box: QRectF) -> QRectF:

@@ -15,13 +15,15 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_gui.window._main_window import MainWindow
+    from ocmm_gui.window._main_window import REOPEN, START, MainWindow
 else:
     __getattr__ = door(
         __name__,
-        _main_window="MainWindow",
+        _main_window="MainWindow REOPEN START",
     )
 
 __all__ = [
+    "REOPEN",
+    "START",
     "MainWindow",
 ]

@@ -7,9 +7,10 @@ import time
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtGui import QCloseEvent, QKeyEvent
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
 from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
@@ -20,8 +21,11 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.calibration.records import ProbeView
+from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.evaluation import JobView, LiveView, withdrawn
+from ocmm_core.settings import LoadedSettings, SettingsStore
 from ocmm_gui.bridge import StationBridge
+from ocmm_gui.home import FindAction
 from ocmm_gui.kit import (
     ACTIONS,
     THEMES,
@@ -30,16 +34,20 @@ from ocmm_gui.kit import (
     Mode,
     Notice,
     NoticeCentre,
+    Sheet,
     Sound,
     SoundPlayer,
     WorkLine,
     apply_theme,
     bind_actions,
     dress,
+    dropped_file,
     make_actions,
     reference_words,
     show_mode,
     tr,
+    usable_keys,
+    use_shortcuts,
 )
 from ocmm_gui.operator import (
     DeskView,
@@ -51,14 +59,21 @@ from ocmm_gui.operator import (
     TrustBar,
     TrustPlace,
 )
+from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output
 from ocmm_gui.window._preload import Preload
 from ocmm_gui.window._sheets import Sheets
 
+if TYPE_CHECKING:
+    from ocmm_core.composition import AcceptanceBench
+
 _PART = "The window"
+START, REOPEN = "start", "reopen"
 _IN_WIZARDS = ("theme", "log")
 """Actions of the window that a wizard leaves as they are."""
+_ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find")
+"""The same of a sheet, on which nothing is lost."""
 
 
 class MainWindow(QMainWindow):
@@ -76,6 +91,10 @@ class MainWindow(QMainWindow):
         Name of the theme to begin with.
     out
         Folder of the report; None asks for one in the window.
+    bench
+        Acceptance tests that can be made; None where there are none.
+    store
+        The settings; None for those of this user.
     """
 
     closed = Signal()
@@ -89,9 +108,14 @@ class MainWindow(QMainWindow):
         sounds: SoundPlayer | None = None,
         theme: str = "dark",
         out: Path | None = None,
+        bench: AcceptanceBench | None = None,
+        store: SettingsStore | None = None,
     ) -> None:
         super().__init__()
         self.setMinimumSize(1024, 640)
+        self.setAcceptDrops(True)
+        self.after = ""
+        """What is wanted once it has closed: `START`, `REOPEN`, or nothing."""
         self._bridge = bridge
         self._notices = notices
         self._job: JobView | None = None
@@ -110,8 +134,16 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
         self.output = Output(bridge, notices, out, self.is_far)
-        self.sheets = Sheets(bridge, notices, self.output.folder, self.output.tell_written)
-        self.maintenance = Maintenance(bridge, notices, self._feedback, self.actions_by_key)
+        self._store = store or SettingsStore.of_this_user()
+        self._sounds = sounds
+        self.sheets = Sheets(
+            bridge, notices, self.output.folder, self.output.tell_written, self._store
+        )
+        self.search = FindAction(self)
+        self.tests = AcceptanceRooms(bench, bridge, notices, self._feedback, self.output.folder)
+        self.maintenance = Maintenance(
+            bridge, notices, self._feedback, self.actions_by_key, self.tests
+        )
         self.trust = TrustBar()
         self.tip_line = TipLine()
         self.banner = Banner()
@@ -119,13 +151,14 @@ class MainWindow(QMainWindow):
         self._stack = QStackedWidget()
         self._lines = (
             self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
-            self.choice.panel,
+            self.choice.panel, self.tests.papers.panel,
         )  # fmt: skip
         self._work = WorkLine(tr("Results"))
         self._preload = Preload()
         self._lay_out()
         self._connect(bridge)
         bind_actions(self.actions_by_key, self._calls())
+        use_shortcuts(self.actions_by_key, usable_keys(self._store.load().settings.window_keys))
         show_mode(self.actions_by_key, Mode.INSPECT)
         self.use_theme(theme)
 
@@ -140,7 +173,14 @@ class MainWindow(QMainWindow):
         whole.setSpacing(0)
         layout = QVBoxLayout()
         layout.setSpacing(0)
-        for widget in (self.trust, self.tip_line, *self._lines, self.output.work, self._work):
+        for widget in (
+            self.trust,
+            self.tip_line,
+            *self._lines,
+            self.output.work,
+            self._work,
+            self.tests.papers.line,
+        ):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
         whole.addWidget(self.simulated)
@@ -152,6 +192,9 @@ class MainWindow(QMainWindow):
         self.desk.plan.feature_chosen.connect(bridge.choice.select)
         self.sheets.wanted.connect(self._leave_keys_to)
         self.sheets.left.connect(lambda: self.show_mode(Mode.INSPECT))
+        self.sheets.settings_changed.connect(self._on_settings)
+        self.sheets.reopen_wanted.connect(lambda: self._close_for(REOPEN))
+        self.search.closed.connect(self._to_page)
         self.sheets.left_to_maintain.connect(lambda: self.show_mode(Mode.MAINTAIN))
         self.maintenance.wanted.connect(self._leave_keys_to)
         self.maintenance.left.connect(lambda: self.show_mode(Mode.MAINTAIN))
@@ -186,8 +229,11 @@ class MainWindow(QMainWindow):
         self.maintenance.view.list.setFocus()
 
     def _leave_keys_to(self, view: QWidget) -> None:
+        kept = _ON_SHEETS if self.sheets.holds(view) else _IN_WIZARDS
         for info in ACTIONS:
-            if info.key not in _IN_WIZARDS:
+            if info.key in kept:
+                self.actions_by_key[info.key].setEnabled(True)
+            else:
                 self.actions_by_key[info.key].setEnabled(False)
         self._stack.setCurrentWidget(view)
         self.banner.use_far(far=False)
@@ -225,7 +271,7 @@ class MainWindow(QMainWindow):
     def keyPressEvent(self, event: QKeyEvent) -> None:
         """Let Esc put a notice or the export panel away, and nothing else."""
         if event.key() == Qt.Key.Key_Escape:
-            for widget in self._lines:
+            for widget in (*self._lines, self.search):
                 widget.hide()
             return
         super().keyPressEvent(event)
@@ -281,6 +327,9 @@ class MainWindow(QMainWindow):
             "fit": self.desk.points.fit,
             "closeup": self.desk.points.close_up,
             "theme": self._next_theme,
+            "settings": sheets.open_settings,
+            "start": lambda: self._close_for(START),
+            "find": self._find,
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
             ),
@@ -375,4 +424,54 @@ class MainWindow(QMainWindow):
 
     def _next_theme(self) -> None:
         names = list(THEMES)
-        self.use_theme(names[(names.index(self._theme.name) + 1) % len(names)])
+        after = names[(names.index(self._theme.name) + 1) % len(names)]
+        self.use_theme(after)
+        # It is the same next time; where it cannot be kept, nobody who measures needs to know.
+        with contextlib.suppress(OcmmError):
+            self._store.change({"window.theme": after})
+
+    def _on_settings(self, loaded: LoadedSettings) -> None:
+        settings = loaded.settings
+        if settings.window_theme != self._theme.name:
+            self.use_theme(settings.window_theme)
+        if self._sounds is not None:
+            self._sounds.enable(settings.window_sounds)
+        use_shortcuts(self.actions_by_key, usable_keys(settings.window_keys))
+        self.sheets.use_settings(loaded)
+
+    def _find(self) -> None:
+        page = self._stack.currentWidget()
+        own = page.keys if isinstance(page, Sheet) else {}
+        self.search.ask({**own, **self.actions_by_key})
+
+    def _to_page(self) -> None:
+        page = self._stack.currentWidget()
+        if page is not None:
+            page.setFocus()
+
+    def _close_for(self, after: str) -> None:
+        self.after = after
+        self.close()
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take one plan or job."""
+        if dropped_file(event.mimeData()) is not None:
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Look at a job, or ask who measures by a plan; what is measured goes on."""
+        path = dropped_file(event.mimeData())
+        if path is None:
+            return
+        event.acceptProposedAction()
+        if path.suffix.lower() == ".ocmm":
+            self.sheets.look_at(path)
+        else:
+            self.sheets.measure_by(path)
+
+    def tell_demo(self) -> None:
+        """Say who measures here, before somebody wonders why points come by themselves."""
+        self._notices.warn(
+            tr("SIMULATED: a robot hand measures a virtual part. No number is of a real part."),
+            tr("Z pauses it, Ctrl+Home goes to the Start page."),
+        )

@@ -43,7 +43,10 @@ class Output(QObject):
         super().__init__()
         self._bridge, self._notices, self._out = bridge, notices, out
         self.export_panel = PathPanel(
-            tr("Write the report into the folder"), tr("Folder of the report"), tr("Write")
+            tr("Write the report into the folder"),
+            tr("Folder of the report"),
+            tr("Write"),
+            folders=True,
         )
         self.bus_panel = PathPanel(
             tr("Write the bus report into the file"), tr("File of the bus report"), tr("Write")

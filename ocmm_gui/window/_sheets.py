@@ -15,7 +15,9 @@ from PySide6.QtCore import Signal, SignalInstance
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.records import RecordStore, default_folder
+from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.settings import LoadedSettings, RecentPlaces, SettingsStore
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre, Sheet, tr
 from ocmm_gui.operator import JobSheet
@@ -23,6 +25,7 @@ from ocmm_gui.window._keys_sheet import KeysSheet
 from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
+    from ocmm_gui.home import SettingsPage
     from ocmm_gui.maintain import RecallSheet
     from ocmm_gui.plan_editor import PlanSheet
     from ocmm_gui.results import (
@@ -50,6 +53,8 @@ class Sheets(MadeLate):
         Where files go unless somebody says otherwise.
     written
         Told of a report that was written.
+    store
+        The settings.
     """
 
     made = Signal(object)
@@ -58,6 +63,10 @@ class Sheets(MadeLate):
     """Emits the `Sheet` that is to be shown."""
     left = Signal()
     """Back to the measuring."""
+    settings_changed = Signal(object)
+    """Emits the `LoadedSettings` that hold now."""
+    reopen_wanted = Signal()
+    """The job is to be opened again with the settings as they are now."""
     left_to_maintain = Signal()
     """Back to the pages of Maintain."""
 
@@ -67,11 +76,15 @@ class Sheets(MadeLate):
         notices: NoticeCentre,
         folder: Callable[[], Path],
         written: Callable[[Written], None],
+        store: SettingsStore,
     ) -> None:
         super().__init__()
+        self._store = store
         self._notices, self._bridge = notices, bridge
         self._folder, self._written = folder, written
         self._made: list[Sheet] = []
+        self._loaded = store.load()
+        self._headed = ""
         bridge.plan_changed.connect(self._use_plan)
         bridge.jobs.job_left.connect(notices.inform)
         bridge.jobs.job_begun.connect(self._on_begun)
@@ -96,6 +109,7 @@ class Sheets(MadeLate):
 
         sheet = ReportSheet(self._folder)
         sheet.written.connect(self._written)
+        self._head_report(sheet)
         return self._join(sheet, self.open_results)
 
     @cached_property
@@ -108,7 +122,9 @@ class Sheets(MadeLate):
     @cached_property
     def job(self) -> JobSheet:
         """Return who measures which part."""
-        return self._join(JobSheet(self._bridge), self.left)
+        sheet = JobSheet(self._bridge)
+        sheet.propose_operators(self._loaded.settings.job_operators)
+        return self._join(sheet, self.left)
 
     @cached_property
     def batch(self) -> CompareSheet:
@@ -121,6 +137,15 @@ class Sheets(MadeLate):
     def keys(self) -> KeysSheet:
         """Return the table of keys."""
         return self._join(KeysSheet(), self.left)
+
+    @cached_property
+    def settings(self) -> SettingsPage:
+        """Return the settings."""
+        from ocmm_gui.home import SettingsPage
+
+        page = SettingsPage(self._store, self.reopen_wanted.emit)
+        page.changed.connect(self.settings_changed)
+        return self._join(page, self.left)
 
     @cached_property
     def recall(self) -> RecallSheet:
@@ -142,9 +167,12 @@ class Sheets(MadeLate):
         from ocmm_gui.plan_editor import PlanSheet
 
         station = self._bridge.station
-        sheet = PlanSheet(station.job.plan, station.job.plan_file, lambda: station.job.path)
+        sheet = PlanSheet(
+            station.job.plan, station.job.plan_file, lambda: station.job.path,
+            lambda: (station.instruments.rig, station.instruments.body),
+        )  # fmt: skip
         sheet.saved.connect(self._on_plan_saved)
-        sheet.measure_wanted.connect(self._measure_by)
+        sheet.measure_wanted.connect(self.measure_by)
         return self._join(sheet, self.left)
 
     def _join(self, sheet: S, left: SignalInstance | Callable[[], None]) -> S:
@@ -184,6 +212,32 @@ class Sheets(MadeLate):
         self.wanted.emit(self.keys)
         self.keys.open()
 
+    def open_settings(self) -> None:
+        """Show the settings."""
+        self.wanted.emit(self.settings)
+        self.settings.open()
+
+    def use_settings(self, loaded: LoadedSettings) -> None:
+        """Propose the names of the settings, and write the head of reports as they say."""
+        self._loaded = loaded
+        if self.is_made("job"):
+            self.job.propose_operators(loaded.settings.job_operators)
+        if self.is_made("report"):
+            self._head_report(self.report)
+
+    def _head_report(self, sheet: ReportSheet) -> None:
+        from ocmm_core.export.report import headed_template
+
+        field = sheet.paper.fields["template"]
+        try:
+            path = headed_template(self._loaded.settings, self._store.user.path.parent)
+        except OcmmError as error:
+            self._notices.error(error)
+            return
+        if path is not None and (not field.text() or field.text() == self._headed):
+            self._headed = str(path)
+            field.setText(self._headed)
+
     def open_recall(self) -> None:
         """Recalculate older jobs whose calibration failed later."""
         self.wanted.emit(self.recall)
@@ -211,8 +265,10 @@ class Sheets(MadeLate):
         self._notices.inform(
             tr("Plan saved in {path}. Shift+F8 starts a job with it.").format(path=path)
         )
+        RecentPlaces().note_plan(path)
 
-    def _measure_by(self, path: Path) -> None:
+    def measure_by(self, path: Path) -> None:
+        """Ask for operator and part of a job by a plan."""
         self.open_job()
         self.job.choose_plan(path)
 
@@ -223,6 +279,7 @@ class Sheets(MadeLate):
 
     def look_at(self, path: Path) -> None:
         """Show a job that cannot be gone on with, read-only."""
+        RecentPlaces().note_job(path)
         self.open_results()
         self.results.open_file(path)
 

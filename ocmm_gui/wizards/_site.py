@@ -88,7 +88,7 @@ def site_of(bridge: StationBridge) -> WizardSite:
     in_use = station.instruments.calibration_in_use
     blocker = (
         tr("The cameras use the rig document: no calibrations are stored."),
-        tr("Start OCMM with --calibrations FOLDER, or with real cameras."),
+        tr("Choose real cameras, or a folder of camera records, in Settings (Instrument)."),
     )
     if in_use.fault is not None:
         blocker = (in_use.fault[1].what, in_use.fault[1].remedy)
@@ -113,7 +113,7 @@ def _probe_site(bridge: StationBridge) -> ProbeSite:
     in_use = bridge.station.instruments.probe_in_use
     blocker = (
         tr("The probe uses its document: no records of it are stored."),
-        tr("Start OCMM with --probes FOLDER, or with real cameras."),
+        tr("Choose real cameras, or a folder of tip records, in Settings (Instrument)."),
     )
     if in_use.store is None and in_use.fault is not None:
         blocker = (in_use.fault[1].what, in_use.fault[1].remedy)

@@ -201,3 +201,12 @@ def test_libraries_see_the_processor_that_is_asked_for(processor: str, wide: str
     assert done.returncode == 0, done.stderr
     if not why_not(processor):
         assert done.stdout.split() == ["False", wide, "False"]
+
+
+def test_the_files_that_took_longest_are_named(tmp_path: Path) -> None:
+    (tmp_path / "test_them.py").write_text("import time\ndef test_it(): time.sleep(1)\n")
+    (tmp_path / "test_quick.py").write_text("def test_it(): pass\n")
+    assert pytest_in(tmp_path, OCMM_TEST_RECORD=str(tmp_path / "1-others.json"))[0] == 0
+    long = [line.split() for line in summary(tmp_path)[0] if line.startswith("LONG")]
+    assert [line[3] for line in long] == ["test_them.py", "test_quick.py"]
+    assert int(long[0][1]) >= 1

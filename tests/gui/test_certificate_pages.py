@@ -69,6 +69,20 @@ def test_the_pages_are_a_whole_pdf(paper: Certificate) -> None:
     assert pages.certificate_pdf(replace(paper, runs=())).startswith(b"%PDF")
 
 
+@pytest.mark.usefixtures("qapp")
+def test_a_state_that_was_not_determined_stands_on_the_pages(folder: Path) -> None:
+    paper = certificate_of_folder(folder, plain_paper(), calibration=True)
+    said = " ".join(texts(pages.lay_out(paper)).split())
+    assert "As found: not determined" in said
+    assert "This is the first calibration of these cameras." in said
+    for one in paper.values:
+        assert one.name in said
+    bare = replace(paper, runs=(), not_after="the calibration was not verified")
+    said = " ".join(texts(pages.lay_out(bare)).split())
+    assert "NO STATEMENT OF CONFORMITY" in said
+    assert "PASSED" not in said
+
+
 @pytest.mark.slow
 def test_the_command_writes_certificate_signature_and_pages_and_checks_them(
     folder: Path, tmp_path: Path
@@ -79,6 +93,9 @@ def test_the_command_writes_certificate_signature_and_pages_and_checks_them(
     assert done.exit_code == 0, done.output
     names = sorted(path.name for path in out.iterdir())
     assert [name.partition(".")[2] for name in names] == ["dcc.xml", "dcc.xml.sig.json", "pdf"]
+    again = ["certificate", "make", str(folder), "--calibration", "--out", str(tmp_path / "cal")]
+    assert runner.invoke(app, again).exit_code == 0
+    assert {path.name[:2] for path in (tmp_path / "cal").iterdir()} == {"C-"}
     told = runner.invoke(app, ["certificate", "check", str(out / names[0])])
     assert (told.exit_code, "Signed by" in told.output) == (0, True), told.output
     content = (out / names[0]).read_text("utf-8")

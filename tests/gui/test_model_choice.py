@@ -12,11 +12,13 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan import new_plan
-from ocmm_core.inspection.step import Offer, StepModel
+from ocmm_core.inspection.step import FreeForm, Offer, StepModel
+from ocmm_core.part_model import nominal_face, searched, spread_places
 from ocmm_gui.kit import THEMES
 from ocmm_gui.plan_editor import PlanSheet
 from ocmm_gui.plan_editor._importing import ReadModel
 from ocmm_gui.plan_editor._model_choice import ModelChoice
+from tests.core.part_model.model_faces import FREE_FORMS, face_of
 from tests.host import HANG_MS
 from tests.made_parts import PartMaker
 
@@ -34,6 +36,16 @@ def offers() -> tuple[Offer, ...]:
         )  # fmt: skip
         made.append(Offer(feature, (number,), WHY if number == 5 else ""))
     return tuple(made)
+
+
+def free_form() -> Offer:
+    """Return a free-form face with twenty places."""
+    face = nominal_face(face_of(FREE_FORMS["waves"](), number=7))
+    places, normals = spread_places(searched(face), 20, 4.0, 3.0)
+    free = FreeForm(
+        "FREE FORM 7", face, tuple(map(tuple, places.tolist())), tuple(map(tuple, normals.tolist()))
+    )
+    return Offer(free.feature, (7,), free_form=free)
 
 
 @pytest.fixture
@@ -125,3 +137,33 @@ def test_the_plan_gets_what_was_chosen_and_nothing_before(sheet: PlanSheet, qtbo
     QTest.keyClick(sheet.choice.list, Qt.Key.Key_Escape)
     assert sheet.choice.isHidden()
     assert sheet.draft.plan is now
+
+
+def test_a_free_form_is_taken_with_its_zone_and_not_without(sheet: PlanSheet, qtbot: QtBot) -> None:
+    before = sheet.draft.plan
+    model = StepModel((), (), {}, PART)
+    read = ReadModel(Path("block.step"), model, (*offers(), free_form()), "+z")
+    sheet.importing.offered.emit(read)
+    choice = sheet.choice
+    assert not choice.zone.isHidden()
+    assert "7" not in "".join(names(choice.chosen()))
+    choice.list.setCurrentRow(6)
+    QTest.keyClick(choice.list, Qt.Key.Key_Space)
+    assert "Enter the profile of free forms." in choice.words()
+    QTest.keyClick(choice.list, Qt.Key.Key_Return)
+    assert sheet.draft.plan is before
+    for text in ("0", "-1", "word"):
+        choice.zone.setText(text)
+        assert choice.zone_mm() is None
+    choice.zone.setText("0,05")
+    assert "Enter the profile" not in choice.words()
+    QTest.keyClick(choice.list, Qt.Key.Key_Return)
+    qtbot.waitUntil(lambda: sheet.draft.plan is not before, timeout=HANG_MS)
+    (item,) = sheet.draft.plan.characteristics
+    assert (item.name, item.kind, item.upper) == ("FREE FORM 7", "surface profile", 0.05)
+    assert sum(one.shape is Shape.POINT for one in sheet.draft.plan.features) == 20
+
+
+def test_without_free_forms_nobody_is_asked_for_a_zone(choice: ModelChoice) -> None:
+    assert choice.zone.isHidden()
+    assert choice.zone_mm() is None

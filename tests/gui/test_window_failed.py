@@ -79,7 +79,7 @@ def test_an_evaluation_that_fails_leaves_no_result_that_looks_current(
     for size in ((1920, 1080), (1280, 720), (1024, 640), (1920, 1080)):
         bench.window.resize(*size)
         qtbot.wait(50)
-    assert bench.window.desk.guidance.step().startswith("Restart OCMM.")
+    assert bench.window.desk.guidance.step().startswith("Open the job again: Start page")
 
 
 def test_a_window_that_cannot_show_what_is_seen_shows_no_digits(

@@ -220,7 +220,7 @@ def _next(
         raise BusError(
             "bus.object_timeout",
             f"The bus process has not answered a request for {timeout_s:g} s.",
-            "Restart the acquisition.",
+            "Open the job again.",
         ) from None
 
 

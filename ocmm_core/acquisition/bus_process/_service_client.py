@@ -62,7 +62,7 @@ class ServiceBus(ChildProcess):
                 "bus.service_missing",
                 f"No camera bus service at {self._address} ({error.strerror}).",
                 "Start it (sudo systemctl start ocmm-acq.socket), or name the interface of the "
-                "cameras: --source ethercat:IFACE",
+                "cameras as their source: ethercat:INTERFACE (Settings, Instrument).",
             ) from error
         try:
             shutil.chown(self._ring_path, group=group)

@@ -106,7 +106,7 @@ class FrameJoiner:
             raise AcquisitionError(
                 "join.schedule",
                 f"Camera {camera + 1} exposed off the common schedule.",
-                "Restart the acquisition; if it happens again, check the bus clocks.",
+                "Open the job again; if it happens again, check the bus clocks.",
             )
         fresh = counter >= max(self._upto[camera], self._next)
         counter = counter[fresh]

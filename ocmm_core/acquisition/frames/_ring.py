@@ -119,7 +119,7 @@ class FrameRing:
             raise AcquisitionError(
                 "ring.missing",
                 f"{path}: the frame ring cannot be opened ({error.strerror}).",
-                "Restart the acquisition.",
+                "Open the job again.",
             ) from error
         # A view, because an array makes a number object of its own of every word; each is read and
         # written whole.
@@ -252,7 +252,7 @@ class FrameRing:
                 f"A block of {count} frames of {shape[0]} cameras with {shape[1]} slots does "
                 f"not fit into a ring of {self.capacity} frames of {self.n_cameras} cameras with "
                 f"{self.n_slots}.",
-                "Restart the acquisition with the rig the source was made for.",
+                "Choose the rig the source was made for, then open the job again.",
             )
         written = self.word(RingHeaderField.WRITTEN)
         self._words[RingHeaderField.RESERVED] = written + count
@@ -338,5 +338,5 @@ def _no_ring(path: Path) -> AcquisitionError:
     return AcquisitionError(
         "ring.layout",
         f"{path}: not a frame ring of this version.",
-        "Restart the acquisition.",
+        "Open the job again.",
     )

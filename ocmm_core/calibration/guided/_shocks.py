@@ -66,5 +66,5 @@ def require_no_doubt_since(store: ProbeStore, tip: str, begun: datetime) -> None
             "tip.doubt_meanwhile",
             f"The status of tip '{tip}' changed after this session was started "
             f"({doubts[-1].kind.value}: {doubts[-1].reason}).",
-            "End it without storing and start again: earlier points prove nothing.",
+            "End it without storing and repeat it: earlier points prove nothing.",
         )

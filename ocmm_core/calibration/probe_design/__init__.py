@@ -5,7 +5,7 @@ Out: displacements of LEDs and tip, the least possible uncertainty of the tip, c
 
 Read `_design` (the document), `_definition` (a probe that is being written), `_beam` (bending)
 and `_thermal` (growth), `_shape` (both together, and the tip that is computed from it), then
-`_layout` and `_layout_labels` (how well a rig sees it).
+`_layout` and `_layout_labels` (how well a rig sees it), `_own_view` (what the body hides).
 It imports no other room of calibration, and must not know records or procedures.
 """
 
@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         volume_map,
     )
     from ocmm_core.calibration.probe_design._layout_labels import WrongLabels, wrong_labels
+    from ocmm_core.calibration.probe_design._own_view import leds_behind_body
     from ocmm_core.calibration.probe_design._shape import (
         ContactForce,
         TemperatureState,
@@ -73,6 +74,7 @@ else:
         _design="ProbeDesign load_design shipped_design",
         _layout="Postures TipMap TipNumber View tilt_map tip_number volume_map",
         _layout_labels="WrongLabels wrong_labels",
+        _own_view="leds_behind_body",
         _shape=(
             "ContactForce TemperatureState body_in_use bow_shape check_temperature contact_force "
             "force_shapes growth_shape sag_shape tip_shift"
@@ -106,6 +108,7 @@ __all__ = [
     "examine",
     "force_shapes",
     "growth_shape",
+    "leds_behind_body",
     "load_design",
     "probe_text",
     "read_definition",

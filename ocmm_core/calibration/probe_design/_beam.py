@@ -62,6 +62,9 @@ class Panel:
         Young's modulus of the faces, N/mm^2.
     expansion_per_k
         Thermal expansion of the faces, 1/K.
+    offset_mm
+        Of its middle from the axis of the probe, along the soft direction. It bends about its own
+        middle: a force across the probe does not ask where that is.
     """
 
     start_mm: float
@@ -73,6 +76,7 @@ class Panel:
     core_density: float
     modulus: float
     expansion_per_k: float = 0.0
+    offset_mm: float = 0.0
 
 
 Section: TypeAlias = Bar | Panel

@@ -57,7 +57,10 @@ class BarEntry(_Entry, frozen=True, kw_only=True, tag="bar", tag_field="shape"):
 
 
 class PanelEntry(_Entry, frozen=True, kw_only=True, tag="panel", tag_field="shape"):
-    """A sandwich panel; widths at its start and its end, thickness of the core and of one face."""
+    """A sandwich panel; widths at its start and its end, thickness of the core and of one face.
+
+    ``offset``: how far its middle lies beside the axis, along ``soft``.
+    """
 
     material: str
     start: float
@@ -66,6 +69,7 @@ class PanelEntry(_Entry, frozen=True, kw_only=True, tag="panel", tag_field="shap
     core: float
     face: float
     core_density: float
+    offset: float = 0.0
 
 
 class LayerEntry(_Entry, frozen=True, kw_only=True):
@@ -223,7 +227,7 @@ def _section(entry: BarEntry | PanelEntry, material: MaterialEntry) -> Section:
         return Bar(entry.start, entry.end, entry.diameter, entry.bore, material.density, modulus)
     return Panel(
         entry.start, entry.end, entry.width, entry.core, entry.face, material.density,
-        entry.core_density, modulus, _PPM * material.expansion_ppm,
+        entry.core_density, modulus, _PPM * material.expansion_ppm, entry.offset,
     )  # fmt: skip
 
 

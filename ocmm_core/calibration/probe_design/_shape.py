@@ -215,11 +215,11 @@ def _unknown(temperature_state: TemperatureState) -> InputError:
         return InputError(
             "temperature.probe_unknown",
             "Compensating the probe needs its temperature, which is not given.",
-            "Measure it and give --probe-temperature, or measure without --compensate-probe.",
+            "Measure and give it, or do not compensate the probe (Settings, Temperature).",
         )
     return InputError(
         "temperature.calibration_unknown",
         "Compensating the probe needs its temperature at calibration, which is unknown.",
         "Calibrate the probe with a thermometer beside it, enter reference_temperature_c in its "
-        "design, or measure without --compensate-probe.",
+        "design, or do not compensate the probe (Settings, Temperature).",
     )

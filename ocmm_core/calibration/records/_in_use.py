@@ -193,7 +193,7 @@ def require_record(in_use: CalibrationInUse) -> CameraRecord:
         raise CalibrationError(
             "calibration.none",
             "This job uses the rig document, without a calibration.",
-            "Give the calibration folder: --calibrations.",
+            "Choose the folder of camera records (Settings, Instrument).",
         )
     return in_use.record
 

@@ -260,7 +260,7 @@ def require_records(in_use: ProbeInUse) -> TipRecords:
         raise CalibrationError(
             "probe_record.design",
             "This job uses the probe document, without records of the tip.",
-            "Give the probe record folder: --probes.",
+            "Choose the folder of tip records (Settings, Instrument).",
         )
     return in_use.records
 

@@ -3,10 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
+from ocmm_core.cli.acceptance._msa_reference import (
+    JobsArgument,
+    linearity,
+    part,
+    part_use,
+    type1,
+)
 from ocmm_core.cli.terminal import (
     CalibrationsOption,
     OutOption,
@@ -20,9 +27,6 @@ from ocmm_core.cli.terminal import (
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, DEMO_PLAN, RECOMMENDED_RIG
 from ocmm_core.errors import InputError
 
-if TYPE_CHECKING:
-    from ocmm_core.inspection.archive import Trend
-
 msa_app = typer.Typer(
     no_args_is_help=True,
     help="Measurement system analysis: is the gauge fit for the tolerance.\n\nA study is a plan of "
@@ -31,8 +35,6 @@ msa_app = typer.Typer(
 )
 
 StudyArgument = Annotated[Path, typer.Argument(help="Plan of the study (ocmm msa plan).")]
-JobsArgument = Annotated[Path, typer.Argument(help="Folder of the jobs.")]
-NameOption = Annotated[str, typer.Option("--characteristic", help="As in the inspection plan.")]
 
 
 @msa_app.command()
@@ -143,87 +145,5 @@ def report(
         raise typer.Exit(1)
 
 
-@msa_app.command()
-def type1(
-    *,
-    jobs: JobsArgument,
-    name: NameOption,
-    reference: Annotated[float, typer.Option("--reference", help="Certified value, mm.")],
-    tolerance: Annotated[
-        float | None, typer.Option("--tolerance", help="Its width; default: of the plan.")
-    ] = None,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-) -> None:
-    """Cg and Cgk of one calibrated part that was measured 25 times or more."""
-    from ocmm_core.studies import type1_study
-
-    console, trend = make_console(), _trend(jobs, name, probes, calibrations)
-    width = trend.high - trend.low if tolerance is None else tolerance
-    found = type1_study(trend.values, reference, width)
-    console.print(
-        f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, bias {found.bias:+.5f} "
-        f"(t {found.t:.2f}, {'significant' if found.biased else 'not significant'} at 5 %)"
-    )
-    console.print(
-        f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk {found.cgk:.3f}"
-    )
-    console.print(f"Least tolerance {found.least_tolerance:.4f} mm")
-    console.print("CAPABLE" if found.capable else "NOT CAPABLE")
-    if not found.capable:
-        raise typer.Exit(1)
-
-
-@msa_app.command()
-def part(
-    *,
-    jobs: JobsArgument,
-    name: NameOption,
-    certified: Annotated[float, typer.Option("--certified", help="Of the certificate, mm.")],
-    u_cal: Annotated[float, typer.Option("--U-cal", help="Its U (k = 2), mm.")],
-    u_workpiece: Annotated[
-        float, typer.Option("--u-workpiece", help="Standard uncertainty of the parts, mm.")
-    ] = 0.0,
-    temperature: Annotated[float, typer.Option("--temperature", help="Of use.")] = 20.0,
-    u_expansion: Annotated[
-        float, typer.Option("--u-expansion", help="Standard uncertainty, 1/K.")
-    ] = 0.0,
-    calibrations: CalibrationsOption = None,
-    probes: ProbesOption = None,
-) -> None:
-    """Uncertainty of a measuring task from a calibrated part (modelled on ISO 15530-3), and E_n."""
-    import numpy as np
-
-    from ocmm_core.acceptance import LEAST_RESULTS, part_uncertainty
-
-    console, trend = make_console(), _trend(jobs, name, probes, calibrations)
-    own = [one.uncertainty for one in trend.parts if one.uncertainty is not None]
-    found = part_uncertainty(
-        trend.values.tolist(), certified, u_cal, u_workpiece=u_workpiece,
-        temperature_c=temperature, u_expansion=u_expansion,
-        expanded_model=float(np.median(own)) if own else None,
-    )  # fmt: skip
-    console.print(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f}")
-    console.print(
-        f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
-        "uncorrected one (k = 2, mm)"
-    )
-    if found.results < LEAST_RESULTS:
-        console.print(f"{LEAST_RESULTS} results are the least: this U is not used.", style="yellow")
-    if found.normalized is not None:
-        word = "agrees" if found.normalized <= 1.0 else "does NOT agree"
-        console.print(f"E_n {found.normalized:.2f}: the stated uncertainty {word} with the part")
-    if found.results < LEAST_RESULTS or (found.normalized or 0.0) > 1.0:
-        raise typer.Exit(1)
-
-
-def _trend(jobs: Path, name: str, probes: Path | None, calibrations: Path | None) -> Trend:
-    """Return one characteristic of the jobs of a folder."""
-    from ocmm_core.inspection.archive import compare_folder
-
-    found = compare_folder(jobs, probes=probes, calibrations=calibrations)
-    for trend in found.trends:
-        if trend.name == name:
-            return trend
-    known = ", ".join(trend.name for trend in found.trends)
-    raise InputError("msa.name", f"There is no characteristic '{name}'.", f"Give one of {known}.")
+for _command in (type1, linearity, part, part_use):
+    msa_app.command()(_command)

@@ -21,9 +21,27 @@ certificate_app = typer.Typer(
 @certificate_app.command()
 def make(
     folder: Annotated[
-        Path, typer.Argument(help="Folder of the records of one rig, or of one probe.")
+        Path,
+        typer.Argument(
+            help="Folder of the records of one rig or of one probe, or an acceptance record."
+        ),
     ],
     *,
+    calibration: Annotated[
+        bool,
+        typer.Option(
+            "--calibration/--verification",
+            help="Of cameras: their calibration with all parameters, or its last verification.",
+        ),
+    ] = False,
+    as_found: Annotated[
+        Path | None,
+        typer.Option(
+            "--as-found",
+            help="Acceptance record of the state before the adjustment; default: the one that "
+            "belongs to it in the same folder.",
+        ),
+    ] = None,
     tip: Annotated[str, typer.Option("--tip", help="Tip of the probe.")] = "",
     out: Annotated[Path, typer.Option("--out", help="Folder of the files.")] = Path(),
     template: Annotated[
@@ -36,18 +54,19 @@ def make(
     place: Annotated[str, typer.Option("--place", help="Where it was tested.")] = "",
     pages: Annotated[bool, typer.Option("--pages/--no-pages", help="Also write a PDF.")] = True,
 ) -> None:
-    """Write the paper of the last verification of cameras, or of a qualified tip.
+    """Write the paper of cameras, of a qualified tip, or of an acceptance test.
 
     A digital calibration certificate (DCC 3.1.2), its signature by this station, and pages with a
-    graph. Both runs are in it where something was adjusted. It calls itself a calibration
+    graph. As found and after adjustment are both in it, or it says that one was not determined. It
+    calls itself a calibration
     certificate only where a procedure names an accreditation.
     """
     from ocmm_core.export.certificate import certificate_of_folder, write_certificate
-    from ocmm_core.export.report import Particulars, load_paper, standard_template
+    from ocmm_core.export.report import Particulars, load_paper, template_in_use
 
     given = Particulars(customer=customer, place=place)
-    sheet = load_paper(template or standard_template(), given)
-    paper = certificate_of_folder(folder, sheet, tip)
+    sheet = load_paper(template or template_in_use(), given)
+    paper = certificate_of_folder(folder, sheet, tip, calibration=calibration, as_found=as_found)
     console = make_console(soft_wrap=True)
     for path in write_certificate(paper, out):
         console.print(f"Certificate  {path}", highlight=False, markup=False)
@@ -55,6 +74,8 @@ def make(
         return
     options = [str(folder), "--out", str(out), "--given", msgspec.json.encode(given).decode()]
     options += ["--tip", tip] if tip else []
+    options += ["--calibration"] if calibration else []
+    options += ["--as-found", str(as_found)] if as_found is not None else []
     options += ["--template", str(template)] if template is not None else []
     for line in print_pages(
         "ocmm_gui.reports._certificate", [options], "certificate.pdf",

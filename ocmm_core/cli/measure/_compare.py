@@ -10,6 +10,7 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import make_console, progress_line
 
 if TYPE_CHECKING:
@@ -34,6 +35,10 @@ def compare_command(
     table: Annotated[
         Path | None,
         typer.Option("--table", help="CSV file with every value, its signals and all indices."),
+    ] = None,
+    pages: Annotated[
+        Path | None,
+        typer.Option("--pages", help="PDF file: table, charts and signals, on your template."),
     ] = None,
 ) -> None:
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
@@ -70,6 +75,18 @@ def compare_command(
     if table is not None:
         write_atomic(table, batch_table(found))
         console.print(f"Table  {table}", highlight=False, markup=False)
+    if pages is not None:
+        options = ["--out", str(pages), "--feature", feature]
+        options += ["--probes", str(probes)] if probes is not None else []
+        options += ["--calibrations", str(calibrations)] if calibrations is not None else []
+        for line in print_pages(
+            "ocmm_gui.reports._batch",
+            [[*map(str, jobs), *options]],
+            "compare.pdf",
+            "The pages were not written",
+            "The jobs are not affected.",
+        ):
+            console.print(f"Pages  {line}", highlight=False, markup=False)
     if found.unread:
         raise typer.Exit(1)
 
@@ -77,7 +94,7 @@ def compare_command(
 def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> None:
     table = Table(title=f"{count} jobs", title_justify="left", box=box.SIMPLE_HEAD)
     table.add_column("Characteristic", no_wrap=True)
-    for name in ("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk"):
+    for name in ("Parts", "Mean", "Least", "Greatest", "Cp", "Cpk", "95 %"):
         table.add_column(name, justify="right", no_wrap=True)
     for trend in trends:
         values, able = trend.values, trend.capability
@@ -90,6 +107,7 @@ def _print_table(console: Console, trends: tuple[Trend, ...], count: int) -> Non
             *numbers,
             f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
             f"{able.cpk:.2f}" if able is not None else "–",
+            f"{able.cpk_low:.2f} to {able.cpk_high:.2f}" if able is not None else "–",
         )
     console.print(table)
 
@@ -100,6 +118,8 @@ def _lines(trend: Trend) -> list[str]:
         lines.append(trend.why_not)
     if trend.capability is not None:
         lines.append(trend.capability.words)
+    if trend.caution:
+        lines.append(trend.caution)
     if trend.chart is not None:
         counted = [part for part in trend.parts if part.value is not None]
         lines += [

@@ -14,9 +14,11 @@ from rich.text import Text
 
 from ocmm_core.acquisition.frames import AcquisitionState, AcquisitionStatus, StopReason
 from ocmm_core.calibration.records import CalibrationStatus, ProbeView
+from ocmm_core.cli.measure._pages import print_pages
 from ocmm_core.cli.terminal import _WIDE, shown
 from ocmm_core.composition import BuiltStation
 from ocmm_core.errors import CalibrationError, MeasuringError, OcmmError
+from ocmm_core.export import DEFAULT_FORMAT, PDF, chosen_formats
 from ocmm_core.fieldbus.report import pace_words
 from ocmm_core.inspection.causes import Explanation
 from ocmm_core.inspection.evaluation import INCOMPLETE, JobHeader, JobView, state_lines
@@ -35,7 +37,12 @@ _STYLE = {
 
 
 def run_job(
-    built: BuiltStation, out: Path, console: Console, *, incomplete: bool = False
+    built: BuiltStation,
+    out: Path,
+    console: Console,
+    *,
+    incomplete: bool = False,
+    formats: Sequence[str] = (),
 ) -> JobView:
     """Measure until the job is complete or the source has ended, and write the report.
 
@@ -47,6 +54,8 @@ def run_job(
         Folder of the report.
     incomplete
         Write the report also where something is missing.
+    formats
+        Of the report, see `export.chosen_formats`; empty for the usual one.
 
     Raises
     ------
@@ -57,7 +66,8 @@ def run_job(
     InternalError
         The station has failed; the points stay in the job file.
     """
-    station = built.station
+    station, reported = built.station, False
+    chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     console.print(f"Source  {built.description.name}")
     console.print(f"Plan    {station.job.plan.name}, part {station.job.plan.part}")
     console.print(f"Job     {built.job_path}")
@@ -87,14 +97,32 @@ def run_job(
         view = station.job.view()
         status = station.looks.acquisition()
         if view.part_verdict.complete or incomplete:
-            for file in station.reports.export(out, incomplete=incomplete):
+            reported = True
+            tables = [name for name in chosen if name != PDF.name]
+            files = station.reports.export(out, tables, incomplete=incomplete) if tables else ()
+            for file in files:
                 console.print(f"Report  {file}")
         if not view.complete:
             raise _incomplete(view, status, built.job_path)
     finally:
         station.close()
         print_counters(console, station.looks.acquisition())
+        if reported and PDF.name in chosen:
+            _print_pages(built.job_path, out, console, incomplete=incomplete)
     return view
+
+
+def _print_pages(job: Path, out: Path, console: Console, *, incomplete: bool) -> None:
+    """Write the PDF from the file of the job, which is closed."""
+    options = [str(job), "--out", str(out), *(["--incomplete"] if incomplete else [])]
+    for line in print_pages(
+        "ocmm_gui.reports",
+        [options],
+        "export.pdf",
+        "The PDF report was not written",
+        "The job and the other formats are not affected.",
+    ):
+        console.print(f"Report  {line}", highlight=False, markup=False)
 
 
 def print_table(console: Console, view: JobView, truth: Mapping[str, float] | None = None) -> None:

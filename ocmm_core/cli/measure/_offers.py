@@ -47,7 +47,8 @@ WithoutOption = Annotated[
     list[str] | None, typer.Option("--without", help="Of a model: not this name or face number.")
 ]
 KindOption = Annotated[
-    list[str] | None, typer.Option("--kind", help="Of a model: Plane, Cylinder, Cone and so on.")
+    list[str] | None,
+    typer.Option("--kind", help="Of a model: Plane, Cylinder, Cone, 'free form' and so on."),
 ]
 LeastOption = Annotated[
     float,
@@ -56,6 +57,13 @@ LeastOption = Annotated[
 MostOption = Annotated[
     float, typer.Option("--most", min=0.0, help="Largest diameter, or longer side of a plane, mm.")
 ]
+ProfileOption = Annotated[
+    float | None,
+    typer.Option(
+        "--profile", min=0.001, help="Of a model: its free-form faces too, each with a profile of "
+        "a surface against the model; width of the zone, mm."
+    ),
+]  # fmt: skip
 ListOption = Annotated[
     bool, typer.Option("--list", help="Of a model: print what it offers, and write no plan.")
 ]
@@ -99,8 +107,27 @@ def print_offers(offers: Sequence[Offer], model: StepModel, console: Console) ->
         count = str(len(offer.feature.targets) or "")
         table.add_row(offer.feature.name, faces, f"{offer.size_mm:.3f}", count, Text(offer.against))
     console.print(table, highlight=False)
-    for kind, number in model.others.items():
-        console.print(f"{number} faces of the kind {kind} can be no features.", highlight=False)
+    for why, number in (*_no_faces(model), *model.not_measured.items()):
+        console.print(f"{number:5}  {why}", highlight=False)
+    if model.free_forms:
+        console.print(free_form_words(model), highlight=False)
+
+
+def free_form_words(model: StepModel) -> str:
+    """Return how many free forms a model has, and how they are taken."""
+    count = len(model.free_forms)
+    faces = "1 free-form face" if count == 1 else f"{count} free-form faces"
+    return f"{faces} can be measured as profiles: give --profile with the width of the zone."
+
+
+def _no_faces(model: StepModel) -> list[tuple[str, int]]:
+    from ocmm_core.inspection.step import NOT_EXACT
+
+    return [
+        (f"of the kind {kind}: no feature", count)
+        for kind, count in model.others.items()
+        if kind in NOT_EXACT
+    ]
 
 
 def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
@@ -109,7 +136,7 @@ def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
         "offers": [
             {
                 "name": offer.feature.name,
-                "shape": offer.feature.shape.value,
+                "shape": offer.kind,
                 "faces": offer.faces,
                 "size_mm": offer.size_mm,
                 "side": offer.feature.side,
@@ -119,5 +146,6 @@ def offers_json(offers: Sequence[Offer], model: StepModel) -> str:
             for offer in offers
         ],
         "others": model.others,
+        "not_measured": model.not_measured,
     }
     return msgspec.json.format(msgspec.json.encode(content), indent=2).decode()

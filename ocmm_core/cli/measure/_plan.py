@@ -92,6 +92,7 @@ def import_(
     kind: offers.KindOption = None,
     least: offers.LeastOption = 0.0,
     most: offers.MostOption = float("inf"),
+    profile: offers.ProfileOption = None,
     as_list: offers.ListOption = False,
     whole: Annotated[
         bool, typer.Option("--all", help="Of a model: fillets, text and narrow faces too.")
@@ -122,12 +123,13 @@ def import_(
     side, points, text. A decimal comma needs semicolons between the columns. The features of a
     model get targets on its trimmed faces, where the probe reaches and the cameras see it while the
     part stands in the middle of the measuring volume; what is left out is told with the reason.
-    --list shows what can be chosen. Code 1: the plan is written, and something of the model's
-    tolerances was refused.
+    --list shows what can be chosen. Free forms come with --profile: each as points and the profile
+    of its surface against the model, by the datums of the plan, or where it fits best.
+    Code 1: the plan is written, and something of the model's tolerances was refused.
     """
     from ocmm_core.cli.measure._account import account_json, print_account
     from ocmm_core.inspection.drawing import Account, general_of, plan_with_tolerances
-    from ocmm_core.inspection.plan import features_from_csv, with_model
+    from ocmm_core.inspection.plan import features_from_csv, with_model, with_profiles
     from ocmm_core.inspection.step import STEP_ENDINGS, Choice, chosen, offers_of, read_model
 
     if output is None and not as_list:
@@ -153,8 +155,9 @@ def import_(
     model = read_model(file, request=request, with_part=keep_model and not as_list)
     everything = whole or (as_list and not only)
     choice = Choice(
-        tuple(only or ()), tuple(without or ()), tuple(kind or ()), least, most, everything
-    )
+        tuple(only or ()), tuple(without or ()), tuple(kind or ()), least, most, everything,
+        profiles=profile is not None or as_list,
+    )  # fmt: skip
     taken = chosen(offers_of(model), choice)
     if output is None or as_list:
         if as_json:
@@ -162,10 +165,20 @@ def import_(
         else:
             offers.print_offers(taken, model, make_console())
         return
-    plan = _plan(tuple(one.feature for one in taken), output, name, part)
+    free_forms = [one.free_form for one in taken if one.free_form is not None]
+    if free_forms and profile is None:
+        raise InputError(
+            "plan.no_zone",
+            f"{free_forms[0].name} is a free form, and the width of its zone is not known.",
+            "Give --profile with the tolerance of the drawing, mm.",
+        )
+    surfaces = tuple(one.feature for one in taken if one.free_form is None)
+    plan = _plan(surfaces, output, name, part)
     account = None
     if tolerances:
         plan, account = plan_with_tolerances(plan, model, general)
+    if profile is not None:
+        plan = with_profiles(plan, free_forms, profile)
     if keep_model:
         plan = with_model(plan, output, file, model.part)
     _write(plan, output, overwrite=overwrite, silent=as_json)
@@ -174,6 +187,8 @@ def import_(
     else:
         console = make_console()
         _print_left_out(model, console, whole=whole)
+        if model.free_forms and not free_forms:
+            console.print(offers.free_form_words(model), highlight=False)
         if account is not None:
             print_account(account, console)
     if account is not None and not account.is_complete:

@@ -79,9 +79,17 @@ def report_command(
         typer.Option(
             "--template",
             help="Template of the report: letterhead, machine, sections, signatures. Default: "
-            "plain. Copy resources/reports/standard.toml.",
+            "that of this station, else plain. Copy resources/reports/standard.toml.",
         ),
     ] = None,
+    remember: Annotated[
+        bool,
+        typer.Option(
+            "--remember",
+            help="Use --template for every report from now on, also of ocmm measure and of the "
+            "window; keep what is given here with the jobs.",
+        ),
+    ] = False,
     number: Annotated[
         str, typer.Option("--number", help="Report number. Default: made from the job.")
     ] = "",
@@ -115,7 +123,7 @@ def report_command(
     otherwise than it is stored is told. Each report is read back and compared before it replaces an
     older one. Several jobs of one plan become several values in a Q-DAS file. A job that cannot be
     read is named and left out; the command ends with 2 then. What the job does not know (customer,
-    drawing ...) is given here; what nobody gives is "not stated" on the paper.
+    drawing ...) is given here or was kept with it; what nobody gives is "not stated" on the paper.
     """
     from ocmm_core.export import (
         DEFAULT_FORMAT,
@@ -127,21 +135,38 @@ def report_command(
         require_complete,
         write_report,
     )
-    from ocmm_core.export.report import Particulars, load_paper, load_profile, standard_template
+    from ocmm_core.export.report import (
+        Particulars,
+        keep_given,
+        keep_template,
+        load_paper,
+        load_profile,
+        paper_of,
+        template_in_use,
+    )
 
     given = Particulars(
         number=number, customer=customer, customer_address=customer_address, order=order,
         drawing=drawing, revision=revision, machine=machine, place=place, received=received,
         deviations=tuple(deviation or ()), remarks=tuple(remark or ()),
     )  # fmt: skip
-    paper = load_paper(template or standard_template(), given)
+    # A template that cannot be used is told before the jobs are computed.
+    load_paper(template or template_in_use())
     console = make_console(soft_wrap=True)
     chosen = chosen_formats(formats or [DEFAULT_FORMAT])
     layout = None if profile is None else load_profile(profile)
     read, faults = _read_all(jobs, probes, calibrations, console)
     if not read:
         raise faults[0]
-    data = [replace(one.data, paper=paper) for one in read]
+    if remember:
+        if template is not None:
+            console.print(f"Template  {keep_template(template)}", highlight=False, markup=False)
+        if given != Particulars():
+            for one in read:
+                whole = paper_of(one.path, given, template).given
+                kept = keep_given(one.path, whole)
+                console.print(f"Kept  {kept}", highlight=False, markup=False)
+    data = [replace(one.data, paper=paper_of(one.path, given, template)) for one in read]
     written = [name for name in chosen if name in EXPORTERS]
     if preview_only:
         for name in written:

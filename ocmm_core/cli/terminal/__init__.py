@@ -53,7 +53,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.cli.terminal._pictures import encoder_for
     from ocmm_core.cli.terminal._shown import shown
-    from ocmm_core.cli.terminal._svg import histogram, points_in_space
+    from ocmm_core.cli.terminal._svg import histogram, label, nice_limit, page, points_in_space
     from ocmm_core.cli.terminal._svg_maps import bending, tip_map
 else:
     __getattr__ = door(
@@ -69,7 +69,7 @@ else:
         ),
         _pictures="encoder_for",
         _shown="shown",
-        _svg="histogram points_in_space",
+        _svg="histogram label nice_limit page points_in_space",
         _svg_maps="bending tip_map",
     )
 
@@ -107,7 +107,10 @@ __all__ = [
     "bending",
     "encoder_for",
     "histogram",
+    "label",
     "make_console",
+    "nice_limit",
+    "page",
     "points_in_space",
     "progress_line",
     "shown",

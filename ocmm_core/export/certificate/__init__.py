@@ -3,9 +3,10 @@
 In: sealed records, also of acceptance tests, or the certificate of an artefact from elsewhere.
 Out: a Digital Calibration Certificate (DCC 3.1.2) with a detached signature, an artefact document.
 
-Read `_content` (all that such a paper says, and its list of clauses), `_from_records` (what the
-records know), `_dcc` (the XML), `_seal` (the signature), `_reader` (what a DCC says, whoever wrote
-it), `_artefact` (a certificate of a bar or a sphere becomes its document).
+Read `_content` (all that such a paper says) and `_facts` (its head, and the list of clauses),
+`_from_records`, `_from_calibration` and `_from_acceptance` (what the records know), `_dcc` (the
+XML), `_seal` (the signature), `_reader` (what a DCC says, whoever wrote it),
+`_artefact` (a certificate of a bar or a sphere becomes its document).
 It must not judge: errors, limits and verdicts are those of the records. The PDF is drawn in
 `ocmm_gui.reports`.
 """
@@ -17,20 +18,27 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.certificate._artefact import Expansion, artefact_text
+    from ocmm_core.export.certificate._artefact import (
+        Expansion,
+        artefact_fields,
+        artefact_text,
+    )
     from ocmm_core.export.certificate._content import (
-        SIMULATED_WORDS,
         Certificate,
         CertificateLine,
         CertificateRun,
         CertificateValue,
         Conformity,
+    )
+    from ocmm_core.export.certificate._dcc import dcc_bytes
+    from ocmm_core.export.certificate._facts import (
+        SIMULATED_WORDS,
         certificate_facts,
         open_certificate_clauses,
     )
-    from ocmm_core.export.certificate._dcc import dcc_bytes
+    from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
+    from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
     from ocmm_core.export.certificate._from_records import (
-        certificate_of_acceptance,
         certificate_of_cameras,
         certificate_of_folder,
         certificate_of_tip,
@@ -40,16 +48,13 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefact="Expansion artefact_text",
-        _content=(
-            "SIMULATED_WORDS Certificate CertificateLine CertificateRun CertificateValue "
-            "Conformity certificate_facts open_certificate_clauses"
-        ),
+        _artefact="Expansion artefact_fields artefact_text",
+        _content="Certificate CertificateLine CertificateRun CertificateValue Conformity",
         _dcc="dcc_bytes",
-        _from_records=(
-            "certificate_of_acceptance certificate_of_cameras certificate_of_folder "
-            "certificate_of_tip"
-        ),
+        _facts="SIMULATED_WORDS certificate_facts open_certificate_clauses",
+        _from_acceptance="certificate_of_acceptance",
+        _from_calibration="certificate_of_calibration",
+        _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
         _seal="check_dcc_seal write_certificate",
     )
@@ -64,9 +69,11 @@ __all__ = [
     "Dcc",
     "DccQuantity",
     "Expansion",
+    "artefact_fields",
     "artefact_text",
     "certificate_facts",
     "certificate_of_acceptance",
+    "certificate_of_calibration",
     "certificate_of_cameras",
     "certificate_of_folder",
     "certificate_of_tip",

@@ -9,13 +9,13 @@ user-assigned code ``ZZ`` for none.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from lxml import etree
 
 from ocmm_core import __version__
 from ocmm_core.calibration.records import ArtefactUse
-from ocmm_core.errors import StorageError
+from ocmm_core.errors import InternalError, StorageError
 from ocmm_core.export.certificate._content import (
     STATUS_WORDS,
     Certificate,
@@ -23,9 +23,9 @@ from ocmm_core.export.certificate._content import (
     CertificateRun,
     CertificateValue,
     K,
-    certificate_facts,
-    conformity_words,
+    Status,
 )
+from ocmm_core.export.certificate._facts import certificate_facts, conformity_words
 from ocmm_core.export.report import NOT_STATED, one_line
 
 DCC, SI = "https://ptb.de/dcc", "https://ptb.de/si"
@@ -50,8 +50,13 @@ def dcc_bytes(paper: Certificate) -> bytes:
     results = _add(root, "measurementResults")
     for run in paper.runs:
         _run(_add(results, "measurementResult"), paper, run)
+    if paper.values_before:
+        _values(_add(results, "measurementResult"), paper, paper.values_before, "beforeAdjustment")
     if paper.values:
-        _values(_add(results, "measurementResult"), paper)
+        status: Status | None = "afterAdjustment" if paper.values_before else None
+        _values(_add(results, "measurementResult"), paper, paper.values, status)
+    if not (paper.runs or paper.values or paper.values_before):
+        raise InternalError("certificate.empty", f"{paper.number} states nothing.", "Report this.")
     content: bytes = etree.tostring(root, xml_declaration=True, encoding="UTF-8", pretty_print=True)
     return content
 
@@ -99,9 +104,10 @@ def _administrative(parent: etree._Element, paper: Certificate) -> None:
         if fact.clause:
             _add(statement, "norm", f"ISO/IEC 17025:2017, {fact.clause}")
         _rich(statement, "declaration", f"{fact.name}: {fact.value}")
+    final = paper.final
     overall = _add(statements, "statement")
     _rich(overall, "declaration", conformity_words(paper) or "No statement of conformity.")
-    _add(overall, "conformity", paper.runs[-1].word if paper.runs else "noPass")
+    _add(overall, "conformity", final.word if final is not None else "noPass")
 
 
 def _run(parent: etree._Element, paper: Certificate, run: CertificateRun) -> None:
@@ -153,11 +159,22 @@ def _line(parent: etree._Element, line: CertificateLine) -> None:
     _real(limit, "maximum permissible error", line.limit, _MM)
 
 
-def _values(parent: etree._Element, paper: Certificate) -> None:
-    _text(parent, "name", f"{paper.item}, further values")
+def _values(
+    parent: etree._Element,
+    paper: Certificate,
+    values: Sequence[CertificateValue],
+    status: Status | None,
+) -> None:
+    state = "" if status is None else f", {STATUS_WORDS[status]}"
+    _text(parent, "name", f"{paper.item}, further values{state}")
     _methods(parent, paper)
+    if status is not None:
+        condition = _add(_add(parent, "influenceConditions"), "influenceCondition")
+        _text(condition, "name", "State of the item")
+        _add(condition, "status", status)
+        _rich(_add(condition, "data"), "text", STATUS_WORDS[status])
     results = _add(parent, "results")
-    for value in paper.values:
+    for value in values:
         _value(_add(results, "result"), value)
 
 

@@ -96,9 +96,10 @@ def _require_same(paper: Certificate, read: Dcc) -> None:
         for run in paper.runs
         for line in run.lines
         for number in (line.measured, line.reference, line.error, line.limit)
-    ] + [value.value for value in paper.values]
+    ] + [value.value for value in (*paper.values_before, *paper.values)]
     unc = [line.expanded for run in paper.runs for line in run.lines]
-    unc += [value.expanded for value in paper.values if value.expanded is not None]
+    stated = (*paper.values_before, *paper.values)
+    unc += [value.expanded for value in stated if value.expanded is not None]
     told = [quantity.value for quantity in read.quantities]
     if told != wanted or [one.expanded for one in read.quantities if one.k is not None] != unc:
         raise StorageError(

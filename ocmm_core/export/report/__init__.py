@@ -6,8 +6,9 @@ Read `_report_data` (all that a report can say) and `_exporter` (what every form
 `_head`, `_elements`, `_tables` and `_names` are shared by the formats: `_polyworks`, `_delimited`,
 `_json_file` with `_json_schema`, `_xlsx` with `_xlsx_reader`. `_profile` says how text files are
 written.
-`_template` is whose paper it is and what no job knows, `_paper_facts` what a test report must say
-of itself. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
+`_template` is whose paper it is and what no job knows (`_headed`: with the head of the settings),
+`_paper_facts` what a test report must say of itself; `_papers` keeps both for every route to a
+report. Every format has a reader of its own. It must not know the registry, QIF or Q-DAS.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
+    from ocmm_core.export.report._headed import headed_template
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
     from ocmm_core.export.report._names import (
@@ -39,6 +41,14 @@ if TYPE_CHECKING:
         plan_deviations,
         report_number,
         statements,
+    )
+    from ocmm_core.export.report._papers import (
+        given_with,
+        keep_given,
+        keep_template,
+        paper_of,
+        station_template,
+        template_in_use,
     )
     from ocmm_core.export.report._polyworks import POLYWORKS
     from ocmm_core.export.report._profile import Profile, load_profile, polyworks_profile
@@ -84,12 +94,14 @@ else:
             "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations report_number "
             "statements"
         ),
+        _papers=("given_with keep_given keep_template paper_of station_template template_in_use"),
         _polyworks="POLYWORKS",
         _profile="Profile load_profile polyworks_profile",
         _report_data=(
             "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
         ),
         _tables="Cell Number Table Units features_table points_table report_table",
+        _headed="headed_template",
         _template=(
             "SECTIONS Paper Particulars ReportTemplate Section load_paper plain_paper "
             "standard_template"
@@ -126,12 +138,17 @@ __all__ = [
     "check_name",
     "clean_text",
     "features_table",
+    "given_with",
     "head_table",
+    "headed_template",
+    "keep_given",
+    "keep_template",
     "load_paper",
     "load_profile",
     "one_line",
     "open_clauses",
     "paper_facts",
+    "paper_of",
     "plain_paper",
     "plan_deviations",
     "points_table",
@@ -145,4 +162,6 @@ __all__ = [
     "spreadsheet_text",
     "standard_template",
     "statements",
+    "station_template",
+    "template_in_use",
 ]

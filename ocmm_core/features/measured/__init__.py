@@ -18,6 +18,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.features.measured._actual import (
+        SAME_RADIUS,
         ActualFeature,
         ResidualSlopes,
         Touches,
@@ -62,7 +63,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _actual="ActualFeature ResidualSlopes Touches actual_features",
+        _actual="ActualFeature ResidualSlopes SAME_RADIUS Touches actual_features",
         _construct=(
             "Bisector Construction FitThrough Intersection Midpoint Offset PartOf in_order "
             "needed_features probed_features"
@@ -88,6 +89,7 @@ __all__ = [
     "DIRECTION_LIMIT",
     "LONG",
     "POSITION_LIMIT",
+    "SAME_RADIUS",
     "SIZE_LIMIT",
     "ActualFeature",
     "Bisector",

@@ -348,7 +348,7 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
                     "bus.configuration",
                     f"Camera {label} did not retain its configuration (object "
                     f"{index:#06x}:{sub:02x}).",
-                    "Power-cycle the camera and start again.",
+                    "Power-cycle the camera, then open the job again.",
                 )
             yield BusPhase.CONFIGURE
         check_sensor(
@@ -450,6 +450,6 @@ def _program_exposures(
             raise BusError(
                 "bus.clock",
                 f"Camera {label} did not accept the time of the first exposure.",
-                "Power-cycle the camera and start again.",
+                "Power-cycle the camera, then open the job again.",
             )
     return start

@@ -150,12 +150,12 @@ class Alarm(StrEnum):
     )  # fmt: skip
     CONFIGURATION = AlarmSpec(
         "bus.configuration", "A camera has a configuration other than the one set",
-        "Restart the acquisition.",
+        "Open the job again.",
         AlarmResponse.BRING_UP, 20, errors=("bus.mapping",),
     )  # fmt: skip
     FRAME_RATE = AlarmSpec(
         "bus.frame_rate", "A camera runs at another frame rate",
-        "Restart the acquisition.",
+        "Open the job again.",
         AlarmResponse.BRING_UP, 20,
     )  # fmt: skip
     PAYLOAD = AlarmSpec(

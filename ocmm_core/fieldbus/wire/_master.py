@@ -250,14 +250,14 @@ class Master:
             raise BusError(
                 "bus.map",
                 "The process data of the cameras could not be mapped.",
-                "Power-cycle the cameras and start again.",
+                "Power-cycle the cameras, then open the job again.",
             ) from error
         sizes = {(len(device.input), len(device.output)) for device in self._devices}
         if sizes != {self._sizes}:
             raise BusError(
                 "bus.map",
                 f"The process data of the cameras could not be mapped completely: {sizes}.",
-                "Check the cables of the cameras and start again.",
+                "Check the cables of the cameras, then open the job again.",
             )
         if not self._master.config_dc() and clocks:
             raise BusError(

@@ -3,8 +3,9 @@
 In: job files, and the histories of calibrations and tips as they are today.
 Out: jobs computed anew from raw observations, points in doubt, batches side by side, a recall.
 
-Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch` and `_compare`. What became of
-the calibration: `_camera_history` and `_camera_doubts`, `_tip_history` and `_tip_doubts`.
+Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch`, `_last_jobs`, `_compare`.
+What became of the calibration: `_camera_history` and `_camera_doubts`, `_tip_history` and
+`_tip_doubts`.
 Then `_recall`: `_recall_job` (one job under two calibrations), `_recall_fit`, `_recall_judge`,
 `_recall_artefact`, `_recall_record`. Jobs are looked at through a copy of their file.
 It must not know a running station.
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
         compare_folder,
         compare_jobs,
     )
+    from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs
     from ocmm_core.inspection.archive._part_before import previous_part_pose
     from ocmm_core.inspection.archive._points_in_doubt import first_taken
     from ocmm_core.inspection.archive._recall import KeptPlaces, decide, recall
@@ -68,6 +70,7 @@ else:
         _batch="BatchPart SUFFIX next_serial parts_of_batch require_new_serial",
         _camera_history="is_known settle_cameras",
         _compare="Comparison PartValue Trend compare_files compare_folder compare_jobs",
+        _last_jobs="LastJob last_jobs",
         _part_before="previous_part_pose",
         _points_in_doubt="first_taken",
         _recall="KeptPlaces decide recall",
@@ -91,6 +94,7 @@ __all__ = [
     "BatchPart",
     "Comparison",
     "KeptPlaces",
+    "LastJob",
     "Outcome",
     "PartValue",
     "RecallRecord",
@@ -113,6 +117,7 @@ __all__ = [
     "is_known",
     "job_line",
     "last_good_utc",
+    "last_jobs",
     "next_serial",
     "not_judged",
     "parts_of_batch",

@@ -56,7 +56,7 @@ def parts_of_batch(
     found = []
     for path in sorted(folder.glob(f"*{SUFFIX}")):
         try:
-            seen = read_summary(path) or _glance_at_copy(path)
+            seen = read_summary(path) or glance_at_copy(path)
             header = header_of(seen.head, seen.events)
         except OcmmError as fault:
             passed_over(about(fault, path))
@@ -76,7 +76,7 @@ def parts_of_batch(
     return tuple(sorted(found, key=lambda part: part.created_utc))
 
 
-def _glance_at_copy(path: Path) -> JobSummary:
+def glance_at_copy(path: Path) -> JobSummary:
     """Return what is seen of a job that is being written; StorageError as `copy_of_job`."""
     with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
         return JobSummary(job.head, tuple(job.events()), len(job.points()))
@@ -120,5 +120,5 @@ def require_new_serial(
             raise InputError(
                 "batch.repeated",
                 f"Serial number {serial} of batch {batch} is already measured: {part.path}.",
-                "Give the serial number of this part, or resume that job (--continue).",
+                "Give the serial number of this part, or resume that job (Continue).",
             )

@@ -95,6 +95,13 @@ class Trend:
         """Return the values that are counted, (n,)."""
         return np.array([part.value for part in self.parts if part.value is not None])
 
+    @property
+    def caution(self) -> str:
+        """Return what must be known before the indices are used; empty where nothing must."""
+        if self.chart is None or self.capability is None or not self.chart.signals:
+            return ""
+        return "Not in control: find the causes of the signals before Cp and Cpk are used."
+
 
 @dataclass(frozen=True, slots=True)
 class Comparison:

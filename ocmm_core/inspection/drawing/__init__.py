@@ -5,7 +5,8 @@ characteristics and an alignment, and for every item of the model what became of
 
 Read `_account` (what comes out), `_surfaces` (faces to features), `_context` (the plan that grows,
 and what each characteristic is checked against), then `_sizes`, `_frames`, `_zones`, `_general`,
-and `_plan_of_model`, which joins them. It must not know files: `inspection.step` reads them.
+`_fits` (their limits), and `_plan_of_model`, which joins them. It must not know files:
+`inspection.step` reads them.
 """
 
 from __future__ import annotations

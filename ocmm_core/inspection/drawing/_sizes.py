@@ -9,6 +9,7 @@ import msgspec
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.drawing._account import AccountItem, RefusedError
 from ocmm_core.inspection.drawing._context import Context, plan_name
+from ocmm_core.inspection.drawing._fits import fit_limits
 from ocmm_core.inspection.drawing._general import General
 from ocmm_core.inspection.drawing._surfaces import Found
 from ocmm_core.inspection.pmi import Dimension
@@ -58,7 +59,7 @@ class Sizes:
             if item.fault:
                 raise RefusedError(item.fault)
             found = self._found(item)
-            item, general = self._with_limits(item)
+            item, general = self._with_limits(item, found)
             if item.lower is None:
                 return self._as_nominal(item, found, said)
             wanted = self._context.checked(self._characteristics(item, found))
@@ -83,7 +84,7 @@ class Sizes:
             raise RefusedError(f"both of its ends are {both[0].name}")
         return Found(tuple(both), (), ())
 
-    def _with_limits(self, item: Dimension) -> tuple[Dimension, str]:
+    def _with_limits(self, item: Dimension, found: Found) -> tuple[Dimension, str]:
         """Return a dimension with limits, its own or general ones, and what is said of those."""
         for note in item.notes:
             if note in _REFERENCE:
@@ -91,10 +92,7 @@ class Sizes:
             if note not in _BASIC:
                 raise RefusedError(f"its note '{note}' is not supported")
         if item.fit:
-            raise RefusedError(
-                f"its limits are the fit {item.fit}; limits of fits are not computed, only those "
-                "that the file has as numbers are taken"
-            )
+            return self._with_fit(item, found)
         if item.nominal is None:
             raise RefusedError("the file gives it no value")
         basic = any(note in _BASIC for note in item.notes)
@@ -111,6 +109,25 @@ class Sizes:
             raise RefusedError(f"{self._general.words} has no value for {item.nominal:g} mm")
         words = f"by the general tolerance {self._general.words}: ±{off:g} mm"
         return msgspec.structs.replace(item, lower=-off, upper=off), words
+
+    def _with_fit(self, item: Dimension, found: Found) -> tuple[Dimension, str]:
+        """Return a diameter with the limits of its fit, and what is said of them."""
+        if item.nominal is None:
+            raise RefusedError(f"its limits are the fit {item.fit}, and the file gives it no value")
+        if item.word != "diameter" or item.of != "length" or item.lower is not None or item.notes:
+            raise RefusedError(
+                f"its limits are the fit {item.fit}, which is taken for a diameter without notes "
+                "or limits as numbers"
+            )
+        lower, upper, is_hole = fit_limits(item.fit, item.nominal)
+        for feature in found.features:
+            if (feature.side == "inner") != is_hole:
+                what = "hole" if is_hole else "shaft"
+                raise RefusedError(
+                    f"its limits are the fit {item.fit} of a {what}, and {feature.name} is none"
+                )
+        words = f"{item.fit} by ISO 286-1: {1e3 * upper:+g} {1e3 * lower:+g} \u00b5m"
+        return msgspec.structs.replace(item, lower=lower, upper=upper), words
 
     def _as_nominal(self, item: Dimension, found: Found, said: AccountItem) -> AccountItem:
         """Return what became of a theoretically exact dimension: the model must have it."""

@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._stored_plan import stored_plan
-    from ocmm_core.inspection.plan._surface_profile import surface_profile
+    from ocmm_core.inspection.plan._surface_profile import surface_profile, with_profiles
     from ocmm_core.inspection.plan._teach import taught_plan
 else:
     __getattr__ = door(
@@ -76,7 +76,7 @@ else:
         _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
         _stored_plan="stored_plan",
-        _surface_profile="surface_profile",
+        _surface_profile="surface_profile with_profiles",
         _teach="taught_plan",
     )
 
@@ -119,6 +119,7 @@ __all__ = [
     "with_head",
     "with_model",
     "with_picture",
+    "with_profiles",
     "without_file",
     "without_model",
 ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ocmm_core.calibration.probe_design import Bar, ProbeDesign
+from ocmm_core.calibration.probe_design import Bar, Panel, ProbeDesign
 from ocmm_core.geometry import Float, unit
 from ocmm_core.inspection.reach import _tree_kernel as kernel
 from ocmm_core.tracking import ProbeBody
@@ -28,15 +28,18 @@ def solid_of(body: ProbeBody, design: ProbeDesign | None) -> Float:
         How it is built. Without it the body is a box about its LEDs, and a cone leads to the ball.
     """
     leds = body.leds_probe - body.tip_probe
+    offset = 0.0
     if design is None:
         axis, across, rows = _by_leds(leds, body)
     else:
         axis = design.axis_probe
         across = unit(np.cross(design.soft_probe, axis))
         rows = _by_design(design, axis, across, body.tip_radius)
+        offset = next((one.offset_mm for one in design.sections if isinstance(one, Panel)), 0.0)
     face = np.cross(axis, across)
     for led in leds:
-        foot = led - (led @ face) * face
+        # A post stands on the panel, or leads to the axis where there is none.
+        foot = led + (offset - led @ face) * face
         rows.append(_bar(foot, led, _POST_MM, _POST_MM, BODY))
     return np.array(rows)
 
@@ -62,6 +65,13 @@ def _by_design(design: ProbeDesign, axis: Float, across: Float, radius: float) -
         else:
             first, last = (0.5 * size for size in section.width_mm)
             half = 0.5 * section.core_mm + section.face_mm
+            beside = section.offset_mm * design.soft_probe
+            if section.offset_mm and not any(row[kernel.KIND] == kernel.PANEL for row in rows):
+                # What leads from the stylus to a panel beside it.
+                rows.append(
+                    _bar(start + half * axis, start + half * axis + beside, half, half, BODY)
+                )
+            start, end = start + beside, end + beside
             rows.append(_panel(start, end, across, first, last, half))
             rows.append(_bar(start + half * axis, end - half * axis, half, half, CORE))
     return rows

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core.calibration.probe_design import leds_behind_body
 from ocmm_core.geometry import Float, Int
 from ocmm_core.inspection.reach import _search_kernel as kernel
 from ocmm_core.inspection.reach._part_in_the_way import Obstacle
@@ -105,8 +106,11 @@ class Reach:
         self._handles = handles
         self._turns = np.ascontiguousarray(pose.rotation.T @ turns)
         self._solid = setting.solid()
-        self._leds = setting.body.leds_probe - setting.body.tip_probe
-        self._looks = setting.body.led_directions_probe
+        # What the body of the probe stands before is no LED that anybody counts on.
+        hidden = () if setting.design is None else leds_behind_body(setting.body, setting.design)
+        shown = [n for n in range(len(setting.body.leds_probe)) if n not in hidden]
+        self._leds = setting.body.leds_probe[shown] - setting.body.tip_probe
+        self._looks = setting.body.led_directions_probe[shown]
         half = max(setting.body.emission_half_angle - _EMISSION_MARGIN, 0.0)
         self._limits[kernel.COS_EMISSION] = np.cos(half)
         if setting.rig is not None:

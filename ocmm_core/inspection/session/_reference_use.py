@@ -69,14 +69,14 @@ class ReferenceUse:
                 "session.other_reference",
                 f"{job.path}: the points of this job are relative to a reference body, and it is "
                 + ("not given now." if reference is None else f"not '{reference.name}'."),
-                "Give the reference body the job was started with (--reference), fixed as it "
-                "was then; or start a new job.",
+                "Choose the reference body the job was started with (Settings, Instrument), fixed "
+                "as it was then; or start a new job.",
             )
         if stored is None and reference is not None and begun:
             raise MeasuringError(
                 "session.no_reference",
                 f"{job.path}: this job was measured without a reference body.",
-                "Continue without --reference, or start a new job.",
+                "Continue without a reference body (Settings, Instrument), or start a new job.",
             )
         if stored is not None and job.head.rig_identity != rig.identity:
             raise MeasuringError(

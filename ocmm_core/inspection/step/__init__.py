@@ -8,8 +8,8 @@ Read `_model` (what is asked for, and what comes back), `_request` (by which pro
 `_library`, `_document` (the file as the library has it), `_raw_faces` (faces as numbers), `_joined`
 (which faces are one surface, where a ball can touch it), `_placed` (which places are targets),
 `_names` (what they are called), `_solid_mesh` (what a probe could run into), `_surface_splines`,
-`_part` (the part), `_face_order` (which faces tolerances are of), `_answer` (what the process
-tells). It must not know plans.
+`_part` (the part), `_free_forms` and `_profiled` (free-form faces, from both sides), `_face_order`
+(which faces tolerances are of), `_answer` (what the process tells). It must not know plans.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
         STEP_SIZE_MB,
         has_step,
     )
-    from ocmm_core.inspection.step._choice import Choice, Offer, chosen, offers_of
+    from ocmm_core.inspection.step._choice import FREE_FORM, Choice, Offer, chosen, offers_of
     from ocmm_core.inspection.step._model import (
         USUAL_BALL_MM,
         LeftOut,
@@ -34,22 +34,33 @@ if TYPE_CHECKING:
         read_model,
         read_part,
     )
-    from ocmm_core.inspection.step._request import StepRequest, setting_of, up_of, usual_request
+    from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm
+    from ocmm_core.inspection.step._request import (
+        StepRequest,
+        setting_for,
+        setting_of,
+        up_of,
+        usual_request,
+    )
 else:
     __getattr__ = door(
         __name__,
         _asking="STEP_ENDINGS STEP_SETUP STEP_SIZE_MB has_step",
-        _choice="Choice Offer chosen offers_of",
+        _choice="Choice FREE_FORM Offer chosen offers_of",
         _model="LeftOut Reached StepModel USUAL_BALL_MM read_model read_part",
-        _request="StepRequest setting_of up_of usual_request",
+        _profiled="FreeForm NOT_EXACT",
+        _request="StepRequest setting_for setting_of up_of usual_request",
     )
 
 __all__ = [
+    "FREE_FORM",
+    "NOT_EXACT",
     "STEP_ENDINGS",
     "STEP_SETUP",
     "STEP_SIZE_MB",
     "USUAL_BALL_MM",
     "Choice",
+    "FreeForm",
     "LeftOut",
     "Offer",
     "Reached",
@@ -60,6 +71,7 @@ __all__ = [
     "offers_of",
     "read_model",
     "read_part",
+    "setting_for",
     "setting_of",
     "up_of",
     "usual_request",

@@ -5,6 +5,7 @@ from __future__ import annotations
 import msgspec
 
 from ocmm_core.inspection.pmi import Pmi
+from ocmm_core.part_model import NominalFace
 
 Triple = tuple[float, float, float]
 
@@ -70,6 +71,33 @@ class StepSurface(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     numbers: tuple[int, ...] = ()
 
 
+class StepFreeForm(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A free-form face with the places on it where a ball can touch.
+
+    Attributes
+    ----------
+    number
+        See `ModelFace`.
+    name
+        What the file calls it.
+    face
+        The face itself; None where something stands against it.
+    targets, normals, held, ways
+        As those of `StepSurface`, and the normals out of the material.
+    against
+        Why it cannot be measured, as a part of a sentence; empty where it can.
+    """
+
+    number: int
+    name: str = ""
+    face: NominalFace | None = None
+    targets: tuple[Triple, ...] = ()
+    normals: tuple[Triple, ...] = ()
+    held: tuple[Triple, ...] = ()
+    ways: tuple[float, ...] = ()
+    against: str = ""
+
+
 class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What the reading sends: nothing that a damaged process sends becomes more than that.
 
@@ -79,6 +107,8 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         What is being read now; more answers follow. It says where a reader ended that ended badly.
     surfaces
         Those of the model; none where there is a fault.
+    free_forms
+        Faces of other kinds.
     others
         How many faces have another kind of surface, by its word.
     pmi
@@ -103,6 +133,7 @@ class StepAnswer(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
 
     doing: str = ""
     surfaces: tuple[StepSurface, ...] = ()
+    free_forms: tuple[StepFreeForm, ...] = ()
     others: dict[str, int] = msgspec.field(default_factory=dict)
     pmi: Pmi | None = None
     face_entities: dict[int, int] = msgspec.field(default_factory=dict)

@@ -7,7 +7,7 @@ import multiprocessing
 import signal
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.util import find_spec
 from multiprocessing.connection import Connection
 from pathlib import Path
@@ -17,13 +17,12 @@ import msgspec
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.inspection.step._answer import StepAnswer
-from ocmm_core.inspection.step._request import StepRequest
 from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
 
 STEP_ENDINGS = (".step", ".stp", ".p21")
-STEP_SETUP = "./run setup --step"
-"""Installs the extra, by its lock file and with hashes."""
+STEP_SETUP = "the README says how"
+"""How the extra is installed, by its lock file and with hashes."""
 STEP_SIZE_MB = 400
 _LOOK_S = 0.05
 _LONGEST_ANSWER = 100_000_000
@@ -45,14 +44,14 @@ def has_step() -> bool:
 
 
 def ask(
-    path: Path, request: StepRequest | None, with_part: bool, asking: Asking
+    path: Path, wanted: Wanted, with_part: bool, asking: Asking
 ) -> tuple[StepAnswer, PartModel | None]:
     """Return what a process reads from a STEP file, and the part where it is wanted.
 
     Parameters
     ----------
-    request
-        What targets are chosen by; None where no features are wanted.
+    wanted
+        What is asked, without the hash of the file.
 
     Raises
     ------
@@ -64,7 +63,8 @@ def ask(
         raise step_error(
             path, "not a STEP file", f"Choose a file ending in {', '.join(STEP_ENDINGS)}."
         )
-    wanted = Wanted(request, hashlib.sha256(content).hexdigest() if with_part else "")
+    if with_part:
+        wanted = replace(wanted, source_sha256=hashlib.sha256(content).hexdigest())
     del content
     context = multiprocessing.get_context("spawn")
     answer, asked = context.Pipe(duplex=False)
@@ -149,7 +149,7 @@ def _checked(path: Path, said: StepAnswer) -> StepAnswer:
         raise InputError(
             "plan.step_extra",
             "Reading STEP files needs an extra that is not installed.",
-            f"Install it with: {STEP_SETUP} (some {STEP_SIZE_MB} MB on the disk); or import the "
+            f"Install it ({STEP_SETUP}; some {STEP_SIZE_MB} MB on the disk); or import the "
             "features from CSV.",
         )
     if said.fault:

@@ -9,6 +9,10 @@ from fnmatch import fnmatchcase
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.step._model import StepModel
+from ocmm_core.inspection.step._profiled import FreeForm
+
+FREE_FORM = "free form"
+"""Kind of what is measured as a profile against the model."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -18,16 +22,25 @@ class Offer:
     Attributes
     ----------
     feature
-        What it becomes; without targets where something stands against it.
+        What it becomes; without targets where something stands against it. A free form becomes a
+        point for each of its targets.
     faces
         Numbers of its faces, see `ModelFace`.
     against
         Why it is not chosen to begin with, as a part of a sentence; empty where it is.
+    free_form
+        The face, where it is measured as a profile.
     """
 
     feature: NominalFeature
     faces: tuple[int, ...]
     against: str = ""
+    free_form: FreeForm | None = None
+
+    @property
+    def kind(self) -> str:
+        """Return the word of its shape, or `FREE_FORM`."""
+        return self.feature.shape.value if self.free_form is None else FREE_FORM
 
     @property
     def size_mm(self) -> float:
@@ -49,7 +62,9 @@ class Choice:
     least_mm, most_mm
         Of the diameter, or the longer side of a plane.
     everything
-        Also what is not chosen to begin with.
+        Also what is not chosen to begin with, but for free forms.
+    profiles
+        Free forms, too: the width of their zone is known.
     """
 
     only: tuple[str, ...] = ()
@@ -58,12 +73,14 @@ class Choice:
     least_mm: float = 0.0
     most_mm: float = float("inf")
     everything: bool = False
+    profiles: bool = False
 
 
 def offers_of(model: StepModel) -> tuple[Offer, ...]:
     """Return all that a model offers: first what is chosen to begin with."""
     good = [Offer(one, how.faces) for one, how in zip(model.features, model.reached, strict=True)]
-    return (*good, *(Offer(one.feature, one.faces, one.why) for one in model.left_out))
+    free = [Offer(one.feature, (one.face.number,), free_form=one) for one in model.free_forms]
+    return (*good, *free, *(Offer(one.feature, one.faces, one.why) for one in model.left_out))
 
 
 def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
@@ -77,7 +94,7 @@ def chosen(offers: Sequence[Offer], choice: Choice) -> tuple[Offer, ...]:
     for word in (*choice.only, *choice.without):
         if not any(_named(offer, (word,)) for offer in offers):
             raise _error(f"no surface has the name or the face number '{word}'")
-    known = {offer.feature.shape.value.lower() for offer in offers}
+    known = {offer.kind.lower() for offer in offers}
     for kind in choice.kinds:
         if kind.lower() not in known:
             raise _error(
@@ -93,11 +110,17 @@ def _fits(offer: Offer, choice: Choice) -> bool:
     kinds = {kind.lower() for kind in choice.kinds}
     named = _named(offer, choice.only)
     return (
-        (named if choice.only else choice.everything or not offer.against)
+        (named if choice.only else _to_begin_with(offer, choice))
         and not _named(offer, choice.without)
-        and (not kinds or offer.feature.shape.value.lower() in kinds)
+        and (not kinds or offer.kind.lower() in kinds)
         and choice.least_mm <= offer.size_mm <= choice.most_mm
     )
+
+
+def _to_begin_with(offer: Offer, choice: Choice) -> bool:
+    if offer.free_form is not None:
+        return choice.profiles
+    return choice.everything or not offer.against
 
 
 def _named(offer: Offer, words: Sequence[str]) -> bool:
@@ -110,5 +133,7 @@ def _named(offer: Offer, words: Sequence[str]) -> bool:
 
 def _error(what: str) -> InputError:
     return InputError(
-        "plan.choice", f"Of the model {what}.", "Look at what it offers: ocmm plan import --list."
+        "plan.choice",
+        f"Of the model {what}.",
+        "Look at what it offers: Import lists it, as does ocmm plan import.",
     )

@@ -12,10 +12,13 @@ import numpy as np
 
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.pmi import Pmi
+from ocmm_core.inspection.reach import Setting
 from ocmm_core.inspection.step._answer import StepAnswer, StepFace, StepSurface, Triple
 from ocmm_core.inspection.step._asking import REMEDY, Asking, ask, step_error
 from ocmm_core.inspection.step._names import feature_names
+from ocmm_core.inspection.step._profiled import NOT_EXACT, FreeForm, free_forms_of
 from ocmm_core.inspection.step._request import StepRequest, setting_of
+from ocmm_core.inspection.step._worker import Wanted
 from ocmm_core.part_model import PartModel
 
 USUAL_BALL_MM = 6.0
@@ -76,6 +79,10 @@ class StepModel:
         Surfaces with a reason against them, such as fillets, engraved text and narrow faces.
     others
         How many faces have another kind of surface, by its word.
+    free_forms
+        Those of them that can be measured as profiles.
+    not_measured
+        Reasons against other free forms, and how many have each.
     part
         The part itself, where it was asked for; its faces name the features that they belong to.
     pmi
@@ -100,11 +107,15 @@ class StepModel:
     face_words: dict[int, str] = field(default_factory=dict)
     reached: tuple[Reached, ...] = ()
     remark: str = ""
+    free_forms: tuple[FreeForm, ...] = ()
+    not_measured: dict[str, int] = field(default_factory=dict)
 
     def why_not(self) -> list[tuple[str, int]]:
         """Return reasons and how many surfaces have each, the most frequent first."""
         counts = Counter(one.why for one in self.left_out)
-        counts.update({f"its surface is of the kind {kind}": n for kind, n in self.others.items()})
+        counts.update({f"its surface is of the kind {kind}": n for kind, n in self.others.items()
+                       if kind in NOT_EXACT})  # fmt: skip
+        counts.update(self.not_measured)
         return counts.most_common()
 
 
@@ -116,8 +127,9 @@ def read_model(
     progress: Callable[[str], None] = lambda _: None,
     with_part: bool = False,
     request: StepRequest | None = None,
+    setting: Setting | None = None,
 ) -> StepModel:
-    """Return the planes, cylinders, cones, spheres and tori of a model, in its own frame.
+    """Return planes, cylinders, cones, spheres, tori and free forms of a model, in its own frame.
 
     Faces of one round surface come together where they touch or lie beside each other about its
     axis; two bores on one axis stay two. The file is read in a process of its own, which may fail
@@ -138,6 +150,8 @@ def read_model(
     request
         Probe, cameras and placement, by which targets are chosen; its ball goes before ``ball_mm``.
         Without it the ball alone is asked whether it has room.
+    setting
+        The same of what is in use, where there are no documents; goes before the others.
 
     Raises
     ------
@@ -148,11 +162,12 @@ def read_model(
     """
     path = Path(path)
     asking = Asking(timeout_s, given_up, progress)
-    request = request or StepRequest(ball_mm=ball_mm)
-    # What is wrong with its documents is said here and not by another process.
-    setting_of(request)
-    said, part = ask(path, request, with_part, asking)
-    return _model(path, said, part, may_be_empty=bool(request.probe))
+    if setting is not None:
+        ball_mm = 2.0 * setting.ball_radius
+    elif request is not None:
+        ball_mm, setting = request.ball_mm, setting_of(request)
+    said, part = ask(path, Wanted(ball_mm, setting), with_part, asking)
+    return _model(path, said, part, may_be_empty=setting is not None)
 
 
 def read_part(
@@ -167,7 +182,7 @@ def read_part(
     those of `read_model`.
     """
     path = Path(path)
-    _, part = ask(path, None, True, Asking(timeout_s, given_up, progress))
+    _, part = ask(path, Wanted(), True, Asking(timeout_s, given_up, progress))
     if part is None:
         raise step_error(path, "no part was made of it", REMEDY)
     return part
@@ -178,7 +193,7 @@ def _model(
 ) -> StepModel:
     chosen = [one for one in said.surfaces if not one.against]
     # Where the part stands in the way of the probe, it can be turned: the reasons say so.
-    least = 0 if may_be_empty and said.surfaces else 1
+    least = 0 if said.free_forms or (may_be_empty and said.surfaces) else 1
     if not least <= len(chosen) <= MOST_FEATURES:
         raise step_error(
             path,
@@ -200,10 +215,12 @@ def _model(
             left_out.append(LeftOut(feature, surface.against, surface.numbers))
         else:
             features.append(feature)
+    free_forms, against = free_forms_of(said.free_forms, named)
     return StepModel(
         tuple(features), tuple(left_out), dict(said.others), _with_owners(part, owners), said.pmi,
         _in_file(owners, said.face_entities), said.face_words,
         tuple(Reached(one.numbers, one.held, one.ways) for one in chosen), said.remark,
+        free_forms, dict(against),
     )  # fmt: skip
 
 

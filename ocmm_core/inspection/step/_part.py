@@ -9,12 +9,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step._document import StepDocument
 from ocmm_core.inspection.step._library import SameShape, explored, kind_of, static, vector
 from ocmm_core.inspection.step._raw_faces import UnusableModelError, edge_steps, faces_with_surface
 from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
-from ocmm_core.part_model import MOST_FACES, ModelFace, PartModel, spline_points
+from ocmm_core.part_model import MOST_FACES, ModelFace, PartModel, bezier_surface, places_at
 
 _SHARE = 5e-4
 """Deflection of the mesh by the size of the part: half a pixel where it fills a picture."""
@@ -61,7 +62,7 @@ def part_of(
         if number % 16 == 1:
             doing(f"the shape of face {number} of {len(faces)}")
         parts.append(_face_mesh(face))
-        made.append(_model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
+        made.append(model_face(number, face, document, is_exact=len(faces) <= _VERY_LARGE))
     if not any(len(part.triangles) for part in parts):
         msg = "no mesh can be made of its faces"
         raise ValueError(msg)
@@ -232,7 +233,8 @@ def _edges(
     )
 
 
-def _model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:
+def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool) -> ModelFace:
+    """Return a face with its exact surface and outline, or where that is not wanted without."""
     from OCP.BRepAdaptor import BRepAdaptor_Surface
     from OCP.TopAbs import TopAbs_REVERSED
 
@@ -273,7 +275,11 @@ def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
     inside = np.stack(np.meshgrid(u0 + (u1 - u0) * shares, v0 + (v1 - v0) * shares), axis=-1)
     tried = np.concatenate([every[::step], inside.reshape(-1, 2)])
     as_spline = np.stack([mapped.map_u(tried[:, 0]), mapped.map_v(tried[:, 1])], axis=1)
-    points = spline_points(mapped.spline, as_spline)
+    try:
+        made = bezier_surface(mapped.spline)
+    except InputError:
+        return None
+    points = places_at(made, np.clip(as_spline, made.low, made.high))
     truth = np.array([vector(surface.Value(float(u), float(v))) for u, v in tried])
     off = float(np.linalg.norm(points - truth, axis=1).max())
     return mapped if off <= _EXACT_MM else None

@@ -8,12 +8,12 @@ import msgspec
 import numpy as np
 
 from ocmm_core.calibration.probe_design import load_design, shipped_design
-from ocmm_core.camera import load_rig
+from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.reach import TILT_DEG, Placement, Setting
 from ocmm_core.inspection.step._answer import Triple
-from ocmm_core.tracking import load_probe
+from ocmm_core.tracking import ProbeBody, load_probe
 
 
 class StepRequest(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -63,6 +63,23 @@ def usual_request(
     rig = resource("rigs", "recommended.toml") if rig is None else rig
     ball = 2.0 * load_probe(probe).tip_radius if ball_mm is None else ball_mm
     return StepRequest(ball_mm=ball, probe=str(probe), rig=str(rig))
+
+
+def setting_for(body: ProbeBody, rig: Rig, up: Triple) -> Setting:
+    """Return the setting of a probe and cameras that are in use, with the part upright by ``up``.
+
+    Raises
+    ------
+    InputError
+        The shipped design of the probe cannot be used.
+    """
+    design = shipped_design(body)
+    return Setting(
+        body=body,
+        design=None if design is None else load_design(design, body),
+        rig=rig,
+        placement=Placement(up),
+    )
 
 
 def up_of(word: str) -> Triple:

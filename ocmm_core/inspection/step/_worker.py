@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
@@ -18,10 +18,11 @@ import msgspec
 from ocmm_core.errors import InputError
 from ocmm_core.failure import contained
 from ocmm_core.host import HOST
-from ocmm_core.inspection.reach import Reach
-from ocmm_core.inspection.step._answer import StepAnswer, StepSurface
-from ocmm_core.inspection.step._document import read_document
+from ocmm_core.inspection.reach import Reach, Setting
+from ocmm_core.inspection.step._answer import StepAnswer, StepFreeForm, StepSurface
+from ocmm_core.inspection.step._document import StepDocument, read_document
 from ocmm_core.inspection.step._face_order import tolerances_of
+from ocmm_core.inspection.step._free_forms import free_forms_of
 from ocmm_core.inspection.step._joined import bore_axes, surfaces_of
 from ocmm_core.inspection.step._part import part_of
 from ocmm_core.inspection.step._raw_faces import (
@@ -31,7 +32,6 @@ from ocmm_core.inspection.step._raw_faces import (
     faces_of,
     faces_with_surface,
 )
-from ocmm_core.inspection.step._request import StepRequest, setting_of
 from ocmm_core.inspection.step._solid_mesh import mesh_of
 from ocmm_core.part_model import model_to_bytes
 
@@ -46,13 +46,16 @@ class Wanted:
 
     Attributes
     ----------
-    request
-        What targets are chosen by; None where no features are wanted.
+    ball_mm
+        Diameter of the ball; zero where no features are wanted.
+    setting
+        Probe, cameras and placement; None where the ball alone is asked for.
     source_sha256
         Hash of the file, for the part; empty where no part is wanted.
     """
 
-    request: StepRequest | None = None
+    ball_mm: float = 0.0
+    setting: Setting | None = None
     source_sha256: str = ""
 
 
@@ -103,17 +106,17 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
 def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[StepAnswer, bytes]:
     document = read_document(path, doing)
     answer, part = StepAnswer(), b""
-    if wanted.request is not None:
+    if wanted.ball_mm:
         faces, others = faces_of(document.shape, doing)
         with_surface, _ = faces_with_surface(document.shape)
         pmi, entities, words = tolerances_of(
             Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),
             with_surface, faces, doing,
         )  # fmt: skip
-        request, remark = _bounded(wanted.request, len(faces))
+        wanted, remark = _bounded(wanted, len(faces))
+        surfaces, free_forms = _with_targets(document, faces, with_surface, wanted, doing)
         answer = StepAnswer(
-            remark=remark,
-            surfaces=_with_targets(document.shape, faces, request, doing), others=others,
+            remark=remark, surfaces=surfaces, free_forms=free_forms, others=others,
             pmi=pmi, face_entities=entities, face_words=words,
             face_names={number: name for number, face in enumerate(with_surface, start=1)
                         if (name := document.about(face).name)},
@@ -124,28 +127,36 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     return answer, part
 
 
-def _bounded(request: StepRequest, faces: int) -> tuple[StepRequest, str]:
+def _bounded(wanted: Wanted, faces: int) -> tuple[Wanted, str]:
     """Return what can be asked of so many faces in the time there is, and what is not."""
-    if not request.probe or faces <= _MOST_ASKED:
-        return request, ""
+    if wanted.setting is None or faces <= _MOST_ASKED:
+        return wanted, ""
     remark = (
         f"The model has more than {_MOST_ASKED} faces: whether stylus and body reach the targets "
         "and cameras see them is not asked, the ball alone is."
     )
-    return msgspec.structs.replace(request, probe="", rig=""), remark
+    return replace(wanted, setting=None), remark
 
 
 def _with_targets(
-    shape: Any, faces: Sequence[RawFace], request: StepRequest, doing: Callable[[str], None]
-) -> tuple[StepSurface, ...]:
-    """Return the surfaces of faces with targets that can be reached and seen."""
+    document: StepDocument,
+    faces: Sequence[RawFace],
+    with_surface: Sequence[Any],
+    wanted: Wanted,
+    doing: Callable[[str], None],
+) -> tuple[tuple[StepSurface, ...], tuple[StepFreeForm, ...]]:
+    """Return surfaces and free forms with targets that can be reached and seen."""
     doing("the mesh to find targets by")
-    part = mesh_of(shape, faces_with_surface(shape)[0])
-    radius = 0.5 * request.ball_mm
+    part = mesh_of(document.shape, with_surface)
+    radius = 0.5 * wanted.ball_mm
     reach = None
     if part is not None:
-        reach = Reach(part, radius, setting_of(request), bore_axes(faces))
-    return tuple(surfaces_of(faces, radius, reach, doing))
+        reach = Reach(part, radius, wanted.setting, bore_axes(faces))
+    surfaces = surfaces_of(faces, radius, reach, doing)
+    known = frozenset(one.number for one in faces)
+    return tuple(surfaces), tuple(
+        free_forms_of(document, with_surface, known, radius, reach, doing)
+    )
 
 
 def _be_silent() -> None:

@@ -198,7 +198,7 @@ def _need_root(verb: str) -> None:
         raise BusError(
             "rig.root",
             "Only root can create and remove named network interfaces.",
-            f"Run 'sudo ocmm rig {verb}', or use --source ethercat:virtual, which needs no rights.",
+            f"Run 'sudo ocmm rig {verb}', or use the source ethercat:virtual, without rights.",
         )
 
 

@@ -26,7 +26,7 @@ def tool(name: str) -> str:
         raise BusError(
             "bus.tool",
             f"The system tool '{name}' is missing.",
-            f"Install the package '{_PACKAGES[name]}', or use --source simulated.",
+            f"Install the package '{_PACKAGES[name]}', or use the source simulated.",
         )
     return found
 
@@ -65,7 +65,7 @@ def make_link(near: str, far: str) -> None:
             "bus.virtual_link",
             f"The virtual cable '{near}' - '{far}' cannot be created: {complaint}.",
             "Check that these names are free and that the kernel has virtual Ethernet (veth); "
-            "or use --source simulated.",
+            "or use the source simulated.",
         )
 
 

@@ -45,8 +45,8 @@ _FAREWELL_S = 10.0
 """A bus process that ends has so long with its cameras."""
 _ALTERNATIVE = (
     "Allow them (Debian, Ubuntu: sysctl kernel.unprivileged_userns_clone=1 and "
-    "kernel.apparmor_restrict_unprivileged_userns=0), or run 'ocmm rig up' as root and give "
-    "--source ethercat:ocmm0, or use --source simulated."
+    "kernel.apparmor_restrict_unprivileged_userns=0), or run 'ocmm rig up' as root and use "
+    "the source ethercat:ocmm0, or the source simulated."
 )
 
 

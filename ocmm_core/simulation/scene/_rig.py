@@ -7,6 +7,7 @@ same rig from the same script and asks for its own frames only.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
+from ocmm_core.calibration.probe_design import leds_behind_body, load_design, shipped_design
 from ocmm_core.camera import CameraModel, Rig, load_rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform
@@ -146,6 +148,8 @@ class VirtualRig:
     reference
         Reference body, fixed to the part where its document says; its LEDs are numbered on after
         those of the probe.
+    behind_body
+        LEDs, from 0, that the body of the probe hides from everybody.
     """
 
     def __init__(
@@ -158,6 +162,7 @@ class VirtualRig:
         options: WorldOptions | None = None,
         frame_rate_hz: int | None = None,
         reference: ReferenceBody | None = None,
+        behind_body: Sequence[int] = (),
     ) -> None:
         if not 0 <= seed < 2**63:
             raise InputError(
@@ -176,6 +181,7 @@ class VirtualRig:
         self.options = options or WorldOptions()
         self.frame_period_ns = round(1e9 / (frame_rate_hz or rig.frame_rate_hz))
         self.reference = reference
+        self._behind_body = np.uint64(sum(1 << led for led in behind_body))
         self._T_world_from_reference = _place_of(part) if reference is not None else None
         self._world = draw_world(rig, body, seed, self.options, reference)
         self._operator = Operator(part, self._world.tip_radius, touches, seed)
@@ -326,6 +332,7 @@ class VirtualRig:
         hidden = hidden_leds(
             self.options, self.seed, camera, self.n_leds, first, self._times(first, count)
         )
+        hidden = hidden | self._behind_body
         valid, uv = self._look(
             camera, first, motion.rotation_world_from_probe, motion.origin_world(world.tip_probe),
             _Lights(world.leds_probe, self.body.led_body, world.slots[camera]),
@@ -432,7 +439,14 @@ class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
             self.options,
             self.frame_rate_hz or None,
             load_reference(Path(self.reference)) if self.reference else None,
+            _behind_body(load_probe(Path(self.probe))),
         )
+
+
+def _behind_body(body: ProbeBody) -> tuple[int, ...]:
+    """Return the LEDs that the body of a probe hides, by its shipped design; none without one."""
+    design = shipped_design(body)
+    return () if design is None else leds_behind_body(body, load_design(design, body))
 
 
 def _place_of(part: Part) -> RigidTransform:
@@ -441,7 +455,7 @@ def _place_of(part: Part) -> RigidTransform:
         raise InputError(
             "part.reference",
             f"The part '{part.name}' has no place for a reference body.",
-            "Give its document a section [reference], or measure without --reference.",
+            "Give its document a section [reference], or measure without a reference body.",
         )
     return part.T_world_from_part.compose(part.T_part_from_reference)
 

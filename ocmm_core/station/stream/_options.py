@@ -64,7 +64,7 @@ def tls_context(options: StreamOptions) -> ssl.SSLContext | None:
         raise InputError(
             "stream.tls",
             "TLS needs both a certificate and its private key.",
-            "Give --stream-cert and --stream-key together.",
+            "Give both together (Settings, Live stream).",
         )
     _require_in_date(certificate)
     read_bytes(private_key)

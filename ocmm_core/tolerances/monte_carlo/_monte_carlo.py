@@ -221,7 +221,7 @@ class _Run:
                     raise MeasuringError(
                         "monte_carlo.given_up",
                         "Simulation cancelled.",
-                        "Restart it when you are ready.",
+                        "Run it again when you are ready.",
                     )
                 for index in range(self._done, self._done + ahead):
                     place = slice(index * self._batch, (index + 1) * self._batch)

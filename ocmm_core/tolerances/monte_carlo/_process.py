@@ -61,7 +61,7 @@ def simulate_elsewhere(
                 raise MeasuringError(
                     "monte_carlo.given_up",
                     "Simulation cancelled.",
-                    "Restart it when you are ready.",
+                    "Run it again when you are ready.",
                 )
             if not receiver.poll(_LOOK_S):
                 continue

@@ -42,6 +42,9 @@ class Extent:
         (n, n) of their errors.
     free
         (n, k): how the deviations answer to what makes the zone smallest; None where it is not.
+    about_nominal
+        The range is twice the greatest deviation from a nominal surface that nothing moves: then a
+        part with less form is known, the same one with all its deviations smaller.
     seed
         Of the noise that a supposed part is given.
     """
@@ -51,6 +54,7 @@ class Extent:
     deviations: Float
     covariance: Float
     free: Float | None = None
+    about_nominal: bool = False
     seed: int = 1
     _noise: list[Float] = field(default_factory=list, repr=False, compare=False)
 
@@ -76,6 +80,10 @@ class Extent:
         """
         middle = 0.5 * float(self.deviations.max() + self.deviations.min())
         supposed = np.clip(self.deviations, middle - 0.5 * high, middle + 0.5 * high)
+        return self._smaller(supposed)
+
+    def _smaller(self, supposed: Float) -> float:
+        """Return the share of measurements of a supposed part that would show less."""
         shown = supposed + self._errors()
         ranges = np.ptp(shown, axis=1)
         if self.free is not None:
@@ -86,8 +94,26 @@ class Extent:
         return float(np.mean(ranges <= self.value))
 
     def least(self, probability: float) -> float:
-        """Return what the true value is not below, with this probability."""
-        return bisect_least(self.value, lambda supposed: self.beyond(0.0, supposed), probability)
+        """Return what the true value is not below, with this probability.
+
+        Notes
+        -----
+        `beyond` supposes the worst part: every place that was measured beyond the limit truly lies
+        at it. The greatest of many values at one limit is lifted by noise far above it, by
+        sigma sqrt(2 ln n) for n of them, so this bound is lower than it need be: U of profiles in a
+        frame held 97.8 % where 95.4 were meant, 99.4 % where form is twice the noise. A part
+        whose deviations are all smaller by one factor looks like the measured one and has one place
+        at its limit, as a real part has. It still holds the noise of its own measurement, and so
+        more than it should: U stays a little on the safe side. Verdicts rest on `beyond`.
+        """
+        if not self.about_nominal or not self.value > 0.0:
+            return bisect_least(
+                self.value, lambda supposed: self.beyond(0.0, supposed), probability
+            )
+        shape = self.deviations / self.value
+        return bisect_least(
+            self.value, lambda supposed: self._smaller(supposed * shape), probability
+        )
 
     def most(self, probability: float) -> float:
         """Return what the true value is not above, with this probability."""

@@ -154,7 +154,8 @@ def _spread(
         noise = evaluation.noise
         errors = factors.of(noise.by_coordinates)
         free = noise.free if noise.free.shape[1] > 0 and len(noise.free) <= _FEW else None
-        return Extent(value, sigma, noise.deviations, errors, free)
+        held = noise.mirrored and noise.free.shape[1] == 0
+        return Extent(value, sigma, noise.deviations, errors, free, about_nominal=held)
     ranked = evaluation.ranked
     if ranked is not None and np.isfinite(sigma):
         errors = factors.of(ranked.gradients)

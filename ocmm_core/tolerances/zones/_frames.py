@@ -209,7 +209,7 @@ def _frame_of_datums(
 def _frame_of_part(rule: AnyAlignment, actual: Mapping[str, ActualFeature]) -> HeldFrame:
     words = rule.frame if isinstance(rule, BoundAlignment) else frame_name(rule)
     held = refit_under_precedence(rule, actual)
-    T_part_from_world = frame_of(rule, held.geometries)
+    T_part_from_world = frame_of(rule, held.geometries, held.features)
     slopes = frame_jacobian(rule, held.features, T_part_from_world)
     zone = ZoneFrame(T_part_from_world, slopes, np.zeros((6, 0)), words)
     return HeldFrame(zone, {}, held.note)

@@ -45,8 +45,8 @@ SETTLE_MS = 500
 """So long after the last key the definition is examined."""
 
 _PURPOSE = later(
-    "Enter LED and ball positions. LED ambiguity is checked as you type. Then restart OCMM with "
-    "the new document and calibrate the probe."
+    "Enter LED and ball positions. LED ambiguity is checked as you type. Then choose the "
+    "new document in Settings (Instrument) and calibrate the probe."
 )
 
 

@@ -50,6 +50,7 @@ ARTEFACTS = (
     artefact("sphere", 30.0, expanded=0.0005, form=0.0003),
     artefact("plate", 20.34),
     artefact("dumbbell", 20.0, 20.0, 200.0),
+    artefact("gauge block", 25.0003, expanded=0.0002),
 )
 
 INSTRUMENT = Instrument(
@@ -57,6 +58,7 @@ INSTRUMENT = Instrument(
     tip="ball 6", tip_record="t" * 64, ball_radius=3.0, ball_sigma=0.0003,
     cameras=("A", "B", "C"), volume_min=(-200.0, -100.0, -200.0),
     volume_max=(200.0, 100.0, 200.0), software="test", simulated=True,
+    stylus=131.6,
 )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import pytest
 from lxml import etree
 
 from ocmm_core.acceptance import AcceptanceRecord, Verdict, save_record
+from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import certificate_facts, certificate_of_folder, dcc_bytes
 from ocmm_core.export.report import plain_paper
 from tests.core.acceptance.acceptance_site import Machine, begin
@@ -81,3 +82,71 @@ def test_the_words_come_with_the_accreditation_of_the_procedure(
     facts = {fact.name: fact.value for fact in certificate_facts(paper)}
     assert "VOID: it shows nothing" in facts["Conformity"]
     assert "The temperature ran away." in facts["Deviations"]
+
+
+def adjusted(record: AcceptanceRecord, **changes: object) -> AcceptanceRecord:
+    """Return the same test a week later, after the cameras were calibrated anew."""
+    given: dict[str, object] = {
+        "number": "a" * 12,
+        "condition": "after adjustment",
+        "begun_utc": "2026-12-02T08:00:00+00:00",
+        "ended_utc": "2026-12-02T09:00:00+00:00",
+        "instrument": msgspec.structs.replace(record.instrument, calibration="d" * 64),
+    }
+    return msgspec.structs.replace(record, **{**given, **changes})
+
+
+def condition_of(path: Path, as_found: Path | None = None) -> str:
+    paper = certificate_of_folder(path, plain_paper(), as_found=as_found)
+    return {fact.name: fact.value for fact in certificate_facts(paper)}["Condition"]
+
+
+def test_a_test_after_an_adjustment_is_paired_with_the_one_as_found(
+    record: AcceptanceRecord, tmp_path: Path, reference: Path
+) -> None:
+    found = save_record(tmp_path, record)
+    after = save_record(tmp_path, adjusted(record))
+    paper = certificate_of_folder(after, plain_paper())
+    assert [run.status for run in paper.runs] == ["beforeAdjustment", "afterAdjustment"]
+    assert paper.begin_utc == record.begun_utc
+    assert paper.previous == found.stem
+    root = etree.fromstring(dcc_bytes(paper))
+    etree.XMLSchema(etree.parse(reference / "dcc" / "dcc.xsd")).assertValid(root)
+    assert condition_of(after) == "As found and after adjustment, both below."
+    # The test as found stands alone: what came later is no part of it.
+    assert condition_of(found) == "As found; nothing was adjusted."
+    elsewhere = save_record(tmp_path / "b", adjusted(record))
+    assert condition_of(elsewhere, found) == condition_of(after)
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"condition": "after adjustment"}, "it must be as found"),
+        ({"ended_utc": "2026-12-03T09:00:00+00:00"}, "no earlier test"),
+        ({"procedure_sha256": "0" * 64}, "no earlier test"),
+    ],
+)
+def test_another_test_is_not_the_state_before(
+    record: AcceptanceRecord, tmp_path: Path, changes: dict[str, object], why: str
+) -> None:
+    found = save_record(tmp_path, msgspec.structs.replace(record, **changes))
+    after = save_record(tmp_path, adjusted(record))
+    assert condition_of(after).startswith("As found: not determined (")
+    assert why in condition_of(after)
+    with pytest.raises(InputError, match="is not the state before"):
+        condition_of(after, found)
+
+
+def test_without_an_adjustment_there_is_no_state_before(
+    record: AcceptanceRecord, tmp_path: Path
+) -> None:
+    found = save_record(tmp_path, record)
+    same = save_record(tmp_path, adjusted(record, instrument=record.instrument))
+    assert "nothing was adjusted" in condition_of(same)
+    with pytest.raises(InputError, match="nothing was adjusted"):
+        condition_of(same, found)
+    (tmp_path / "broken.json").write_text("{}")
+    alone = save_record(tmp_path / "alone", adjusted(record))
+    (tmp_path / "alone" / "broken.json").write_text("{}")
+    assert "1 files beside it are no sound records" in condition_of(alone)

@@ -29,7 +29,6 @@ from tests.core.export.sample_report import (
     sample_view,
 )
 from tests.core.export.sample_report import write_incomplete as write_report
-from tests.host import not_run
 
 Q = f"{{{NAMESPACE}}}"
 
@@ -361,29 +360,37 @@ def test_an_item_that_leads_to_another_shape_is_found(tmp_path: Path) -> None:
     assert any("PlaneFeatureNominal" in fault for fault in check_qif(root))
 
 
-def test_the_schemas_of_the_standard_accept_the_document(tmp_path: Path) -> None:
-    if not os.environ.get("OCMM_QIF_SCHEMAS"):
-        not_run("the schemas of QIF 3.0 are not here: set OCMM_QIF_SCHEMAS to QIFDocument.xsd")
-    schema = etree.XMLSchema(etree.parse(os.environ["OCMM_QIF_SCHEMAS"]))
-    for data in (sample_report(), every_way(), every_way(length=0.0, width=0.0)):
-        (path,) = write_report(data, ("qif",), tmp_path)
-        schema.assertValid(etree.parse(path))
+@pytest.fixture(name="schema")
+def _schema(request: pytest.FixtureRequest) -> etree.XMLSchema:
+    """Return the schema of QIF 3.0: that of OCMM_QIF_SCHEMAS, or of the reference data."""
+    named = os.environ.get("OCMM_QIF_SCHEMAS")
+    if named:
+        return etree.XMLSchema(etree.parse(named))
+    home: Path = request.getfixturevalue("reference")
+    return etree.XMLSchema(etree.parse(home / "qif" / "QIFApplications" / "QIFDocument.xsd"))
 
 
 _DRAWING_ONLY = ("A-AN-UV", "A-AN-NG")
 """Messages of the preview checks about annotations of drawings (the README beside them)."""
 
 
-def test_the_schemas_beside_the_checkout_accept_what_we_write_and_the_samples(
-    tmp_path: Path, reference: Path
+def test_the_schemas_of_the_standard_accept_what_we_write(
+    tmp_path: Path, schema: etree.XMLSchema
 ) -> None:
-    home = reference / "qif"
-    schema = etree.XMLSchema(etree.parse(home / "QIFApplications" / "QIFDocument.xsd"))
     for number, data in enumerate((sample_report(), every_way(), every_way(length=0.0, width=0.0),
                                    sample_report(frame=None))):  # fmt: skip
         (path,) = write_report(data, ("qif",), tmp_path / str(number))
         schema.assertValid(etree.parse(path))
-    samples = sorted((home / "samples").glob("*.[qQ][iI][fF]"))
+        # It is the judge that it should be: the same document with a word too many is invalid.
+        spoiled = etree.parse(path)
+        etree.SubElement(spoiled.getroot(), f"{Q}Opinion")
+        assert not schema.validate(spoiled)
+
+
+def test_the_schemas_of_the_standard_accept_its_samples(
+    schema: etree.XMLSchema, reference: Path
+) -> None:
+    samples = sorted((reference / "qif" / "samples").glob("*.[qQ][iI][fF]"))
     assert samples
     for sample in samples:
         schema.assertValid(etree.parse(sample))

@@ -118,6 +118,14 @@ def test_a_size_of_several_bores_is_one_characteristic_each() -> None:
     assert (first.lower, first.upper) == (-0.2, 0.1)
 
 
+def test_a_fit_gets_the_limits_of_the_tables() -> None:
+    plan, said = of_size(size(BORE_1, fit="H7", lower=None, upper=None))
+    assert said.status == "taken"
+    assert "H7 by ISO 286-1: +18 +0" in said.remark
+    (item,) = plan.characteristics
+    assert (item.nominal, item.lower, item.upper) == (12.0, 0.0, 0.018)
+
+
 def test_distances_and_angles_are_taken_between_two_features() -> None:
     plan, said = of_size(between(BOTTOM, TOP, 20.0))
     assert (said.status, plan.characteristics[0].features) == ("taken", ["BOTTOM", "TOP"])
@@ -149,7 +157,9 @@ def test_distances_and_angles_are_taken_between_two_features() -> None:
         (size(BORE_1, notes=("statistical",)), "its note 'statistical' is not supported"),
         (size(BORE_1, notes=("auxiliary",), lower=None, upper=None), "reference dimension"),
         (size(BORE_1, notes=("theoretical",)), "exact and has limits at once"),
-        (size(BORE_1, fit="H7", lower=None, upper=None), "the fit H7"),
+        (size(BORE_1, fit="H12", lower=None, upper=None), "the fit H12; known are"),
+        (size(BORE_1, fit="g6", lower=None, upper=None), "the fit g6 of a shaft, and BORE_1"),
+        (size(BORE_1, fit="H7", lower=-0.1, upper=0.1), "the fit H7, which is taken for"),
         (size(BORE_1, lower=None, upper=None), "no general tolerance was asked for"),
         (size(), "names no faces"),
         (size(BORE_1, odd=("EDGE_CURVE",)), "not probed (edge curve)"),

@@ -13,7 +13,7 @@ from scipy.spatial import cKDTree
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step import read_model, read_part
-from ocmm_core.part_model import ModelFace, PartModel, spline_frames
+from ocmm_core.part_model import ModelFace, PartModel, bezier_surface, derivatives_at
 from tests.core.inspection.step_models import (
     FREE_FORM,
     MODELS,
@@ -59,8 +59,8 @@ def tried(face: ModelFace, count: int) -> tuple[Float, Float, float]:
     cells = (np.indices((count, count)).reshape(2, -1).T + rng.random((count**2, 2))) / count
     uv = low + cells * (high - low)
     uv = uv[inside(uv, face.loops)]
-    points, by_u, by_v = spline_frames(spline, uv)
-    normals = np.cross(by_u, by_v) * (1.0 if face.outward else -1.0)
+    found = derivatives_at(bezier_surface(spline), uv)
+    points, normals = found.at, np.cross(found.u, found.v) * (1.0 if face.outward else -1.0)
     sizes = np.linalg.norm(normals, axis=1)
     area = float(sizes.sum() * np.prod(high - low) / count**2)
     good = sizes > 1e-6 * sizes.max()

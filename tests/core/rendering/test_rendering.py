@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -10,6 +12,7 @@ from ocmm_core.geometry import Float
 from ocmm_core.part_model import PartModel, model_from_bytes, model_to_bytes
 from ocmm_core.rendering import (
     NO_FACE,
+    Bundle,
     Canvas,
     Rendering,
     RenderMesh,
@@ -17,9 +20,11 @@ from ocmm_core.rendering import (
     RenderStyle,
     blend_flat,
     coarser,
+    draw_bundles,
     face_colours,
     is_hidden,
     mesh_of,
+    with_closed,
 )
 from tests.made_parts import PartMaker
 from tests.part_models import block_part
@@ -57,7 +62,8 @@ def painted(
 ) -> Canvas:
     canvas = Canvas(WIDTH, HEIGHT)
     shown = mesh_of(model) if mesh is None else mesh
-    assert Rendering(shown, *view, canvas, STYLES[mode], face_colours(model, BASE)).go_on()
+    colours = shown.vertex_colours(face_colours(model, BASE))
+    assert Rendering(shown, *view, canvas, STYLES[mode], colours).go_on()
     return canvas
 
 
@@ -165,6 +171,73 @@ def test_slices_paint_what_is_painted_at_once(mode: RenderMode) -> None:
     at_once = painted(model, view, mode)
     np.testing.assert_array_equal(canvas.image, at_once.image)
     np.testing.assert_array_equal(canvas.depth, at_once.depth)
+
+
+def test_a_closed_surface_is_known_and_painted_the_same_without_its_backs() -> None:
+    model = block_with_a_post()
+    whole = mesh_of(model)
+    closed = with_closed(whole)
+    assert not whole.closed.any()
+    # Block and ball are closed, the post has no foot.
+    is_post = (whole.vertices[whole.triangles][:, :, 2] > 19.9).all(axis=1)
+    is_post &= np.hypot(*(whole.vertices[whole.triangles].mean(axis=1)[:, :2] - [20.0, 0.0]).T) < 16
+    np.testing.assert_array_equal(closed.closed == 0, is_post & (closed.closed == 0))
+    assert closed.closed.mean() > 0.5
+    assert not closed.closed[is_post & (whole.vertices[whole.triangles][:, 0, 2] > 20.1)].any()
+    for azimuth in (0.3, 2.0, 4.4):
+        view = view_of(azimuth, 0.5)
+        both, front = painted(model, view), painted(model, view, mesh=closed)
+        # A pixel whose middle lies on the outline may go to the back of it.
+        assert np.mean(both.faces != front.faces) < 1e-4
+        assert np.mean(both.image != front.image) < 1e-4
+
+
+def test_an_open_surface_and_one_inside_out_keep_their_backs() -> None:
+    model = PartMaker().box((-60.0, -40.0, 0.0), (60.0, 40.0, 20.0), steps=3).part()
+    whole = mesh_of(model)
+    assert with_closed(whole).closed.all()
+    opened = replace(
+        whole, triangles=whole.triangles[1:].copy(), triangle_faces=whole.triangle_faces[1:].copy(),
+        closed=whole.closed[1:].copy(),
+    )  # fmt: skip
+    assert not with_closed(opened).closed.any()
+    inside_out = replace(whole, triangles=np.ascontiguousarray(whole.triangles[:, ::-1]))
+    assert not with_closed(inside_out).closed.any()
+    lost = replace(whole, vertices=np.where(whole.vertices > 5.0, np.nan, whole.vertices))
+    assert not with_closed(lost).closed.any()
+
+
+def test_a_picture_at_once_is_the_one_in_slices_on_a_ground_too() -> None:
+    model = block_with_a_post()
+    mesh = with_closed(mesh_of(model))
+    colours = face_colours(model, BASE)
+    for mode in RenderMode:
+        style = replace(STYLES[mode], ground="#336699")
+        canvases = []
+        for until in (np.inf, 0.0):
+            canvas = Canvas(WIDTH, HEIGHT)
+            rendering = Rendering(mesh, *view_of(0.6, 0.5), canvas, style, colours)
+            while not rendering.go_on(until):
+                pass
+            canvases.append(canvas)
+        np.testing.assert_array_equal(canvases[0].image, canvases[1].image)
+        np.testing.assert_array_equal(canvases[0].depth, canvases[1].depth)
+        # Opaque everywhere: who shows it need not blend it.
+        assert (canvases[0].image >> 24 == 255).all()
+        assert canvases[0].image[0, 0] == 0xFF336699
+
+
+def test_lines_of_a_bundle_are_hidden_by_the_part_and_seen_beside_it() -> None:
+    canvas = painted(block_with_a_post(), view_of(0.6, 0.5))
+    before = canvas.image.copy()
+    rows, columns = np.nonzero(canvas.faces >= 0)
+    y, x = float(np.median(rows)) + 0.5, float(np.median(columns))
+    far, near = -1e4, 1e4
+    line = np.array([[[x - 8.0, y, far], [x + 8.0, y, far]]])
+    draw_bundles(canvas, [Bundle(line, 1.0, "#ff0000")], 0.1, 0.0)
+    np.testing.assert_array_equal(canvas.image, before)
+    draw_bundles(canvas, [Bundle(line * [1, 1, 0] + [0, 0, near], 1.0, "#ff0000")], 0.1, 0.0)
+    assert canvas.image[int(y), int(x)] == 0xFFFF0000
 
 
 def test_a_coarser_mesh_keeps_faces_and_extent_and_has_no_gaps() -> None:

@@ -1,0 +1,122 @@
+"""``ocmm settings``: what the Settings page of the window changes, for scripts."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import msgspec
+import typer
+
+from ocmm_core.cli.terminal import make_console
+from ocmm_core.errors import InputError
+from ocmm_core.settings import (
+    SETTINGS,
+    LoadedSettings,
+    Note,
+    Origin,
+    Scope,
+    SettingsStore,
+    spec_of,
+    text_of,
+    value_of_text,
+)
+
+settings_app = typer.Typer(
+    name="settings",
+    no_args_is_help=True,
+    help="Settings of the window: of this station and of this user. Commands that measure on the "
+    "terminal do not read them.",
+)
+_STATION = Annotated[
+    bool, typer.Option("--station", help="For everybody at this computer; default: as it belongs.")
+]
+
+
+@settings_app.command()
+def show(
+    key: Annotated[str, typer.Argument(help="One setting; default: all.")] = "",
+    *,
+    json: Annotated[bool, typer.Option("--json", help="As JSON.")] = False,
+) -> None:
+    """Show all settings, where each comes from, and what differs from the default."""
+    store = SettingsStore.of_this_user()
+    loaded = store.load()
+    specs = SETTINGS if not key else (spec_of(key),)
+    if json:
+        content: dict[str, Any] = {
+            "schema": "ocmm.settings-shown/1",
+            "station": str(store.station.path),
+            "user": str(store.user.path),
+            "settings": [
+                {
+                    "key": spec.key,
+                    "value": text_of(loaded.values[spec.key]),
+                    "default": text_of(spec.default),
+                    "differs": loaded.differs(spec.key),
+                    "origin": loaded.origins[spec.key].value,
+                }
+                for spec in specs
+            ],
+            "notes": [{"what": note.what, "remedy": note.remedy} for note in loaded.notes],
+        }
+        typer.echo(msgspec.json.format(msgspec.json.encode(content), indent=2).decode())
+        return
+    console = make_console(soft_wrap=True)
+    for spec in specs:
+        origin = loaded.origins[spec.key]
+        mark = "*" if loaded.differs(spec.key) else " "
+        told = "" if origin is Origin.DEFAULT else f"  ({origin.value})"
+        value = text_of(loaded.values[spec.key]) or "-"
+        console.print(f"{mark} {spec.key:34} {value}{told}", highlight=False, markup=False)
+    console.print(
+        f"* differs from the default. Station: {store.station.path}  User: {store.user.path}",
+        highlight=False, markup=False,
+    )  # fmt: skip
+    _tell(loaded.notes)
+
+
+@settings_app.command(name="set")
+def set_command(
+    key: Annotated[str, typer.Argument(help="Setting, e.g. instrument.rig.")],
+    value: Annotated[str, typer.Argument(help="As in the window; empty: the default.")],
+    *,
+    station: _STATION = False,
+) -> None:
+    """Change one setting; a window that is open takes it at its next start."""
+    spec = spec_of(key)
+    given = value_of_text(spec, value)
+    notes = SettingsStore.of_this_user().change({key: given}, Scope.STATION if station else None)
+    _tell(notes)
+    make_console(soft_wrap=True).print(
+        f"{key} = {text_of(given) or '-'}", highlight=False, markup=False
+    )
+
+
+@settings_app.command()
+def check() -> None:
+    """Check the documents and the files that they name; exit code 2 where something is wrong."""
+    loaded = SettingsStore.of_this_user().load()
+    _tell(loaded.notes)
+    wrong = _look(loaded)
+    if loaded.notes or wrong:
+        raise typer.Exit(2)
+    make_console().print("All settings can be used.", highlight=False)
+
+
+def _look(loaded: LoadedSettings) -> bool:
+    found = False
+    for spec in SETTINGS:
+        if loaded.origins[spec.key] is Origin.DEFAULT or spec.key == "window.keys":
+            continue
+        try:
+            value_of_text(spec, text_of(loaded.values[spec.key]))
+        except InputError as error:
+            found = True
+            _tell((Note(error.what, error.remedy),))
+    return found
+
+
+def _tell(notes: tuple[Note, ...]) -> None:
+    console = make_console(soft_wrap=True)
+    for note in notes:
+        console.print(f"{note.what} {note.remedy}", style="yellow", highlight=False, markup=False)

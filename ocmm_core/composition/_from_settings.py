@@ -1,0 +1,82 @@
+"""A request from the settings: what the window measures with where nobody says otherwise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.composition._climate import ClimateRequest
+from ocmm_core.composition._defaults import DEFAULT_SEED, DEMO_PART
+from ocmm_core.composition._feeds import StationRequest
+from ocmm_core.composition._stream_options import stream_options
+from ocmm_core.settings import Settings
+
+
+@dataclass(frozen=True, slots=True)
+class Errand:
+    """What is measured now, and how the virtual rig plays it: no setting.
+
+    Attributes
+    ----------
+    plan, part, seed, speed, stay
+        See `StationRequest`.
+    operator, serial
+        Names for the job; an empty operator is that of the settings.
+    resume
+        Job that is gone on with.
+    force, uncalibrated
+        See `StationRequest`; never kept, so that nobody forgets them.
+    """
+
+    plan: Path
+    part: Path = DEMO_PART
+    seed: int = DEFAULT_SEED
+    speed: float = 1.0
+    stay: bool = True
+    operator: str = ""
+    serial: str = "1"
+    resume: Path | None = None
+    force: bool = False
+    uncalibrated: bool = False
+
+
+def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
+    """Return what is asked of a station; InputError as `stream_options`."""
+    return StationRequest(
+        plan=errand.plan,
+        # The report of a job that is gone on with stays beside it.
+        out=settings.job_folder if errand.resume is None else errand.resume.absolute().parent,
+        rig=settings.instrument_rig,
+        probe=settings.instrument_probe,
+        reference=settings.instrument_reference,
+        part=errand.part,
+        source=settings.instrument_source,
+        seed=errand.seed,
+        speed=errand.speed,
+        stay=errand.stay,
+        operator=errand.operator or settings.job_operator or "demo",
+        serial=errand.serial,
+        resume=errand.resume,
+        force=errand.force,
+        calibrations=settings.instrument_calibrations,
+        uncalibrated=errand.uncalibrated,
+        climate=ClimateRequest(
+            probe_design=settings.temperature_probe_design,
+            probe_c=settings.temperature_probe_c,
+            part_c=settings.temperature_part_c,
+            sigma_k=settings.temperature_sigma_k,
+            part_expansion_ppm=settings.temperature_part_expansion_ppm,
+            compensate_probe=settings.temperature_compensate_probe,
+            compensate_part=settings.temperature_compensate_part,
+        ),
+        probes=settings.instrument_probes,
+        tip=settings.instrument_tip,
+        check_after_h=settings.instrument_check_after_h,
+        stream=stream_options(
+            settings.stream_port,
+            settings.stream_host,
+            settings.stream_token,
+            settings.stream_certificate,
+            settings.stream_key,
+        ),
+    )

@@ -1,0 +1,111 @@
+"""What a station would measure with, in words: cameras, tip, and until when they hold."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+
+from ocmm_core.calibration.records import CalibrationView, ProbeView, judge
+from ocmm_core.composition._calibration_choice import choose_calibration, choose_probe
+from ocmm_core.composition._sources import Origin, origin_of
+from ocmm_core.errors import OcmmError
+from ocmm_core.settings import Settings
+
+_SOON = timedelta(days=7)
+
+
+@dataclass(frozen=True, slots=True)
+class StateLine:
+    """What is to be said about one thing.
+
+    Attributes
+    ----------
+    what
+        ``Cameras`` or ``Tip``.
+    word
+        In one word.
+    sentence
+        Name, reason, and what to do.
+    due_utc
+        Until when it holds, ISO 8601; empty where it does not end.
+    usable, soon
+        Points may be taken; it ends within a week.
+    """
+
+    what: str
+    word: str
+    sentence: str
+    due_utc: str
+    usable: bool
+    soon: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class StationState:
+    """The lines, and whether the cameras are simulated."""
+
+    simulated: bool
+    lines: tuple[StateLine, ...]
+
+
+def station_state(settings: Settings, now: datetime | None = None) -> StationState:
+    """Return what the settings say that the next job is measured with, as it is now.
+
+    Cameras are not asked: nothing is opened but records. Nothing is raised; what cannot be used is
+    a line that says so.
+    """
+    now = now or datetime.now(UTC)
+    source = settings.instrument_source
+    try:
+        simulated = origin_of(source) is Origin.VIRTUAL
+    except OcmmError as error:
+        return StationState(False, (_fault("Cameras", error),))
+    lines = []
+    try:
+        cameras = judge(
+            choose_calibration(
+                source,
+                settings.instrument_rig,
+                settings.instrument_calibrations,
+                uncalibrated=False,
+            ),
+            now,
+        )
+        lines.append(_cameras(cameras, now))
+    except OcmmError as error:
+        lines.append(_fault("Cameras", error))
+    try:
+        tip = judge(
+            choose_probe(
+                source,
+                settings.instrument_probe,
+                settings.instrument_probes,
+                settings.instrument_tip,
+                uncalibrated=False,
+            ),
+            now,
+        )
+        lines.append(_line("Tip", f"Probe {tip.title}.", tip, tip.due_utc, now))
+    except OcmmError as error:
+        lines.append(_fault("Tip", error))
+    return StationState(simulated, tuple(lines))
+
+
+def _cameras(view: CalibrationView, now: datetime) -> StateLine:
+    due = "" if view.record is None else view.record.valid_until_utc
+    return _line("Cameras", f"Rig {view.rig}.", view, due, now)
+
+
+def _line(
+    what: str, name: str, view: CalibrationView | ProbeView, due: str, now: datetime
+) -> StateLine:
+    told = [name]
+    if view.blocker is not None:
+        told.append(str(view.blocker))
+    told += view.warnings
+    soon = bool(due) and datetime.fromisoformat(due) - now < _SOON
+    return StateLine(what, view.word.value, " ".join(told), due, view.blocker is None, soon)
+
+
+def _fault(what: str, error: OcmmError) -> StateLine:
+    return StateLine(what, "UNUSABLE", f"{error.what} {error.remedy}", "", False)

@@ -1,0 +1,199 @@
+"""What the records of acceptance tests know of a paper, as found and after an adjustment."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Literal
+
+from ocmm_core.acceptance import AcceptanceRecord, JudgedValue, Verdict, load_record
+from ocmm_core.calibration.records import record_hash
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.export.certificate._content import (
+    Certificate,
+    CertificateLine,
+    CertificateRun,
+    CertificateValue,
+    Conformity,
+    once,
+)
+from ocmm_core.export.report import Paper
+
+_SAME = 1e-9
+_MM = "\\milli\\metre"
+
+_JUDGED = {
+    Verdict.PASS: Conformity.CONFORM,
+    Verdict.FAIL: Conformity.NOT_CONFORM,
+    Verdict.LEANING_IN: Conformity.LEANING_IN,
+    Verdict.LEANING_OUT: Conformity.LEANING_OUT,
+}
+
+
+AFTER: Literal["after adjustment"] = "after adjustment"
+"""What `AcceptanceRecord.condition` says of a test after an adjustment."""
+
+
+def certificate_of_acceptance(
+    record: AcceptanceRecord,
+    paper: Paper,
+    found: AcceptanceRecord | None = None,
+    not_found: str = "no test as found was given",
+) -> Certificate:
+    """Return the paper of an acceptance test: every verdict is that of its procedure.
+
+    It is a calibration certificate only where the procedure names an accreditation, a real machine
+    was tested, and the test is not void.
+
+    Parameters
+    ----------
+    found
+        The same test as found, where ``record`` is the one after an adjustment.
+    not_found
+        Why there is none.
+
+    Raises
+    ------
+    InputError
+        ``found`` is no test as found of the same machine by the same procedure before.
+    """
+    tested = record.instrument
+    void = record.verdict is Verdict.VOID
+    adjusted = record.condition == AFTER
+    if found is not None:
+        why = mismatch(record, found)
+        if why:
+            raise InputError(
+                "certificate.pair",
+                f"Test {found.number} is not the state before test {record.number}: {why}.",
+                "Name the test as found that belongs to it, or none.",
+            )
+    runs = [_acceptance_run(one) for one in (found, record) if one is not None]
+    accredited = record.procedure.accreditation if not (tested.simulated or void) else ""
+    words = "Calibration certificate" if accredited else "Test report (in-house)"
+    given = paper.given
+    asked = replace(
+        given, customer=given.customer or record.customer, place=given.place or record.place
+    )
+    low, high = (" ".join(f"{x:g}" for x in corner)
+                 for corner in (tested.volume_min, tested.volume_max))  # fmt: skip
+    return Certificate(
+        title=f"{'SIMULATED: ' if tested.simulated else ''}{words}: {record.procedure.title}",
+        number=f"A-{record.number}",
+        item=f"Rig {tested.rig}, probe {tested.probe}, tip {tested.tip}",
+        identifications=(
+            *(("camera", camera) for camera in tested.cameras),
+            ("calibration", tested.calibration or tested.calibration_status),
+            ("tip", tested.tip_record or "as its document"),
+            ("procedure", record.procedure_sha256),
+        ),
+        method=record.procedure.title,
+        norms=(record.wording,),
+        software=tested.software,
+        runs=tuple(runs),
+        values=tuple(
+            CertificateValue(
+                f"{one.quantity}, worst of {one.count}", one.error_mm, _MM, one.expanded_mm
+            )
+            for one in record.quantities
+        ),
+        artefacts=once(
+            [one.use for test in (found, record) if test is not None for one in test.artefacts]
+        ),
+        volume=f"Volume from ({low}) to ({high}) mm, world.",
+        begin_utc=record.begun_utc if found is None else found.begun_utc,
+        end_utc=record.ended_utc,
+        previous="" if found is None else record_hash(found),
+        paper=replace(paper, given=asked),
+        accreditation=accredited,
+        simulated=tested.simulated,
+        not_found=not_found if adjusted and found is None else "",
+    )
+
+
+def _acceptance_run(record: AcceptanceRecord) -> CertificateRun:
+    void = record.verdict is Verdict.VOID
+    return CertificateRun(
+        status="afterAdjustment" if record.condition == AFTER else "beforeAdjustment",
+        made_utc=record.ended_utc,
+        made_by=record.made_by,
+        temperature_c=_mean([one.celsius for one in record.climate]),
+        rule=f"{record.wording}, rule {record.procedure.rule}",
+        lines=tuple(_judged(one) for one in record.values if one.verdict in _JUDGED),
+        passed=record.verdict is Verdict.PASS,
+        record=record_hash(record),
+        data_sha256=record.chain_head,
+        notes=(
+            *record.void_reasons,
+            *record.notes,
+            *((record.procedure.by_agreement,) if record.procedure.by_agreement else ()),
+            *((f"Retests: {record.retests}.",) if record.retests else ()),
+        ),
+        stated="noPass" if void else _JUDGED[record.verdict],
+    )
+
+
+def mismatch(record: AcceptanceRecord, found: AcceptanceRecord) -> str:
+    """Return why one test is not the state before another one; empty where it is."""
+    one, other = found.instrument, record.instrument
+    if found.condition == AFTER or record.condition != AFTER:
+        return "it must be as found, and the other one after adjustment"
+    if not same_test(record, found):
+        return "machine or procedure is another one"
+    if found.ended_utc > record.begun_utc:
+        return "it ended later than the other one began"
+    if (one.calibration, one.tip_record) == (other.calibration, other.tip_record):
+        return "cameras and tip are calibrated as they were: nothing was adjusted"
+    return ""
+
+
+def same_test(one: AcceptanceRecord, other: AcceptanceRecord) -> bool:
+    """Return whether two tests are of the same machine, by the same procedure."""
+    a, b = one.instrument, other.instrument
+    return (
+        one.procedure_sha256 == other.procedure_sha256
+        and (a.rig, a.probe, a.tip, a.simulated) == (b.rig, b.probe, b.tip, b.simulated)
+        and sorted(a.cameras) == sorted(b.cameras)
+    )
+
+
+def found_before(record: AcceptanceRecord, folder: Path) -> tuple[AcceptanceRecord | None, str]:
+    """Return the test as found that lies in the folder of a test after adjustment, or why not.
+
+    It is the last one of the same machine by the same procedure before it. Where that one is after
+    an adjustment, too, nobody tested what was found before the later adjustment.
+    """
+    before, unread = [], 0
+    for path in sorted(folder.glob("*.json")):
+        try:
+            one = load_record(path)
+        except OcmmError:
+            unread += 1
+            continue
+        if same_test(record, one) and one.ended_utc <= record.begun_utc:
+            before.append(one)
+    left = f"; {unread} files beside it are no sound records" if unread else ""
+    if not before:
+        return None, f"no earlier test of this machine by this procedure lies beside it{left}"
+    last = max(before, key=lambda one: one.ended_utc)
+    why = mismatch(record, last)
+    return (None, f"test {last.number} before it does not show it: {why}") if why else (last, "")
+
+
+def _judged(value: JudgedValue) -> CertificateLine:
+    # A form is its own error: there is nothing certified that it would be a difference from.
+    is_difference = abs(value.measured_mm - value.certified_mm - value.error_mm) < _SAME
+    again = ", superseded by a retest" if value.superseded else ""
+    return CertificateLine(
+        name=f"{value.quantity} {value.position}, {value.name}{again}",
+        measured=value.measured_mm if is_difference else value.error_mm,
+        reference=value.certified_mm if is_difference else 0.0,
+        expanded=value.expanded_mm,
+        limit=value.limit_mm,
+        stated=_JUDGED[value.verdict],
+    )
+
+
+def _mean(values: Sequence[float]) -> float | None:
+    return sum(values) / len(values) if values else None

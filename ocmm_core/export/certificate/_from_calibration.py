@@ -1,0 +1,187 @@
+"""The paper of a calibration of cameras: parameters with U, and the state before and after.
+
+The parameters and their covariance are those of the sealed record. What a person looks for is not
+the parameter but where the camera stands and how its lens is, so that the covariance (of a small
+rotation and translation in the camera frame, `camera.PARAMETERS`) is carried over to centre and
+rotation vector with derivatives by differences; the model is smooth, and one sigma is a small step.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CameraRecord,
+    entry_of,
+    record_hash,
+    rig_from_record,
+)
+from ocmm_core.camera import N_PARAMETERS, CameraEntry, camera_of
+from ocmm_core.errors import InputError
+from ocmm_core.export.certificate._content import (
+    Certificate,
+    CertificateRun,
+    CertificateValue,
+    K,
+    once,
+)
+from ocmm_core.export.certificate._run import verification_run
+from ocmm_core.export.report import Paper
+from ocmm_core.geometry import Float
+
+_NUMBER_DIGITS = 16
+_NEVER_SMALLER = 1e-12
+"""Least step of a difference: where a parameter is held fixed, its sigma is zero."""
+
+_MM, _RAD, _ONE = "\\milli\\metre", "\\radian", "\\one"
+_QUANTITIES = (
+    ("projection centre X", _MM), ("projection centre Y", _MM), ("projection centre Z", _MM),
+    ("rotation vector x", _RAD), ("rotation vector y", _RAD), ("rotation vector z", _RAD),
+    ("focal length", _MM), ("aspect", _ONE), ("principal point u, px", _ONE),
+    ("principal point v, px", _ONE), ("distortion k1", "\\milli\\metre\\tothe{-2}"),
+    ("distortion k2", "\\milli\\metre\\tothe{-4}"),
+    ("distortion p1", "\\milli\\metre\\tothe{-1}"),
+    ("distortion p2", "\\milli\\metre\\tothe{-1}"),
+)  # fmt: skip
+_METHODS = {
+    "known points": "Bundle adjustment of all cameras from known points",
+    "relocation": "Adjustment of the cameras' poses from a relocated artefact",
+}
+
+
+def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certificate:
+    """Return the paper of the calibration of the cameras that is in use.
+
+    The state as found is the last verification of the calibration before, that after adjustment the
+    first one of the calibration in use. Where one of them was never made, the paper says "not
+    determined", and the statement of conformity is about the state after adjustment alone.
+
+    Raises
+    ------
+    InputError
+        There is no calibration.
+    CalibrationError
+        A record was changed, or its covariance is invalid.
+    """
+    record = store.active()
+    if record is None:
+        raise InputError(
+            "certificate.no_calibration",
+            "There is no calibration of these cameras.",
+            "Calibrate the cameras (ocmm calibrate).",
+        )
+    own, made = record_hash(record), store.verifications()
+    before = next((one for one in store.records() if record_hash(one) == record.previous), None)
+    found = [one for one in made if record.previous and one.calibration == record.previous][-1:]
+    after = [one for one in made if one.calibration == own][:1]
+    runs = (
+        *(verification_run(one, "beforeAdjustment") for one in found),
+        *(verification_run(one, "afterAdjustment") for one in after),
+    )
+    return Certificate(
+        title="Calibration record",
+        number=f"C-{own[:_NUMBER_DIGITS]}",
+        item=f"Cameras of rig {record.rig}",
+        identifications=(
+            *((f"camera {camera.name} no.", str(camera.serial)) for camera in record.cameras),
+            ("calibration", own),
+            ("observations", record.data_sha256),
+        ),
+        method=_METHODS[record.method],
+        norms=("thesis of the method, 1.2.3 and 3.1", "verified as modelled on VDI/VDE 2634 part 1")
+        if runs else ("thesis of the method, 1.2.3 and 3.1",),
+        software=record.software,
+        runs=runs,
+        values=(*_figures(record), *_parameters(record)),
+        values_before=() if before is None else tuple(_parameters(before)),
+        artefacts=once(
+            [*record.artefacts, *(use for one in (*found, *after) for use in one.artefacts)]
+        ),
+        volume=_volume(record),
+        begin_utc=record.made_utc,
+        end_utc=max([record.made_utc, *(one.made_utc for one in after)]),
+        previous=record.previous,
+        paper=paper,
+        climate=tuple(_climate(record)),
+        not_found=_not_found(record, runs),
+        not_after="" if after else (
+            "the calibration was not verified; it must not be measured with until it is"
+        ),
+    )  # fmt: skip
+
+
+def _not_found(record: CameraRecord, runs: Sequence[CertificateRun]) -> str:
+    if not record.previous:
+        return "this is the first calibration of these cameras"
+    if any(run.status == "beforeAdjustment" for run in runs):
+        return ""
+    return "the calibration before has no verification"
+
+
+def _climate(record: CameraRecord) -> Iterator[tuple[str, float]]:
+    if record.temperature_c is not None:
+        yield "calibration", record.temperature_c
+    for camera, celsius in zip(record.cameras, record.sensor_temperatures_c, strict=False):
+        yield f"sensor of {camera.name}", celsius
+
+
+def _volume(record: CameraRecord) -> str:
+    low, high = (
+        " ".join(f"{x:g}" for x in corner) for corner in (record.volume_min, record.volume_max)
+    )
+    return f"Volume from ({low}) to ({high}) mm, world. Rotation from world to camera, rad."
+
+
+def _figures(record: CameraRecord) -> Iterator[CertificateValue]:
+    yield CertificateValue("RMS of the residuals, px", record.rms_px, _ONE)
+    yield CertificateValue("Chi square per degree of freedom", record.chi2_per_dof, _ONE)
+    yield CertificateValue("Reference positions or poses", float(record.points), _ONE)
+    yield CertificateValue("Left out as outliers", float(len(record.outliers)), _ONE)
+
+
+def _parameters(record: CameraRecord) -> Iterator[CertificateValue]:
+    covariance = rig_from_record(record).parameter_covariance
+    for index, entry in enumerate(record.cameras):
+        own = slice(index * N_PARAMETERS, (index + 1) * N_PARAMETERS)
+        values, sigmas = _stated(entry, covariance[own, own])
+        for (name, unit), value, sigma in zip(_QUANTITIES, values, sigmas, strict=True):
+            yield CertificateValue(f"{entry.name}: {name}", float(value), unit, K * float(sigma))
+
+
+def _stated(entry: CameraEntry, covariance: Float) -> tuple[Float, Float]:
+    """Return centre, rotation vector and lens of a camera, and their standard uncertainties.
+
+    Parameters
+    ----------
+    covariance
+        (14, 14), in the order of `camera.PARAMETERS`.
+    """
+    camera, here = camera_of(entry), _numbers(entry)
+    jacobian = np.zeros((len(here), N_PARAMETERS))
+    steps = np.maximum(np.sqrt(np.diag(covariance)), _NEVER_SMALLER)
+    for column, step in enumerate(steps):
+        change = np.zeros(N_PARAMETERS)
+        change[column] = step
+        ends = [
+            _numbers(entry_of(camera.perturbed(sign * change), entry.alias), near=here)
+            for sign in (1.0, -1.0)
+        ]
+        jacobian[:, column] = (ends[0] - ends[1]) / (2.0 * step)
+    sigmas: Float = np.sqrt(np.maximum(np.diag(jacobian @ covariance @ jacobian.T), 0.0))
+    return here, sigmas
+
+
+def _numbers(entry: CameraEntry, near: Float | None = None) -> Float:
+    turn: Float = np.array(entry.rotation_vector)
+    angle = float(np.linalg.norm(turn))
+    if near is not None and angle > 0.0:
+        # v and v (1 - 2 pi / |v|) are the same rotation: near half a turn the sign may jump.
+        other = turn * (1.0 - 2.0 * np.pi / angle)
+        turn = min((turn, other), key=lambda one: float(np.linalg.norm(one - near[3:6])))
+    lens = (
+        entry.focal, entry.aspect, entry.u0_px, entry.v0_px, entry.k1, entry.k2, entry.p1, entry.p2
+    )  # fmt: skip
+    return np.array([*entry.centre, *turn, *lens])

@@ -1,0 +1,63 @@
+"""The template of reports with the head that the settings say."""
+
+from __future__ import annotations
+
+import hashlib
+import tomllib
+from pathlib import Path
+
+from ocmm_core.documents import LARGEST_DOCUMENT, read_bytes, read_text, write_atomic
+from ocmm_core.errors import StorageError
+from ocmm_core.export.report._template import load_paper, standard_template
+from ocmm_core.settings import Settings, toml_text
+
+_FOLDER = "report-head"
+_LARGEST_LOGO = 4 << 20
+
+
+def headed_template(settings: Settings, folder: Path) -> Path | None:
+    """Return the template that reports of this station begin with; None for the plain one.
+
+    Where the settings say no laboratory, address or logo, it is their template as it is. Else a
+    copy of it with that head is written below ``folder``, with the logo beside it.
+
+    Raises
+    ------
+    InputError
+        The template or the logo cannot be used.
+    StorageError
+        The copy cannot be written.
+    """
+    base = settings.report_template
+    if not (settings.report_laboratory or settings.report_address or settings.report_logo):
+        return base
+    source = base or standard_template()
+    paper = load_paper(source)
+    data = tomllib.loads(read_text(source, LARGEST_DOCUMENT))
+    laboratory = data.setdefault("laboratory", {})
+    if settings.report_laboratory:
+        laboratory["name"] = settings.report_laboratory
+    if settings.report_address:
+        laboratory["address"] = list(settings.report_address)
+    logo, suffix = paper.logo, Path(laboratory.get("logo", "")).suffix
+    if settings.report_logo is not None:
+        logo, suffix = read_bytes(settings.report_logo, _LARGEST_LOGO), settings.report_logo.suffix
+    if logo:
+        # Under the name of its content: a report that is being written reads one or the other.
+        laboratory["logo"] = f"logo-{hashlib.sha256(logo).hexdigest()[:12]}{suffix}"
+    text = toml_text(data).encode("utf-8")
+    made = folder / _FOLDER
+    path = made / f"head-{hashlib.sha256(text).hexdigest()[:12]}.toml"
+    try:
+        made.mkdir(parents=True, exist_ok=True)
+        if logo:
+            write_atomic(made / laboratory["logo"], logo)
+        write_atomic(path, text)
+    except OSError as error:
+        raise StorageError(
+            "report.head",
+            f"{made}: the head of the report cannot be written ({error.strerror}).",
+            "Give this user the right to write there; reports have the plain head until then.",
+        ) from error
+    load_paper(path)
+    return path

@@ -1,0 +1,116 @@
+"""The jobs that were worked on last, for whoever wants to go on with one."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.archive._batch import SUFFIX, glance_at_copy
+from ocmm_core.inspection.evaluation import PAUSED, RESUMED, STANDING_EVENT, WrittenProgress
+from ocmm_core.inspection.plan import stored_plan
+from ocmm_core.inspection.session import header_of
+from ocmm_core.storage import JobSummary, event_value, read_summary
+
+MOST_FILES = 2000
+"""Files of a folder that are looked at for their time."""
+
+
+@dataclass(frozen=True, slots=True)
+class LastJob:
+    """One job as a list shows it.
+
+    Attributes
+    ----------
+    path
+        Its file.
+    part, serial, operator
+        From its header; empty where it cannot be read.
+    points
+        How many count.
+    finished, features
+        How many features are finished or skipped, of how many.
+    paused
+        It was left in a pause.
+    changed_s
+        When its file was changed, seconds since 1970.
+    fault
+        Why it cannot be read; None for a sound one.
+    """
+
+    path: Path
+    part: str = ""
+    serial: str = ""
+    operator: str = ""
+    points: int = 0
+    finished: int = 0
+    features: int = 0
+    paused: bool = False
+    changed_s: float = 0.0
+    fault: OcmmError | None = None
+
+    @property
+    def complete(self) -> bool:
+        """Return whether no feature is left."""
+        return 0 < self.features <= self.finished
+
+
+def last_jobs(
+    folder: Path,
+    also: Iterable[Path] = (),
+    *,
+    most: int = 20,
+    stopped: Callable[[], bool] = lambda: False,
+) -> tuple[LastJob, ...]:
+    """Return the jobs of a folder, and some others, that were changed last; newest first.
+
+    No more than ``most`` files are opened. One that is damaged, or no job, is in the list with its
+    fault; a folder that is not there has no jobs.
+    """
+    found: dict[Path, float] = {}
+    for path in (*_in_folder(folder), *also):
+        # A file that goes away meanwhile, or a name that is none.
+        with contextlib.suppress(OSError, ValueError):
+            found[path.absolute()] = path.stat().st_mtime
+    newest = sorted(found, key=lambda path: found[path], reverse=True)[:most]
+    return tuple(_look(path, found[path]) for path in newest if not stopped())
+
+
+def _in_folder(folder: Path) -> list[Path]:
+    jobs: list[Path] = []
+    try:
+        for path in folder.iterdir():
+            if path.suffix == SUFFIX:
+                jobs.append(path)
+            if len(jobs) >= MOST_FILES:
+                break
+    except OSError:
+        return []
+    return jobs
+
+
+def _look(path: Path, changed_s: float) -> LastJob:
+    try:
+        seen = read_summary(path) or glance_at_copy(path)
+        return _job(path, changed_s, seen)
+    except OcmmError as fault:
+        return LastJob(path, changed_s=changed_s, fault=fault)
+
+
+def _job(path: Path, changed_s: float, seen: JobSummary) -> LastJob:
+    header = header_of(seen.head, seen.events)
+    names = {feature.name for feature in stored_plan(seen.head).features}
+    settled: set[str] = set()
+    paused = False
+    for event in seen.events:
+        if event.kind == STANDING_EVENT:
+            standing = event_value(STANDING_EVENT, event.text, WrittenProgress)
+            settled = {*standing.done, *standing.skipped} & names
+        elif event.kind in (PAUSED, RESUMED):
+            paused = event.kind == PAUSED
+    return LastJob(
+        path, header.part, header.serial, header.operator, seen.n_points, len(settled), len(names),
+        paused, changed_s,
+    )  # fmt: skip

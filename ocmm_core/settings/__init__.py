@@ -1,0 +1,75 @@
+"""Settings of a station and of its users, and the places that were used last.
+
+In: settings documents (`ocmm.settings/1`, TOML), one of the station and one of the user.
+Out: a complete set of settings, where each comes from, and sentences about what was not used.
+
+Read `_specs` (the table of all settings), `_values` (one value, from a file or typed), `_file` (a
+document: read so that nothing keeps the program from starting, changed so that two programs lose
+nothing), `_settings` (both documents and the command line together), `_recent` (places used last),
+`_toml` (how a document is written).
+The window and `ocmm settings` read it; commands that measure do not (decision 74). It must not know
+a screen, nor load a numerical library: the window asks it before anything else.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.settings._file import SETTINGS_SCHEMA, Note, SettingsFile
+    from ocmm_core.settings._recent import RecentPlaces, is_shipped
+    from ocmm_core.settings._settings import (
+        LoadedSettings,
+        Origin,
+        Settings,
+        SettingsStore,
+        temperatures_hold,
+    )
+    from ocmm_core.settings._specs import (
+        SECTIONS,
+        SETTINGS,
+        Applies,
+        Kind,
+        Scope,
+        SettingSpec,
+        Value,
+        spec_of,
+    )
+    from ocmm_core.settings._toml import toml_text
+    from ocmm_core.settings._values import text_of, value_of_text
+else:
+    __getattr__ = door(
+        __name__,
+        _file="Note SETTINGS_SCHEMA SettingsFile",
+        _recent="RecentPlaces is_shipped",
+        _settings="LoadedSettings Origin Settings SettingsStore temperatures_hold",
+        _specs="Applies Kind SECTIONS SETTINGS Scope SettingSpec Value spec_of",
+        _toml="toml_text",
+        _values="text_of value_of_text",
+    )
+
+__all__ = [
+    "SECTIONS",
+    "SETTINGS",
+    "SETTINGS_SCHEMA",
+    "Applies",
+    "Kind",
+    "LoadedSettings",
+    "Note",
+    "Origin",
+    "RecentPlaces",
+    "Scope",
+    "SettingSpec",
+    "Settings",
+    "SettingsFile",
+    "SettingsStore",
+    "Value",
+    "is_shipped",
+    "spec_of",
+    "temperatures_hold",
+    "text_of",
+    "toml_text",
+    "value_of_text",
+]

@@ -1,0 +1,267 @@
+"""One settings document: read so that nothing keeps a program from starting, and changed safely.
+
+A document that cannot be used is passed over with a sentence and left as it is. The first change
+sets a damaged or foreign one aside under another name; one of a later version of the program is
+never written to. Single values that cannot be used are passed over one by one, and unknown ones are
+kept: a newer program may have written them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import time
+import tomllib
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from ocmm_core.documents import LARGEST_DOCUMENT, read_text, shortened, write_atomic
+from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.host import HOST
+from ocmm_core.settings._specs import SETTINGS, Value, spec_of
+from ocmm_core.settings._toml import toml_text
+from ocmm_core.settings._values import checked, plain
+
+SETTINGS_SCHEMA = "ocmm.settings/1"
+_FAMILY = "ocmm.settings/"
+MEASURED = ("temperature.part_c", "temperature.probe_c")
+"""What is true for some hours only."""
+STAMP_END = "_utc"
+"""Of the name beside each of them: when it was typed."""
+_STAMPS = tuple(key + STAMP_END for key in MEASURED)
+_WAIT_S = 5.0
+_MOST_ASIDE = 100
+_NO_RIGHTS = "Give this user the right to write there, or change the settings of this user instead."
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What was not used, and what was done about it: two sentences."""
+
+    what: str
+    remedy: str
+
+
+@dataclass(frozen=True, slots=True)
+class Contents:
+    """What a document says.
+
+    Attributes
+    ----------
+    values
+        By key; only what can be used.
+    entries
+        Everything that stands in it, also what is not known.
+    notes
+        What was passed over.
+    state
+        ``good``, ``missing``, ``unusable`` (damaged or foreign) or ``future``.
+    stamps
+        When the values of `MEASURED` were typed, by key.
+    """
+
+    values: Mapping[str, Value] = field(default_factory=dict)
+    entries: Mapping[str, Any] = field(default_factory=dict)
+    notes: tuple[Note, ...] = ()
+    state: str = "good"
+    stamps: Mapping[str, str] = field(default_factory=dict)
+
+
+class SettingsFile:
+    """The document at a path, which need not be there.
+
+    Parameters
+    ----------
+    path
+        Of the document.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def read(self) -> Contents:
+        """Return what can be used of the document; nothing is raised, everything is told."""
+        try:
+            if not os.path.lexists(self.path):
+                return Contents(state="missing")
+            data = tomllib.loads(read_text(self.path, LARGEST_DOCUMENT))
+        except OcmmError as error:
+            return self._unusable(error.what)
+        except (ValueError, RecursionError, OSError) as error:
+            return self._unusable(f"{self.path}: the file is not valid TOML ({error}).")
+        schema = data.get("schema")
+        if isinstance(schema, str) and schema.startswith(_FAMILY) and schema != SETTINGS_SCHEMA:
+            note = Note(
+                f"{self.path}: these settings are of another version ({shortened(schema)}), "
+                "and are not used.",
+                "Update OCMM, or move that file away. It is left as it is.",
+            )
+            return Contents(notes=(note,), state="future")
+        if schema != SETTINGS_SCHEMA:
+            return self._unusable(
+                f"{self.path}: field 'schema' is {shortened(schema)}, so this is no settings file."
+            )
+        return self._usable(data)
+
+    def change(
+        self,
+        changes: Mapping[str, Value],
+        *,
+        stamp: str = "",
+        keep_defaults: frozenset[str] = frozenset(),
+    ) -> tuple[Note, ...]:
+        """Set values; one that is None, or the default, is taken out. Return what else was done.
+
+        The document is read anew under a lock and written as a whole: what another program changed
+        meanwhile stays.
+
+        Parameters
+        ----------
+        changes
+            By key.
+        stamp
+            The time now, ISO 8601; kept beside a temperature that is set.
+        keep_defaults
+            Keys that are written also where they are the default: another document would win.
+
+        Raises
+        ------
+        InputError
+            A key is no setting, or a value cannot be used.
+        StorageError
+            The document is of a later version, another program holds it, or it cannot be written.
+        """
+        wanted = {
+            key: None if value is None else checked(spec_of(key), value)
+            for key, value in changes.items()
+        }
+        try:
+            self.path.parent.mkdir(parents=True, exist_ok=True)
+            with _held(self.path.parent):
+                return self._write(wanted, stamp, keep_defaults)
+        except OSError as error:
+            raise StorageError(
+                "settings.read_only",
+                f"{self.path}: the settings cannot be written ({error.strerror or error}).",
+                _NO_RIGHTS,
+            ) from error
+
+    def _write(
+        self, wanted: Mapping[str, Value], stamp: str, keep_defaults: frozenset[str]
+    ) -> tuple[Note, ...]:
+        now = self.read()
+        if now.state == "future":
+            raise StorageError("settings.version", now.notes[0].what, now.notes[0].remedy)
+        notes: tuple[Note, ...] = ()
+        if now.state == "unusable":
+            aside = self._set_aside()
+            notes = (
+                Note(
+                    f"{self.path} could not be used. It was renamed to {aside.name}.",
+                    "Copy what you need from it.",
+                ),
+            )
+        entries: dict[str, Any] = {"schema": SETTINGS_SCHEMA}
+        for name, items in now.entries.items():
+            entries[name] = dict(items) if isinstance(items, Mapping) else items
+        for key, value in wanted.items():
+            spec = spec_of(key)
+            found = entries.get(spec.section)
+            table: dict[str, Any] = found if isinstance(found, dict) else {}
+            entries[spec.section] = table
+            if value is None or (value == spec.default and key not in keep_defaults):
+                table.pop(spec.name, None)
+                table.pop(spec.name + STAMP_END, None)
+            else:
+                table[spec.name] = plain(value)
+            if stamp and key in MEASURED and value is not None:
+                table[spec.name + STAMP_END] = stamp
+            if not table:
+                del entries[spec.section]
+        write_atomic(self.path, toml_text(entries).encode("utf-8"))
+        return notes
+
+    def _set_aside(self) -> Path:
+        for number in range(1, _MOST_ASIDE):
+            aside = self.path.with_name(f"{self.path.stem}-unusable-{number}{self.path.suffix}")
+            if not os.path.lexists(aside):
+                self.path.rename(aside)
+                return aside
+        raise OSError(0, f"{_MOST_ASIDE} unusable files are beside it", str(self.path))
+
+    def _unusable(self, what: str) -> Contents:
+        note = Note(
+            f"{what} Defaults are used instead of these settings.",
+            "Correct the file, or change a setting: the file is then renamed and a new one begun.",
+        )
+        return Contents(notes=(note,), state="unusable")
+
+    def _usable(self, data: dict[str, Any]) -> Contents:
+        values: dict[str, Value] = {}
+        stamps: dict[str, str] = {}
+        notes: list[Note] = []
+        known = {(spec.section, spec.name): spec for spec in SETTINGS}
+        for section, items in data.items():
+            if section == "schema":
+                continue
+            if not isinstance(items, dict):
+                notes.append(self._unknown(section))
+                continue
+            for name, value in items.items():
+                spec = known.get((section, name))
+                if spec is None:
+                    if f"{section}.{name}" not in _STAMPS:
+                        notes.append(self._unknown(f"{section}.{name}"))
+                    elif isinstance(value, str):
+                        stamps[f"{section}.{name}".removesuffix(STAMP_END)] = value[:40]
+                    continue
+                try:
+                    values[spec.key] = checked(spec, value)
+                except InputError as error:
+                    notes.append(
+                        Note(
+                            f"{self.path}: {error.what} The default is used.",
+                            f"Correct {spec.key} there, or set it again in Settings.",
+                        )
+                    )
+        return Contents(values, data, tuple(notes), stamps=stamps)
+
+    def _unknown(self, key: str) -> Note:
+        return Note(
+            f"{self.path}: {shortened(key)} is not a setting of this version. It is kept.",
+            "Check its name.",
+        )
+
+
+@contextlib.contextmanager
+def _held(folder: Path) -> Iterator[None]:
+    """Let one program at a time change what is in a folder.
+
+    Raises
+    ------
+    StorageError
+        Another one holds it for longer than any change takes.
+    """
+    descriptor = HOST.open_to_lock(folder)
+    try:
+        until = time.monotonic() + _WAIT_S
+        while True:
+            try:
+                HOST.lock(descriptor)
+                break
+            except BlockingIOError:
+                if time.monotonic() > until:
+                    raise StorageError(
+                        "settings.busy",
+                        f"{folder}: another program is changing the settings.",
+                        "End it, and try again.",
+                    ) from None
+                time.sleep(0.02)
+            except OSError:
+                # A file system without locks: the change is still written as a whole.
+                break
+        yield
+    finally:
+        os.close(descriptor)

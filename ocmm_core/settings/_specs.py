@@ -1,0 +1,270 @@
+"""The table of all settings: one entry each, and nothing else knows which there are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
+
+Value = str | float | bool | int | Path | tuple[str, ...] | dict[str, tuple[str, ...]] | None
+"""What a setting can be; None where nothing is set."""
+
+
+class Kind(Enum):
+    """What may be typed."""
+
+    TEXT = "text"
+    CHOICE = "choice"
+    SWITCH = "yes or no"
+    NUMBER = "number"
+    WHOLE = "whole number"
+    FILE = "file"
+    FOLDER = "folder"
+    LINES = "lines"
+    KEYS = "keys"
+
+
+class Scope(Enum):
+    """Whose document a setting is written to unless somebody says otherwise."""
+
+    STATION = "station"
+    USER = "user"
+
+
+class Applies(Enum):
+    """When a change is felt."""
+
+    NOW = "at once"
+    REOPEN = "when the job is opened again"
+
+
+@dataclass(frozen=True, slots=True)
+class SettingSpec:
+    """One setting.
+
+    Attributes
+    ----------
+    key
+        Section and name, parted by a full stop.
+    kind
+        What may be typed.
+    default
+        Where nobody set it.
+    scope, applies
+        Whose it is, and when a change is felt.
+    label, tip
+        Of its field, in English.
+    choices
+        Of a `Kind.CHOICE`; of a text, what may be proposed.
+    least, most
+        Limits of a number, in its ``unit``.
+    schema
+        Of the document that a file must be.
+    option
+        The option of the command line that wins over it.
+    """
+
+    key: str
+    kind: Kind
+    default: Value
+    scope: Scope
+    applies: Applies
+    label: str
+    tip: str
+    choices: tuple[str, ...] = ()
+    least: float = 0.0
+    most: float = 0.0
+    unit: str = ""
+    schema: str = ""
+    option: str = ""
+
+    @property
+    def section(self) -> str:
+        """Return the section of the document."""
+        return self.key.partition(".")[0]
+
+    @property
+    def name(self) -> str:
+        """Return the name within its section."""
+        return self.key.partition(".")[2]
+
+
+SECTIONS = {
+    "instrument": "Instrument",
+    "job": "Jobs",
+    "temperature": "Temperature",
+    "report": "Report head",
+    "stream": "Live stream",
+    "window": "Window",
+}
+"""Sections in the order in which they are shown, with their titles."""
+
+_S, _U, _NOW, _LATER = Scope.STATION, Scope.USER, Applies.NOW, Applies.REOPEN
+
+
+def _spec(
+    key: str, kind: Kind, default: Value, scope: Scope, applies: Applies, label: str, tip: str,
+    *, choices: tuple[str, ...] = (), limits: tuple[float, float] = (0.0, 0.0), unit: str = "",
+    schema: str = "", option: str = "",
+) -> SettingSpec:  # fmt: skip
+    least, most = limits
+    return SettingSpec(
+        key, kind, default, scope, applies, label, tip, choices, least, most, unit, schema, option
+    )
+
+
+SETTINGS: tuple[SettingSpec, ...] = (
+    _spec(
+        "instrument.source", Kind.TEXT, "simulated", _S, _LATER, "Cameras",
+        "simulated, ethercat:INTERFACE, ethercat:service or replay:FILE",
+        choices=("simulated", "ethercat:service", "ethercat:virtual"), option="--source",
+    ),
+    _spec(
+        "instrument.rig", Kind.FILE, resource("rigs", "recommended.toml"), _S, _LATER, "Rig",
+        "Document of the cameras", schema="ocmm.rig/1", option="--rig",
+    ),
+    _spec(
+        "instrument.probe", Kind.FILE, resource("probes", "standard.toml"), _S, _LATER, "Probe",
+        "Document of the probe", schema="ocmm.probe/1", option="--probe",
+    ),
+    _spec(
+        "instrument.tip", Kind.TEXT, None, _S, _LATER, "Tip",
+        "Name of the mounted tip; empty: as its records say", option="--tip",
+    ),
+    _spec(
+        "instrument.reference", Kind.FILE, None, _S, _LATER, "Reference body",
+        "Document of the LEDs fixed to the part; empty: none", schema="ocmm.reference/1",
+        option="--reference",
+    ),
+    _spec(
+        "instrument.calibrations", Kind.FOLDER, None, _S, _LATER, "Camera records",
+        "Folder of calibrations; empty: of this user", option="--calibrations",
+    ),
+    _spec(
+        "instrument.probes", Kind.FOLDER, None, _S, _LATER, "Tip records",
+        "Folder of probe and tip records; empty: of this user", option="--probes",
+    ),
+    _spec(
+        "instrument.check_after_h", Kind.NUMBER, 8.0, _S, _LATER, "Check the tip after",
+        "Hours without a point or a check", limits=(0.1, 168.0), unit="h", option="--check-after",
+    ),
+    _spec(
+        "job.folder", Kind.FOLDER, Path.home() / "ocmm-out", _U, _LATER, "Job folder",
+        "Where jobs and reports are written", option="--out",
+    ),
+    _spec(
+        "job.plans", Kind.FOLDER, None, _S, _NOW, "Plan folder",
+        "Where plans are looked for; empty: recent places only",
+    ),
+    _spec(
+        "job.operator", Kind.TEXT, "", _U, _NOW, "Operator", "Proposed for a new job",
+        option="--operator",
+    ),
+    _spec(
+        "job.operators", Kind.LINES, (), _S, _NOW, "Users",
+        "Names proposed as operator, parted by semicolons",
+    ),
+    _spec(
+        "temperature.part_c", Kind.NUMBER, None, _S, _LATER, "Part temperature",
+        "Measured today; empty: unknown", limits=(-20.0, 60.0), unit="°C",
+        option="--part-temperature",
+    ),
+    _spec(
+        "temperature.part_expansion_ppm", Kind.NUMBER, None, _S, _LATER, "Part expansion",
+        "Empty: by the material of the plan", limits=(-5.0, 200.0), unit="1e-6/K",
+        option="--part-expansion",
+    ),
+    _spec(
+        "temperature.compensate_part", Kind.SWITCH, False, _S, _LATER, "Compensate the part",
+        "Report coordinates at 20 °C", option="--compensate-part",
+    ),
+    _spec(
+        "temperature.probe_c", Kind.NUMBER, None, _S, _LATER, "Probe temperature",
+        "Measured today; empty: unknown", limits=(-20.0, 60.0), unit="°C",
+        option="--probe-temperature",
+    ),
+    _spec(
+        "temperature.probe_design", Kind.FILE, None, _S, _LATER, "Probe design",
+        "Document of its materials: growth and bending", schema="ocmm.probe-design/1",
+        option="--probe-design",
+    ),
+    _spec(
+        "temperature.compensate_probe", Kind.SWITCH, False, _S, _LATER, "Compensate the probe",
+        "Use its geometry at its temperature", option="--compensate-probe",
+    ),
+    _spec(
+        "temperature.sigma_k", Kind.NUMBER, 0.5, _S, _LATER, "Standard uncertainty",
+        "Of each temperature", limits=(0.01, 10.0), unit="K", option="--temperature-sigma",
+    ),
+    _spec(
+        "temperature.valid_h", Kind.NUMBER, 8.0, _S, _LATER, "Temperatures hold for",
+        "Older ones are not used: measure again", limits=(0.1, 24.0), unit="h",
+    ),
+    _spec(
+        "report.laboratory", Kind.TEXT, "", _S, _NOW, "Laboratory", "Over every report",
+    ),
+    _spec(
+        "report.address", Kind.LINES, (), _S, _NOW, "Address", "Lines, parted by semicolons",
+    ),
+    _spec(
+        "report.logo", Kind.FILE, None, _S, _NOW, "Logo", "PNG or JPEG",
+    ),
+    _spec(
+        "report.template", Kind.FILE, None, _S, _NOW, "Template",
+        "Report template; empty: the plain one", schema="ocmm.report-template/1",
+        option="--template",
+    ),
+    _spec(
+        "stream.port", Kind.WHOLE, None, _S, _LATER, "Port",
+        "Points and poses for other programs; empty: off", limits=(1.0, 65535.0),
+        option="--stream",
+    ),
+    _spec(
+        "stream.host", Kind.TEXT, "127.0.0.1", _S, _LATER, "Address of this computer",
+        "Other computers need a token", option="--stream-host",
+    ),
+    _spec(
+        "stream.token", Kind.FILE, None, _S, _LATER, "Token",
+        "File with the token, readable by you alone", option="--stream-token",
+    ),
+    _spec(
+        "stream.certificate", Kind.FILE, None, _S, _LATER, "Certificate",
+        "PEM; the stream then speaks TLS", option="--stream-cert",
+    ),
+    _spec(
+        "stream.key", Kind.FILE, None, _S, _LATER, "Private key",
+        "PEM, of that certificate", option="--stream-key",
+    ),
+    _spec(
+        "window.theme", Kind.CHOICE, "dark", _U, _NOW, "Theme", "Colours of the window",
+        choices=("dark", "light", "contrast"), option="--theme",
+    ),
+    _spec(
+        "window.sounds", Kind.SWITCH, True, _U, _NOW, "Sounds", "Play sounds", option="--silent",
+    ),
+    _spec(
+        "window.far", Kind.SWITCH, False, _U, _LATER, "Far view first",
+        "Open jobs in the view for three metres", option="--far",
+    ),
+    _spec(
+        "window.keys", Kind.KEYS, {}, _U, _NOW, "Keys", "Keys that differ from those shipped",
+    ),
+)  # fmt: skip
+"""All settings, by section."""
+
+_BY_KEY = {spec.key: spec for spec in SETTINGS}
+
+
+def spec_of(key: str) -> SettingSpec:
+    """Return the entry of a setting; InputError where there is none."""
+    try:
+        return _BY_KEY[key]
+    except KeyError:
+        raise InputError(
+            "settings.unknown",
+            f"{key!r} is not a setting.",
+            "The settings are listed by: ocmm settings show.",
+        ) from None

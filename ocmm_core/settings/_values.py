@@ -1,0 +1,193 @@
+"""One value of a setting: as it stands in a document, and as it is typed."""
+
+from __future__ import annotations
+
+import math
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from ocmm_core.documents import LARGEST_DOCUMENT, read_text, shortened
+from ocmm_core.errors import InputError
+from ocmm_core.settings._specs import Kind, SettingSpec, Value
+
+_LONGEST = 1000
+_MOST_LINES = 50
+_MOST_KEYS = 200
+_MOST_SHORTCUTS = 4
+_SEPARATOR = ";"
+_YES, _NO = ("yes", "true", "on", "1"), ("no", "false", "off", "0")
+_SOURCE = re.compile(r"simulated|ethercat:\S+|replay:.+")
+_PICTURE_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
+
+
+def checked(spec: SettingSpec, value: object) -> Value:
+    """Return the value of a document.
+
+    Files and folders are not looked at: a disk that is not there must not cost a setting.
+
+    Raises
+    ------
+    InputError
+        It cannot be the value of this setting.
+    """
+    if spec.kind is Kind.SWITCH:
+        if isinstance(value, bool):
+            return value
+        raise _wrong(spec, value, "must be true or false")
+    if spec.kind in (Kind.NUMBER, Kind.WHOLE):
+        return _number(spec, value)
+    if spec.kind is Kind.LINES:
+        if isinstance(value, list | tuple) and all(isinstance(line, str) for line in value):
+            if len(value) > _MOST_LINES:
+                raise _wrong(spec, value, f"has more than {_MOST_LINES} lines")
+            return tuple(_text(spec, line) for line in value)
+        raise _wrong(spec, value, "must be a list of texts")
+    if spec.kind is Kind.KEYS:
+        return _keys(spec, value)
+    if isinstance(value, Path):
+        value = str(value)
+    if not isinstance(value, str):
+        raise _wrong(spec, value, "must be a text")
+    text = _text(spec, value)
+    if spec.kind in (Kind.FILE, Kind.FOLDER):
+        path = Path(text)
+        if not text or not path.expanduser().is_absolute():
+            raise _wrong(spec, value, "must be a whole path, from the root or from ~")
+        return path.expanduser()
+    if spec.kind is Kind.CHOICE and text not in spec.choices:
+        raise _wrong(spec, value, f"must be one of {', '.join(spec.choices)}")
+    if spec.key == "instrument.source" and not _SOURCE.fullmatch(text):
+        raise _wrong(spec, value, f"must be {spec.tip}")
+    return text
+
+
+def value_of_text(spec: SettingSpec, text: str, *, look: bool = True) -> Value:
+    """Return what somebody typed; an empty text is the default.
+
+    Parameters
+    ----------
+    look
+        Also look at files: whether they are there, and documents of the right kind.
+
+    Raises
+    ------
+    InputError
+        It cannot be the value of this setting.
+    """
+    text = text.strip()
+    if not text:
+        return spec.default
+    if spec.kind is Kind.SWITCH:
+        if text.lower() in _YES + _NO:
+            return text.lower() in _YES
+        raise _wrong(spec, text, "must be yes or no")
+    if spec.kind in (Kind.NUMBER, Kind.WHOLE):
+        try:
+            return checked(spec, float(text.replace(",", ".")))
+        except ValueError:
+            raise _wrong(spec, text, "is not a number") from None
+    if spec.kind is Kind.LINES:
+        return checked(spec, [line.strip() for line in text.split(_SEPARATOR) if line.strip()])
+    if spec.kind is Kind.KEYS:
+        raise _wrong(spec, text, "is changed in the list of keys of the window")
+    if spec.kind in (Kind.FILE, Kind.FOLDER):
+        value = checked(spec, str(Path(text).expanduser().absolute()))
+        if look and isinstance(value, Path):
+            look_at(spec, value)
+        return value
+    return checked(spec, text)
+
+
+def look_at(spec: SettingSpec, path: Path) -> None:
+    """Raise InputError where a file or folder is not what the setting needs.
+
+    A folder that is written to may be missing: it is made.
+    """
+    if spec.kind is Kind.FOLDER:
+        if path.exists() and not path.is_dir():
+            raise _wrong(spec, str(path), "is a file, not a folder")
+        return
+    if not path.is_file():
+        raise _wrong(spec, str(path), "is not there" if not path.exists() else "is no file")
+    if spec.key == "report.logo":
+        with path.open("rb") as stream:
+            if not stream.read(8).startswith(_PICTURE_STARTS):
+                raise _wrong(spec, str(path), "is neither a PNG nor a JPEG")
+    if spec.schema:
+        found = _schema_of(path)
+        if found != spec.schema:
+            raise _wrong(spec, str(path), f"is no document {spec.schema}")
+
+
+def text_of(value: Value) -> str:
+    """Return a value as it is typed; `value_of_text` reads it again."""
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, float):
+        return f"{value:g}"
+    if isinstance(value, tuple):
+        return f"{_SEPARATOR} ".join(value)
+    if isinstance(value, dict):
+        return f"{_SEPARATOR} ".join(f"{name}: {' '.join(keys)}" for name, keys in value.items())
+    return str(value)
+
+
+def plain(value: Value) -> Any:
+    """Return a value as a document holds it."""
+    if isinstance(value, Path):
+        return str(value)
+    if isinstance(value, tuple):
+        return list(value)
+    if isinstance(value, dict):
+        return {name: list(keys) for name, keys in value.items()}
+    return value
+
+
+def _number(spec: SettingSpec, value: object) -> float | int:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise _wrong(spec, value, "is not a number")
+    if not spec.least <= value <= spec.most:
+        unit = f" {spec.unit}" if spec.unit else ""
+        raise _wrong(spec, value, f"must be {spec.least:g} to {spec.most:g}{unit}")
+    if spec.kind is Kind.NUMBER:
+        return float(value)
+    if value != int(value):
+        raise _wrong(spec, value, "must be a whole number")
+    return int(value)
+
+
+def _text(spec: SettingSpec, text: str) -> str:
+    if len(text) > _LONGEST:
+        raise _wrong(spec, text, f"has more than {_LONGEST} characters")
+    if not text.isprintable():
+        raise _wrong(spec, text, "has characters that cannot be shown")
+    return text
+
+
+def _keys(spec: SettingSpec, value: object) -> dict[str, tuple[str, ...]]:
+    if not isinstance(value, dict) or len(value) > _MOST_KEYS:
+        raise _wrong(spec, value, "must be a table of actions with their keys")
+    found = {}
+    for name, keys in value.items():
+        if not isinstance(keys, list | tuple) or len(keys) > _MOST_SHORTCUTS:
+            raise _wrong(spec, keys, f"must have at most {_MOST_SHORTCUTS} keys for an action")
+        if not all(isinstance(key, str) and 0 < len(key) <= 40 for key in keys):
+            raise _wrong(spec, keys, "must name keys")
+        found[_text(spec, str(name))] = tuple(_text(spec, key) for key in keys)
+    return found
+
+
+def _schema_of(path: Path) -> str:
+    try:
+        found = tomllib.loads(read_text(path, LARGEST_DOCUMENT)).get("schema", "")
+    except (InputError, ValueError, RecursionError):
+        return ""
+    return found if isinstance(found, str) else ""
+
+
+def _wrong(spec: SettingSpec, value: object, why: str) -> InputError:
+    return InputError("settings.value", f"{spec.label}: {shortened(value)} {why}.", f"{spec.tip}.")

@@ -1,0 +1,136 @@
+"""Arguments of the window: those that win over the settings, and those of this start alone."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ocmm_core.documents import resource
+from ocmm_core.settings import Value
+from ocmm_gui.kit import THEMES
+
+_GIVEN = {
+    "source": "instrument.source",
+    "rig": "instrument.rig",
+    "probe": "instrument.probe",
+    "tip": "instrument.tip",
+    "reference": "instrument.reference",
+    "calibrations": "instrument.calibrations",
+    "probes": "instrument.probes",
+    "check_after": "instrument.check_after_h",
+    "out": "job.folder",
+    "part_temperature": "temperature.part_c",
+    "part_expansion": "temperature.part_expansion_ppm",
+    "compensate_part": "temperature.compensate_part",
+    "probe_temperature": "temperature.probe_c",
+    "probe_design": "temperature.probe_design",
+    "compensate_probe": "temperature.compensate_probe",
+    "temperature_sigma": "temperature.sigma_k",
+    "stream": "stream.port",
+    "stream_host": "stream.host",
+    "stream_token": "stream.token",
+    "stream_cert": "stream.certificate",
+    "stream_key": "stream.key",
+    "theme": "window.theme",
+    "far": "window.far",
+    "sound": "window.sounds",
+}
+"""Which setting an argument wins over, by the name that it is parsed to."""
+
+
+def given(parsed: argparse.Namespace) -> dict[str, Value]:
+    """Return the settings that the command line gives, by key."""
+    return {key: getattr(parsed, name) for name, key in _GIVEN.items() if hasattr(parsed, name)}
+
+
+def parser() -> argparse.ArgumentParser:
+    """Return what reads the arguments."""
+    made = argparse.ArgumentParser(
+        prog="ocmm window",
+        description="The OCMM window: measure a part to a plan, with real or virtual cameras. What "
+        "is not given here is taken from the settings: ocmm settings show.",
+    )
+    add = made.add_argument
+    add("--start", action="store_true", help="open the Start page instead of measuring at once")
+    add("--demo", action="store_true", help="say that a robot hand measures a virtual part")
+    add("job", nargs="?", type=Path, help="job file to look at, read-only")
+    add("--plan", type=Path, default=resource("plans", "demo.toml"), help="what to measure")
+    add(
+        "--part", type=Path, default=resource("parts", "demo.toml"),
+        help="the true part, for virtual rigs",
+    )  # fmt: skip
+    add("--seed", type=int, default=3, help="seed of the virtual rig")
+    add("--speed", type=float, default=1.0, help="virtual rig: times real time; 0 is unlimited")
+    add("--operator", default="", help="who measures")
+    add("--serial", help="serial number of the part; asked in the window for real cameras")
+    add(
+        "--force",
+        action="store_true",
+        help="use a network interface although the computer itself uses it",
+    )
+    add(
+        "--uncalibrated",
+        action="store_true",
+        help="measure without a calibration: every verdict is NOT PROVEN",
+    )
+    _add_settings(made.add_argument_group("instead of the settings"))
+    add("--size", type=_size, help="of the window, e.g. 1280x720; default: maximised")
+    add("--quit-after", type=float, default=0.0, metavar="SECONDS", help="close automatically")
+    add(
+        "--screenshot", type=_picture, nargs="+", default=[], metavar="FILE",
+        help="save a picture of the window when it closes automatically",
+    )  # fmt: skip
+    return made
+
+
+def _add_settings(group: argparse._ArgumentGroup) -> None:
+    def add(name: str, text: str, **more: object) -> None:
+        # Absent where it is not given, so that the setting holds.
+        group.add_argument(name, default=argparse.SUPPRESS, help=text, **more)  # type: ignore[arg-type] # passed on as it is
+
+    add("--source", "source of frames, see 'ocmm measure --help'")
+    add("--rig", "the cameras", type=_path)
+    add("--probe", "the probe", type=_path)
+    add("--tip", "name of the mounted tip")
+    add("--reference", "reference body: LEDs fixed on the part or its table", type=_path)
+    add("--calibrations", "calibration folder", type=_path)
+    add("--probes", "probe record folder", type=_path)
+    add(
+        "--check-after", "hours without a point or check after which the tip must be checked",
+        type=float, metavar="HOURS",
+    )  # fmt: skip
+    add("--out", "folder of jobs and reports", type=_path)
+    add("--probe-design", "design document of the probe: growth and bending", type=_path)
+    add("--probe-temperature", "of the probe now", type=float, metavar="°C")
+    add(
+        "--compensate-probe", "compensate the probe geometry for its temperature",
+        action="store_true",
+    )  # fmt: skip
+    add("--part-temperature", "of the part now", type=float, metavar="°C")
+    add("--part-expansion", "1e-6/K; default: from the plan", type=float, metavar="PPM")
+    add("--compensate-part", "report coordinates at 20 °C", action="store_true")
+    add("--temperature-sigma", "of each temperature", type=float, metavar="K")
+    add("--stream", "stream points and poses to other programs", type=int, metavar="PORT")
+    add("--stream-host", "address of the stream; non-local ones need a token")
+    add("--stream-token", "file with the token of the stream, readable by you alone", type=_path)
+    add("--stream-cert", "certificate (PEM): the stream speaks TLS", type=_path)
+    add("--stream-key", "private key of that certificate (PEM, no password)", type=_path)
+    add("--theme", "colour theme; T changes it", choices=tuple(THEMES))
+    add("--far", "start in the far view; F11 changes it", action="store_true")
+    add("--silent", "no sounds", action="store_false", dest="sound")
+
+
+def _path(text: str) -> Path:
+    return Path(text).expanduser()
+
+
+def _picture(text: str) -> Path:
+    """Return where a picture goes; a job file behind the option is none and is not written over."""
+    if not text.lower().endswith(".png"):
+        raise argparse.ArgumentTypeError(f"{text!r} is no picture; give a name ending in .png")
+    return Path(text)
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    return int(width), int(height)

@@ -1,0 +1,133 @@
+"""Type what you want: a search over every action of the window; Return does the first one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
+
+from ocmm_gui.kit import OwnKeysField, literal, text_font, tr
+
+_ROW_PX = 42
+_SHOWN = 8
+_SHARE, _TOP_PX = 0.7, 48
+
+
+class FindAction(QFrame):
+    """A field and what fits to it, best first; it lies over the page, which goes on.
+
+    What cannot be done now is left out.
+
+    Parameters
+    ----------
+    over
+        What it lies over.
+    """
+
+    closed = Signal()
+    """The search is over; an action may have been done."""
+
+    def __init__(self, over: QWidget) -> None:
+        super().__init__(over)
+        self.setProperty("role", "panel")
+        self.setAccessibleName(tr("Find an action"))
+        self._actions: dict[str, QAction] = {}
+        self.field = _Field()
+        self.field.setAccessibleName(tr("What do you want to do?"))
+        self.field.setPlaceholderText(tr("What do you want to do? Return does it, Esc closes."))
+        self.field.setFont(text_font(20))
+        self.field.setMinimumHeight(57)
+        self.list = QListWidget()
+        self.list.setAccessibleName(tr("Actions that fit"))
+        self.list.setFont(text_font(17))
+        self.list.setFixedHeight(_SHOWN * _ROW_PX + 8)
+        self.list.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(10, 8, 10, 8)
+        layout.addWidget(self.field)
+        layout.addWidget(self.list)
+        self.field.textEdited.connect(lambda _text: self._show())
+        self.field.returnPressed.connect(self._do)
+        self.field.left.connect(self.close_search)
+        self.field.moved.connect(self._move)
+        self.list.itemClicked.connect(lambda _item: self._do())
+        self.hide()
+
+    def ask(self, actions: Mapping[str, QAction]) -> None:
+        """Open the search over the actions that can be done now."""
+        self._actions = {key: action for key, action in actions.items() if action.isEnabled()}
+        self.field.clear()
+        self._show()
+        over = self.parentWidget()
+        if over is not None:
+            width = round(_SHARE * over.width())
+            left = (over.width() - width) // 2
+            self.setGeometry(left, _TOP_PX, width, self.sizeHint().height())
+        self.show()
+        self.raise_()
+        self.field.setFocus()
+
+    def close_search(self) -> None:
+        """Close without doing anything."""
+        self.hide()
+        self.closed.emit()
+
+    def _do(self) -> None:
+        item = self.list.currentItem()
+        self.close_search()
+        if item is not None:
+            self._actions[item.data(Qt.ItemDataRole.UserRole)].trigger()
+
+    def _move(self, step: int) -> None:
+        count = self.list.count()
+        if count:
+            self.list.setCurrentRow((self.list.currentRow() + step) % count)
+
+    def _show(self) -> None:
+        self.list.clear()
+        for key in fitting(self.field.text(), self._actions):
+            action = self._actions[key]
+            keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            about = action.toolTip()
+            item = QListWidgetItem(f"{action.text()}  [{keys}]   {about}", self.list)
+            item.setToolTip(literal(about))
+            item.setData(Qt.ItemDataRole.UserRole, key)
+            item.setSizeHint(QSize(200, _ROW_PX))
+        if self.list.count():
+            self.list.setCurrentRow(0)
+
+
+def fitting(text: str, actions: Mapping[str, QAction]) -> tuple[str, ...]:
+    """Return the keys of the actions that have every word that was typed, best first.
+
+    A name that begins with it comes before one that has it, and that before an explanation.
+    """
+    words = text.lower().split()
+    ranked = []
+    for place, (key, action) in enumerate(actions.items()):
+        if key == "find":
+            continue
+        name, about = action.text().lower(), action.toolTip().lower()
+        if not all(word in name or word in about for word in words):
+            continue
+        whole = " ".join(words)
+        rank = 0 if name.startswith(whole) else 1 if whole in name else 2
+        ranked.append((rank, place, key))
+    return tuple(key for _rank, _place, key in sorted(ranked))
+
+
+class _Field(OwnKeysField):
+    """The field passes Up and Down to the list."""
+
+    moved = Signal(int)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Move in the list, or type."""
+        steps = {Qt.Key.Key_Down: 1, Qt.Key.Key_Up: -1}
+        step = steps.get(Qt.Key(event.key()), 0)
+        if step:
+            self.moved.emit(step)
+            return
+        super().keyPressEvent(event)

@@ -1,0 +1,191 @@
+"""All keys of the window, each to be changed by pressing another one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent, QKeySequence
+from PySide6.QtWidgets import (
+    QHBoxLayout,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_gui.home._setting_row import HIGH_PX
+from ocmm_gui.kit import (
+    ACTIONS,
+    ActionInfo,
+    PlainLabel,
+    conflict_of,
+    sentence_label,
+    shortcuts_of,
+    text_font,
+    tr,
+)
+
+_ROW_PX = 40
+_BARE = (
+    Qt.Key.Key_Shift, Qt.Key.Key_Control, Qt.Key.Key_Alt, Qt.Key.Key_Meta, Qt.Key.Key_AltGr,
+    Qt.Key.Key_CapsLock, Qt.Key.Key_NumLock, Qt.Key.Key_unknown,
+)  # fmt: skip
+_KEPT = ("Esc", "Tab", "Shift+Tab", "Shift+Backtab", "Backtab")
+"""Keys by which every page is left and walked through."""
+
+
+class KeyList(QWidget):
+    """Choose an action, press Change, and press the new key; a key that is taken is refused."""
+
+    changed = Signal(object)
+    """Emits all keys that differ from those shipped, by action."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName(tr("Keys"))
+        self._changed: dict[str, tuple[str, ...]] = {}
+        self.list = QListWidget()
+        self.list.setAccessibleName(tr("Actions and their keys"))
+        self.list.setFont(text_font(16))
+        self.told = sentence_label(tr("About the chosen key"), 15)
+        self.told.setText(
+            tr("Choose an action and press Change; a foot switch is set up likewise.")
+        )
+        self.capture = _Capture()
+        self.capture.pressed_key.connect(self.take)
+        self.capture.given_up.connect(self._give_up)
+        self._change = _wide(tr("Change"))
+        self._change.clicked.connect(self._begin)
+        self._default = _wide(tr("Default key"))
+        self._default.clicked.connect(self.restore)
+        row = QHBoxLayout()
+        row.addWidget(self._change)
+        row.addWidget(self._default)
+        row.addWidget(self.capture, 1)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(0, 0, 0, 0)
+        layout.addWidget(self.list, 1)
+        layout.addWidget(self.told)
+        layout.addLayout(row)
+        self.list.itemActivated.connect(lambda _item: self._begin())
+        self.show_keys({})
+
+    def show_keys(self, changed: Mapping[str, tuple[str, ...]]) -> None:
+        """Show the keys that hold."""
+        self._changed = dict(changed)
+        row = max(self.list.currentRow(), 0)
+        self.list.clear()
+        for info in ACTIONS:
+            keys = ", ".join(shortcuts_of(info, changed))
+            mark = "●" if info.key in changed else "  "
+            item = QListWidgetItem(f"{mark} {keys}   {tr(info.text)}: {tr(info.tip)}", self.list)
+            item.setData(Qt.ItemDataRole.UserRole, info.key)
+            item.setSizeHint(QSize(200, _ROW_PX))
+        self.list.setCurrentRow(min(row, self.list.count() - 1))
+
+    def select(self, key: str) -> None:
+        """Choose an action."""
+        self.list.setCurrentRow([info.key for info in ACTIONS].index(key))
+
+    def take(self, shortcut: str) -> None:
+        """Give the chosen action a key, or say why it cannot have it."""
+        info = self._chosen()
+        other = conflict_of(info.key, shortcut, self._changed)
+        if shortcut in _KEPT:
+            self.told.setText(tr("{key} leaves and walks through pages.").format(key=shortcut))
+        elif other is not None:
+            self.told.setText(
+                tr(
+                    "{key} is already {action}. Choose another key, or change that one first."
+                ).format(key=shortcut, action=tr(other.text))
+            )
+        else:
+            self.told.setText(
+                tr("{action} is now on {key}.").format(action=tr(info.text), key=shortcut)
+            )
+            # A foot switch that is programmed to F13 and later stays beside the new key.
+            kept = tuple(
+                key for key in info.shortcuts[1:] if key.startswith("F1") and key != shortcut
+            )
+            self.changed.emit({**self._changed, info.key: (shortcut, *kept)})
+        self.list.setFocus()
+
+    def restore(self) -> None:
+        """Give the chosen action the key that it was shipped with."""
+        info = self._chosen()
+        left = {key: keys for key, keys in self._changed.items() if key != info.key}
+        taken = [conflict_of(info.key, key, left) for key in info.shortcuts]
+        other = next((one for one in taken if one is not None), None)
+        if other is not None:
+            self.told.setText(
+                tr("The default key is now {action}. Change that one first.").format(
+                    action=tr(other.text)
+                )
+            )
+        elif info.key in self._changed:
+            self.changed.emit(left)
+
+    def _chosen(self) -> ActionInfo:
+        return ACTIONS[max(self.list.currentRow(), 0)]
+
+    def _begin(self) -> None:
+        self.told.setText(
+            tr("Press the new key of {action}. Esc keeps the old one.").format(
+                action=tr(self._chosen().text)
+            )
+        )
+        self.capture.listen()
+
+    def _give_up(self) -> None:
+        self.told.setText(tr("The key was not changed."))
+        self.list.setFocus()
+
+
+class _Capture(PlainLabel):
+    """Takes the next key, whatever it means elsewhere."""
+
+    pressed_key = Signal(str)
+    given_up = Signal()
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.setAccessibleName(tr("Press the new key"))
+        self.setFocusPolicy(Qt.FocusPolicy.ClickFocus)
+        self.setFont(text_font(16, bold=True))
+        self._listens = False
+
+    def listen(self) -> None:
+        """Wait for a key."""
+        self._listens = True
+        self.setText(tr("Waiting for a key"))
+        self.setFocus()
+        self.grabKeyboard()
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Take the key, with what is held beside it."""
+        key = Qt.Key(event.key())
+        if not self._listens or key in _BARE:
+            return
+        self._end()
+        if key == Qt.Key.Key_Escape:
+            self.given_up.emit()
+            return
+        shortcut = QKeySequence(event.keyCombination()).toString(
+            QKeySequence.SequenceFormat.PortableText
+        )
+        self.pressed_key.emit(shortcut)
+
+    def _end(self) -> None:
+        self._listens = False
+        self.setText("")
+        self.releaseKeyboard()
+
+
+def _wide(text: str) -> QPushButton:
+    button = QPushButton(text)
+    button.setAccessibleName(text)
+    button.setMinimumHeight(HIGH_PX)
+    button.setFont(text_font(16))
+    return button

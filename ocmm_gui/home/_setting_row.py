@@ -1,0 +1,238 @@
+"""One setting: its field, checked while it is typed, with the default where it differs."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QObject, QSize, Qt, Signal
+from PySide6.QtGui import QKeyEvent
+from PySide6.QtWidgets import QCompleter, QGridLayout, QPushButton, QWidget
+
+from ocmm_core.errors import InputError
+from ocmm_core.settings import (
+    Applies,
+    Kind,
+    LoadedSettings,
+    Origin,
+    Scope,
+    SettingSpec,
+    Value,
+    text_of,
+    value_of_text,
+)
+from ocmm_gui.kit import (
+    ChoiceBox,
+    OwnKeysField,
+    PlainLabel,
+    caption,
+    literal,
+    sentence_label,
+    text_font,
+    tr,
+)
+
+HIGH_PX = 57
+"""15 mm at 96 dots an inch: a finger in a glove."""
+_PATHS = (Kind.FILE, Kind.FOLDER)
+_LONGEST = 60
+
+
+class SettingRow(QObject):
+    """The widgets of one setting, in four columns of a grid.
+
+    Parameters
+    ----------
+    spec
+        The setting.
+    grid, row
+        Where the widgets go.
+    """
+
+    committed = Signal(str, object)
+    """Emits key and value that somebody has finished typing, and that can be used."""
+    browse = Signal(str)
+    """Emits the key of a path that is to be looked for."""
+    left = Signal()
+    """Escape in the field."""
+
+    def __init__(self, spec: SettingSpec, grid: QGridLayout, row: int, parent: QWidget) -> None:
+        super().__init__(parent)
+        self.spec = spec
+        self._shown: Value = spec.default
+        label, tip = tr(spec.label), tr(spec.tip)
+        self.choice: ChoiceBox | None = None
+        self.switch: QPushButton | None = None
+        # Without a place in the grid it would be a window of its own.
+        self.field = _Field()
+        self.field.setAccessibleName(label)
+        self.field.setToolTip(literal(tip))
+        self.field.setPlaceholderText(tip)
+        self.field.setParent(parent)
+        self.field.hide()
+        editor: QWidget = self.field
+        if spec.kind is Kind.CHOICE:
+            editor = self.choice = ChoiceBox(label, tip, spec.choices)
+            self.choice.activated.connect(lambda index: self._commit(spec.choices[index]))
+        elif spec.kind is Kind.SWITCH:
+            editor = self.switch = QPushButton()
+            self.switch.setCheckable(True)
+            self.switch.setAccessibleName(label)
+            self.switch.setToolTip(literal(tip))
+            self.switch.clicked.connect(self._commit)
+        else:
+            self.field.show()
+            self.field.textEdited.connect(self._on_typed)
+            self.field.editingFinished.connect(self._on_finished)
+            self.field.left.connect(self._on_left)
+            if spec.choices:
+                completer = QCompleter(spec.choices, self.field)
+                completer.setCompletionMode(QCompleter.CompletionMode.UnfilteredPopupCompletion)
+                self.field.setCompleter(completer)
+        editor.setMinimumHeight(HIGH_PX)
+        editor.setMinimumWidth(300)
+        editor.setFont(text_font(17))
+        self.editor = editor
+        self.mark = PlainLabel()
+        self.mark.setFont(text_font(20, bold=True))
+        self.mark.setFixedWidth(18)
+        words = caption(_with_unit(label, spec.unit), editor)
+        words.setFont(text_font(16))
+        self.told = sentence_label(tr("About {setting}").format(setting=label), 14)
+        self.told.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+        self.told.setProperty("role", "muted")
+        grid.addWidget(self.mark, row, 0)
+        grid.addWidget(words, row, 1)
+        grid.addWidget(editor, row, 2)
+        self.find: QPushButton | None = None
+        if spec.kind in _PATHS:
+            self.find = _button("…", tr("Look for the file of {setting}").format(setting=label))
+            self.find.clicked.connect(lambda: self.browse.emit(spec.key))
+            grid.addWidget(self.find, row, 3)
+        self.reset = _button("↺", tr("Set {setting} to its default").format(setting=label))
+        self.reset.clicked.connect(lambda: self.committed.emit(spec.key, None))
+        grid.addWidget(self.reset, row, 4)
+        grid.addWidget(self.told, row, 5)
+
+    def show_value(self, loaded: LoadedSettings, *, in_job: bool) -> None:
+        """Show what holds, where it comes from, and what the default is."""
+        key, spec = self.spec.key, self.spec
+        self._shown = value = loaded.values[key]
+        text = text_of(value)
+        if self.choice is not None:
+            self.choice.setCurrentIndex(spec.choices.index(text) if text in spec.choices else 0)
+        elif self.switch is not None:
+            self.switch.setChecked(bool(value))
+            self.switch.setText(tr("Yes") if value else tr("No"))
+        elif not self.field.hasFocus() or not self.field.isModified():
+            self.field.setText(text)
+            self.field.setModified(False)
+        origin = loaded.origins[key]
+        given = origin is Origin.COMMAND_LINE
+        self.editor.setEnabled(not given)
+        if self.find is not None:
+            self.find.setEnabled(not given)
+        differs = loaded.differs(key)
+        self.reset.setVisible(differs and not given)
+        self.mark.setText("●" if differs else "")
+        self.mark.setAccessibleName(tr("Differs from the default") if differs else "")
+        told = []
+        if given:
+            told.append(tr("Given at the start, which wins until OCMM is closed."))
+        if differs:
+            default = _default_words(spec)
+            told.append(tr("Default: {default}.").format(default=default))
+        if origin is Origin.STATION and spec.scope is Scope.USER:
+            told.append(tr("Set for this station."))
+        elif origin is Origin.USER and spec.scope is Scope.STATION:
+            told.append(tr("Set for this user only."))
+        told.append(f"{tr(spec.tip)}.")
+        if in_job and spec.applies is Applies.REOPEN:
+            told.append(tr("Used when the job is opened."))
+        self._say(" ".join(told), fault=False)
+
+    def take(self, text: str) -> None:
+        """Take a path that was chosen."""
+        self.field.setText(text)
+        self.field.setModified(True)
+        self._on_finished()
+
+    def fault(self) -> str:
+        """Return why what is typed cannot be used; empty where it can."""
+        return self.told.text() if self.told.property("role") == "bad" else ""
+
+    def _on_typed(self, text: str) -> None:
+        try:
+            value_of_text(self.spec, text)
+        except InputError as error:
+            self._say(error.what, fault=True)
+        else:
+            self._say(tr("Return takes it."), fault=False)
+
+    def _on_finished(self) -> None:
+        if not self.field.isModified():
+            return
+        try:
+            value = value_of_text(self.spec, self.field.text())
+        except InputError as error:
+            self._say(error.what, fault=True)
+            return
+        self.field.setModified(False)
+        if value != self._shown:
+            self._commit(value)
+        else:
+            self.field.setText(text_of(value))
+            self._say("", fault=False)
+
+    def _on_left(self) -> None:
+        if self.field.isModified():
+            self.field.setModified(False)
+            self.field.setText(text_of(self._shown))
+            self._say("", fault=False)
+        else:
+            self.left.emit()
+
+    def _commit(self, value: Value) -> None:
+        self.committed.emit(self.spec.key, value)
+
+    def _say(self, text: str, *, fault: bool) -> None:
+        role = "bad" if fault else "muted"
+        if self.told.property("role") != role:
+            self.told.setProperty("role", role)
+            self.told.style().unpolish(self.told)
+            self.told.style().polish(self.told)
+        self.told.setText(text)
+        self.told.setToolTip(literal(text))
+
+
+class _Field(OwnKeysField):
+    """F-keys act on the page; Esc first takes back what was typed."""
+
+    def event(self, event: QEvent) -> bool:
+        """Leave the F-keys to the page."""
+        overrides = event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
+        if overrides and Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F12:
+            event.ignore()
+            return False
+        return super().event(event)
+
+
+def _button(text: str, name: str) -> QPushButton:
+    button = QPushButton(text)
+    button.setAccessibleName(name)
+    button.setToolTip(literal(name))
+    button.setFont(text_font(20))
+    button.setFixedSize(QSize(HIGH_PX, HIGH_PX))
+    button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
+    return button
+
+
+def _with_unit(label: str, unit: str) -> str:
+    return f"{label} [{unit}]" if unit else label
+
+
+def _default_words(spec: SettingSpec) -> str:
+    if spec.kind is Kind.KEYS:
+        return tr("as shipped")
+    text = text_of(spec.default)
+    if not text:
+        return tr("empty")
+    # The end of a path tells more than its beginning.
+    return text if len(text) <= _LONGEST else f"…{text[-_LONGEST:]}"

@@ -1,0 +1,216 @@
+"""The settings: everything that can be chosen, checked while it is typed, kept as soon as it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import (
+    QButtonGroup,
+    QGridLayout,
+    QHBoxLayout,
+    QPushButton,
+    QScrollArea,
+    QStackedWidget,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.settings import (
+    SECTIONS,
+    SETTINGS,
+    Applies,
+    Kind,
+    Note,
+    SettingsStore,
+    Value,
+    spec_of,
+)
+from ocmm_gui.home._file_browser import FileBrowser, Wanted
+from ocmm_gui.home._key_list import KeyList
+from ocmm_gui.home._setting_row import HIGH_PX, SettingRow
+from ocmm_gui.kit import ActionInfo, Sheet, later, panel, sentence_label, text_font, tr
+
+_APPLY = ActionInfo(
+    "apply", later("Use now"), later("Open the job again with these settings; no point is lost"),
+    ("F8",),
+)  # fmt: skip
+_NOTES_SHOWN = 4
+
+
+class SettingsPage(Sheet):
+    """One section at a time at the right of their names.
+
+    What is typed is kept when it is taken with Return or the field is left. What a running job
+    cannot take waits until the job is opened again, which a key does.
+
+    Parameters
+    ----------
+    store
+        Both documents, and what the start gave.
+    apply
+        Opens the job again; None where no job is open, so that nothing has to wait.
+    """
+
+    changed = Signal(object)
+    """Emits the `LoadedSettings` that hold now."""
+
+    def __init__(self, store: SettingsStore, apply: Callable[[], None] | None = None) -> None:
+        super().__init__(tr("Settings"), () if apply is None else (_APPLY,))
+        self._whole = QStackedWidget()
+        self._store, self._reopens = store, apply is not None
+        self._waiting: set[str] = set()
+        self.loaded = store.load()
+        self.notes = sentence_label(tr("What was not used"), 15)
+        self.notes.setProperty("role", "warn")
+        self.rows: dict[str, SettingRow] = {}
+        self._pages = QStackedWidget()
+        self._sections = QButtonGroup(self)
+        names = QVBoxLayout()
+        names.setSpacing(8)
+        for number, (section, title) in enumerate(SECTIONS.items()):
+            button = QPushButton(tr(title))
+            button.setCheckable(True)
+            button.setAccessibleName(tr(title))
+            button.setMinimumHeight(HIGH_PX)
+            button.setFont(text_font(17))
+            self._sections.addButton(button, number)
+            names.addWidget(button)
+            self._pages.addWidget(self._section(section))
+        self.keys_list = KeyList()
+        self.keys_list.changed.connect(lambda keys: self._commit("window.keys", keys))
+        button = QPushButton(tr("Keys"))
+        button.setCheckable(True)
+        button.setAccessibleName(tr("Keys"))
+        button.setMinimumHeight(HIGH_PX)
+        button.setFont(text_font(17))
+        self._sections.addButton(button, len(SECTIONS))
+        names.addWidget(button)
+        self._pages.addWidget(self.keys_list)
+        names.addStretch(1)
+        self._sections.idClicked.connect(self.show_section)
+        self.browser = FileBrowser()
+        self.browser.chosen.connect(self._on_chosen)
+        self.browser.left.connect(lambda: self._whole.setCurrentIndex(0))
+        self._browsed = ""
+        row = QHBoxLayout()
+        row.setSpacing(12)
+        row.addLayout(names)
+        row.addWidget(self._pages, 1)
+        both = QWidget()
+        both.setLayout(row)
+        row.setContentsMargins(0, 0, 0, 0)
+        self._whole.addWidget(both)
+        self._whole.addWidget(self.browser)
+        self.body.addWidget(self.notes)
+        self.body.addWidget(self._whole, 1)
+        self.use_keys({} if apply is None else {"apply": apply})
+        for button in self.findChildren(QPushButton):
+            if button.objectName().startswith("button_"):
+                button.setMinimumHeight(HIGH_PX)
+        self.show_section(0)
+        self._show()
+
+    def open(self, section: str = "") -> None:
+        """Read the documents again and show a section."""
+        self.loaded = self._store.load()
+        self._whole.setCurrentIndex(0)
+        if section:
+            self.show_section(list(SECTIONS).index(section))
+        self._show()
+        button = self._sections.checkedButton()
+        if button is not None:
+            button.setFocus()
+
+    def show_section(self, number: int) -> None:
+        """Show one section by its place."""
+        self._pages.setCurrentIndex(number)
+        self._sections.button(number).setChecked(True)
+
+    def change(self, key: str, value: Value) -> None:
+        """Keep one setting, as its field does."""
+        self._commit(key, value)
+
+    def waits(self) -> bool:
+        """Return whether something was changed that the running job does not use yet."""
+        return bool(self._waiting)
+
+    def close_work(self) -> None:
+        """Stop reading folders."""
+        self.browser.close_work()
+
+    def _section(self, section: str) -> QWidget:
+        grid = QGridLayout()
+        grid.setHorizontalSpacing(10)
+        grid.setVerticalSpacing(8)
+        for place, spec in enumerate(one for one in SETTINGS if one.section == section):
+            if spec.kind is Kind.KEYS:
+                continue
+            row = SettingRow(spec, grid, place, self)
+            row.committed.connect(self._commit)
+            row.browse.connect(self._browse)
+            row.left.connect(self.left)
+            self.rows[spec.key] = row
+        grid.setColumnStretch(2, 3)
+        grid.setColumnStretch(5, 4)
+        grid.setRowStretch(99, 1)
+        area = QScrollArea()
+        area.setWidgetResizable(True)
+        area.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+        area.setWidget(panel(grid))
+        return area
+
+    def _commit(self, key: str, value: Value) -> None:
+        notes: tuple[Note, ...] = ()
+        try:
+            notes = self._store.change({key: value})
+        except OcmmError as error:
+            self.failed.emit(error)
+        for note in notes:
+            self.told.emit(f"{note.what} {note.remedy}")
+        before = self.loaded.values[key]
+        self.loaded = self._store.load()
+        waits = self._reopens and spec_of(key).applies is Applies.REOPEN
+        if waits and self.loaded.values[key] != before:
+            self._waiting.add(key)
+        self._show()
+        self.changed.emit(self.loaded)
+
+    def _browse(self, key: str) -> None:
+        spec, value = spec_of(key), self.loaded.values[key]
+        wanted = Wanted.FOLDER if spec.kind is Kind.FOLDER else Wanted.ANY
+        self._browsed = key
+        self._whole.setCurrentWidget(self.browser)
+        self.browser.ask(tr(spec.label), wanted, value if isinstance(value, Path) else None)
+
+    def _on_chosen(self, path: Path) -> None:
+        self._whole.setCurrentIndex(0)
+        self.rows[self._browsed].take(str(path))
+
+    def _show(self) -> None:
+        for row in self.rows.values():
+            row.show_value(self.loaded, in_job=self._reopens)
+        self.keys_list.show_keys(self.loaded.settings.window_keys)
+        notes = self.loaded.notes
+        text = "\n".join(f"{note.what} {note.remedy}" for note in notes[:_NOTES_SHOWN])
+        self.notes.setText(text)
+        self.notes.setVisible(bool(notes))
+        if self._waiting:
+            names = ", ".join(tr(spec_of(key).label) for key in sorted(self._waiting))
+            self.say(
+                tr("Used from the next opening of the job: {names}. F8 opens it again now.").format(
+                    names=names
+                )
+            )
+        else:
+            count = sum(self.loaded.differs(spec.key) for spec in SETTINGS)
+            self.say(
+                tr(
+                    "%n settings differ from the default (●).",
+                    "1 setting differs from the default (●).",
+                    count,
+                )
+            )

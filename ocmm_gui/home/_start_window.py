@@ -1,0 +1,271 @@
+"""The window before there is a station: the Start page, the settings, and files."""
+
+from __future__ import annotations
+
+import contextlib
+from dataclasses import dataclass
+from enum import Enum
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from PySide6.QtCore import Signal
+from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
+from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+
+from ocmm_core.documents import resource
+from ocmm_core.errors import OcmmError
+from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
+from ocmm_gui.home._file_browser import FileBrowser, Wanted
+from ocmm_gui.home._plan_list import PlanList
+from ocmm_gui.home._settings_page import SettingsPage
+from ocmm_gui.home._start_page import StartPage
+from ocmm_gui.kit import (
+    THEMES,
+    Banner,
+    NoticeCentre,
+    Worker,
+    apply_theme,
+    dropped_file,
+    tr,
+)
+
+if TYPE_CHECKING:
+    from ocmm_core.composition import StationState
+    from ocmm_core.inspection.archive import LastJob
+    from ocmm_core.inspection.plan import PlanSummary
+
+
+class Errands(Enum):
+    """What somebody came for."""
+
+    NEW = "new"
+    CONTINUE = "continue"
+    LOOK = "look"
+    PLANS = "plans"
+    CALIBRATE = "calibrate"
+    DEMO = "demo"
+    MEASURE = "measure"
+    """At once, by the command line."""
+    START = "start"
+    """Nothing yet: the Start page."""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """An errand.
+
+    Attributes
+    ----------
+    path
+        The plan of a new job, or the job to go on with or to look at.
+    otherwise
+        What is done instead where that is not possible; None for the Start page.
+    """
+
+    errand: Errands
+    path: Path | None = None
+    otherwise: Choice | None = None
+
+
+class StartWindow(QMainWindow):
+    """Choose what to begin; `choice` says it when the window has closed.
+
+    Parameters
+    ----------
+    store
+        The settings.
+    notices
+        Where errors go; what ended a job before is shown here.
+    recent
+        Places used last.
+    """
+
+    closed = Signal()
+    """The window is going away."""
+
+    def __init__(
+        self, store: SettingsStore, notices: NoticeCentre, recent: RecentPlaces | None = None
+    ) -> None:
+        super().__init__()
+        self.setWindowTitle("OCMM")
+        self.setMinimumSize(1024, 640)
+        self.setAcceptDrops(True)
+        self.choice: Choice | None = None
+        self._store, self._notices = store, notices
+        self._recent = recent or RecentPlaces()
+        self._lists = Worker("ocmm-start", self)
+        self.loaded = store.load()
+        self.banner = Banner()
+        self.page = StartPage(
+            {
+                "new": self._new,
+                "continue": self._continue,
+                "open": self._open,
+                "plans": lambda: self._leave_for(Errands.PLANS),
+                "calibrate": lambda: self._leave_for(Errands.CALIBRATE),
+                "demo": lambda: self._leave_for(Errands.DEMO),
+                "settings": self._settings,
+                "theme": self._next_theme,
+                "quit": self._quit,
+            }
+        )
+        self.page.job_chosen.connect(lambda path: self._leave_for(Errands.CONTINUE, path))
+        self.settings = SettingsPage(store)
+        self.settings.left.connect(self.show_start)
+        self.settings.failed.connect(notices.error)
+        self.settings.told.connect(notices.warn)
+        self.settings.changed.connect(self._on_settings)
+        self.plans = PlanList()
+        self.plans.left.connect(self.show_start)
+        self.plans.chosen.connect(lambda path: self._leave_for(Errands.NEW, path))
+        self.plans.other_wanted.connect(self._other_plan)
+        self.browser = FileBrowser(self._recent)
+        self.browser.left.connect(self.show_start)
+        self.browser.chosen.connect(self.take_file)
+        self._stack = QStackedWidget()
+        for page in (self.page, self.settings, self.plans, self.browser):
+            self._stack.addWidget(page)
+        central = QWidget()
+        layout = QVBoxLayout(central)
+        layout.addWidget(self.banner)
+        layout.addWidget(self._stack, 1)
+        self.setCentralWidget(central)
+        notices.posted.connect(self.banner.show_notice)
+        for note in self.loaded.notes:
+            notices.warn(note.what, note.remedy)
+        self._dress()
+        self.page.setFocus()
+
+    def read(self) -> None:
+        """Read the state of the station and the last jobs, behind the page."""
+        settings, recent = self.loaded.settings, self._recent.jobs()
+        folder = settings.job_folder
+        self._lists.do(
+            lambda: _jobs(folder, recent),
+            lambda jobs: self.page.show_jobs(jobs, folder),
+            self._notices.error,
+        )
+        self._lists.do(lambda: _state(settings), self.page.show_state, self._notices.error)
+        # What a job needs is loaded while somebody reads.
+        self._lists.do(_warm, lambda _none: None, self._notices.error)
+
+    def show_start(self) -> None:
+        """Show the Start page."""
+        self._stack.setCurrentWidget(self.page)
+        self.page.setFocus()
+
+    def take_file(self, path: Path) -> None:
+        """Look at a job, or begin one by a plan."""
+        errand = Errands.LOOK if path.suffix.lower() == ".ocmm" else Errands.NEW
+        self._leave_for(errand, path)
+
+    def keyPressEvent(self, event: QKeyEvent) -> None:
+        """Let Esc put a notice away."""
+        self.banner.hide()
+        super().keyPressEvent(event)
+
+    def dragEnterEvent(self, event: QDragEnterEvent) -> None:
+        """Take one plan or job."""
+        if dropped_file(event.mimeData()) is not None:
+            event.acceptProposedAction()
+
+    def dropEvent(self, event: QDropEvent) -> None:
+        """Open what was dropped."""
+        path = dropped_file(event.mimeData())
+        if path is not None:
+            event.acceptProposedAction()
+            self.take_file(path)
+
+    def closeEvent(self, event: QCloseEvent) -> None:
+        """Stop reading."""
+        self.settings.close_work()
+        self.browser.close_work()
+        self._lists.close(5.0)
+        event.accept()
+        self.closed.emit()
+
+    def _leave_for(self, errand: Errands, path: Path | None = None) -> None:
+        self.choice = Choice(errand, path)
+        self.close()
+
+    def _quit(self) -> None:
+        self.close()
+
+    def _new(self) -> None:
+        self._stack.setCurrentWidget(self.plans)
+        self.plans.open()
+        folder, recent = self.loaded.settings.job_plans, self._recent.plans()
+        self._lists.do(lambda: _plans(recent, folder), self.plans.show_plans, self._notices.error)
+
+    def _continue(self) -> None:
+        path = self.page.chosen_job()
+        if path is not None:
+            self._leave_for(Errands.CONTINUE, path)
+
+    def _open(self) -> None:
+        self._stack.setCurrentWidget(self.browser)
+        self.browser.ask(
+            tr("Open a job to look at it, or a plan to measure by it"), Wanted.OPEN,
+            self.loaded.settings.job_folder,
+        )  # fmt: skip
+
+    def _other_plan(self) -> None:
+        self._stack.setCurrentWidget(self.browser)
+        self.browser.ask(tr("Plan of the new job"), Wanted.PLAN, self.loaded.settings.job_plans)
+
+    def _settings(self) -> None:
+        self._stack.setCurrentWidget(self.settings)
+        self.settings.open()
+
+    def _on_settings(self, loaded: LoadedSettings) -> None:
+        before, self.loaded = self.loaded, loaded
+        if before.settings.window_theme != loaded.settings.window_theme:
+            self._dress()
+        if before.settings != loaded.settings:
+            self.read()
+
+    def _next_theme(self) -> None:
+        names = list(THEMES)
+        after = names[(names.index(self.loaded.settings.window_theme) + 1) % len(names)]
+        self.settings.change("window.theme", after)
+
+    def _dress(self) -> None:
+        app = QApplication.instance()
+        if isinstance(app, QApplication):
+            apply_theme(app, self, THEMES[self.loaded.settings.window_theme])
+
+
+def _jobs(folder: Path, recent: tuple[Path, ...]) -> tuple[LastJob, ...]:
+    from ocmm_core.inspection.archive import last_jobs
+
+    return last_jobs(folder, recent)
+
+
+def _state(settings: Settings) -> StationState:
+    from ocmm_core.composition import station_state
+
+    return station_state(settings)
+
+
+def _plans(recent: tuple[Path, ...], folder: Path | None) -> tuple[PlanSummary, ...]:
+    from ocmm_core.inspection.plan import list_plans, plan_card
+
+    found: dict[Path, PlanSummary] = {}
+    for path in recent:
+        with contextlib.suppress(OcmmError):
+            found[path.absolute()] = plan_card(path)
+    folders = [resource("plans")] if folder is None else [folder, resource("plans")]
+    for place in folders:
+        for card in list_plans(place):
+            found.setdefault(card.path, card)
+    return tuple(found.values())
+
+
+def _warm() -> None:
+    """Load what a job needs."""
+    from ocmm_core import composition
+    from ocmm_gui import bridge
+
+    for room, names in ((composition, ("build_station",)), (bridge, ("StationBridge",))):
+        for name in names:
+            getattr(room, name)

@@ -1,0 +1,265 @@
+"""Statistics of a batch on paper: ``python -m ocmm_gui.reports._batch JOB... --out FILE``."""
+
+from __future__ import annotations
+
+import argparse
+import math
+import sys
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+from PySide6.QtCore import QPointF, QRectF, Qt
+from PySide6.QtGui import QColor, QPainter, QPen
+
+from ocmm_core import __version__
+from ocmm_core.export import write_together
+from ocmm_core.export.report import Paper, load_paper, template_in_use
+from ocmm_core.inspection.archive import Comparison, Trend, compare_files
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_gui.kit import Teller, later
+from ocmm_gui.reports._canvas import (
+    INK,
+    SMALL,
+    STRONG,
+    TITLE,
+    Canvas,
+    Column,
+    PageField,
+    Style,
+    paint_text,
+)
+from ocmm_gui.reports._drawing import draw, drawing
+from ocmm_gui.reports._paper_end import paint_signatures
+from ocmm_gui.reports._paper_head import paper_letterhead
+from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
+
+_COLUMNS = (
+    Column("Characteristic", 450.0),
+    Column("Parts", 240.0, right=True),
+    Column("Mean", 210.0, right=True),
+    Column("s", 180.0, right=True),
+    Column("Cp", 120.0, right=True),
+    Column("Cpk", 120.0, right=True),
+    Column("95 %", 230.0, right=True),
+    Column("Ppk", 120.0, right=True),
+    Column("Signals", 130.0, right=True),
+)
+_CHART = 520.0
+_SCALE = 270.0
+_ROOM = 1.12
+_MOST_SIGNALS = 12
+_MOST_REASONS = 20
+_SIGN = 200.0
+
+
+def lay_out(found: Comparison, paper: Paper) -> Canvas:
+    """Return the pages: letterhead, table of all characteristics, a chart for each, signatures."""
+    canvas = Canvas()
+    paper_letterhead(canvas, paper)
+    canvas.text("Statistics of a batch", TITLE)
+    if found.simulated:
+        canvas.text(f"{SIMULATED}: {NO_REAL_PART}", Style(34.0, bold=True, colour=INK.warn))
+    canvas.text(
+        f"{len(found.jobs)} jobs of plan {found.plan}, {found.jobs[0]} to {found.jobs[-1]}. "
+        "Lengths in mm, angles in degrees."
+    )
+    canvas.table(_COLUMNS, [_row(trend) for trend in found.trends])
+    canvas.text(
+        "Cp and Cpk from moving ranges, with the 95 % interval of Cpk; Ppk from the overall "
+        "standard deviation s. Run rules: Western Electric 1 to 4 and Nelson 3.",
+        SMALL,
+    )
+    _reasons(canvas, found.left_out)
+    for trend in found.trends:
+        _characteristic(canvas, trend)
+    canvas.skip(30.0)
+    canvas.draw(_SIGN, partial(paint_signatures, words=paper.template.signatures))
+    return canvas
+
+
+def batch_pdf(found: Comparison, paper: Paper) -> bytes:
+    """Return the pages as PDF; StorageError as `written_pdf`."""
+    canvas = lay_out(found, paper)
+    state = f"   {SIMULATED}" if found.simulated else ""
+    foot = f"{found.plan}: {len(found.jobs)} jobs{state}   OCMM {__version__}"
+    return written_pdf(
+        canvas,
+        lambda painter, index: paint_with_foot(painter, canvas, index, foot),
+        {},
+        title=f"Statistics of a batch: {found.plan}",
+        software=__version__,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class BatchPrinting:
+    """Write the pages of a batch, in a process of its own.
+
+    Attributes
+    ----------
+    found
+        What is shown.
+    path
+        Of the file.
+    """
+
+    found: Comparison
+    path: Path
+
+    def __call__(self, tell: Teller) -> Path:
+        """Return the file; errors as `written_pdf`, and of the template of the station."""
+        tell(later("Drawing the PDF"), 0.3)
+        with drawing():
+            content = batch_pdf(self.found, load_paper(template_in_use()))
+        write_together({self.path: content})
+        return self.path
+
+
+def _row(trend: Trend) -> list[PageField]:
+    values, able, chart = trend.values, trend.capability, trend.chart
+    signals = "–" if chart is None else str(len(chart.signals) or "none")
+    odd = chart is not None and bool(chart.signals)
+    return [
+        PageField(trend.name, STRONG),
+        PageField(f"{len(values)} of {len(trend.parts)}"),
+        PageField(f"{values.mean():z.4f}" if len(values) else "–"),
+        PageField("–" if able is None else f"{able.sigma_overall:.4f}"),
+        PageField("–" if able is None or able.cp is None else f"{able.cp:.2f}"),
+        PageField("–" if able is None else f"{able.cpk:.2f}", STRONG),
+        PageField("–" if able is None else f"{able.cpk_low:.2f} to {able.cpk_high:.2f}"),
+        PageField("–" if able is None else f"{able.ppk:.2f}"),
+        PageField(signals, Style(26.0, bold=odd, colour=INK.warn if odd else INK.text)),
+    ]
+
+
+def _characteristic(canvas: Canvas, trend: Trend) -> None:
+    canvas.heading(trend.name, _CHART + 60.0)
+    if len(trend.values):
+        canvas.draw(_CHART, partial(_paint_chart, trend=trend))
+    able = trend.capability
+    told = [able.words if able is not None else trend.why_not, trend.caution]
+    canvas.text(" ".join(one for one in told if one))
+    if trend.chart is not None and trend.chart.signals:
+        counted = [part for part in trend.parts if part.value is not None]
+        lines = [
+            f"{counted[i].job}: {why.rule}, {why.value}."
+            for i, why in trend.chart.signals[-_MOST_SIGNALS:]
+        ]
+        more = len(trend.chart.signals) - len(lines)
+        first = [f"{more} earlier signals are in the table of the batch."] if more else []
+        canvas.text(" ".join([*first, *lines]), SMALL)
+    _reasons(canvas, trend.left_out)
+
+
+def _reasons(canvas: Canvas, reasons: tuple[str, ...]) -> None:
+    if reasons:
+        more = len(reasons) - _MOST_REASONS
+        shown = [*reasons[:_MOST_REASONS], *([f"And {more} more."] if more > 0 else [])]
+        canvas.text(f"Not counted: {' '.join(shown)}", SMALL)
+
+
+def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend) -> None:
+    """Draw one dot a part with its U, the tolerance as a field, and the lines of the chart."""
+    plot = box.adjusted(_SCALE, 10.0, -10.0, -50.0)
+    low, high = _reach(trend)
+
+    def y(value: float) -> float:
+        return plot.bottom() - (value - low) / (high - low) * plot.height()
+
+    painter.setPen(Qt.PenStyle.NoPen)
+    painter.setBrush(QColor(INK.zone_good))
+    top, bottom = y(min(trend.high, high)), y(max(trend.low, low))
+    painter.drawRect(QRectF(plot.left(), top, plot.width(), bottom - top))
+    levels = [("limit", one, Qt.PenStyle.SolidLine)
+              for one in (trend.low, trend.high) if math.isfinite(one)]  # fmt: skip
+    if trend.chart is not None:
+        levels += [
+            ("mean", trend.chart.centre, Qt.PenStyle.DotLine),
+            ("UCL", trend.chart.high, Qt.PenStyle.DashLine),
+            ("LCL", trend.chart.low, Qt.PenStyle.DashLine),
+        ]
+    taken: list[float] = []
+    for name, value, style in levels:
+        painter.setPen(QPen(QColor(INK.text), 2.5, style))
+        painter.drawLine(QPointF(plot.left(), y(value)), QPointF(plot.right(), y(value)))
+        # Two words on one another can be read by nobody.
+        if all(abs(y(value) - other) > 34.0 for other in taken):
+            taken.append(y(value))
+            told = QRectF(box.left(), y(value) - 18.0, _SCALE - 12.0, 36.0)
+            right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
+            paint_text(painter, told, f"{name} {value:z.4f}", SMALL, right)
+    _paint_parts(painter, plot, trend, low, high)
+    foot = QRectF(plot.left(), plot.bottom() + 8.0, plot.width(), 36.0)
+    paint_text(painter, foot, trend.parts[0].serial, SMALL)
+    right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop
+    paint_text(painter, foot, trend.parts[-1].serial, SMALL, right)
+
+
+def _paint_parts(painter: QPainter, plot: QRectF, trend: Trend, low: float, high: float) -> None:
+    scale, step = plot.height() / (high - low), plot.width() / len(trend.parts)
+    size = min(max(0.4 * step, 3.0), 9.0)
+    warned = set() if trend.chart is None else {index for index, _ in trend.chart.signals}
+    before: QPointF | None = None
+    marks: list[tuple[QPointF, bool]] = []
+    counted = -1
+    painter.setPen(QPen(QColor(INK.muted), 2.0))
+    for index, part in enumerate(trend.parts):
+        if part.value is None or part.uncertainty is None:
+            continue
+        counted += 1
+        place = QPointF(
+            plot.left() + (index + 0.5) * step, plot.bottom() - (part.value - low) * scale
+        )
+        if before is not None:
+            painter.drawLine(before, place)
+        reach = QPointF(0.0, part.uncertainty * scale)
+        painter.drawLine(place - reach, place + reach)
+        marks.append((place, counted in warned))
+        before = place
+    painter.setPen(QPen(QColor(INK.text), 1.5))
+    # Those that ask for attention last: nothing hides them.
+    for place, odd in sorted(marks, key=lambda one: one[1]):
+        painter.setBrush(QColor(INK.bad if odd else INK.text))
+        if odd:
+            large = size + 3.0
+            painter.drawRect(QRectF(place.x() - large, place.y() - large, 2.0 * large, 2.0 * large))
+        else:
+            painter.drawEllipse(place, size, size)
+
+
+def _reach(trend: Trend) -> tuple[float, float]:
+    ends = [value for value in (trend.low, trend.high) if math.isfinite(value)]
+    if trend.chart is not None:
+        ends += [trend.chart.low, trend.chart.high]
+    for part in trend.parts:
+        if part.value is not None and part.uncertainty is not None:
+            ends += [part.value - part.uncertainty, part.value + part.uncertainty]
+    middle = 0.5 * (min(ends) + max(ends))
+    half = _ROOM * 0.5 * max(max(ends) - min(ends), 1e-6)
+    return middle - half, middle + half
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Write the pages; return 0, 2 where they could not be made, 3 where nobody foresaw why."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("jobs", nargs="+", type=Path)
+    parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--feature", default="")
+    parser.add_argument("--probes", type=Path)
+    parser.add_argument("--calibrations", type=Path)
+    options = parser.parse_args(arguments)
+
+    def write() -> None:
+        found = compare_files(
+            options.jobs, probes=options.probes, calibrations=options.calibrations
+        ).about(options.feature)
+        content = batch_pdf(found, load_paper(template_in_use()))
+        write_together({options.out: content})
+        sys.stdout.write(f"{options.out}\n")
+
+    return draw(write, "The statistics", "The jobs are unchanged.")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,313 @@
+"""Settings: whatever stands in the documents, the program starts, says it, and loses nothing."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from dataclasses import fields
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError, StorageError
+from ocmm_core.settings import (
+    SECTIONS,
+    SETTINGS,
+    Kind,
+    Origin,
+    RecentPlaces,
+    Scope,
+    Settings,
+    SettingsFile,
+    SettingsStore,
+    spec_of,
+    text_of,
+    toml_text,
+    value_of_text,
+)
+from tests.host import HANG_S
+
+
+def _store(folder: Path) -> SettingsStore:
+    return SettingsStore(
+        SettingsFile(folder / "station" / "settings.toml"),
+        SettingsFile(folder / "user" / "settings.toml"),
+    )
+
+
+def test_the_table_and_the_typed_settings_are_the_same() -> None:
+    assert {spec.key.replace(".", "_") for spec in SETTINGS} == {f.name for f in fields(Settings)}
+    assert {spec.section for spec in SETTINGS} == set(SECTIONS)
+    for spec in SETTINGS:
+        assert spec.label
+        assert spec.tip
+        assert (spec.kind is Kind.CHOICE) <= bool(spec.choices)
+        assert (spec.kind in (Kind.NUMBER, Kind.WHOLE)) == (spec.least < spec.most)
+        if spec.kind is not Kind.KEYS:
+            assert value_of_text(spec, text_of(spec.default)) == spec.default
+
+
+def test_without_documents_all_is_as_shipped(tmp_path: Path) -> None:
+    loaded = _store(tmp_path).load()
+    assert loaded.settings.instrument_rig == resource("rigs", "recommended.toml")
+    assert set(loaded.origins.values()) == {Origin.DEFAULT}
+    assert not loaded.notes
+    assert not any(loaded.differs(spec.key) for spec in SETTINGS)
+
+
+def test_the_user_wins_over_the_station_and_the_command_line_over_both(tmp_path: Path) -> None:
+    store = _store(tmp_path)
+    store.change({"instrument.source": "ethercat:service", "window.theme": "light"})
+    assert store.station.path.exists()
+    assert tomllib.loads(store.user.path.read_text())["window"] == {"theme": "light"}
+    loaded = store.load()
+    assert loaded.origins["instrument.source"] is Origin.STATION
+    assert loaded.origins["window.theme"] is Origin.USER
+    assert loaded.differs("window.theme")
+    store.change({"instrument.source": "ethercat:virtual"}, Scope.USER)
+    assert store.load().settings.instrument_source == "ethercat:virtual"
+    given = SettingsStore(store.station, store.user, {"instrument.source": "simulated"})
+    assert given.load().origins["instrument.source"] is Origin.COMMAND_LINE
+    assert given.load().settings.instrument_source == "simulated"
+    # Set for everybody again, the user's own is taken out: else it would still win.
+    store.change({"instrument.source": "ethercat:service"})
+    assert store.load().settings.instrument_source == "ethercat:service"
+    store.change({"instrument.source": None})
+    assert store.load().origins["instrument.source"] is Origin.DEFAULT
+
+
+@pytest.mark.parametrize(
+    ("content", "state"),
+    [
+        (b"\xff\xfe\x00", "unusable"),
+        (b"schema = ", "unusable"),
+        (b'schema = "ocmm.plan/1"\n', "unusable"),
+        (b"[window]\ntheme = 'light'\n", "unusable"),
+        (b"a = " + b"[" * 5000, "unusable"),
+        (b'schema = "ocmm.settings/2"\n[window]\ntheme = "light"\n', "future"),
+    ],
+)
+def test_a_document_that_cannot_be_used_is_named_and_left(
+    tmp_path: Path, content: bytes, state: str
+) -> None:
+    store = _store(tmp_path)
+    store.user.path.parent.mkdir()
+    store.user.path.write_bytes(content)
+    assert store.user.read().state == state
+    loaded = store.load()
+    assert loaded.settings.window_theme == "dark"
+    assert str(store.user.path) in loaded.notes[0].what
+    assert store.user.path.read_bytes() == content
+    if state == "future":
+        with pytest.raises(StorageError, match="another version"):
+            store.change({"window.theme": "light"})
+        assert store.user.path.read_bytes() == content
+        return
+    (note,) = store.change({"window.theme": "light"})
+    assert "settings-unusable-1.toml" in note.what
+    assert (store.user.path.parent / "settings-unusable-1.toml").read_bytes() == content
+    assert store.load().settings.window_theme == "light"
+
+
+def test_a_folder_in_place_of_the_document_keeps_nobody_from_starting(tmp_path: Path) -> None:
+    store = _store(tmp_path)
+    store.user.path.mkdir(parents=True)
+    assert str(store.user.path) in store.load().notes[0].what
+
+
+def test_what_is_not_known_is_told_and_kept(tmp_path: Path) -> None:
+    store = _store(tmp_path)
+    store.user.path.parent.mkdir()
+    store.user.path.write_text(
+        'schema = "ocmm.settings/1"\nlater = 1\n'
+        "[window]\nglow = { a = [1, 2.5], 'b c' = 2026-01-02T03:04:05Z }\ntheme = 'pink'\n"
+        '[job]\noperator = "Anna"\n[moon]\nphase = "full"\n'
+    )
+    loaded = store.load()
+    assert loaded.settings.job_operator == "Anna"
+    assert loaded.settings.window_theme == "dark"
+    told = " ".join(note.what for note in loaded.notes)
+    for word in ("'later'", "'window.glow'", "'moon.phase'", "'pink'"):
+        assert word in told
+    before = tomllib.loads(store.user.path.read_text())
+    store.change({"job.operator": 'O"Brien'})
+    after = tomllib.loads(store.user.path.read_text())
+    before["job"]["operator"] = 'O"Brien'
+    assert after == before
+
+
+def test_a_folder_without_rights_is_told_and_the_station_falls_back_to_the_user(
+    tmp_path: Path,
+) -> None:
+    store = _store(tmp_path)
+    # A file where the folder should be: no rights of root help.
+    store.station.path.parent.write_text("")
+    (note,) = store.change({"instrument.source": "ethercat:service"})
+    assert "this user" in note.what
+    assert store.load().origins["instrument.source"] is Origin.USER
+    with pytest.raises(StorageError, match=r"settings\.toml"):
+        store.change({"instrument.source": "ethercat:service"}, Scope.STATION)
+
+
+def test_a_default_of_the_user_hides_a_station_that_cannot_be_written(tmp_path: Path) -> None:
+    store = _store(tmp_path)
+    store.change({"instrument.check_after_h": 2.0})
+    held = store.station.path.read_bytes()
+    locked = SettingsStore(SettingsFile(tmp_path / "file" / "settings.toml"), store.user)
+    (tmp_path / "file").write_text("")
+    locked.change({"instrument.check_after_h": 3.0})
+    assert store.load().settings.instrument_check_after_h == 3.0
+    assert store.station.path.read_bytes() == held
+
+
+def test_temperatures_are_used_for_some_hours_only(tmp_path: Path) -> None:
+    store = _store(tmp_path)
+    store.change({"temperature.part_c": 23.5})
+    now = datetime.now(UTC)
+    assert store.load(now).settings.temperature_part_c == 23.5
+    # Another temperature that is typed later does not make this one younger.
+    text = store.station.path.read_text()
+    old = (now - timedelta(hours=7)).isoformat(timespec="seconds")
+    stamp = tomllib.loads(text)["temperature"]["part_c_utc"]
+    store.station.path.write_text(text.replace(stamp, old))
+    store.change({"temperature.probe_c": 22.0})
+    loaded = store.load(now + timedelta(hours=2))
+    assert loaded.settings.temperature_part_c is None
+    assert loaded.settings.temperature_probe_c == 22.0
+    assert loaded.too_old == ("temperature.part_c",)
+    assert "Part temperature" in loaded.notes[0].what
+    # A clock that was set back: nobody knows how old it is.
+    assert store.load(now - timedelta(days=1)).settings.temperature_probe_c is None
+    # Typed into the file by hand, without a time.
+    store.station.path.write_text(
+        'schema = "ocmm.settings/1"\n[temperature]\npart_c = 21.0\nprobe_c = 21.0\n'
+        'probe_c_utc = "yesterday"\n'
+    )
+    loaded = store.load(now)
+    assert loaded.settings.temperature_part_c is None
+    assert loaded.settings.temperature_probe_c is None
+    assert len(loaded.notes) == 2
+
+
+_BAD: dict[str, list[object]] = {
+    "instrument.source": ["webcam", "ethercat:", "replay:"],
+    "instrument.rig": [resource("probes", "standard.toml"), "/no/such/rig.toml", resource()],
+    "instrument.check_after_h": ["0", "1000", "nan", "inf", "eight"],
+    "temperature.part_c": ["200", "-300", "warm"],
+    "stream.port": ["0", "70000", "7788.5"],
+    "window.theme": ["pink"],
+    "window.sounds": ["maybe"],
+    "report.logo": [resource("rigs", "recommended.toml")],
+    "job.folder": [resource("rigs", "recommended.toml")],
+    "window.keys": ["take: X"],
+    "job.operator": ["a\x07b", "x" * 1001],
+}
+
+
+@pytest.mark.parametrize("key", _BAD)
+def test_what_is_typed_is_checked(key: str) -> None:
+    for text in _BAD[key]:
+        with pytest.raises(InputError) as caught:
+            value_of_text(spec_of(key), str(text))
+        assert spec_of(key).label in caught.value.what
+
+
+def test_what_is_typed_is_read_as_people_write_it(tmp_path: Path) -> None:
+    assert value_of_text(spec_of("temperature.part_c"), " 21,5 ") == 21.5
+    assert value_of_text(spec_of("window.sounds"), "No") is False
+    assert value_of_text(spec_of("job.operators"), "Anna; Ben;") == ("Anna", "Ben")
+    assert value_of_text(spec_of("stream.port"), "7788") == 7788
+    assert value_of_text(spec_of("instrument.tip"), "") is None
+    assert value_of_text(spec_of("job.folder"), str(tmp_path / "new")) == tmp_path / "new"
+
+
+@given(
+    st.dictionaries(
+        st.text(min_size=1, max_size=8),
+        st.dictionaries(
+            st.text(min_size=1, max_size=8),
+            st.recursive(
+                st.booleans()
+                | st.integers(-(2**62), 2**62)
+                | st.floats(allow_nan=False)
+                | st.text(st.characters(exclude_categories=["Cs"]), max_size=8),
+                lambda item: (
+                    st.lists(item, max_size=3)
+                    | st.dictionaries(st.text(min_size=1, max_size=4), item, max_size=3)
+                ),
+                max_leaves=6,
+            ),
+            max_size=3,
+        ),
+        max_size=3,
+    )
+)
+def test_what_is_written_is_read_back_the_same(data: dict[str, object]) -> None:
+    assert tomllib.loads(toml_text(data)) == data
+
+
+_WRITER = """
+import sys
+from pathlib import Path
+from ocmm_core.settings import SettingsFile
+file = SettingsFile(Path(sys.argv[1]))
+for number in range(20):
+    names = file.read().values.get("job.operators", ())
+    file.change({sys.argv[2]: float(number + 1)})
+"""
+
+
+def test_two_programs_at_once_lose_nothing(tmp_path: Path) -> None:
+    path = tmp_path / "settings.toml"
+    keys = ("instrument.check_after_h", "temperature.sigma_k", "temperature.part_c")
+    # 20 is beyond the limit of the second: it stops at its last good one.
+    writers = [
+        subprocess.Popen([sys.executable, "-c", _WRITER, str(path), key], stderr=subprocess.PIPE)
+        for key in keys
+    ]
+    for writer in writers:
+        writer.communicate(timeout=HANG_S)
+    values = SettingsFile(path).read().values
+    assert values == {
+        "instrument.check_after_h": 20.0,
+        "temperature.sigma_k": 10.0,
+        "temperature.part_c": 20.0,
+    }
+    assert [found.name for found in tmp_path.iterdir()] == ["settings.toml"]
+
+
+def test_recent_places_are_bounded_and_never_in_the_way(tmp_path: Path) -> None:
+    recent = RecentPlaces(tmp_path / "state" / "recent.json")
+    assert recent.plans() == ()
+    plans = [tmp_path / f"plan{number}.toml" for number in range(30)]
+    for plan in plans:
+        plan.write_text("")
+        recent.note_plan(plan)
+    recent.note_plan(plans[20])
+    recent.note_plan(resource("plans", "demo.toml"))
+    assert recent.plans()[:2] == (plans[20], plans[29])
+    assert len(recent.plans()) == 20
+    assert recent.folders() == (tmp_path,)
+    plans[20].unlink()
+    assert recent.plans()[0] == plans[29]
+    (tmp_path / "state" / "recent.json").write_bytes(b'{"schema": "ocmm.recent/1", "plans": 3}')
+    assert recent.plans() == ()
+    recent.note_job(tmp_path / "a.ocmm")
+    assert recent.jobs() == ()
+
+
+def test_the_settings_load_no_numerical_library() -> None:
+    code = (
+        "import sys; from ocmm_core.settings import SettingsStore; "
+        "SettingsStore.of_this_user().load(); "
+        "print([m for m in ('numpy', 'scipy', 'numba', 'PySide6') if m in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG_S, check=True
+    )
+    assert done.stdout.strip() == "[]"

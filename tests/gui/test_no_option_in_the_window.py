@@ -1,0 +1,68 @@
+"""No sentence of the window names an option of the command line, or sends one to start anew."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from tests.gui.window_sentences import marked
+
+_CORE = Path(__file__).resolve().parents[2] / "ocmm_core"
+_OPTION = re.compile(r"(?<![\w<!-])--[a-z]")
+_AGAIN = re.compile(
+    r"\brestart (ocmm|the program|the acquisition|the window|it)\b|\bstart (ocmm|again)\b"
+    r"|\bstart(ed)? with --",
+    re.IGNORECASE,
+)
+_ON_A_TERMINAL = (
+    "cli", "doctor", "settings/_specs.py", "acceptance", "export/certificate/_artefact.py",
+    "composition/_station_checks.py",
+    # What an administrator does to services and interfaces of the computer, in a shell.
+    "acquisition/bus_process/_service_client.py",
+)  # fmt: skip
+"""What these say is never shown in the window."""
+
+
+def test_no_text_of_the_window_names_an_option_or_a_restart() -> None:
+    found = [
+        f"{call.file}:{call.line}: {call.sentence}"
+        for call in marked()
+        if call.sentence is not None
+        and (_OPTION.search(call.sentence) or _AGAIN.search(call.sentence))
+    ]
+    assert not found
+
+
+def test_no_remedy_of_the_core_that_the_window_shows_does() -> None:
+    found = [
+        f"{path.relative_to(_CORE)}:{line}: {text}"
+        for path in sorted(_CORE.rglob("*.py"))
+        if not str(path.relative_to(_CORE)).startswith(_ON_A_TERMINAL)
+        for line, text in _sentences(path)
+        if _OPTION.search(text) or _AGAIN.search(text)
+    ]
+    assert not found
+
+
+def _sentences(path: Path) -> Iterator[tuple[int, str]]:
+    """Yield the literals of a file that are sentences, without its docstrings."""
+    tree = ast.parse(path.read_text())
+    docs = {
+        id(node.value)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant)
+    }
+    for node in ast.walk(tree):
+        if not isinstance(node, ast.Constant) or id(node) in docs:
+            continue
+        # A command of a process, not a sentence, is one word.
+        if isinstance(node.value, str) and " " in node.value:
+            yield node.lineno, node.value
+
+
+def test_the_search_for_options_finds_one() -> None:
+    assert _OPTION.search("Give --out a folder.")
+    assert _AGAIN.search("Restart OCMM.")
+    assert not _OPTION.search("A dash -- or two.")

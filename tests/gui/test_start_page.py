@@ -1,0 +1,165 @@
+"""The Start page: what can be begun, the last jobs, and the station in words."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
+from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtWidgets import QPushButton
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.composition import StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.settings import RecentPlaces, SettingsFile, SettingsStore
+from ocmm_gui.home import Choice, Errands, StartWindow
+from ocmm_gui.kit import THEMES, NoticeCentre
+from tests.host import HANG_MS
+
+MakeStart = Callable[..., StartWindow]
+
+
+@pytest.fixture
+def make_start(qtbot: QtBot, tmp_path: Path) -> Iterator[MakeStart]:
+    made: list[StartWindow] = []
+
+    def make(source: str = "simulated", size: tuple[int, int] = (1280, 720)) -> StartWindow:
+        store = SettingsStore(
+            SettingsFile(tmp_path / "station" / "settings.toml"),
+            SettingsFile(tmp_path / "user" / "settings.toml"),
+            {"instrument.source": source, "job.folder": tmp_path / "jobs"},
+        )
+        window = StartWindow(store, NoticeCentre(), RecentPlaces(tmp_path / "recent.json"))
+        qtbot.addWidget(window)
+        window.resize(*size)
+        with qtbot.waitActive(window):
+            window.show()
+            window.activateWindow()
+        window.read()
+        qtbot.waitUntil(lambda: "Reading" not in window.page.hint.text(), timeout=HANG_MS)
+        made.append(window)
+        return window
+
+    yield make
+    for window in made:
+        window.close()
+
+
+def _words(window: StartWindow) -> str:
+    return " ".join(label.text() for label in window.page.state_words)
+
+
+def test_a_newcomer_is_told_that_cameras_are_simulated(make_start: MakeStart, qtbot: QtBot) -> None:
+    window = make_start()
+    qtbot.waitUntil(lambda: "SIMULATED" in window.page.hint.text(), timeout=HANG_MS)
+    assert "Rig recommended." in _words(window)
+    assert not window.page.keys["continue"].isEnabled()
+    assert "No jobs" in window.page.heading.text()
+
+
+def test_cameras_that_were_never_calibrated_say_what_to_do(
+    make_start: MakeStart, qtbot: QtBot
+) -> None:
+    window = make_start("ethercat:lo")
+    qtbot.waitUntil(lambda: "Calibrate" in _words(window), timeout=HANG_MS)
+    assert "NONE" in _words(window)
+    assert "No points can be taken yet" in window.page.hint.text()
+
+
+def test_the_last_jobs_are_listed_and_a_damaged_one_is_named(
+    make_start: MakeStart, qtbot: QtBot, tmp_path: Path
+) -> None:
+    built = build_station(
+        StationRequest(
+            plan=resource("plans", "quick.toml"), out=tmp_path / "jobs", operator="anna",
+            serial="SN-7", frame_rate_hz=800,
+        )
+    )  # fmt: skip
+    built.station.close()
+    (tmp_path / "jobs" / "BROKEN-001.ocmm").write_bytes(b"no job")
+    window = make_start()
+    qtbot.waitUntil(lambda: window.page.jobs.count() == 2, timeout=HANG_MS)
+    texts = [window.page.jobs.item(row).text() for row in range(2)]
+    sound = next(text for text in texts if "SN-7" in text)
+    assert "no points yet" in sound
+    assert "anna" in sound
+    assert any("BROKEN-001.ocmm: cannot be read" in text for text in texts)
+    assert window.page.chosen_job() == built.job_path.absolute()
+    window.page.keys["continue"].trigger()
+    assert window.choice == Choice(Errands.CONTINUE, built.job_path.absolute())
+
+
+@pytest.mark.parametrize(
+    ("key", "errand"),
+    [
+        ("plans", Errands.PLANS), ("calibrate", Errands.CALIBRATE), ("demo", Errands.DEMO),
+    ],
+)  # fmt: skip
+def test_a_key_does_its_errand(make_start: MakeStart, key: str, errand: Errands) -> None:
+    window = make_start()
+    window.page.keys[key].trigger()
+    assert window.choice == Choice(errand)
+    assert not window.isVisible()
+
+
+def test_a_new_job_begins_with_a_plan(make_start: MakeStart, qtbot: QtBot, tmp_path: Path) -> None:
+    own = tmp_path / "mine.toml"
+    own.write_bytes(resource("plans", "quick.toml").read_bytes())
+    RecentPlaces(tmp_path / "recent.json").note_plan(own)
+    window = make_start()
+    qtbot.keyClick(window.page, Qt.Key.Key_F2)
+    qtbot.waitUntil(lambda: window.plans.list.count() > 1, timeout=HANG_MS)
+    # What was used last is first, and Return takes it.
+    qtbot.keyClick(window.plans.list, Qt.Key.Key_Return)
+    assert window.choice == Choice(Errands.NEW, own.absolute())
+
+
+@pytest.mark.parametrize("theme", THEMES)
+@pytest.mark.parametrize("size", [(1280, 720), (1920, 1080)])
+def test_every_button_is_whole_and_15_mm_high(
+    make_start: MakeStart, theme: str, size: tuple[int, int]
+) -> None:
+    window = make_start(size=size)
+    window.settings.change("window.theme", theme)
+    for button in window.page.findChildren(QPushButton):
+        assert button.height() >= 57
+        assert button.width() >= button.sizeHint().width(), button.text()
+        assert button.accessibleName()
+
+
+def test_a_dropped_plan_or_job_is_opened_and_nothing_else(
+    make_start: MakeStart, tmp_path: Path
+) -> None:
+    for name, errand in (("a.toml", Errands.NEW), ("a.ocmm", Errands.LOOK), ("a.txt", None)):
+        window = make_start()
+        dragged = QMimeData()
+        dragged.setUrls([QUrl.fromLocalFile(str(tmp_path / name))])
+        buttons, keys = Qt.MouseButton.LeftButton, Qt.KeyboardModifier.NoModifier
+        enter = QDragEnterEvent(
+            QPointF(9, 9).toPoint(), Qt.DropAction.CopyAction, dragged, buttons, keys
+        )
+        window.dragEnterEvent(enter)
+        window.dropEvent(
+            QDropEvent(QPointF(9, 9), Qt.DropAction.CopyAction, dragged, buttons, keys)
+        )
+        assert window.choice == (None if errand is None else Choice(errand, tmp_path / name))
+
+
+def test_the_browser_lists_folders_beside_the_work_and_gives_a_file(
+    make_start: MakeStart, qtbot: QtBot, tmp_path: Path
+) -> None:
+    (tmp_path / "jobs" / "deep").mkdir(parents=True)
+    (tmp_path / "jobs" / "a.ocmm").write_bytes(b"")
+    (tmp_path / "jobs" / "a.txt").write_bytes(b"")
+    window = make_start()
+    window.page.keys["open"].trigger()
+    files = window.browser.files
+    qtbot.waitUntil(lambda: files.count() == 3, timeout=HANG_MS)
+    assert [files.item(row).text() for row in range(3)] == ["↑ Folder above", "deep/", "a.ocmm"]
+    window.browser.path.setText(str(tmp_path / "none.ocmm"))
+    qtbot.keyClick(window.browser.path, Qt.Key.Key_Return)
+    assert "not there" in window.browser.told.text()
+    files.itemActivated.emit(files.item(2))
+    assert window.choice == Choice(Errands.LOOK, tmp_path / "jobs" / "a.ocmm")
