@@ -5,8 +5,8 @@ In: nothing but the tables here. Out: what master, software camera, ESI file and
 Read `_camera_objects` (the object dictionary) with `_object_entries` and `_profile_objects`,
 `_camera_slave` (process data and configuration), `_input_layout` (the header by the revision of a
 camera, and whose input it is), `_controller` (EEPROM and clock), `_identity` (which device is which
-camera), `_intrinsics` (the block of data in a camera), `_firmware` (its file), `_diagnosis`, `_esi`,
-and `_object_page` with `_page_of_the_wire`, which writes docs/camera_objects.md.
+camera), `_intrinsics` (the block of data in a camera), `_firmware` (its file), `_diagnosis`,
+`_esi`, and `_object_page` with `_page_of_the_wire`, which writes docs/camera_objects.md.
 It must not know sockets, cycles or the virtual rig.
 """
 

@@ -87,8 +87,8 @@ BOOT, 0x8005 packet number, 0x8009 not for this camera or not signed by its make
 
 The file: letters `OCFW`, version UINT 1, bytes of the version text UINT, product UDINT, lowest and
 highest revision UDINT each, bytes of the content UDINT, SHA-256 of the content, version text
-(ASCII), content, and an Ed25519 signature (64 bytes) over all before it, which the camera checks with
-the key of its maker.
+(ASCII), content, and an Ed25519 signature (64 bytes) over all before it, which the camera checks
+with the key of its maker.
 
 It is written into the bank that does not run. One record with its own check sum then names that
 bank; leaving BOOT starts it on trial. Reaching PREOP confirms it. Switched off before that, the
