@@ -56,7 +56,7 @@ def test_a_described_camera_gives_out_what_its_sensor_saw(
     path, device = rig_with(name, tmp_path), load_device(name)
     request = StationRequest(plan=PLAN, out=tmp_path, rig=path, source="ethercat:virtual", seed=4)
     feed = make_feed(request, load_plan(PLAN), load_rig(path))
-    blocks = []
+    blocks: list[FrameBlock] = []
     try:
         feed.acquisition.start()
         end = time.monotonic() + HANG_S
