@@ -4,12 +4,14 @@ The scenarios are played one after another on one and the same bus process: each
 operation, without a restart, or the next one would have nothing to disturb. Used by
 ``benchmarks/faults.py`` and by the system tests, which run this file as a program inside a private
 network namespace: ``python benchmarks/fault_scenarios.py RESULT.json faults [NAME ...]``, or
-``... exact`` for one camera and answers lost in known cycles, or ``... starts COUNT`` for rapid
-starts and stops.
+``... exact`` for one camera and answers lost in known cycles, ``... starts COUNT`` for rapid
+starts and stops, or ``... restarts COUNT`` for restarts of cameras and bus in operation.
 """
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 import tempfile
 import threading
@@ -40,7 +42,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import BusSettings
 from ocmm_core.fieldbus.device import CALIBRATION, CameraIdentity
-from ocmm_core.fieldbus.report import Alarm, BusPhase
+from ocmm_core.fieldbus.report import Alarm, BusPhase, decode_report
 from ocmm_core.simulation.bus import (
     CAMERAS,
     CORRUPT_WITH_SUM,
@@ -71,6 +73,9 @@ _CALM_S = 1.5
 """A busy computer disturbs the bus again and again; it is not waited for any longer."""
 _NO_FAULT = ("bus.operation", Alarm.HOST_BUSY)
 _POLL_S = 0.002
+_LOOKS = 8
+_RESTART_KINDS = 10
+"""Of ten restarts one is of the process of the cameras, one of the bus process."""
 _FIRST_STATION = 0x1001
 DEVICE_NAME_OBJECT = 0x1008
 _NOTE = 5
@@ -616,6 +621,126 @@ def _start_once(result: Starts, seconds: float, *, last: bool) -> None:
         ring.close()
 
 
+class Restarts(msgspec.Struct, kw_only=True):
+    """What became of restarts of cameras and bus.
+
+    Attributes
+    ----------
+    count, of_cameras, of_the_bus
+        How many; the latter two of whole processes, which were killed.
+    looks, torn
+        How often the books were read meanwhile, and how often not every cycle had one account.
+    elapsed, passed
+        Cycles in the books, and those that the computer's clock tells.
+    back
+        How often operation was reached again.
+    message
+        What the bus process said where it was not.
+    """
+
+    count: int = 0
+    of_cameras: int = 0
+    of_the_bus: int = 0
+    looks: int = 0
+    torn: int = 0
+    elapsed: int = 0
+    passed: float = 0.0
+    back: int = 0
+    message: str = ""
+
+
+def play_restarts(count: int, out: Path) -> None:
+    """Restart cameras and bus again and again, and read the books all the time."""
+    result = Restarts(count=count)
+    with tempfile.TemporaryDirectory() as folder, FaultRig(Path(folder), (LEFT, RIGHT)) as rig:
+        books = _BookWatch(rig, result)
+        books.begin()
+        for number in range(count):
+            if not books.back():
+                break
+            kind = number % _RESTART_KINDS
+            if kind == _RESTART_KINDS - 1:
+                # Killed in the middle of whatever it does: its last page must be whole.
+                books.end(kill=number % 2 == 0)
+                result.of_the_bus += 1
+                books.begin()
+            elif kind == 0:
+                rig.kill_cameras()
+                books.disturbed()
+                rig.start_cameras()
+                result.of_cameras += 1
+            else:
+                rig.command(FaultKind.RESTART, number % 2)
+                books.disturbed()
+        books.back()
+        books.end()
+    write_atomic(out, msgspec.json.encode(result))
+
+
+class _BookWatch:
+    """Reads the books of one bus process after the other."""
+
+    def __init__(self, rig: FaultRig, result: Restarts) -> None:
+        self._rig = rig
+        self._result = result
+        self._first: tuple[int, int] = (0, 0)
+        self._wanted = 0
+
+    def begin(self) -> None:
+        """Start the bus process."""
+        self._rig.start_bus()
+        self._wanted = 0
+        self._first = (self._look().elapsed, time.monotonic_ns())
+
+    def disturbed(self) -> None:
+        """Expect the bus to be brought up once more."""
+        self._wanted = self._recoveries() + 1
+
+    def back(self) -> bool:
+        """Wait for operation, and read the books meanwhile; say whether it came."""
+        deadline = time.monotonic() + GIVE_UP_S
+        while time.monotonic() < deadline:
+            if self._recoveries() >= self._wanted:
+                self._result.back += 1
+                return True
+            for _ in range(_LOOKS):
+                self._look()
+            time.sleep(_POLL_S)
+        ring = self._rig.ring
+        self._result.message = "" if ring is None else read_status(ring).message
+        return False
+
+    def _recoveries(self) -> int:
+        report = b"" if self._rig.ring is None else self._rig.ring.report()
+        return decode_report(report).recoveries if report else 0
+
+    def end(self, *, kill: bool = False) -> None:
+        """Kill the bus process, or ask it to end; its books must still be whole."""
+        elapsed, at_ns = self._first
+        last = self._look()
+        self._result.elapsed += last.elapsed - elapsed
+        self._result.passed += (time.monotonic_ns() - at_ns) / CYCLE_NS
+        bus = self._rig.bus
+        if kill and bus is not None and bus.pid is not None:
+            os.kill(bus.pid, signal.SIGKILL)
+            bus.join(GIVE_UP_S)
+        elif bus is not None:
+            bus.request_stop()
+            bus.join(GIVE_UP_S)
+        self._look()
+        self._rig.stop_bus()
+
+    def _look(self) -> AcquisitionStatus:
+        ring = self._rig.ring
+        if ring is None:
+            raise BusError("rig.bus", "The bus process is not there.", "Start it.")
+        status = read_status(ring)
+        self._result.looks += 1
+        counted = status.good + status.late + status.lost + status.bad
+        self._result.torn += counted != status.elapsed
+        return status
+
+
 def main() -> None:
     """Do what the arguments say; see the module."""
     out, what, *rest = Path(sys.argv[1]), *sys.argv[2:]
@@ -623,6 +748,8 @@ def main() -> None:
         play_all(rest, out)
     elif what == "exact":
         play_exact(out)
+    elif what == "restarts":
+        play_restarts(int(rest[0]), out)
     else:
         take_priority(BUS_PRIORITY)
         play_starts(int(rest[0]), out)

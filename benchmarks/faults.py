@@ -16,7 +16,7 @@ from pathlib import Path
 
 import msgspec
 
-from benchmarks.fault_scenarios import SCENARIOS, Outcome, Starts
+from benchmarks.fault_scenarios import SCENARIOS, Outcome, Restarts, Starts
 from ocmm_core.errors import OcmmError
 from ocmm_core.simulation.bus import namespace_command
 
@@ -103,6 +103,16 @@ def main() -> int:
     )
     left_over = done.descriptors + done.threads
     failed += done.ended != starts or done.wrong > 0 or not done.works or bool(left_over)
+    content = inside("fault_scenarios.py", "restarts", str(starts))
+    books = msgspec.json.decode(content, type=Restarts)
+    print(
+        f"restarts: {books.count} ({books.of_cameras} of all cameras by killing them, "
+        f"{books.of_the_bus} of the bus process), {books.back} times back in operation; "
+        f"{books.elapsed} cycles in the books, {books.passed:.0f} by the clock; read "
+        f"{books.looks} times, not in one account each: {books.torn}",
+        books.message,
+    )
+    failed += books.torn > 0 or books.back != starts + 1
     for master in ("kickcat", "pysoem"):
         wrong = msgspec.json.decode(inside("esi_agreement.py", master), type=list[str])
         print(f"{master}: in operation, differences from the ESI file: {len(wrong)}", *wrong[:5])

@@ -137,7 +137,8 @@ def run(parsed: argparse.Namespace) -> int:
     _end_on_signals(app)
     store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
-    choice = _START_PAGE if parsed.start else Choice(Errands.MEASURE, parsed.job)
+    asked = parsed.start and parsed.job is None
+    choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
     while True:
         if choice is _START_PAGE:
             chosen = _ask(app, parsed, store, told)
@@ -198,12 +199,13 @@ def _work(
     # Numerical libraries take a second to load: something is on the screen before that.
     splash = _splash(app, loaded.settings.instrument_source, options)
     try:
-        from ocmm_core.composition import build_station
+        from ocmm_core.composition import AcceptanceBench, build_station
         from ocmm_gui.bridge import StationBridge
         from ocmm_gui.kit import ErrorHooks, SoundPlayer
         from ocmm_gui.window import REOPEN, START, MainWindow
 
-        built = build_station(_request(parsed, loaded, choice))
+        request = _request(parsed, loaded, choice)
+        built = build_station(request)
     finally:
         splash.close()
         splash.deleteLater()
@@ -223,6 +225,7 @@ def _work(
                 sounds=SoundPlayer(enabled=options.sound),
                 theme=options.theme,
                 out=options.export,
+                bench=AcceptanceBench(request, built.recorded),
                 store=store,
             )
             window.show_far(options.far)

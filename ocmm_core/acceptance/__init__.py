@@ -5,7 +5,8 @@ Out: a plan, what is wrong with what was taken, judged values, and a record.
 
 Read `_procedure` (documents, limits), `_result` (what a test leaves) and `_values` (pure statistics
 of points), then `_kinds` (one entry a kind: planned by `_planning`, judged by `_evaluating` and
-`_placement`), `_session` (the engine, a chain of `_events`), `_guards` and `_recompute`.
+`_placement`), `_session` (the engine, a chain of `_events` folded by `_session_state`), `_guards`
+and `_recompute`. `_offers` is what can be chosen before, `_guided` a test as a guided procedure.
 `_register` keeps the artefacts, `_interim` is the chart of interim checks.
 It must not know where a ball centre comes from: cameras, a recording or a simulation.
 """
@@ -19,10 +20,17 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.acceptance._events import AcceptanceView
     from ocmm_core.acceptance._guards import (
+        artefact_findings,
         begin_findings,
         climate_reasons,
         reserved_spots,
         spots_hash,
+    )
+    from ocmm_core.acceptance._guided import AcceptanceProcedure
+    from ocmm_core.acceptance._guided_view import (
+        AcceptanceOutcome,
+        GuidedAcceptanceView,
+        worst_value,
     )
     from ocmm_core.acceptance._interim import (
         ChartPoint,
@@ -30,9 +38,24 @@ if TYPE_CHECKING:
         InterimCheck,
         InterimHistory,
         InterimWord,
+        check_of,
         interim_chart,
+        note_check,
     )
     from ocmm_core.acceptance._kinds import KINDS, kind_of, plan_of, values_of
+    from ocmm_core.acceptance._offers import (
+        RECORDS,
+        SESSIONS,
+        ArtefactOffer,
+        FinishedTest,
+        OpenTest,
+        ProcedureOffer,
+        finished_tests,
+        offered_artefacts,
+        offered_procedures,
+        open_tests,
+        typed_entry,
+    )
     from ocmm_core.acceptance._part_u import (
         LEAST_RESULTS,
         PartTask,
@@ -43,6 +66,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.acceptance._procedure import (
         ClimateRule,
+        InterimTest,
         Mpe,
         PartTest,
         Procedure,
@@ -58,6 +82,7 @@ if TYPE_CHECKING:
         save_record,
     )
     from ocmm_core.acceptance._register import (
+        ARTEFACT_KINDS,
         ARTEFACT_SCHEMA,
         ArtefactEntry,
         ArtefactKind,
@@ -103,17 +128,27 @@ else:
     __getattr__ = door(
         __name__,
         _events="AcceptanceView",
-        _guards="begin_findings climate_reasons reserved_spots spots_hash",
-        _interim=("ChartPoint InterimChart InterimCheck InterimHistory InterimWord interim_chart"),
+        _guards="artefact_findings begin_findings climate_reasons reserved_spots spots_hash",
+        _guided="AcceptanceProcedure",
+        _guided_view="AcceptanceOutcome GuidedAcceptanceView worst_value",
+        _interim=(
+            "ChartPoint InterimChart InterimCheck InterimHistory InterimWord check_of "
+            "interim_chart note_check"
+        ),
         _kinds="KINDS kind_of plan_of values_of",
+        _offers=(
+            "ArtefactOffer FinishedTest OpenTest ProcedureOffer RECORDS SESSIONS finished_tests "
+            "offered_artefacts offered_procedures open_tests typed_entry"
+        ),
         _part_u="LEAST_RESULTS PartTask PartUncertainty dissimilar part_uncertainty share_within",
         _procedure=(
-            "ClimateRule Mpe PartTest Procedure find_procedure load_procedure procedure_files"
+            "ClimateRule InterimTest Mpe PartTest Procedure find_procedure load_procedure "
+            "procedure_files"
         ),
         _recompute="differences load_record recompute recompute_tips save_record",
         _register=(
-            "ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister check_entry "
-            "default_artefact_folder load_artefact load_used used_bar used_sphere"
+            "ARTEFACT_KINDS ARTEFACT_SCHEMA ArtefactEntry ArtefactKind ArtefactRegister "
+            "check_entry default_artefact_folder load_artefact load_used used_bar used_sphere"
         ),
         _result=(
             "AcceptanceRecord Climate Instrument JudgedValue Observation PlannedPosition "
@@ -129,32 +164,43 @@ else:
     )
 
 __all__ = [
+    "ARTEFACT_KINDS",
     "ARTEFACT_SCHEMA",
     "KINDS",
     "LEAST_RESULTS",
+    "RECORDS",
     "RECORD_SCHEMA",
+    "SESSIONS",
+    "AcceptanceOutcome",
+    "AcceptanceProcedure",
     "AcceptanceRecord",
     "AcceptanceSession",
     "AcceptanceView",
     "ArtefactEntry",
     "ArtefactKind",
+    "ArtefactOffer",
     "ArtefactRegister",
     "ChartPoint",
     "Climate",
     "ClimateRule",
+    "FinishedTest",
+    "GuidedAcceptanceView",
     "Instrument",
     "InterimChart",
     "InterimCheck",
     "InterimHistory",
+    "InterimTest",
     "InterimWord",
     "JudgedValue",
     "Mpe",
     "Observation",
+    "OpenTest",
     "PartTask",
     "PartTest",
     "PartUncertainty",
     "PlannedPosition",
     "Procedure",
+    "ProcedureOffer",
     "QuantityResult",
     "Refusal",
     "Situation",
@@ -164,16 +210,19 @@ __all__ = [
     "UsedArtefact",
     "Verdict",
     "VolumetricValues",
+    "artefact_findings",
     "begin_findings",
     "block_length",
     "certified_at",
     "check_entry",
+    "check_of",
     "climate_reasons",
     "default_artefact_folder",
     "differences",
     "dissimilar",
     "faces_normal",
     "find_procedure",
+    "finished_tests",
     "interim_chart",
     "judge",
     "kind_of",
@@ -183,6 +232,10 @@ __all__ = [
     "load_used",
     "location_value",
     "nest_lengths",
+    "note_check",
+    "offered_artefacts",
+    "offered_procedures",
+    "open_tests",
     "part_uncertainty",
     "plan_of",
     "procedure_files",
@@ -197,8 +250,10 @@ __all__ = [
     "sphere_values",
     "spots_hash",
     "thickness",
+    "typed_entry",
     "used_bar",
     "used_sphere",
     "values_of",
     "volumetric_values",
+    "worst_value",
 ]

@@ -66,10 +66,25 @@ class Finished(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=
 
     utc: str
     verdict: Verdict
+    remark: str = ""
+
+
+class Abandoned(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, tag=True):
+    """The test was ended without a verdict; nothing comes after it."""
+
+    utc: str
+    reason: str
 
 
 Event: TypeAlias = (
-    Begun | PointTaken | PointRefused | PositionRedone | RetestBegun | ClimateNoted | Finished
+    Begun
+    | PointTaken
+    | PointRefused
+    | PositionRedone
+    | RetestBegun
+    | ClimateNoted
+    | Finished
+    | Abandoned
 )
 
 
@@ -103,8 +118,8 @@ class AcceptanceView:
         The temperature is to be noted before the next point.
     refusals, void_reasons
         Sentences.
-    finished
-        Whether the verdict was given.
+    finished, abandoned
+        Whether the verdict was given, or the test was ended without one.
     """
 
     title: str
@@ -121,3 +136,4 @@ class AcceptanceView:
     refusals: tuple[str, ...]
     void_reasons: tuple[str, ...]
     finished: bool
+    abandoned: bool = False

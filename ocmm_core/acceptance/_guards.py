@@ -46,22 +46,41 @@ def begin_findings(
     """
     found = [*_instrument(stage, temperature_c)]
     for artefact in stage.artefacts:
-        if artefact.role not in kind_of(stage).roles:
-            continue
-        known = Artefact(
-            use=artefact.use,
-            expanded=artefact.expanded,
-            expanded_per_length=artefact.expanded_per_length,
-            expansion=artefact.expansion,
-            expansion_sigma=artefact.expansion_sigma,
-            identity=artefact.identity,
-            temperatures=artefact.temperatures,
+        found += artefact_findings(
+            stage, artefact, now, temperature_c, calibration_artefacts, qualification_artefacts
         )
-        for length, limit in _certified_limits(stage, artefact):
-            found += known.judge(length, limit, now, temperature_c)
-        found += _reused(artefact, calibration_artefacts, "calibrated", "acceptance.calibration")
-        found += _reused(artefact, qualification_artefacts, "qualified", "acceptance.qualification")
-        found += _sphere(stage, artefact)
+    return list(dict.fromkeys(found))
+
+
+def artefact_findings(
+    stage: Stage,
+    artefact: UsedArtefact,
+    now: datetime,
+    temperature_c: float,
+    calibration_artefacts: Sequence[ArtefactUse],
+    qualification_artefacts: Sequence[ArtefactUse],
+) -> list[Finding]:
+    """Return what speaks against an artefact in a test; parameters as in `begin_findings`.
+
+    Nothing is said of an artefact that the test does not need.
+    """
+    if artefact.role not in kind_of(stage).roles:
+        return []
+    known = Artefact(
+        use=artefact.use,
+        expanded=artefact.expanded,
+        expanded_per_length=artefact.expanded_per_length,
+        expansion=artefact.expansion,
+        expansion_sigma=artefact.expansion_sigma,
+        identity=artefact.identity,
+        temperatures=artefact.temperatures,
+    )
+    found: list[Finding] = []
+    for length, limit in _certified_limits(stage, artefact):
+        found += known.judge(length, limit, now, temperature_c)
+    found += _reused(artefact, calibration_artefacts, "calibrated", "acceptance.calibration")
+    found += _reused(artefact, qualification_artefacts, "qualified", "acceptance.qualification")
+    found += _sphere(stage, artefact)
     return list(dict.fromkeys(found))
 
 

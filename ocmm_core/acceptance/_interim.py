@@ -20,6 +20,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
+from ocmm_core.acceptance._result import AcceptanceRecord
+from ocmm_core.calibration.records import CalibrationStore, record_hash
 from ocmm_core.chain_file import ChainFile
 
 LEARNING = 25
@@ -199,6 +201,56 @@ class InterimHistory:
         )
 
     def add(self, check: InterimCheck) -> InterimChart:
-        """Add a check and return its chart; StorageError where it cannot be written."""
-        self._chain.append(check)
+        """Add a check and return its chart; StorageError where it cannot be written.
+
+        A check whose record is in the chart already is not added again: whoever was interrupted
+        between chart and record may store once more.
+        """
+        if not check.record or all(one.record != check.record for one in self._chain.items):
+            self._chain.append(check)
         return self.chart(check.calibration, check.artefact, check.tip)
+
+
+def check_of(record: AcceptanceRecord) -> InterimCheck:
+    """Return what the record of an interim check puts on its chart.
+
+    That is the error of the length; where a length or a diameter is beyond its limit, the one that
+    is farthest beyond.
+    """
+    counted = [one for one in record.values if not one.superseded]
+    value = max(counted, key=lambda one: abs(one.error_mm) / one.limit_mm)
+    length = next(one for one in counted if one.quantity == "Interim_L")
+    chosen = value if abs(value.error_mm) > value.limit_mm else length
+    return InterimCheck(
+        utc=record.ended_utc, calibration=record.instrument.calibration,
+        artefact=record.artefacts[0].use.serial, tip=record.instrument.tip,
+        error_mm=chosen.error_mm, limit_mm=chosen.limit_mm, record=record_hash(record),
+    )  # fmt: skip
+
+
+def note_check(
+    history: InterimHistory,
+    record: AcceptanceRecord,
+    store: CalibrationStore | None,
+    now: datetime,
+) -> InterimChart:
+    """Add the record of a check to its chart, and hold points back where it says stop.
+
+    A void check shows nothing: it is not added.
+
+    Parameters
+    ----------
+    store
+        Calibrations of the rig: what was measured since the last good check becomes suspect there,
+        until a verification passes. None where none are kept.
+    """
+    check = check_of(record)
+    if record.void_reasons:
+        return history.chart(check.calibration, check.artefact, check.tip)
+    chart = history.add(check)
+    if chart.word is InterimWord.STOP and store is not None:
+        reason = f"The interim check is out ({record.number}): {chart.points[-1].reason}"
+        # Whoever was interrupted between chart and store asks once more; it is held back once.
+        if all(one.reason != reason for one in store.events):
+            store.suspect(record.made_by, reason, chart.last_good, now)
+    return chart

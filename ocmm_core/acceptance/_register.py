@@ -27,6 +27,7 @@ from ocmm_core.errors import InputError, StorageError
 ARTEFACT_SCHEMA = "ocmm.artefact/1"
 
 ArtefactKind: TypeAlias = Literal["sphere", "bar", "gauge block", "part", "plate", "dumbbell"]
+ARTEFACT_KINDS: tuple[ArtefactKind, ...] = get_args(ArtefactKind)
 _SIZES: dict[str, tuple[int, int]] = {
     "sphere": (1, 1),
     "bar": (2, 100),

@@ -29,10 +29,12 @@ if TYPE_CHECKING:
         CameraModel,
         distort,
         distortion_jacobian,
+        from_pixels,
         ideal_from_pixels,
         on_sensor,
         project,
         projection_jacobians,
+        to_pixels,
     )
     from ocmm_core.camera._rig import (
         MAX_CAMERAS,
@@ -56,8 +58,8 @@ else:
         _compiled="compiled",
         _finder="FinderState NO_BLACK SpotFinder measure_window",
         _model=(
-            "CameraModel N_PARAMETERS PARAMETERS distort distortion_jacobian ideal_from_pixels "
-            "on_sensor project projection_jacobians"
+            "CameraModel N_PARAMETERS PARAMETERS distort distortion_jacobian from_pixels "
+            "ideal_from_pixels on_sensor project projection_jacobians to_pixels"
         ),
         _rig=(
             "CalibrationDesign CameraEntry MAX_CAMERAS MAX_LEDS MAX_SLOTS Rig SpotNoise "
@@ -94,6 +96,7 @@ __all__ = [
     "compiled",
     "distort",
     "distortion_jacobian",
+    "from_pixels",
     "ideal_from_pixels",
     "known_points_covariance",
     "load_rig",
@@ -102,5 +105,6 @@ __all__ = [
     "project",
     "projection_jacobians",
     "search",
+    "to_pixels",
     "windows",
 ]

@@ -40,8 +40,14 @@ chance, and a first-order covariance of it would not hold."""
 Vector3 = tuple[float, float, float]
 
 
-class CameraEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """One camera in a rig document; lengths in mm, image positions in px."""
+class CameraEntry(
+    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
+):
+    """One camera in a rig document; lengths in mm, image positions in px.
+
+    Where ``sensor_serial`` is given, a camera with another sensor is refused. ``device`` is the
+    description of a camera that is not ours: a name, or a path beside this document.
+    """
 
     name: str
     serial: int
@@ -59,6 +65,8 @@ class CameraEntry(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fiel
     p2: float
     centre: Vector3
     rotation_vector: Vector3
+    sensor_serial: int = 0
+    device: str = ""
 
 
 class SpotNoise(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -124,6 +132,10 @@ class Rig:
         (14 C, 14 C), in the order of `camera.model.PARAMETERS`, camera by camera.
     identity
         SHA-256 of the document.
+    sensors
+        Serial number of the sensor of each camera, 0 where not known; empty: of none.
+    device
+        Name, or whole path, of the description of its cameras; empty: they are ours.
     """
 
     name: str
@@ -134,6 +146,8 @@ class Rig:
     volume_world: Float
     parameter_covariance: Float
     identity: str
+    sensors: tuple[int, ...] = ()
+    device: str = ""
     # Every call of a kernel takes it, and making it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 
@@ -166,6 +180,8 @@ def load_rig(path: Path | str) -> Rig:
     return Rig(
         name=document.name,
         cameras=cameras,
+        sensors=tuple(entry.sensor_serial for entry in document.cameras),
+        device=_device_of(Path(path), document),
         aliases=tuple(entry.alias for entry in document.cameras),
         frame_rate_hz=document.frame_rate_hz,
         noise=document.noise,
@@ -239,6 +255,21 @@ def camera_of(entry: CameraEntry) -> CameraModel:
         p2=entry.p2,
         T_camera_from_world=RigidTransform(rotation, -rotation @ np.array(entry.centre)),
     )
+
+
+def _device_of(path: Path, document: RigDocument) -> str:
+    """Return the one description of all cameras; a path counts from the document."""
+    named = {entry.device for entry in document.cameras}
+    if len(named) > 1:
+        raise InputError(
+            "rig.devices",
+            f"{path}: field 'device' of the cameras names {len(named)} kinds of cameras.",
+            "Give all cameras of a rig the same; a bus has cameras of one kind.",
+        )
+    (name,) = named
+    if "/" in name or name.endswith(".toml"):
+        return str(path.absolute().parent / name)
+    return name
 
 
 def _check(path: Path, document: RigDocument) -> None:

@@ -7,8 +7,9 @@ Read `_compose` first, it puts all together; `_sources` (one entry a source of f
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
 source), `_climate`, `_stream_options`, `_defaults`, `_from_settings` (what the window measures
 with), `_station_state` (in words). `_kernels` lists what is compiled, `_compile` does it.
-`_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
-`_acceptance_scenes` and `_truth` are what the virtual rig needs.
+`_station_checks` measures for the doctor of a station. `_calibrate_scenes`,
+`_acceptance_scenes` and `_truth` are what the virtual rig needs. `_acceptance_site` is what an
+acceptance test stands on, `_acceptance_bench` the same for a window that stays open.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
 """
 
@@ -19,16 +20,26 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.composition._acceptance_bench import AcceptanceBench, Conditions
     from ocmm_core.composition._acceptance_scenes import (
+        VirtualHand,
         acceptance_feed,
-        artefacts_used_before,
         collect_acceptance,
-        instrument_of,
-        require_recorded,
         scenes_of_acceptance,
+    )
+    from ocmm_core.composition._acceptance_site import (
+        AcceptanceSite,
+        artefacts_used_before,
+        default_test_folder,
+        instrument_of,
+        named_artefact,
+        open_test_site,
+        require_recorded,
+        tests_folder,
     )
     from ocmm_core.composition._calibrate_scenes import (
         VirtualSite,
+        scene_of_tip,
         scenes_of_known_points,
         scenes_of_relocation,
         scenes_of_verification,
@@ -68,17 +79,19 @@ if TYPE_CHECKING:
     from ocmm_core.composition._station_checks import measured_checks
     from ocmm_core.composition._station_state import StateLine, StationState, station_state
     from ocmm_core.composition._stream_options import stream_options
-    from ocmm_core.composition._tip_scenes import scene_of_tip
     from ocmm_core.composition._truth import true_values
 else:
     __getattr__ = door(
         __name__,
-        _acceptance_scenes=(
-            "acceptance_feed artefacts_used_before collect_acceptance instrument_of "
-            "require_recorded scenes_of_acceptance"
+        _acceptance_bench="AcceptanceBench Conditions",
+        _acceptance_scenes="VirtualHand acceptance_feed collect_acceptance scenes_of_acceptance",
+        _acceptance_site=(
+            "AcceptanceSite artefacts_used_before default_test_folder instrument_of named_artefact "
+            "open_test_site require_recorded tests_folder"
         ),
         _calibrate_scenes=(
-            "VirtualSite scenes_of_known_points scenes_of_relocation scenes_of_verification"
+            "VirtualSite scene_of_tip scenes_of_known_points scenes_of_relocation "
+            "scenes_of_verification"
         ),
         _calibration_choice="checked_for_replay choose_calibration choose_probe",
         _climate="ClimateRequest climate_in_use",
@@ -97,7 +110,6 @@ else:
         _station_checks="measured_checks",
         _station_state="StateLine StationState station_state",
         _stream_options="stream_options",
-        _tip_scenes="scene_of_tip",
         _truth="true_values",
     )
 
@@ -109,8 +121,11 @@ __all__ = [
     "RECOMMENDED_RIG",
     "SOURCES",
     "STANDARD_PROBE",
+    "AcceptanceBench",
+    "AcceptanceSite",
     "BuiltStation",
     "ClimateRequest",
+    "Conditions",
     "Errand",
     "Feed",
     "NamedSource",
@@ -119,6 +134,7 @@ __all__ = [
     "StateLine",
     "StationRequest",
     "StationState",
+    "VirtualHand",
     "VirtualSite",
     "acceptance_feed",
     "artefacts_used_before",
@@ -131,12 +147,15 @@ __all__ = [
     "collect_acceptance",
     "compile_all",
     "compile_group",
+    "default_test_folder",
     "identities",
     "instrument_of",
     "kernel_groups",
     "make_feed",
     "measured_checks",
+    "named_artefact",
     "names_in_words",
+    "open_test_site",
     "origin_of",
     "part_as_planned",
     "part_text",
@@ -153,5 +172,6 @@ __all__ = [
     "source_of",
     "station_state",
     "stream_options",
+    "tests_folder",
     "true_values",
 ]

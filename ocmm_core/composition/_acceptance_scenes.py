@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+import threading
 import time
 from collections.abc import Callable, Sequence
 from datetime import UTC, datetime
 
-import msgspec
 import numpy as np
 
-from ocmm_core import __version__
-from ocmm_core.acceptance import AcceptanceSession, AcceptanceView, Instrument, UsedArtefact
-from ocmm_core.acquisition.frames import AcquisitionState, read_status
+from ocmm_core.acceptance import (
+    AcceptanceProcedure,
+    AcceptanceSession,
+    AcceptanceView,
+    UsedArtefact,
+)
+from ocmm_core.acquisition.frames import AcquisitionState, FrameBlock, read_status
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.calibration.guided import (
     STILL_FRAMES,
@@ -19,16 +23,12 @@ from ocmm_core.calibration.guided import (
     handle_axis,
     to_spots,
 )
-from ocmm_core.calibration.records import ArtefactUse, CalibrationInUse, ProbeInUse, judge
 from ocmm_core.camera import Rig
 from ocmm_core.composition._calibrate_scenes import VirtualSite
-from ocmm_core.composition._calibration_choice import (
-    checked_for_replay,
-    checked_probe_for_replay,
-)
 from ocmm_core.composition._feeds import Feed
-from ocmm_core.composition._sources import VIRTUAL_NAMES, Origin, origin_of, source_of
-from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.composition._sources import source_of
+from ocmm_core.errors import CalibrationError, InputError, OcmmError
+from ocmm_core.failure import contained
 from ocmm_core.geometry import Float, unit
 from ocmm_core.simulation.calibration_scenes import Scene, TouchSeats, TouchSphere, TouchWithTip
 from ocmm_core.tracking import ProbeBody, solve
@@ -214,65 +214,95 @@ def collect_acceptance(
         )
 
 
-def instrument_of(
-    cameras: CalibrationInUse, probe: ProbeInUse, source: str, now: datetime
-) -> Instrument:
-    """Return what is tested, as a record holds it."""
-    rig, record = cameras.rig, cameras.record
-    low, high = rig.volume_world
-    centres = np.array([camera.centre_world for camera in rig.cameras])
-    return Instrument(
-        rig=rig.name,
-        calibration="" if record is None else rig.identity,
-        calibration_status=judge(cameras, now).word.value,
-        probe=probe.body.name,
-        tip=probe.tip,
-        tip_record=probe.body.identity,
-        ball_radius=probe.body.tip_radius,
-        ball_sigma=probe.body.tip_radius_sigma,
-        cameras=tuple(f"{camera.name} no. {camera.serial}" for camera in rig.cameras),
-        volume_min=_vector(low),
-        volume_max=_vector(high),
-        software=__version__,
-        simulated=origin_of(source) is Origin.VIRTUAL,
-        stylus=float(np.linalg.norm(probe.body.leds_probe - probe.body.tip_probe, axis=1).min()),
-        away=_vector(unit(rig.volume_world.mean(axis=0) - centres.mean(axis=0))),
-    )
+class VirtualHand:
+    """The hand at the virtual rig: it goes where the test wants a point, and waits until it counts.
 
-
-def require_recorded(
-    cameras: CalibrationInUse, probe: ProbeInUse, instrument: Instrument, recorded: str
-) -> Instrument:
-    """Return the instrument of a recording: simulated where a virtual rig was recorded.
+    Called with who watches it shows frames, on a thread of its own; called with None it stops.
 
     Parameters
     ----------
-    recorded
-        Name of the source that was recorded; empty where nothing is replayed.
-
-    Raises
-    ------
-    CalibrationError
-        Real cameras or a real probe were recorded, and only a document says how they are.
+    site, source, speed
+        The rig, by which source it is seen, and times real time; zero is as fast as possible.
+    procedure
+        Says what is still wanted, and whether a touch waits to be taken.
+    failed
+        Told why no frames come any more.
     """
-    for fault in (
-        checked_for_replay(cameras, recorded).fault,
-        checked_probe_for_replay(probe, recorded).fault,
-    ):
-        if fault is not None:
-            raise CalibrationError("acceptance.replay", fault[1].what, fault[1].remedy)
-    virtual = recorded.startswith(VIRTUAL_NAMES) if recorded else instrument.simulated
-    return msgspec.structs.replace(instrument, simulated=virtual)
 
+    def __init__(
+        self,
+        site: VirtualSite,
+        source: str,
+        speed: float,
+        procedure: AcceptanceProcedure,
+        failed: Callable[[OcmmError], None],
+    ) -> None:
+        self._site, self._source, self._speed = site, source, speed
+        self._procedure, self._failed = procedure, failed
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+        self.shown_s = 0.0
+        """Time of the virtual rig that was shown, s."""
 
-def artefacts_used_before(
-    cameras: CalibrationInUse, probe: ProbeInUse
-) -> tuple[tuple[ArtefactUse, ...], tuple[ArtefactUse, ...]]:
-    """Return what the calibration rests on, and what the qualification of the tip does."""
-    of_cameras = () if cameras.record is None else cameras.record.artefacts
-    records = probe.records
-    qualification = None if records is None else records.qualification
-    return of_cameras, () if qualification is None else qualification.artefacts
+    def __call__(self, watcher: Callable[[FrameBlock], None] | None) -> None:
+        """Begin to show frames, or stop and wait until that is so."""
+        if self._thread is not None:
+            self._stop.set()
+            self._thread.join()
+            self._thread = None
+        if watcher is not None:
+            self._stop.clear()
+            self._thread = threading.Thread(
+                target=self._run, args=(watcher,), name="ocmm-virtual-hand"
+            )
+            self._thread.start()
+
+    def _run(self, watcher: Callable[[FrameBlock], None]) -> None:
+        try:
+            while not self._stop.wait(_IDLE_S):
+                if self._wanted():
+                    self._show(watcher)
+        except Exception as error:
+            self._failed(contained(error, "The virtual rig", "All points so far are stored."))
+
+    def _wanted(self) -> bool:
+        view = self._procedure.view
+        return view.base.step.name == "measure" and view.test.current >= 0
+
+    def _show(self, watcher: Callable[[FrameBlock], None]) -> None:
+        """Show what is still wanted from its beginning, until all was shown or it is not wanted."""
+        view = self._procedure.view
+        away = np.array(view.stage.instrument.away)
+        scenes = scenes_of_acceptance(self._site, view.test, view.stage.artefacts, away)
+        feed, frames = acceptance_feed(self._site, self._source, scenes, self._speed)
+        plan, seen = len(view.test.positions), 0
+        try:
+            feed.acquisition.start()
+            while not self._stop.is_set() and seen < frames and self._wanted():
+                stopped = read_status(feed.ring).state is AcquisitionState.STOPPED
+                block = feed.ring.read(_BATCH)
+                if block is None:
+                    if stopped:
+                        return
+                    self._stop.wait(_IDLE_S)
+                    continue
+                seen += len(block)
+                self.shown_s += len(block) / self._rate_hz(block)
+                watcher(block)
+                # The wire waits for nobody.
+                while not feed.live and self._procedure.ready and not self._stop.wait(_IDLE_S):
+                    pass
+                if len(self._procedure.view.test.positions) != plan:
+                    return
+        finally:
+            feed.end()
+
+    @staticmethod
+    def _rate_hz(block: FrameBlock) -> float:
+        if len(block) < 2:
+            return np.inf
+        span = int(block.time_ns[-1]) - int(block.time_ns[0])
+        return float(1e9 * (len(block) - 1) / span)
 
 
 def _vector(values: Float) -> tuple[float, float, float]:

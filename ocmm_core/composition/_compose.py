@@ -20,9 +20,8 @@ from ocmm_core.composition._calibration_choice import (
     choose_probe,
 )
 from ocmm_core.composition._climate import climate_in_use
-from ocmm_core.composition._feeds import StationRequest
+from ocmm_core.composition._feeds import StationRequest, written_folders
 from ocmm_core.composition._sources import make_feed
-from ocmm_core.composition._written_folders import written_folders
 from ocmm_core.documents import digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
@@ -60,6 +59,8 @@ class BuiltStation:
         Frames come by themselves; such a source does not end.
     passed_over
         Why jobs in the folder of a batch could not be looked at.
+    recorded
+        Name of the source that was recorded; empty where nothing is replayed.
     """
 
     station: MeasuringStation
@@ -68,6 +69,7 @@ class BuiltStation:
     virtual: VirtualRig | None
     live: bool
     passed_over: tuple[OcmmError, ...] = ()
+    recorded: str = ""
 
 
 def build_station(request: StationRequest) -> BuiltStation:
@@ -159,8 +161,9 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         there = {entry.name for entry in feed.virtual.part.artefacts}
         feed.simulated.ask = lambda: _missing(station, there)
     return BuiltStation(
-        station, job.path, feed.description, feed.virtual, feed.live, tuple(passed_over)
-    )
+        station, job.path, feed.description, feed.virtual, feed.live, tuple(passed_over),
+        feed.recorded,
+    )  # fmt: skip
 
 
 def _new_job(

@@ -18,7 +18,8 @@ from ocmm_core.composition._defaults import DEMO_PART, REAL_WIRE, SERVICE, VIRTU
 from ocmm_core.composition._feeds import Feed, StationRequest
 from ocmm_core.composition._model_part import kept_part
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.described import DeviceDescription, load_device
+from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 from ocmm_core.fieldbus.wire import is_virtual_interface
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.simulation.bus import SegmentConfig, VirtualBus
@@ -89,7 +90,7 @@ def recording_feed(request: StationRequest, _plan: Plan, rig: Rig, value: str) -
 
 def segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
     """Return the software cameras that play the request's script; the interface is left open."""
-    return _segment(script_of(request, plan).to_json(), rig, request.control)
+    return _segment(script_of(_at_device_rate(request, rig), plan).to_json(), rig, request.control)
 
 
 def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentConfig:
@@ -101,7 +102,7 @@ def pixel_segment_of(request: StationRequest, plan: Plan, rig: Rig) -> SegmentCo
 
 def wire_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
     """Return the virtual rig over a virtual wire."""
-    virtual = script_of(request, plan).build()
+    virtual = script_of(_at_device_rate(request, rig), plan).build()
     segment = segment_of(request, plan, rig)
     return replace(_on_wire(rig, request.seed, virtual.frame_period_ns, segment), virtual=virtual)
 
@@ -135,8 +136,34 @@ def scenes_wire_feed(script: CalibratingScript, _speed: float) -> Feed:
     return _on_wire(virtual.rig, virtual.seed, virtual.frame_period_ns, segment)
 
 
+def _described(rig: Rig) -> tuple[DeviceDescription | None, tuple[Intrinsics, ...]]:
+    """Return what the cameras of a rig are, and what they correct with where they do.
+
+    A camera that corrects holds the intrinsics of the calibration in use.
+    """
+    if not rig.device:
+        return None, ()
+    device = load_device(rig.device)
+    lenses = tuple(Intrinsics.of(camera, 0) for camera in rig.cameras)
+    return device, lenses if device.is_corrected else ()
+
+
+def _rate_of(rig: Rig) -> float:
+    """Return the exposures a second of the cameras on a bus."""
+    device, _lenses = _described(rig)
+    return rig.frame_rate_hz if device is None else 1e9 / device.period_ns
+
+
+def _at_device_rate(request: StationRequest, rig: Rig) -> StationRequest:
+    """Return the request with the rate of cameras that a description makes."""
+    return replace(request, frame_rate_hz=round(_rate_of(rig))) if rig.device else request
+
+
 def _segment(words: str, rig: Rig, control: str = "") -> SegmentConfig:
+    device, lenses = _described(rig)
     return SegmentConfig(
+        device=device,
+        lenses=lenses,
         interface="",
         cameras=identities(rig),
         provider=msgspec.Raw(words.encode("utf-8")),
@@ -160,7 +187,7 @@ def _on_wire(rig: Rig, seed: int, frame_period_ns: int, segment: SegmentConfig) 
 def cameras_feed(request: StationRequest, _plan: Plan, rig: Rig, interface: str) -> Feed:
     """Return the cameras on an interface, or on a ring of two that a ``+`` joins."""
     ring = FrameRing.create(len(rig.cameras))
-    period_ns = round(1e9 / rig.frame_rate_hz)
+    period_ns = round(1e9 / _rate_of(rig))
     first, _, second = interface.partition("+")
     bus = _bus_config(rig, ring, first, period_ns, force=request.force)
     bus = msgspec.structs.replace(bus, redundant_interface=second)
@@ -172,7 +199,7 @@ def cameras_feed(request: StationRequest, _plan: Plan, rig: Rig, interface: str)
 def service_feed(request: StationRequest, _plan: Plan, rig: Rig, _value: str) -> Feed:
     """Return the cameras that a service of this computer looks after."""
     ring = FrameRing.create(len(rig.cameras))
-    bus = _bus_config(rig, ring, "", round(1e9 / rig.frame_rate_hz), force=False)
+    bus = _bus_config(rig, ring, "", round(1e9 / _rate_of(rig)), force=False)
     # Its interface is known once it has reported; the station asks then.
     description = _bus_description(SERVICE, rig, bus, simulated=False)
     return Feed(ServiceBus(bus, ring), ring, description, live=True)
@@ -181,7 +208,11 @@ def service_feed(request: StationRequest, _plan: Plan, rig: Rig, _value: str) ->
 def _bus_config(
     rig: Rig, ring: FrameRing, interface: str, frame_period_ns: int, *, force: bool
 ) -> BusConfig:
+    device, lenses = _described(rig)
     return BusConfig(
+        device=device,
+        lenses=lenses,
+        cycle_period_ns=1_000_000 if device is None else device.cycle_ns,
         interface=interface,
         ring_path=str(ring.path),
         cameras=identities(rig),
@@ -203,7 +234,8 @@ def _bus_description(name: str, rig: Rig, bus: BusConfig, *, simulated: bool) ->
 
 def identities(rig: Rig) -> tuple[CameraIdentity, ...]:
     """Return how the cameras of a rig are known on the bus."""
+    sensors = rig.sensors or (0,) * len(rig.cameras)
     return tuple(
-        CameraIdentity(camera.name, camera.serial, alias)
-        for camera, alias in zip(rig.cameras, rig.aliases, strict=True)
+        CameraIdentity(camera.name, camera.serial, alias, sensor, camera.width, camera.height)
+        for camera, alias, sensor in zip(rig.cameras, rig.aliases, sensors, strict=True)
     )

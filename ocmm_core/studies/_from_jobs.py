@@ -44,6 +44,8 @@ class CharacteristicStudy:
         Q by the stated uncertainty, and by the study; None without a tolerance of two sides.
     why_not
         A sentence, or empty.
+    values
+        (parts, operators, trials), mm; None where there is no study.
     """
 
     name: str
@@ -54,6 +56,7 @@ class CharacteristicStudy:
     from_budget: Suitability | None
     from_study: Suitability | None
     why_not: str
+    values: Float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -155,7 +158,7 @@ def _study(plan: StudyPlan, trend: Trend, level: float) -> CharacteristicStudy:
         budget = suitability(u, process_uncertainty(u, study.av, 0.0, 0.0, 0.0), tolerance)
         found = suitability(study.ev, study.grr, tolerance)
     return CharacteristicStudy(
-        trend.name, trend.low, trend.high, study, compared, budget, found, ""
+        trend.name, trend.low, trend.high, study, compared, budget, found, "", values
     )
 
 

@@ -4,7 +4,8 @@ In: arrays and results of the core. Out: painted widgets in the colours of the t
 
 Read `_plot` (the frame of all plots), then by subject: `_tolerance_bar` and `_trend_chart`
 (results), `_residual_plots`, `_space_plot`, `_error_chart` and `_history_charts` (cameras),
-`_pivot_plots`, `_sphere_map`, `_trail_plot` and `_design_plots` (probe), `_bus_charts`, `_bars`.
+`_interim_plot` (checks), `_study_plots` (gauge studies), `_pivot_plots`, `_sphere_map`,
+`_trail_plot` and `_design_plots` (probe), `_bus_charts`, `_bars`.
 It must not know sheets, wizards or the station: a chart is given what it draws.
 """
 
@@ -20,11 +21,13 @@ if TYPE_CHECKING:
     from ocmm_gui.charts._design_plots import BendingPlot, MapPlot
     from ocmm_gui.charts._error_chart import ErrorChart, group_of
     from ocmm_gui.charts._history_charts import HistoryChart
+    from ocmm_gui.charts._interim_plot import InterimPlot
     from ocmm_gui.charts._pivot_plots import SpotResiduals, TipCourse
     from ocmm_gui.charts._plot import Plot
     from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
     from ocmm_gui.charts._space_plot import SpaceArrows
     from ocmm_gui.charts._sphere_map import Mapped, SphereMap
+    from ocmm_gui.charts._study_plots import ComponentsPlot, OperatorsPlot, RunPlot
     from ocmm_gui.charts._tolerance_bar import ToleranceBar
     from ocmm_gui.charts._trail_plot import Trail, TrailPlot
     from ocmm_gui.charts._trend_chart import TrendChart
@@ -36,11 +39,13 @@ else:
         _design_plots="BendingPlot MapPlot",
         _error_chart="ErrorChart group_of",
         _history_charts="HistoryChart",
+        _interim_plot="InterimPlot",
         _pivot_plots="SpotResiduals TipCourse",
         _plot="Plot",
         _residual_plots="AllSensors ResidualHistogram",
         _space_plot="SpaceArrows",
         _sphere_map="Mapped SphereMap",
+        _study_plots="ComponentsPlot OperatorsPlot RunPlot",
         _tolerance_bar="ToleranceBar",
         _trail_plot="Trail TrailPlot",
         _trend_chart="TrendChart",
@@ -50,16 +55,20 @@ __all__ = [
     "AllSensors",
     "Bars",
     "BendingPlot",
+    "ComponentsPlot",
     "Curve",
     "ErrorChart",
     "HistogramChart",
     "HistoryChart",
+    "InterimPlot",
     "MapPlot",
     "Mapped",
+    "OperatorsPlot",
     "Plot",
     "RecentChart",
     "ResidualHistogram",
     "Row",
+    "RunPlot",
     "SpaceArrows",
     "SphereMap",
     "SpotResiduals",

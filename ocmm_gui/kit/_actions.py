@@ -196,6 +196,27 @@ ACTIONS = (
     ActionInfo(
         "define", later("Define"), later("Define a new probe document"), ("D",), mode=Mode.MAINTAIN,
     ),
+    ActionInfo(
+        "acceptance", later("Acceptance test"),
+        later("Standard tests with limits and a verdict"), ("F7",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "interim", later("Interim check"), later("90 seconds: is the system still as it was"),
+        ("F8",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "artefacts", later("Artefacts"), later("Register of spheres, bars, blocks and parts"),
+        ("F9",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "study", later("Gauge study"), later("Measurement system analysis from jobs"),
+        ("F10",), mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "certificate", later("Certificate"),
+        later("Write the certificate of what this page shows, PDF and DCC"), ("Ctrl+P",),
+        mode=Mode.MAINTAIN,
+    ),
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
         "start", later("Home"),

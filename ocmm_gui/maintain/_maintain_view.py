@@ -81,6 +81,7 @@ class MaintainView(QWidget):
         self.list.setAccessibleDescription(tr("Up and down select a page"))
         self.list.setFont(text_font(18, bold=True))
         self._stack = QStackedWidget()
+        self._pages = tuple(page.widget for page in pages)
         for page in pages:
             item = QListWidgetItem(page.title, self.list)
             item.setToolTip(literal(page.tip))
@@ -111,6 +112,10 @@ class MaintainView(QWidget):
         layout.addWidget(self._stack, 1)
         for widget in (heading, self._word, self.list, back):
             widget.setFixedWidth(_SIDE_PX)
+
+    def page(self) -> QWidget:
+        """Return the page that is chosen."""
+        return self._pages[max(self.list.currentRow(), 0)]
 
     def show_live(self, live: LiveView) -> None:
         """Show the state of the machine."""

@@ -21,7 +21,13 @@ if TYPE_CHECKING:
     from ocmm_gui.reports._drawing import drawing
     from ocmm_gui.reports._preview import PagePreview
     from ocmm_gui.reports._recall import pdf_bytes
-    from ocmm_gui.reports._side import FormatText, PagePicture, Previewing, Writing
+    from ocmm_gui.reports._side import (
+        CertificateWriting,
+        FormatText,
+        PagePicture,
+        Previewing,
+        Writing,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -29,11 +35,12 @@ else:
         _drawing="drawing",
         _preview="PagePreview",
         _recall="pdf_bytes",
-        _side="FormatText PagePicture Previewing Writing",
+        _side="CertificateWriting FormatText PagePicture Previewing Writing",
     )
 
 __all__ = [
     "BatchPrinting",
+    "CertificateWriting",
     "FormatText",
     "PagePicture",
     "PagePreview",

@@ -7,10 +7,19 @@ from pathlib import Path
 
 from PySide6.QtGui import QImage
 
-from ocmm_core.errors import OcmmError
-from ocmm_core.export import EXPORTERS, PDF, preview, preview_text, write_report
-from ocmm_core.export.report import ReportData
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.export import (
+    EXPORTERS,
+    PDF,
+    preview,
+    preview_text,
+    write_report,
+    write_together,
+)
+from ocmm_core.export.certificate import Certificate, certificate_of_folder, write_certificate
+from ocmm_core.export.report import Particulars, ReportData, load_paper, template_in_use
 from ocmm_gui.kit import Teller, later
+from ocmm_gui.reports._certificate import certificate_pdf
 from ocmm_gui.reports._drawing import drawing
 from ocmm_gui.reports._pdf import lay_out, page_picture, pdf_file
 
@@ -53,6 +62,58 @@ class Writing:
         return write_report(
             self.data, tables, self.folder, incomplete=self.incomplete, beside=beside
         )
+
+
+@dataclass(frozen=True, slots=True)
+class CertificateWriting:
+    """Write the papers of records: pages, DCC and its signature, all files or none.
+
+    Attributes
+    ----------
+    source
+        Folder of the records of a rig or a probe, or the file of an acceptance record.
+    folder
+        Where the files go.
+    tip
+        Of the probe; empty for everything else.
+    """
+
+    source: Path
+    folder: Path
+    tip: str = ""
+
+    def __call__(self, tell: Teller) -> tuple[Path, ...]:
+        """Return the paths of the files, pages first; errors as `certificate_of_folder`."""
+        files: list[Path] = []
+        papers = self._papers()
+        for number, paper in enumerate(papers):
+            tell(later("Drawing the PDF"), (number + 0.3) / len(papers))
+            with drawing():
+                pages = certificate_pdf(paper)
+            tell(later("Writing and verifying the files"), (number + 0.7) / len(papers))
+            if not number:
+                tell.commit()
+                self.folder.mkdir(parents=True, exist_ok=True)
+            written = write_certificate(paper, self.folder)
+            path = self.folder / f"{paper.number}.pdf"
+            write_together({path: pages})
+            files += [path, *written]
+        return tuple(files)
+
+    def _papers(self) -> tuple[Certificate, ...]:
+        """Return the papers of the records: of cameras their verification and their calibration."""
+        sheet = load_paper(template_in_use(), Particulars())
+        if self.tip or self.source.is_file():
+            return (certificate_of_folder(self.source, sheet, self.tip),)
+        found, faults = [], []
+        for calibration in (False, True):
+            try:
+                found.append(certificate_of_folder(self.source, sheet, calibration=calibration))
+            except InputError as error:
+                faults.append(error)
+        if not found:
+            raise faults[0]
+        return tuple(found)
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
@@ -58,10 +59,14 @@ from ocmm_gui.operator import (
     TrustBar,
     TrustPlace,
 )
+from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output
 from ocmm_gui.window._preload import Preload
 from ocmm_gui.window._sheets import Sheets
+
+if TYPE_CHECKING:
+    from ocmm_core.composition import AcceptanceBench
 
 _PART = "The window"
 START, REOPEN = "start", "reopen"
@@ -86,6 +91,8 @@ class MainWindow(QMainWindow):
         Name of the theme to begin with.
     out
         Folder of the report; None asks for one in the window.
+    bench
+        Acceptance tests that can be made; None where there are none.
     store
         The settings; None for those of this user.
     """
@@ -101,6 +108,7 @@ class MainWindow(QMainWindow):
         sounds: SoundPlayer | None = None,
         theme: str = "dark",
         out: Path | None = None,
+        bench: AcceptanceBench | None = None,
         store: SettingsStore | None = None,
     ) -> None:
         super().__init__()
@@ -132,7 +140,10 @@ class MainWindow(QMainWindow):
             bridge, notices, self.output.folder, self.output.tell_written, self._store
         )
         self.search = FindAction(self)
-        self.maintenance = Maintenance(bridge, notices, self._feedback, self.actions_by_key)
+        self.tests = AcceptanceRooms(bench, bridge, notices, self._feedback, self.output.folder)
+        self.maintenance = Maintenance(
+            bridge, notices, self._feedback, self.actions_by_key, self.tests
+        )
         self.trust = TrustBar()
         self.tip_line = TipLine()
         self.banner = Banner()
@@ -140,7 +151,7 @@ class MainWindow(QMainWindow):
         self._stack = QStackedWidget()
         self._lines = (
             self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
-            self.choice.panel,
+            self.choice.panel, self.tests.papers.panel,
         )  # fmt: skip
         self._work = WorkLine(tr("Results"))
         self._preload = Preload()
@@ -162,7 +173,14 @@ class MainWindow(QMainWindow):
         whole.setSpacing(0)
         layout = QVBoxLayout()
         layout.setSpacing(0)
-        for widget in (self.trust, self.tip_line, *self._lines, self.output.work, self._work):
+        for widget in (
+            self.trust,
+            self.tip_line,
+            *self._lines,
+            self.output.work,
+            self._work,
+            self.tests.papers.line,
+        ):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
         whole.addWidget(self.simulated)

@@ -18,6 +18,7 @@ from ocmm_core.errors import OcmmError
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import ACTIONS, NoticeCentre, Sound, tr
 from ocmm_gui.operator import Feedback
+from ocmm_gui.window._acceptance import AcceptanceRooms
 from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
         ConfirmedActions,
         FitsPage,
         MaintainView,
+        Page,
         ProbeDesignPage,
         ProbePage,
     )
@@ -48,6 +50,8 @@ class Maintenance(MadeLate):
         What is heard in the wizards.
     actions
         By key.
+    tests
+        Acceptance tests and certificates.
     """
 
     made = Signal(object)
@@ -63,8 +67,13 @@ class Maintenance(MadeLate):
         notices: NoticeCentre,
         feedback: Feedback,
         actions: dict[str, QAction],
+        tests: AcceptanceRooms,
     ) -> None:
         super().__init__()
+        self.tests = tests
+        tests.made.connect(self.made)
+        tests.wanted.connect(self.wanted)
+        tests.left.connect(self.left)
         self._bridge, self._notices, self._feedback = bridge, notices, feedback
         self._actions = actions
         bridge.maintenance.cameras_written.connect(
@@ -124,12 +133,13 @@ class Maintenance(MadeLate):
             Page(tr("Bus"), tr("The cameras on their wire"), self.bus, ("bus_text",)),
             Page(
                 tr("Calibration"), tr("Calibration status of the cameras"), self.calibration,
-                (*wizards(Subject.CAMERAS), "recall", "write_cameras"),
+                (*wizards(Subject.CAMERAS), "recall", "write_cameras", "certificate"),
             ),
             Page(
                 tr("Probe"), tr("Status of probe and tip"), self.probe,
-                ("define", "mount", *wizards(Subject.PROBE)),
+                ("define", "mount", *wizards(Subject.PROBE), "certificate"),
             ),
+            *self._test_pages(),
             Page(
                 tr("Probe design"), tr("Uncertainty of the tip and its causes"), self.probe_design,
             ),
@@ -178,7 +188,35 @@ class Maintenance(MadeLate):
             "write_cameras": lambda: self._confirmed.write_cameras(),
         }
         wizards = (info.key for info in ACTIONS if info.opens_wizard)
+        deeds |= {"certificate": self._write_certificate} | self.tests.calls()
         return deeds | {key: partial(self._open_by, key) for key in wizards}
+
+    def _test_pages(self) -> tuple[Page, ...]:
+        from ocmm_gui.maintain import Page
+
+        if self.tests.bench is None:
+            return ()
+        keys = ("acceptance", "interim", "artefacts", "study", "certificate")
+        tip = tr("Acceptance tests, interim checks, artefacts and gauge studies")
+        return (Page(tr("Acceptance"), tip, self.tests.page, keys),)
+
+    def _write_certificate(self) -> None:
+        """Ask for the place of the certificate of what the page shows."""
+        instruments = self._bridge.station.instruments
+        shown = self.view.page()
+        if shown is self.calibration:
+            store = instruments.calibration_in_use.store
+            folder = None if store is None else store.folder
+            self.tests.ask_for_paper(folder, "", tr("No calibrations of these cameras are kept."))
+        elif shown is self.probe:
+            in_use = instruments.probe_in_use
+            folder = None if in_use.store is None else in_use.store.folder
+            self.tests.ask_for_paper(folder, in_use.tip, tr("No records of this probe are kept."))
+        else:
+            there = self.tests.bench is not None and shown is self.tests.page
+            record = self.tests.page.selected() if there else None
+            why = tr("Select a test on page Acceptance, or open page Calibration or Probe.")
+            self.tests.ask_for_paper(record, "", why)
 
     def _open_by(self, action: str) -> None:
         from ocmm_gui.wizards import WIZARDS
@@ -208,6 +246,7 @@ class Maintenance(MadeLate):
         if self.is_made("view"):
             self.probe_design.cancel()
             self.fits.cancel()
+        self.tests.close_work()
         if self.is_made("wizard"):
             self.wizard.close_runner()
         if self.is_made("definition"):

@@ -17,10 +17,12 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_gui.wizards._driver import WizardDriver
     from ocmm_gui.wizards._registry import WIZARDS, WizardSpec
     from ocmm_gui.wizards._runner import Runner
     from ocmm_gui.wizards._site import (
         SESSIONS,
+        DirectCalculation,
         ProbeSite,
         Subject,
         WizardSite,
@@ -31,19 +33,22 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _driver="WizardDriver",
         _registry="WIZARDS WizardSpec",
         _runner="Runner",
-        _site="ProbeSite SESSIONS Subject WizardSite site_of temperature",
+        _site="DirectCalculation ProbeSite SESSIONS Subject WizardSite site_of temperature",
         _wizard="Wizard",
     )
 
 __all__ = [
     "SESSIONS",
     "WIZARDS",
+    "DirectCalculation",
     "ProbeSite",
     "Runner",
     "Subject",
     "Wizard",
+    "WizardDriver",
     "WizardSite",
     "WizardSpec",
     "site_of",

@@ -17,7 +17,7 @@ from pathlib import Path
 import msgspec
 import pytest
 
-from benchmarks.fault_scenarios import SCENARIOS, Outcome, Scenario, Starts
+from benchmarks.fault_scenarios import SCENARIOS, Outcome, Restarts, Scenario, Starts
 from ocmm_core.fieldbus.report import BusPhase
 from tests.host import private_network
 
@@ -28,6 +28,8 @@ _ROOT = Path(__file__).resolve().parents[2]
 _PROGRAM = _ROOT / "benchmarks" / "fault_scenarios.py"
 STARTS = 15
 """The benchmark makes a thousand."""
+RESTARTS = 100
+"""The benchmark makes a thousand of them, too."""
 _ON_THE_WAY = 4
 """Answers that are late by themselves, and had not come when the books were read."""
 _BUFFER_MS = 90
@@ -168,3 +170,18 @@ def test_rapid_starts_and_stops_leave_nothing_behind(
     assert (starts.descriptors, starts.threads) == (0, 0)
     # Some were stopped before, some after operation was reached.
     assert 0 < starts.measured <= STARTS
+
+
+def test_every_cycle_is_in_one_account_over_restarts_of_cameras_and_bus(
+    tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
+    books = msgspec.json.decode(played(tmp_path, "restarts", str(RESTARTS)), type=Restarts)
+    record_property("restarts", books)
+    assert (books.of_cameras, books.of_the_bus) == (RESTARTS // 10, RESTARTS // 10)
+    assert books.back == RESTARTS + 1, books.message
+    assert books.looks > 100 * RESTARTS
+    assert books.torn == 0
+    # The books run with the clock of this computer; a read in the middle of a slice of a
+    # bring-up, at both ends of each bus process, is behind by some slices of 20 ms.
+    sessions = 1 + books.of_the_bus
+    assert abs(books.elapsed - books.passed) < 60 * sessions

@@ -92,6 +92,9 @@ def test_cameras_that_are_not_those_of_the_rig_are_refused_by_name() -> None:
         "swapped": "bus.alias",
         "mapping": "bus.mapping",
         "none": "bus.no_cameras",
+        "sensor": "bus.sensor",
+        "sensor exchanged": "bus.sensor",
+        "two serials": "bus.two_serials",
         "too many": "bus.too_many",
     }
     assert "'right' (serial 1002)" in seen["serial"][1]
@@ -100,8 +103,27 @@ def test_cameras_that_are_not_those_of_the_rig_are_refused_by_name() -> None:
     assert "serial 1003 at position 3" in seen["extra"][1]
     assert "alias of 'right'" in seen["swapped"][1]
     assert "0x1c13:03" in seen["mapping"][1]
+    assert "'right' has a sensor of 2048 x 2048 px" in seen["sensor"][1]
+    assert "sensor with serial number 0" in seen["sensor exchanged"][1]
+    assert "4711 in its object 0x1018 and 1002 in its EEPROM" in seen["two serials"][1]
     # A refused bus leaves no socket open.
     assert {answer[2] for answer in seen.values()} == {"0"}
+
+
+def test_alarms_name_camera_port_and_cause_and_an_end_is_no_emergency() -> None:
+    seen = play("alarms")
+    ((camera, what, _remedy),) = seen["bus.emergency"]
+    assert (camera, "0x5030" in what) == ("left", True)
+    assert seen["emergencies"] == [1, 0]
+    ((camera, what, remedy),) = seen["bus.error_over"]
+    assert (camera, remedy) == ("left", "")
+    assert what == "Camera 'left' reports that its error is over."
+    ((camera, what, remedy),) = seen["bus.port_errors"]
+    assert (camera, what) == ("right", "Camera 'right' counts 3 broken frames at its port IN (0).")
+    assert "cable at that port" in remedy
+    assert seen["link errors"] == [0, 3]
+    # Not the cable: this computer stood still.
+    assert any("computer" in what for _camera, what, _remedy in seen["bus.host_busy"])
 
 
 def test_interfaces_that_cannot_be_the_bus_are_refused() -> None:

@@ -11,6 +11,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -29,8 +30,9 @@ from ocmm_core.acquisition.frames import Cycle, quantise
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import BusSettings, CameraBus
 from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.report import decode_report
 from ocmm_core.fieldbus.wire import Master, check_interface
-from ocmm_core.simulation.bus import Chain, Faults, Unit, Wire, make_link
+from ocmm_core.simulation.bus import Chain, FaultKind, FaultRig, Faults, Unit, Wire, make_link
 from ocmm_core.simulation.slave import INIT, TestPattern
 
 LEFT, RIGHT = CameraIdentity("left", 1001, 1), CameraIdentity("right", 1002, 2)
@@ -160,9 +162,19 @@ def refusals() -> dict[str, Any]:
         ),
         "mapping": (cameras(LEFT, RIGHT), (LEFT, RIGHT)),
         "none": ([], (LEFT, RIGHT)),
+        "sensor": (
+            cameras(LEFT, RIGHT),
+            (LEFT, CameraIdentity("right", 1002, 2, 0, 1024, 2048)),
+        ),
+        "sensor exchanged": (
+            cameras(LEFT, RIGHT),
+            (LEFT, CameraIdentity("right", 1002, 2, 77, 2048, 2048)),
+        ),
+        "two serials": (cameras(LEFT, RIGHT), (LEFT, RIGHT)),
         "too many": (cameras(*(CameraIdentity("x", n, n) for n in range(1, 6))), (LEFT, RIGHT)),
     }
     cases["mapping"][0][1].camera.remap(3, 0x1A1F)
+    cases["two serials"][0][1].camera.coe.set_value(0x1018, 4, (4711).to_bytes(4, "little"))
     return {name: _refusal(*case) for name, case in cases.items()}
 
 
@@ -184,6 +196,43 @@ def _refusal(made: Cameras, expected: tuple[CameraIdentity, ...]) -> list[str]:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
     return ["accepted"]
+
+
+def alarms() -> dict[str, Any]:
+    """Let cameras tell of errors, their ends and broken frames, and the computer stand still."""
+    with tempfile.TemporaryDirectory() as folder, FaultRig(Path(folder), (LEFT, RIGHT)) as rig:
+        rig.start_bus()
+        ring = rig.ring
+        assert ring is not None
+
+        def events(code: str) -> list[list[str]]:
+            report = decode_report(ring.report())
+            found = () if report is None else report.events
+            return [[each.camera, each.what, each.remedy] for each in found if each.code == code]
+
+        def wait_for(code: str) -> None:
+            end = time.monotonic() + 10.0
+            while not events(code) and time.monotonic() < end:
+                time.sleep(0.01)
+
+        rig.command(FaultKind.EMERGENCY, 0, 0x5030)
+        wait_for("bus.emergency")
+        rig.command(FaultKind.EMERGENCY, 0, 0)
+        wait_for("bus.error_over")
+        rig.command(FaultKind.LINK_ERRORS, 1, 3)
+        wait_for("bus.port_errors")
+        for _ in range(3):
+            rig.stall_bus(0.03)
+            time.sleep(0.2)
+        wait_for("bus.host_busy")
+        report = decode_report(ring.report())
+        assert report is not None
+        codes = ("bus.emergency", "bus.error_over", "bus.port_errors", "bus.host_busy")
+        return {
+            **{code: events(code) for code in codes},
+            "emergencies": [camera.emergencies for camera in report.cameras],
+            "link errors": [camera.link_errors for camera in report.cameras],
+        }
 
 
 def interfaces() -> dict[str, Any]:
@@ -292,8 +341,10 @@ def stalled() -> dict[str, Any]:
 
 SCENARIOS: dict[str, Callable[[], dict[str, Any]]] = {
     scenario.__name__: scenario
-    for scenario in (run, drop, refusals, interfaces, objects, killed, frozen, restarted, stalled)
-}
+    for scenario in (
+        run, drop, refusals, alarms, interfaces, objects, killed, frozen, restarted, stalled
+    )
+}  # fmt: skip
 
 
 if __name__ == "__main__":

@@ -5,7 +5,8 @@ from __future__ import annotations
 import msgspec
 
 from ocmm_core.errors import InputError
-from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.described import DeviceDescription
+from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 
 
 class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -27,6 +28,8 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         Interface at the other end of the ring; empty without a redundancy cable.
     stretched
         The interface is one end of a virtual wire whose time waits for this computer.
+    device, lenses
+        Description of cameras that are not ours, and what each of them corrects with.
     """
 
     interface: str
@@ -37,6 +40,8 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     force: bool = False
     redundant_interface: str = ""
     stretched: bool = False
+    device: DeviceDescription | None = None
+    lenses: tuple[Intrinsics, ...] = ()
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -59,6 +64,21 @@ def read_config(content: bytes) -> BusConfig:
             "bus.periods",
             f"A bus cycle of {cycle} ns with frames every {frame} ns cannot be kept.",
             "Use a bus cycle of at least 250 us with 1 to 8 whole frame periods.",
+        )
+    device = config.device
+    if device is not None and (device.cycle_ns, device.period_ns) != (cycle, frame):
+        raise InputError(
+            "bus.periods",
+            f"The camera '{device.name}' needs a bus cycle of {device.cycle_ns} ns with "
+            f"{device.exposures} exposure(s), not {cycle} ns with one every {frame} ns.",
+            "Start it from OCMM, or correct its description.",
+        )
+    if device is not None and device.is_corrected and len(config.lenses) != len(config.cameras):
+        raise InputError(
+            "bus.config",
+            f"The cameras '{device.name}' correct by themselves, but field 'lenses' says what "
+            f"{len(config.lenses)} of {len(config.cameras)} correct with.",
+            "Give the intrinsics of each camera.",
         )
     if not config.cameras:
         raise InputError(

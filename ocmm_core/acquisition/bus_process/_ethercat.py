@@ -18,6 +18,7 @@ from ocmm_core.acquisition.frames import (
 )
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle import (
+    ERROR_OVER,
     OPERATION,
     BusAccounts,
     BusSettings,
@@ -45,6 +46,8 @@ _PASSING = frozenset(
 """May come from a computer that stood still for a moment; the first start tries again."""
 _ANSWER_SHARE = 0.7
 """Part of a cycle that is spent waiting for the answer."""
+_BUSY_SHARE = 0.5
+"""A cycle that begins later than by this part of it was spoilt by this computer."""
 _PHASE_NS = 100_000
 """After a block of exposures is finished the cameras need a moment to have it ready."""
 _SLICE_NS = 20_000_000
@@ -207,7 +210,8 @@ class EthercatSource:
             pacer.follow(clock, self._bus.schedule.start_ns + _PHASE_NS)
         fault = judge(answer, self._records, self._bus.schedule)
         if fault is not None:
-            return self._refuse(fault, elapsed)
+            self._bus.look_closer()
+            return self._refuse(self._or_the_computer(fault, elapsed), elapsed)
         given = self._take(answer, joiner)
         end_ns = self._time.now_ns()
         if self._supervisor.good(end_ns):
@@ -230,6 +234,23 @@ class EthercatSource:
             elapsed=elapsed,
             frames_lost=given.lost,
         )
+
+    def _or_the_computer(self, fault: CycleFault, elapsed: int) -> CycleFault:
+        """Return a lost answer as what it is where this computer stood still in that cycle.
+
+        A disturbed cable loses answers of cycles that begin and end in time.
+        """
+        if fault.alarm not in (Alarm.LOST_ANSWERS, Alarm.LATE_ANSWERS) or self._time.stretched:
+            return fault
+        period_ns, passage = self._settings.cycle_period_ns, self._bus.passage
+        waited_ns = 0 if passage is None else passage.answered_ns - passage.sent_ns
+        if elapsed == 1 and self.lateness_ns <= _BUSY_SHARE * period_ns and waited_ns <= period_ns:
+            return fault
+        words = (
+            "The computer was busy and did not look for the answers of the cameras in time "
+            f"({max(self.lateness_ns, waited_ns) / 1e6:.1f} ms)."
+        )
+        return CycleFault(fault.trouble, Alarm.HOST_BUSY, words)
 
     def _refuse(self, fault: CycleFault, elapsed: int) -> Cycle:
         now_ns = self._time.now_ns()
@@ -259,10 +280,11 @@ class EthercatSource:
         self._objects.work(now_ns)
         elapsed = pacer.passed(now_ns)
         if not elapsed:
+            # The cycle that is due stands for this call; the next one begins a period later.
             time.sleep(max(0, pacer.deadline_ns - now_ns) * 1e-9)
-            elapsed = pacer.passed(max(self._time.now_ns(), pacer.deadline_ns))
+            elapsed = pacer.begin(max(self._time.now_ns(), pacer.deadline_ns))
         reason = supervisor.message or "The cameras are starting up."
-        return Cycle(CycleVerdict.LOST, reason, elapsed=max(1, elapsed), skipped=CycleVerdict.LOST)
+        return Cycle(CycleVerdict.LOST, reason, elapsed=elapsed, skipped=CycleVerdict.LOST)
 
     def _step(self, wanted: Next) -> None:
         supervisor = self._supervisor
@@ -330,8 +352,17 @@ class EthercatSource:
     def _listen(self) -> None:
         """Write down what the cameras told and what became of requests."""
         now_ns = self._time.now_ns()
+        for camera, trouble in self._bus.port_news():
+            self._note(Alarm.PORT_ERRORS, trouble.words(camera), now_ns, camera=camera)
         while self._objects.emergencies:
             camera, emergency = self._objects.emergencies.popleft()
+            if emergency.is_over:
+                # Its own message says so; it is no emergency, and nobody has to do anything.
+                words = f"Camera '{camera}' reports that its error is over"
+                rest = f"; its error register still shows {emergency.register:#04x}"
+                words += f"{rest if emergency.register else ''}."
+                self._note(ERROR_OVER, words, now_ns, camera=camera)
+                continue
             self._accounts.emergency(camera)
             words = (
                 f"Camera '{camera}' reports an emergency: {emergency.text} "

@@ -111,6 +111,8 @@ def _settings(config: BusConfig) -> BusSettings:
         config.cycle_period_ns,
         config.force,
         config.redundant_interface,
+        config.device,
+        config.lenses,
     )
 
 

@@ -4,7 +4,8 @@ In: what a source yields, block by block: spots of each camera with the time of 
 Out: the same frames in a ring of fixed size, for one reader, and the books of the acquisition.
 
 Read `_frames` (what a frame holds), `_source` (the protocol that every source serves), `_ring`
-(shared memory, overruns counted), then `_worker`, which moves frames from the one to the other.
+(shared memory, overruns counted) with `_books` (what became of every cycle), then `_worker`, which
+moves frames from the one to the other.
 `_join` puts the cameras of one exposure together, `_exposures` counts across bring-ups.
 It must not know where frames come from: bus, virtual rig and replay look alike to it.
 """
@@ -16,6 +17,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.acquisition.frames._books import Books
     from ocmm_core.acquisition.frames._exposures import ExposureCount, Given
     from ocmm_core.acquisition.frames._frames import (
         SUBPIXEL,
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _books="Books",
         _exposures="ExposureCount Given",
         _frames=(
             "Cycle CycleVerdict FrameBlock FrameFlag SUBPIXEL frame_dtype from_records quantise "
@@ -61,6 +64,7 @@ __all__ = [
     "AcquisitionState",
     "AcquisitionStatus",
     "AcquisitionWorker",
+    "Books",
     "Cycle",
     "CycleVerdict",
     "ExposureCount",

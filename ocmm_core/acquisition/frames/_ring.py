@@ -19,13 +19,13 @@ import mmap
 import os
 import struct
 import tempfile
-from collections.abc import Mapping
 from enum import IntEnum
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ocmm_core.acquisition.frames._books import Books, read_books, write_books
 from ocmm_core.acquisition.frames._frames import FrameBlock, frame_dtype, from_records
 from ocmm_core.camera import MAX_CAMERAS, MAX_SLOTS, USUAL_SLOTS
 from ocmm_core.errors import AcquisitionError
@@ -33,7 +33,7 @@ from ocmm_core.host import HOST
 from ocmm_core.leftovers import clear, hold
 
 _MAGIC = 0x4F434D4D52494E47
-_LAYOUT = 4
+_LAYOUT = 5
 _HEAD_WORDS = 64
 _WORD = struct.Struct("q")
 _TEXT_BYTES = 1024
@@ -53,7 +53,7 @@ _log = logging.getLogger(__name__)
 
 
 class RingHeaderField(IntEnum):
-    """Words of the head, all int64."""
+    """Words of the head, all int64; the books have their own, see `_books`."""
 
     MAGIC = 0
     LAYOUT = 1
@@ -64,13 +64,6 @@ class RingHeaderField(IntEnum):
     STATE = 6
     STOP_REASON = 7
     STOP_REQUEST = 8
-    CYCLES_ELAPSED = 9
-    CYCLES_GOOD = 10
-    CYCLES_LATE = 11
-    CYCLES_LOST = 12
-    CYCLES_BAD = 13
-    FRAMES = 14
-    FRAMES_LOST = 15
     OVERRUN = 16
     HEARTBEAT = 17
     TEXT_LENGTH = 18
@@ -195,10 +188,14 @@ class FrameRing:
         """Set one word of the head; each word has one writer."""
         self._words[which] = value
 
-    def add(self, amounts: Mapping[RingHeaderField, int]) -> None:
-        """Add to counters of the head; only the writer of the ring does this."""
-        for which, amount in amounts.items():
-            self._words[which] += amount
+    @property
+    def books(self) -> Books:
+        """Return what became of every cycle, as one whole page."""
+        return read_books(self._words)
+
+    def enter(self, **amounts: int) -> None:
+        """Add to the books; only the writer of the ring does this."""
+        write_books(self._words, read_books(self._words).plus(**amounts))
 
     def set_text(self, text: str) -> None:
         """Leave a message of the writer, e.g. why it stopped."""

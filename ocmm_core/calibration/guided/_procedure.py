@@ -151,7 +151,7 @@ class ProcedureView:
     Attributes
     ----------
     kind
-        Which procedure.
+        Which procedure: one of `ProcedureKind`, or of the enumeration of another room.
     session
         Its file.
     rig
@@ -175,7 +175,7 @@ class ProcedureView:
         there was none.
     """
 
-    kind: ProcedureKind
+    kind: StrEnum
     session: Path
     rig: str
     begun_utc: str

@@ -294,6 +294,8 @@ def rig_from_record(record: CameraRecord) -> Rig:
         name=record.rig,
         cameras=tuple(camera_of(entry) for entry in record.cameras),
         aliases=tuple(entry.alias for entry in record.cameras),
+        sensors=tuple(entry.sensor_serial for entry in record.cameras),
+        device=record.cameras[0].device if record.cameras else "",
         frame_rate_hz=record.frame_rate_hz,
         noise=record.noise,
         volume_world=np.array([record.volume_min, record.volume_max]),
@@ -302,8 +304,8 @@ def rig_from_record(record: CameraRecord) -> Rig:
     )
 
 
-def entry_of(camera: CameraModel, alias: int) -> CameraEntry:
-    """Return the entry that describes a camera."""
+def entry_of(camera: CameraModel, alias: int, sensor: int = 0, device: str = "") -> CameraEntry:
+    """Return the entry that describes a camera, its sensor and what kind of camera it is."""
     rotation = camera.T_camera_from_world.rotation
     vector: Float = Rotation.from_matrix(rotation).as_rotvec()
     x, y, z = (float(value) for value in camera.centre_world)
@@ -324,4 +326,6 @@ def entry_of(camera: CameraModel, alias: int) -> CameraEntry:
         p2=camera.p2,
         centre=(x, y, z),
         rotation_vector=(float(vector[0]), float(vector[1]), float(vector[2])),
+        sensor_serial=sensor,
+        device=device,
     )

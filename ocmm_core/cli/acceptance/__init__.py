@@ -2,7 +2,7 @@
 
 In: procedures, artefacts, frames, jobs. Out: plans, sealed records, studies as tables.
 
-Read `_acceptance` (tests) with `_site`, `_run` and `_report`, `_artefact` (the register)
+Read `_acceptance` (tests) with `_run` and `_report`, `_artefact` (the register)
 and `_msa` (studies from jobs).
 It computes nothing itself: that is `acceptance` and `studies`.
 """

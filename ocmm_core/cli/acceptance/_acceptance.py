@@ -78,7 +78,7 @@ def plan(
 ) -> None:
     """Print where artefacts go and how many points are taken, in the order that the seed draws."""
     from ocmm_core.acceptance import plan_of
-    from ocmm_core.cli.acceptance._site import open_test_site
+    from ocmm_core.composition import open_test_site
 
     console = make_console()
     site = open_test_site(
@@ -132,7 +132,7 @@ def run(
     from ocmm_core.acceptance import save_record
     from ocmm_core.cli.acceptance._report import print_record
     from ocmm_core.cli.acceptance._run import run_test
-    from ocmm_core.cli.acceptance._site import open_test_site, tests_folder
+    from ocmm_core.composition import open_test_site, tests_folder
 
     console = make_console()
     site = open_test_site(
@@ -191,7 +191,7 @@ def status(*, folder: FolderOption = None) -> None:
     from rich.table import Table
 
     from ocmm_core.acceptance import AcceptanceSession, load_record
-    from ocmm_core.cli.acceptance._site import default_test_folder
+    from ocmm_core.composition import default_test_folder
     from ocmm_core.errors import OcmmError
 
     console, base = make_console(), folder or default_test_folder()
@@ -202,7 +202,7 @@ def status(*, folder: FolderOption = None) -> None:
         except OcmmError as error:
             console.print(f"Left out {error.what}", style="dim", highlight=False, markup=False)
             continue
-        if not view.finished:
+        if not (view.finished or view.abandoned):
             wanted = sum(len(one.points_world) * one.repeats for one in view.positions)
             table.add_row(view.title, "", f"{sum(view.done)} of {wanted}", "unfinished", path.name)
     for path in sorted(base.rglob("records/*.json")):

@@ -55,11 +55,10 @@ def interim(
     A check that is out is repeated at once. Out again: the points since the last good check are
     held back in every job until a verification passes. Ends with 1 then.
     """
-    from ocmm_core.acceptance import InterimCheck, InterimHistory, InterimWord, save_record
-    from ocmm_core.calibration.records import record_hash
+    from ocmm_core.acceptance import InterimHistory, InterimWord, note_check, save_record
     from ocmm_core.cli.acceptance._report import print_record
     from ocmm_core.cli.acceptance._run import run_test
-    from ocmm_core.cli.acceptance._site import open_test_site, tests_folder
+    from ocmm_core.composition import open_test_site, tests_folder
 
     console = make_console()
     site = open_test_site(
@@ -75,24 +74,12 @@ def interim(
         )  # fmt: skip
         print_record(console, record)
         save_record(base / "records", record)
-        # The farthest of length and diameters, as shares of their limits: one number a check.
-        value = max(record.values, key=lambda one: abs(one.error_mm) / one.limit_mm)
-        length = next(one for one in record.values if one.quantity == "Interim_L")
-        chosen = value if abs(value.error_mm) > value.limit_mm else length
-        check = InterimCheck(
-            utc=record.ended_utc, calibration=record.instrument.calibration,
-            artefact=record.artefacts[0].use.serial, tip=record.instrument.tip,
-            error_mm=chosen.error_mm, limit_mm=chosen.limit_mm, record=record_hash(record),
-        )  # fmt: skip
-        chart = history.add(check)
+        chart = note_check(history, record, site.cameras.store, datetime.now(UTC))
         _print(chart)
         if chart.word is not InterimWord.REPEAT:
             break
     if chart.word is InterimWord.STOP:
-        store = site.cameras.store
-        if store is not None:
-            reason = f"The interim check is out: {chart.points[-1].reason}"
-            store.suspect(who, reason, chart.last_good, datetime.now(UTC))
+        if site.cameras.store is not None:
             console.print("Held     Points since the last good check, until a verification passes")
         raise typer.Exit(1)
 

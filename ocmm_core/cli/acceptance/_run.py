@@ -19,9 +19,9 @@ from ocmm_core.acceptance import (
 )
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.camera import load_rig
-from ocmm_core.cli.acceptance._site import AcceptanceSite
 from ocmm_core.composition import (
     DEMO_PLAN,
+    AcceptanceSite,
     Feed,
     Origin,
     StationRequest,
@@ -116,7 +116,7 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
         same = session.stage.instrument == site.stage.instrument and (
             session.stage.procedure == site.stage.procedure
         )
-        if same and not session.view.finished:
+        if same and not (session.view.finished or session.view.abandoned):
             console.print(f"Continue {path}", highlight=False)
             return session
     return None

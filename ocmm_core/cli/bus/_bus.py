@@ -39,7 +39,8 @@ def scan_command(
 ) -> None:
     """List the devices on the bus and compare them with the rig.
 
-    Configures nothing. Exit code 0: they are the cameras of the rig.
+    Configures nothing, so the serial number is the one in the EEPROM; when the bus is brought up
+    it is compared with the camera's object 0x1018. Exit code 0: they are the cameras of the rig.
     """
     from ocmm_core.camera import load_rig
     from ocmm_core.cli.bus._session import scan

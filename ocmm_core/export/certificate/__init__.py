@@ -18,7 +18,11 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.export.certificate._artefact import Expansion, artefact_text
+    from ocmm_core.export.certificate._artefact import (
+        Expansion,
+        artefact_fields,
+        artefact_text,
+    )
     from ocmm_core.export.certificate._content import (
         Certificate,
         CertificateLine,
@@ -44,7 +48,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _artefact="Expansion artefact_text",
+        _artefact="Expansion artefact_fields artefact_text",
         _content="Certificate CertificateLine CertificateRun CertificateValue Conformity",
         _dcc="dcc_bytes",
         _facts="SIMULATED_WORDS certificate_facts open_certificate_clauses",
@@ -65,6 +69,7 @@ __all__ = [
     "Dcc",
     "DccQuantity",
     "Expansion",
+    "artefact_fields",
     "artefact_text",
     "certificate_facts",
     "certificate_of_acceptance",

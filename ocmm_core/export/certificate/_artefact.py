@@ -96,6 +96,30 @@ def artefact_text(
     )
 
 
+def artefact_fields(
+    dcc: Dcc, kind: Literal["bar", "sphere"], *, quantity: str = ""
+) -> dict[str, str]:
+    """Return what a certificate states of an artefact, as fields for `acceptance.typed_entry`.
+
+    Numbers have all their digits. What no certificate says (id, due date) is missing, and so is the
+    expansion where it is not stated. Parameters and errors as in `artefact_text`.
+    """
+    length, grows = _the_length(dcc, quantity), _expansion(dcc)
+    scale = _MM_PER[length.unit]
+    value = scale * length.value
+    name, marks = dcc.items[0] if dcc.items else ("", ())
+    fields = {
+        "kind": kind, "name": name or kind, "serial": marks[0] if marks else "",
+        "laboratory": dcc.laboratory, "certificate": dcc.number,
+        "certificate_sha256": dcc.sha256, "source": f"DCC {dcc.number}",
+        "sizes": repr(value) if kind == "sphere" else f"0.0 {value!r}",
+        "expanded": repr(scale * _at_k2(length)),
+    }  # fmt: skip
+    if grows is not None:
+        fields |= {"expansion": repr(grows.value), "expansion_sigma": repr(grows.sigma)}
+    return fields
+
+
 def _the_length(dcc: Dcc, wanted: str) -> DccQuantity:
     lengths = [
         one

@@ -5,8 +5,8 @@ accounts in which every cycle stands once, and what to do about a fault.
 
 Read `_bus` (brings cameras up and runs cycles) with `_bringup`, `_health` and `_frame_content`
 (is it fresh and whole) and `_clock` (all pure arithmetic), `_accounts` (the books), `_supervisor`
-(wait, lift, or bring up again: a pure state machine), `_watch` and `_journal` (what happened, in
-few words).
+(wait, lift, or bring up again: a pure state machine), `_watch` and `_port_errors` (what the
+cameras say, and at which port frames break), `_journal` (what happened, in few words).
 It must not know the ring or the process it runs in.
 """
 
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         first_frame,
         judge,
     )
-    from ocmm_core.fieldbus.cycle._journal import OPERATION
+    from ocmm_core.fieldbus.cycle._journal import ERROR_OVER, OPERATION
     from ocmm_core.fieldbus.cycle._supervisor import Next, Supervisor
     from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 else:
@@ -43,11 +43,12 @@ else:
         _clock="CyclePacer",
         _watch="CameraView WatchView",
         _health="CycleAnswer CameraPast CycleFault Schedule Trouble advance first_frame judge",
-        _journal="OPERATION",
+        _journal="ERROR_OVER OPERATION",
         _supervisor="Next Supervisor",
     )
 
 __all__ = [
+    "ERROR_OVER",
     "OPERATION",
     "BusAccounts",
     "BusSettings",

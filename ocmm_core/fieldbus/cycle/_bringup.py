@@ -16,14 +16,28 @@ from dataclasses import dataclass
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._health import Schedule
 from ocmm_core.fieldbus.cycle._watch import TIME_DIFFERENCE
+from ocmm_core.fieldbus.described import (
+    Clock,
+    DeviceDescription,
+    InputTranslator,
+    ProcessImage,
+    Timing,
+)
 from ocmm_core.fieldbus.device import (
+    COUNTER_MODULUS,
     DEFAULT_FRAME_PERIOD_NS,
+    INFORMATION,
+    INPUT_DTYPE,
     INPUT_LAYOUTS,
+    NEWEST_LAYOUT,
     OUTPUT_STRUCT,
     CameraConfig,
     CameraIdentity,
+    Control,
     InputLayout,
+    Intrinsics,
     assign,
+    check_sensor,
     configuration_values,
     require_raw,
 )
@@ -31,6 +45,7 @@ from ocmm_core.fieldbus.objects import SYNC_MANAGER_BYTES, SYNC_MANAGERS, Mailbo
 from ocmm_core.fieldbus.report import BusPhase
 from ocmm_core.fieldbus.wire import (
     OP,
+    OWN_TOKEN,
     PREOP,
     SAFEOP,
     HostTime,
@@ -50,6 +65,8 @@ _CLOCK_PAUSE_S = 0.001
 _LEAD_NS = 60_000_000
 """From programming the first exposure until it happens; the states change in this time."""
 _OBJECTS_PER_STEP = 8
+OWN_SIZES = (INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size)
+"""Process data of our own cameras."""
 
 _TIME = 0x0910
 _SYNC_UNIT = 0x0980
@@ -58,6 +75,8 @@ _SYNC0_START = 0x0990
 _SYNC_CYCLES = 0x09A0
 _SYNC_OFF, _SYNC_BOTH = b"\x00", b"\x07"
 _FIRMWARE = 0x100A
+_SENSOR = (1, 2, 3)
+"""Entries of the information: serial number, width and height of the sensor."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,6 +95,9 @@ class BusSettings:
         Use the interface although the computer uses it for its network.
     redundant_interface
         Interface at the other end of the ring; empty without a redundancy cable.
+    device, lenses
+        What the cameras are and, where they correct by themselves, with what each does; None and
+        empty for our own.
     """
 
     interface: str
@@ -84,6 +106,8 @@ class BusSettings:
     cycle_period_ns: int = 1_000_000
     force: bool = False
     redundant_interface: str = ""
+    device: DeviceDescription | None = None
+    lenses: tuple[Intrinsics, ...] = ()
 
     @property
     def interfaces(self) -> tuple[str, ...]:
@@ -106,6 +130,8 @@ class Session:
         For each camera of the rig, its position on the wire, 0 first.
     layouts
         Of their inputs, by their revisions.
+    image, translators
+        Of cameras that a file describes; None and empty for our own.
     stations, areas
         Their station addresses and mailboxes.
     firmware
@@ -123,11 +149,33 @@ class Session:
     serials: tuple[int | None, ...] = ()
     places: tuple[int, ...] = ()
     layouts: tuple[InputLayout, ...] = ()
+    image: ProcessImage | None = None
+    translators: tuple[InputTranslator, ...] = ()
     stations: tuple[int, ...] = ()
     areas: tuple[MailboxAreas, ...] = ()
     firmware: tuple[str, ...] = ()
     start_host_ns: int = 0
     schedule: Schedule | None = None
+
+    @property
+    def own_time(self) -> bool:
+        """Return whether the cameras have no clock in common, so that this computer's counts."""
+        return bool(self.translators) and not self.translators[0].shares_clock
+
+    def outputs(self, next_frame: int, token: int) -> bytes:
+        """Return what a camera gets in the cycle ``token``.
+
+        Parameters
+        ----------
+        next_frame
+            Number of the first exposure that is still wanted; all before it are acknowledged.
+        token
+            Number of the cycle; 0 before the first one.
+        """
+        if self.image is not None:
+            return self.image.pack_outputs(token)
+        control = Control.STREAM if token else 0
+        return OUTPUT_STRUCT.pack(control, 0, (next_frame - 1) % COUNTER_MODULUS, token)
 
     def close(self) -> None:
         """Leave the cameras in INIT and give the interface back; may be called twice."""
@@ -168,7 +216,12 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
     session.serials = before
     yield BusPhase.SCAN
     session.ring_is_line = len(live) < len(settings.interfaces)
-    master = session.master = Master(live[0], live[1] if len(live) > 1 else "", host_time)
+    device = settings.device
+    image = session.image = ProcessImage(device) if device is not None else None
+    sizes = (image.input_bytes, image.output_bytes) if image is not None else OWN_SIZES
+    token = OWN_TOKEN if image is None else image.heartbeat
+    second = live[1] if len(live) > 1 else ""
+    master = session.master = Master(live[0], second, host_time, sizes, token)
     master.find()
     yield BusPhase.SCAN
     for _ in master.steps_to(PREOP):
@@ -178,23 +231,39 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
         yield BusPhase.IDENTIFY
         found.append(master.identify(position))
     session.serials = tuple(device.serial for device in found)
-    session.places = assign(found, settings.cameras)
-    session.layouts = tuple(INPUT_LAYOUTS[found[place].revision] for place in session.places)
+    kind = (device.name, device.is_for) if device is not None else None
+    session.places = assign(found, settings.cameras, kind)
+    session.layouts = tuple(
+        NEWEST_LAYOUT if device is not None else INPUT_LAYOUTS[found[place].revision]
+        for place in session.places
+    )
     session.stations = tuple(master.station(place) for place in session.places)
     yield from _configure(settings, session, master)
     config = CameraConfig(frame_period_ns=settings.frame_period_ns)
-    master.map()
-    yield from _settle_clocks(settings, session, master, host_time)
+    shared = device is None or device.clock is Clock.DISTRIBUTED
+    master.map(clocks=shared)
+    if shared:
+        yield from _settle_clocks(settings, session, master, host_time)
     yield BusPhase.START
     # Nobody takes exposures before the first cycle.
     host_time.hold()
-    start_ns = _program_exposures(settings, session, master, host_time)
+    if shared:
+        start_ns = _program_exposures(settings, session, master, host_time)
+    else:
+        start_ns = session.start_host_ns = host_time.now_ns() + _LEAD_NS
     session.schedule = Schedule(start_ns, settings.frame_period_ns, config.crc())
+    if device is not None and image is not None:
+        timing = Timing(start_ns, settings.frame_period_ns, config.crc())
+        lenses = [lens.model() for lens in settings.lenses] or [None] * len(settings.cameras)
+        session.translators = tuple(
+            InputTranslator(device, image, camera.serial, lens, timing)
+            for camera, lens in zip(settings.cameras, lenses, strict=True)
+        )
     master.request(SAFEOP)
     for _ in master.steps_to(SAFEOP):
         yield BusPhase.START
     for place in session.places:
-        master.set_output(place, OUTPUT_STRUCT.pack(0, 0, 0, 0))
+        master.set_output(place, session.outputs(1, 0))
     master.first_cycle()
     master.request(OP)
     silent = ServiceChannel()
@@ -247,6 +316,9 @@ def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: Host
 
 def _configure(settings: BusSettings, session: Session, master: Master) -> Iterator[BusPhase]:
     """Check the mapping, set the configuration and read it back."""
+    if settings.device is not None:
+        yield from _configure_described(settings.device, settings, session, master)
+        return
     config = CameraConfig(frame_period_ns=settings.frame_period_ns)
     require_raw(config)
     values = configuration_values(config)
@@ -279,11 +351,55 @@ def _configure(settings: BusSettings, session: Session, master: Master) -> Itera
                     "Power-cycle the camera, then open the job again.",
                 )
             yield BusPhase.CONFIGURE
+        check_sensor(
+            camera,
+            *(
+                int.from_bytes(master.read_object(place, label, INFORMATION, sub), "little")
+                for sub in _SENSOR
+            ),
+        )
+        yield BusPhase.CONFIGURE
         version = master.read_object(place, label, _FIRMWARE, 0)
         firmware.append(version.decode("ascii", errors="replace"))
         registers = master.read_register(place, label, SYNC_MANAGERS, SYNC_MANAGER_BYTES)
         areas.append(MailboxAreas.decode(registers))
     session.areas, session.firmware = tuple(areas), tuple(firmware)
+
+
+def _configure_described(
+    device: DeviceDescription, settings: BusSettings, session: Session, master: Master
+) -> Iterator[BusPhase]:
+    """Check that cameras are mapped as their description says, and write what it wants written."""
+    areas = []
+    for place, camera in zip(session.places, settings.cameras, strict=True):
+        yield BusPhase.CONFIGURE
+        label = f"'{camera.name}'"
+        if session.image is not None:
+            for number, _ in enumerate(
+                check_mapping(
+                    camera.name,
+                    lambda index, sub, place=place, label=label: master.read_object(  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
+                        place, label, index, sub
+                    ),
+                    session.image,
+                )
+            ):
+                if number % _OBJECTS_PER_STEP == 0:
+                    yield BusPhase.CONFIGURE
+        for each in device.start_up:
+            master.write_object(place, label, each.index, each.sub, each.content)
+            if master.read_object(place, label, each.index, each.sub) != each.content:
+                raise BusError(
+                    "bus.configuration",
+                    f"Camera {label} did not retain its configuration (object "
+                    f"{each.index:#06x}:{each.sub:02x}).",
+                    "Correct the field 'start_up' of its description, or power-cycle the camera.",
+                )
+            yield BusPhase.CONFIGURE
+        registers = master.read_register(place, label, SYNC_MANAGERS, SYNC_MANAGER_BYTES)
+        areas.append(MailboxAreas.decode(registers))
+    session.areas = tuple(areas)
+    session.firmware = ("",) * len(areas)
 
 
 def _settle_clocks(

@@ -9,8 +9,9 @@ from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._bringup import BusSettings, Session, bring_up
 from ocmm_core.fieldbus.cycle._clock import BusClock
 from ocmm_core.fieldbus.cycle._health import CycleAnswer, Schedule
+from ocmm_core.fieldbus.cycle._port_errors import PortTrouble
 from ocmm_core.fieldbus.cycle._watch import StateWatch, WatchView
-from ocmm_core.fieldbus.device import COUNTER_MODULUS, OUTPUT_STRUCT, Control
+from ocmm_core.fieldbus.device import COUNTER_MODULUS
 from ocmm_core.fieldbus.objects import ObjectService
 from ocmm_core.fieldbus.report import BusPhase
 from ocmm_core.fieldbus.wire import SAFEOP, HostTime, Master, Passage, ServiceChannel
@@ -80,6 +81,18 @@ class CameraBus:
         """Return what the cameras last said about their states."""
         return self._watch.view
 
+    def look_closer(self) -> None:
+        """Ask the cameras in the next cycle what they count at their ports."""
+        self._watch.hurry()
+
+    def port_news(self) -> list[tuple[str, PortTrouble]]:
+        """Return what ports counted since the last call, each with the name of the camera."""
+        news = self._watch.news
+        return [
+            (self._settings.cameras[place].name, trouble)
+            for place, trouble in iter(lambda: news.popleft() if news else None, None)
+        ]
+
     @property
     def stray_answers(self) -> int:
         """Return how many answers nobody waited for, since the start."""
@@ -110,14 +123,14 @@ class CameraBus:
         self.close()
         self._time.flow()
         session = self._session = Session(serials=self._session.serials)
-        self._watch = StateWatch(())
+        watched, self._watch = self._watch, StateWatch((), self._watch)
         try:
             yield from bring_up(self._settings, session, self._time)
         except BaseException:
             self.close()
             raise
         self._service.abandon()
-        self._watch = StateWatch(session.stations)
+        self._watch = StateWatch(session.stations, watched)
         self._objects.attach(
             {
                 camera.name: (station, areas)
@@ -146,10 +159,7 @@ class CameraBus:
         self._cycles += 1
         token = self._cycles % COUNTER_MODULUS
         for place, frame in zip(session.places, next_frames, strict=True):
-            master.set_output(
-                place,
-                OUTPUT_STRUCT.pack(Control.STREAM, 0, (frame - 1) % COUNTER_MODULUS, token),
-            )
+            master.set_output(place, session.outputs(frame, token))
         self._lift()
         self._objects.work(self._time.now_ns())
         late_before = master.port.tally.late
@@ -162,7 +172,7 @@ class CameraBus:
         self._silent = 0 if passage.any_came else self._silent + 1
         if master.port.tally.late != late_before:
             self._late_at = self._cycles
-        return self._answer(master, passage)
+        return self._answer(master, passage, next_frames)
 
     def link_trouble(self) -> str:
         """Return why no frame can pass the interface; empty in good order."""
@@ -176,13 +186,26 @@ class CameraBus:
             self._stray_before += master.port.tally.stray
         self._session.close()
 
-    def _answer(self, master: Master, passage: Passage) -> CycleAnswer:
+    def _answer(self, master: Master, passage: Passage, next_frames: Sequence[int]) -> CycleAnswer:
+        session = self._session
         inputs: tuple[bytes, ...] = ()
         clock_ns = master.clock_ns
+        if session.own_time:
+            # Without a common clock the time of this computer stands for it.
+            clock_ns = self._time.passage(passage.sent_ns, passage.answered_ns)[0]
         expected = master.expected_working_counter
         plausible = True
         if passage.whole and passage.working_counter > 0:
             inputs = master.inputs(self._session.places)
+        if inputs and session.translators:
+            inputs = tuple(
+                [
+                    each.translate(content, clock_ns, wanted)
+                    for each, content, wanted in zip(
+                        session.translators, inputs, next_frames, strict=True
+                    )
+                ]
+            )
         if passage.whole and passage.working_counter == expected:
             plausible = self.clock.observe(
                 *self._time.passage(passage.sent_ns, passage.answered_ns), clock_ns

@@ -158,16 +158,12 @@ def judge(
     """Return what is wrong with ``answer``, or None where it may be used."""
     names = [record.name for record in records]
     if not answer.whole:
-        return _no_answer(answer)
+        return _no_answer(answer, names)
     fault = _bus_fault(answer.view, names)
     if fault is not None:
         return fault
     if answer.working_counter != answer.expected_working_counter:
-        return _bad(
-            Alarm.WORKING_COUNTER,
-            "Only some cameras took part in the cycle (working counter "
-            f"{answer.working_counter} of {answer.expected_working_counter}).",
-        )
+        return _not_all_took_part(answer, records)
     if answer.view.age:
         # A clock may have jumped since; the cameras send these frames again.
         return _bad(
@@ -204,14 +200,56 @@ def advance(record: CameraPast, header: Header, schedule: Schedule) -> CameraPas
     )
 
 
-def _no_answer(answer: CycleAnswer) -> CycleFault:
+def _not_all_took_part(answer: CycleAnswer, records: Sequence[CameraPast]) -> CycleFault:
+    """Return who did not take part, by its counter of inputs, and which port says why."""
+    counted = f"working counter {answer.working_counter} of {answer.expected_working_counter}"
+    names = [record.name for record in records]
+    absent = [
+        record.name
+        for record, header in zip(records, answer.headers, strict=False)
+        if header.cycle_counter == record.cycle_counter
+    ]
+    name, port = _port_words(answer.view, names)
+    if len(absent) == 1:
+        reason = f"Camera '{absent[0]}' did not take part in the cycle ({counted})."
+        return _bad(Alarm.WORKING_COUNTER, f"{reason}{port}", absent[0])
+    if absent:
+        who = " and ".join(f"'{each}'" for each in absent)
+        return _bad(
+            Alarm.WORKING_COUNTER,
+            f"Cameras {who} did not take part in the cycle ({counted}).{port}",
+            name or absent[0],
+        )
+    if answer.headers:
+        # Everybody's input is new: either outputs did not arrive, or the count is not true.
+        reason = f"The inputs of all cameras are new, but the count is wrong ({counted})."
+        return _bad(Alarm.WORKING_COUNTER, f"{reason}{port}", name)
+    return _bad(Alarm.WORKING_COUNTER, f"No camera took part in the cycle ({counted}).{port}", name)
+
+
+def _port_words(view: WatchView, names: Sequence[str]) -> tuple[str, str]:
+    """Return whose port counted most lately, and the sentence; both empty where none did."""
+    found = [
+        (camera.trouble, name)
+        for camera, name in zip(view.cameras, names, strict=False)
+        if camera.trouble is not None
+    ]
+    if not found:
+        return "", ""
+    trouble, name = max(found, key=lambda each: each[0].broken + each[0].lost)
+    return name, f" {trouble.words(name)}"
+
+
+def _no_answer(answer: CycleAnswer, names: Sequence[str]) -> CycleFault:
     if answer.link:
         return CycleFault(Trouble.LOST, Alarm.LINK_DOWN, f"The interface of the bus {answer.link}.")
     if answer.silent_cycles >= _SILENT_CYCLES:
         return CycleFault(Trouble.LOST, Alarm.SILENT, "No answer from the camera bus.")
     if answer.late:
         return CycleFault(Trouble.LOST, Alarm.LATE_ANSWERS, "The answer came too late.")
-    return CycleFault(Trouble.LOST, Alarm.LOST_ANSWERS, "An answer of the camera bus was lost.")
+    name, port = _port_words(answer.view, names)
+    reason = f"An answer of the camera bus was lost.{port}"
+    return CycleFault(Trouble.LOST, Alarm.LOST_ANSWERS, reason, name)
 
 
 def _bus_fault(view: WatchView, names: Sequence[str]) -> CycleFault | None:

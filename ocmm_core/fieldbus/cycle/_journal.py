@@ -11,6 +11,8 @@ from ocmm_core.fieldbus.report import EDGES_US, MAX_EVENTS, BusEvent, Histogram,
 
 OPERATION = "bus.operation"
 """Code of the event that the bus is in operation (again)."""
+ERROR_OVER = "bus.error_over"
+"""Code of the event that a camera tells the end of an error."""
 _GROUP_NS = 1_000_000_000
 """Alike and not further apart than this: one event."""
 

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+from collections import deque
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
+from ocmm_core.fieldbus.cycle._port_errors import (
+    PORT_ERRORS,
+    PORT_ERRORS_BYTES,
+    PortTrouble,
+    errors_at_ports,
+    port_trouble,
+)
 from ocmm_core.fieldbus.wire import Command, Datagram, Job
 
 AL_CONTROL = 0x0120
 AL_STATUS = 0x0130
 _AL_BYTES = 6
 TIME_DIFFERENCE = 0x092C
-_ERRORS, _ERRORS_BYTES = 0x0300, 14
-"""Receive, forwarded, processing unit and lost link errors (ETG.1000.4, 6.5)."""
 _STATE, _ERROR = 0x0F, 0x10
 _ACKNOWLEDGE = 0x10
 _SAFEOP, _OP = 4, 8
 _SLOW_CYCLES = 4
 """Error counters of the cameras are asked for in turn, every so many cycles."""
+_MOST_NEWS = 64
+_FRESH_CYCLES = 500
+"""What a port counted explains a fault for so long."""
 
 
 class CameraView(NamedTuple):
@@ -32,7 +41,9 @@ class CameraView(NamedTuple):
     clock_offset_ns
         Its clock against the reference clock; None before it told.
     link_errors
-        Errors that its controller counted on the wire; None before it told.
+        Errors that its controller counted at its ports; None before it told.
+    trouble
+        What went wrong lately at the worst of its ports.
     """
 
     answers: int = 1
@@ -41,6 +52,7 @@ class CameraView(NamedTuple):
     code: int = 0
     clock_offset_ns: int | None = None
     link_errors: int | None = None
+    trouble: PortTrouble | None = None
 
 
 class WatchView(NamedTuple):
@@ -68,10 +80,21 @@ class StateWatch:
     ----------
     stations
         Station addresses, in the order of the rig.
+    before
+        Who watched the same cameras until now.
+
+    Attributes
+    ----------
+    news
+        What ports counted and nobody has taken yet: place of the camera, and what.
     """
 
-    def __init__(self, stations: Sequence[int]) -> None:
+    def __init__(self, stations: Sequence[int], before: StateWatch | None = None) -> None:
         self._stations = tuple(stations)
+        self.news: deque[tuple[int, PortTrouble]] = deque(maxlen=_MOST_NEWS)
+        self._counted: dict[int, bytes] = {} if before is None else before.counters
+        self._counted_at: dict[int, int] = {}
+        self._hurried = False
         self._cameras = [CameraView() for _ in stations]
         self._devices = len(stations)
         self._cycle = 0
@@ -83,7 +106,7 @@ class StateWatch:
         self._states = [Datagram(Command.FPRD, at, AL_STATUS, bytes(_AL_BYTES)) for at in stations]
         self._clocks = [Datagram(Command.FPRD, at, TIME_DIFFERENCE, bytes(4)) for at in stations]
         self._counters = [
-            Datagram(Command.FPRD, at, _ERRORS, bytes(_ERRORS_BYTES)) for at in stations
+            Datagram(Command.FPRD, at, PORT_ERRORS, bytes(PORT_ERRORS_BYTES)) for at in stations
         ]
 
     @property
@@ -91,10 +114,19 @@ class StateWatch:
         """Return what is known now."""
         return WatchView(self._cycle - self._seen, self._devices, tuple(self._cameras))
 
+    @property
+    def counters(self) -> dict[int, bytes]:
+        """Return what the ports of each camera showed last, by its place in the rig."""
+        return dict(self._counted)
+
     def lift(self, camera: int) -> None:
         """Ask a camera that fell back to SAFEOP for the next step towards OP."""
         view = self._cameras[camera]
         self._lifts[camera] = _SAFEOP | _ACKNOWLEDGE if view.error else _OP
+
+    def hurry(self) -> None:
+        """Ask all cameras for the counters of their ports in the next cycle: something is wrong."""
+        self._hurried = True
 
     def jobs(self) -> Iterator[Job]:
         """Yield the questions of this cycle."""
@@ -122,11 +154,13 @@ class StateWatch:
                 lambda answer, camera=camera: self._clock(camera, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
             )
         turn, rest = divmod(cycle, _SLOW_CYCLES)
-        if rest == 0:
-            camera = turn % len(self._stations)
+        asked = [turn % len(self._stations)] if rest == 0 else []
+        if self._hurried:
+            asked, self._hurried = list(range(len(self._stations))), False
+        for camera in asked:
             yield Job(
                 self._counters[camera],
-                lambda answer: self._errors(camera, answer),
+                lambda answer, camera=camera: self._errors(camera, answer),  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
             )
 
     def _count(self, cycle: int, answer: Datagram | None) -> None:
@@ -148,6 +182,7 @@ class StateWatch:
             code,
             known.clock_offset_ns,
             known.link_errors,
+            known.trouble,
         )
 
     def _clock(self, camera: int, answer: Datagram | None) -> None:
@@ -158,9 +193,22 @@ class StateWatch:
             offset = -size if raw >> 31 else size
             known = self._cameras[camera]
             self._cameras[camera] = CameraView(
-                known.answers, known.state, known.error, known.code, offset, known.link_errors
-            )
+                known.answers, known.state, known.error, known.code, offset, known.link_errors,
+                known.trouble,
+            )  # fmt: skip
 
     def _errors(self, camera: int, answer: Datagram | None) -> None:
-        if answer is not None and answer.working_counter == 1:
-            self._cameras[camera] = self._cameras[camera]._replace(link_errors=sum(answer.data))
+        if answer is None or answer.working_counter != 1:
+            return
+        counters = bytes(answer.data)
+        before = self._counted.get(camera, counters)
+        self._counted[camera] = counters
+        trouble = port_trouble(before, counters) if counters != before else None
+        if trouble is not None:
+            self._counted_at[camera] = self._cycle
+            self.news.append((camera, trouble))
+        elif self._cycle - self._counted_at.get(camera, self._cycle) <= _FRESH_CYCLES:
+            trouble = self._cameras[camera].trouble
+        self._cameras[camera] = self._cameras[camera]._replace(
+            link_errors=errors_at_ports(counters), trouble=trouble
+        )

@@ -7,7 +7,7 @@ match is accepted.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from ocmm_core.errors import BusError
@@ -17,26 +17,67 @@ from ocmm_core.fieldbus.device._input_layout import INPUT_LAYOUTS
 
 @dataclass(frozen=True, slots=True)
 class CameraIdentity:
-    """A camera of the rig: its name, serial number and EtherCAT station alias."""
+    """A camera of the rig, as its calibration knows it.
+
+    Attributes
+    ----------
+    name, serial, alias
+        What the rig calls it, its serial number and its EtherCAT station alias.
+    sensor, width, height
+        Serial number and size, px, of the sensor that was calibrated; 0: not known.
+    """
 
     name: str
     serial: int
     alias: int
+    sensor: int = 0
+    width: int = 0
+    height: int = 0
 
 
 @dataclass(frozen=True, slots=True)
 class FoundDevice:
-    """What a device on the wire says it is; serial is None where it does not tell."""
+    """What a device on the wire says it is.
+
+    Attributes
+    ----------
+    vendor, product, revision
+        What it is.
+    serial
+        Its serial number, of object 0x1018 where it could be asked; None where it does not tell.
+    alias
+        Its station alias.
+    stored_serial
+        The serial number in its EEPROM (SII word 0x0E); 0: none; None: not looked at.
+    """
 
     vendor: int
     product: int
     revision: int
     serial: int | None
     alias: int
+    stored_serial: int | None = None
 
 
-def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> tuple[int, ...]:
+IsKind = Callable[[int, int, int], bool]
+"""Whether vendor, product and revision are those of a camera."""
+
+
+def assign(
+    found: Sequence[FoundDevice],
+    expected: Sequence[CameraIdentity],
+    described: tuple[str, IsKind] | None = None,
+) -> tuple[int, ...]:
     """Return, for each expected camera, the position on the wire (0 first) where it is.
+
+    Parameters
+    ----------
+    found
+        On the wire.
+    expected
+        Of the rig.
+    described
+        Name and kind of the cameras that a file describes; None: our own cameras.
 
     Raises
     ------
@@ -45,7 +86,11 @@ def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> 
         missing or not of the rig, or it carries the alias of another one.
     """
     for position, device in enumerate(found, start=1):
-        _check_kind(position, device)
+        if described is None:
+            _check_kind(position, device)
+        else:
+            _check_described(position, device, *described)
+        _check_serial(position, device)
     for field in ("serial", "alias"):
         values = [getattr(device, field) for device in found]
         for value in values:
@@ -92,6 +137,30 @@ def assign(found: Sequence[FoundDevice], expected: Sequence[CameraIdentity]) -> 
     return order
 
 
+def check_sensor(camera: CameraIdentity, serial: int, width: int, height: int) -> None:
+    """Compare the sensor that a camera has (object 0x9000) with the one that was calibrated.
+
+    Raises
+    ------
+    BusError
+        It is another one: the calibration does not belong to it.
+    """
+    if camera.width and (camera.width, camera.height) != (width, height):
+        raise BusError(
+            "bus.sensor",
+            f"Camera '{camera.name}' has a sensor of {width} x {height} px, but its calibration is "
+            f"that of a sensor of {camera.width} x {camera.height} px.",
+            "Load the rig of this camera, or calibrate it.",
+        )
+    if camera.sensor and camera.sensor != serial:
+        raise BusError(
+            "bus.sensor",
+            f"Camera '{camera.name}' has the sensor with serial number {serial}, but its "
+            f"calibration is that of sensor {camera.sensor}.",
+            "The sensor was exchanged: calibrate the camera.",
+        )
+
+
 def _check_kind(position: int, device: FoundDevice) -> None:
     if (device.vendor, device.product) != (VENDOR_ID, PRODUCT_CODE):
         raise BusError(
@@ -111,9 +180,31 @@ def _check_kind(position: int, device: FoundDevice) -> None:
             if newer
             else "Have newer firmware installed in the camera by its maker.",
         )
+
+
+def _check_described(position: int, device: FoundDevice, name: str, is_kind: IsKind) -> None:
+    if not is_kind(device.vendor, device.product, device.revision):
+        raise BusError(
+            "bus.foreign_device",
+            f"The device at position {position} of the bus (vendor {device.vendor:#010x}, "
+            f"product {device.product:#010x}, revision {device.revision:#010x}) is no '{name}' as "
+            "its description says.",
+            "Connect the cameras of the rig, or give the description of this device.",
+        )
+
+
+def _check_serial(position: int, device: FoundDevice) -> None:
     if device.serial is None:
         raise BusError(
             "bus.no_serial",
             f"The camera at position {position} does not report its serial number.",
             "Power-cycle the camera; if that does not help, have it repaired.",
+        )
+    if device.stored_serial not in (None, 0, device.serial):
+        # A scan reads the one and a bring-up the other; they must be one truth.
+        raise BusError(
+            "bus.two_serials",
+            f"The camera at position {position} has two serial numbers: {device.serial} in its "
+            f"object 0x1018 and {device.stored_serial} in its EEPROM.",
+            "Have the camera checked by its maker: its EEPROM or its firmware is that of another.",
         )

@@ -60,6 +60,11 @@ class Emergency:
     data: bytes
 
     @property
+    def is_over(self) -> bool:
+        """Return whether the message says that the error before is over (ETG.1000.6, 5.6.4.1)."""
+        return self.code == 0
+
+    @property
     def text(self) -> str:
         """Return what the code means, by its class."""
         for mask, value, text in _TEXTS:

@@ -89,7 +89,7 @@ class Alarm(StrEnum):
     )  # fmt: skip
     WORKING_COUNTER = AlarmSpec(
         "bus.working_counter", "Not every camera took part",
-        "Check the cable and power of the camera that is named.",
+        "Check the cable at the port that is named and the power of that camera.",
         AlarmResponse.WAIT, errors=("bus.map",),
     )  # fmt: skip
     CAMERA_MISSING = AlarmSpec(
@@ -115,7 +115,8 @@ class Alarm(StrEnum):
     CAMERAS = AlarmSpec(
         "bus.cameras", "The cameras do not match the rig",
         "Connect the cameras of the rig, or load the matching rig.",
-        AlarmResponse.BRING_UP, 3, errors=("bus.no_serial", "bus.too_many"),
+        AlarmResponse.BRING_UP, 3,
+        errors=("bus.no_serial", "bus.too_many", "bus.two_serials", "bus.sensor"),
     )  # fmt: skip
     ALIAS = AlarmSpec(
         "bus.alias", "Cameras were swapped",
@@ -180,6 +181,11 @@ class Alarm(StrEnum):
     CLOCK_DRIFT = AlarmSpec(
         "bus.clock_drift", "The clocks of cameras and computer drift apart",
         "Have the first camera checked; its clock is out of tolerance.",
+        AlarmResponse.NOTE,
+    )  # fmt: skip
+    PORT_ERRORS = AlarmSpec(
+        "bus.port_errors", "Broken frames or lost links at a port of a camera",
+        "Replace the cable at that port; keep it away from drives and welders.",
         AlarmResponse.NOTE,
     )  # fmt: skip
     EMERGENCY = AlarmSpec(

@@ -35,14 +35,18 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
     from ocmm_core.fieldbus.wire._port import Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
+        Exchange,
         RawLine,
         ScannedDevice,
         decode_scan,
         encode_scan,
+        read_words,
         scan_devices,
+        write_word,
     )
     from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
     from ocmm_core.fieldbus.wire._sockets import LinkWatch
+    from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
 else:
     __getattr__ = door(
         __name__,
@@ -53,19 +57,25 @@ else:
         _mapping="check_mapping",
         _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
         _port="Passage Port",
-        _scan="RawLine ScannedDevice decode_scan encode_scan scan_devices",
+        _scan=(
+            "Exchange RawLine ScannedDevice decode_scan encode_scan read_words scan_devices "
+            "write_word"
+        ),
         _service="Job ServiceChannel",
+        _tally="OWN_TOKEN",
         _sockets="LinkWatch",
     )
 
 __all__ = [
     "OP",
+    "OWN_TOKEN",
     "PREOP",
     "SAFEOP",
     "STATE_NAMES",
     "Command",
     "Datagram",
     "EepromRead",
+    "Exchange",
     "HostTime",
     "Job",
     "LinkWatch",
@@ -86,5 +96,7 @@ __all__ = [
     "has_passed",
     "is_virtual_cable",
     "is_virtual_interface",
+    "read_words",
     "scan_devices",
+    "write_word",
 ]

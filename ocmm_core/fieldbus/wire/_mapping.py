@@ -6,6 +6,7 @@ import struct
 from collections.abc import Callable, Iterator
 
 from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.described import ProcessImage
 from ocmm_core.fieldbus.device import (
     INPUT_DTYPE,
     NEWEST_LAYOUT,
@@ -20,12 +21,12 @@ from ocmm_core.fieldbus.device import (
 IO_MAP_BYTES = 4096
 """What pysoem can map; it writes over its own memory beyond that."""
 
+_Objects = list[tuple[int, list[int]]]
 _REMEDY = "Install the camera firmware that matches this program, or update this program."
 
 
-def check_room(n_cameras: int) -> None:
-    """Raise BusError where the process data of so many cameras cannot be mapped."""
-    size = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.itemsize
+def check_room(n_cameras: int, size: int = INPUT_DTYPE.itemsize + OUTPUT_DTYPE.itemsize) -> None:
+    """Raise BusError where so many cameras with ``size`` bytes each cannot be mapped."""
     if n_cameras * size > IO_MAP_BYTES:
         raise BusError(
             "bus.too_many",
@@ -36,7 +37,9 @@ def check_room(n_cameras: int) -> None:
 
 
 def check_mapping(
-    name: str, read: Callable[[int, int], bytes], layout: InputLayout = NEWEST_LAYOUT
+    name: str,
+    read: Callable[[int, int], bytes],
+    layout: InputLayout | ProcessImage = NEWEST_LAYOUT,
 ) -> Iterator[None]:
     """Compare what a camera maps with the device model, value by value.
 
@@ -49,7 +52,7 @@ def check_mapping(
     read
         Returns a value of the camera's object dictionary, by index and entry.
     layout
-        That the camera's revision has.
+        That the camera's revision has, or that its description says.
 
     Raises
     ------
@@ -69,14 +72,29 @@ def check_mapping(
         yield
 
 
-def _expected(layout: InputLayout) -> Iterator[tuple[int, int, str, int]]:
+def _expected(layout: InputLayout | ProcessImage) -> Iterator[tuple[int, int, str, int]]:
     """Yield index, entry, format and value of every object that describes the mapping."""
-    for sync_manager, pdos in ((SM_OUTPUTS, (OUTPUT_PDO,)), (SM_INPUTS, layout.input_pdos)):
+    outputs, inputs = _objects(layout)
+    for sync_manager, objects in ((SM_OUTPUTS, outputs), (SM_INPUTS, inputs)):
         assignment = SM_ASSIGNMENT + sync_manager
-        yield assignment, 0, "<B", len(pdos)
-        for position, pdo in enumerate(pdos, start=1):
-            yield assignment, position, "<H", pdo.index
-    for pdo in (OUTPUT_PDO, *layout.input_pdos):
-        yield pdo.index, 0, "<B", len(pdo.entries)
-        for sub, entry in enumerate(pdo.entries, start=1):
-            yield pdo.index, sub, "<I", entry.mapping
+        yield assignment, 0, "<B", len(objects)
+        for position, (index, _mappings) in enumerate(objects, start=1):
+            yield assignment, position, "<H", index
+    for index, mappings in (*outputs, *inputs):
+        yield index, 0, "<B", len(mappings)
+        for sub, mapping in enumerate(mappings, start=1):
+            yield index, sub, "<I", mapping
+
+
+def _objects(layout: InputLayout | ProcessImage) -> tuple[_Objects, _Objects]:
+    """Return the mapping objects of outputs and inputs, each with what it maps."""
+    if isinstance(layout, ProcessImage):
+        pairs = (layout.outputs, layout.inputs)
+        return (
+            [(index, [entry.mapping for entry in entries]) for index, entries in pairs[0]],
+            [(index, [entry.mapping for entry in entries]) for index, entries in pairs[1]],
+        )
+    return (
+        [(OUTPUT_PDO.index, [entry.mapping for entry in OUTPUT_PDO.entries])],
+        [(pdo.index, [entry.mapping for entry in pdo.entries]) for pdo in layout.input_pdos],
+    )

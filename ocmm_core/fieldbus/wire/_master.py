@@ -30,8 +30,10 @@ from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
 from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._mapping import check_room
 from ocmm_core.fieldbus.wire._port import Passage, Port
+from ocmm_core.fieldbus.wire._scan import stored_serial
 from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import drain, packet_sockets
+from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
 from ocmm_core.host import HOST
 
 if HOST.is_linux_like:
@@ -77,6 +79,10 @@ class Master:
         A second one, at the other end of the ring; empty without a redundancy cable.
     host_time
         In which answers are waited for.
+    sizes
+        Bytes of the inputs and of the outputs of each camera.
+    token
+        Where in its outputs the number of the cycle is, see `Port`.
 
     Raises
     ------
@@ -85,8 +91,14 @@ class Master:
     """
 
     def __init__(
-        self, interface: str, redundant: str = "", host_time: HostTime | None = None
+        self,
+        interface: str,
+        redundant: str = "",
+        host_time: HostTime | None = None,
+        sizes: tuple[int, int] = (INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size),
+        token: tuple[int, int] = OWN_TOKEN,
     ) -> None:
+        self._sizes = sizes
         self._time = host_time or HostTime()
         self._interface = interface
         self._devices: list[Any] = []
@@ -116,7 +128,7 @@ class Master:
                     "Install the pysoem version required by this program.",
                 )
             self._own = [socket.socket(fileno=os.dup(number)) for number in opened]
-            self._port = Port(interfaces, self._time)
+            self._port = Port(interfaces, self._time, token)
         except BaseException:
             self.close()
             raise
@@ -158,7 +170,7 @@ class Master:
                 "Check the cable and that the cameras are switched on.",
             )
         self._devices = list(self._master.slaves)
-        check_room(len(self._devices))
+        check_room(len(self._devices), sum(self._sizes))
         for position in range(len(self._devices)):
             target = -position & 0xFFFF
             answers = self.port.ask([Datagram(Command.APRD, target, _STATION_REGISTER, bytes(2))])
@@ -222,8 +234,14 @@ class Master:
             "Check its cable; power-cycle the camera.",
         )
 
-    def map(self) -> None:
-        """Lay out the process data and measure the delays of the distributed clocks."""
+    def map(self, *, clocks: bool = True) -> None:
+        """Lay out the process data and measure the delays of the distributed clocks.
+
+        Parameters
+        ----------
+        clocks
+            Whether all devices need a distributed clock.
+        """
         self._master.manual_state_change = 1
         try:
             with self._fuse():
@@ -235,13 +253,13 @@ class Master:
                 "Power-cycle the cameras, then open the job again.",
             ) from error
         sizes = {(len(device.input), len(device.output)) for device in self._devices}
-        if sizes != {(INPUT_DTYPE.itemsize, OUTPUT_STRUCT.size)}:
+        if sizes != {self._sizes}:
             raise BusError(
                 "bus.map",
                 f"The process data of the cameras could not be mapped completely: {sizes}.",
                 "Check the cables of the cameras, then open the job again.",
             )
-        if not self._master.config_dc():
+        if not self._master.config_dc() and clocks:
             raise BusError(
                 "bus.clock",
                 "The cameras have no distributed clock.",
@@ -339,7 +357,7 @@ class Master:
 
     def set_output(self, position: int, content: bytes) -> None:
         """Set what a device gets in the next cycle."""
-        if len(content) != OUTPUT_STRUCT.size:
+        if len(content) != self._sizes[1]:
             raise BusError(
                 "bus.output",
                 f"Outputs of {len(content)} bytes do not fit.",
@@ -416,8 +434,19 @@ class Master:
             serial = struct.unpack("<I", device.sdo_read(IDENTITY, IDENTITY_SERIAL))[0]
         alias = self.read_register(position, f"at position {position + 1}", _ALIAS_REGISTER, 2)
         return FoundDevice(
-            device.man, device.id, device.rev, serial, int.from_bytes(alias, "little")
-        )
+            device.man, device.id, device.rev, serial, int.from_bytes(alias, "little"),
+            stored_serial(self._exchange, position),
+        )  # fmt: skip
+
+    def _exchange(self, datagram: Datagram) -> Datagram:
+        answers = self.port.ask([datagram])
+        if answers is None:
+            raise BusError(
+                "bus.no_answer",
+                "A camera gives no answer while it is identified.",
+                "Check its cable; power-cycle the camera.",
+            )
+        return answers[0]
 
     def _stuck(self, state: int) -> str:
         for position, device in enumerate(self._devices, start=1):

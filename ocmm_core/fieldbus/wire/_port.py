@@ -15,7 +15,7 @@ from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._ring_cable import RingCable
 from ocmm_core.fieldbus.wire._service import FIRST_INDEX, Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, transmit, waiting_on
-from ocmm_core.fieldbus.wire._tally import N_INDICES, AnswerTally
+from ocmm_core.fieldbus.wire._tally import N_INDICES, OWN_TOKEN, AnswerTally
 
 _SERVICE_WAIT_NS = 250_000
 """After the process data are complete, the answer of the service frame is waited for so long."""
@@ -59,6 +59,8 @@ class Port:
         One network interface, or two.
     host_time
         In which the answers are waited for.
+    token
+        See `AnswerTally`.
 
     Attributes
     ----------
@@ -70,9 +72,14 @@ class Port:
         What a redundancy cable makes of the answers; None without one.
     """
 
-    def __init__(self, interfaces: Sequence[str], host_time: HostTime | None = None) -> None:
+    def __init__(
+        self,
+        interfaces: Sequence[str],
+        host_time: HostTime | None = None,
+        token: tuple[int, int] = OWN_TOKEN,
+    ) -> None:
         self._time = host_time or HostTime()
-        self.tally = AnswerTally()
+        self.tally = AnswerTally(token)
         self.links = [LinkWatch(name) for name in interfaces]
         self.ring = RingCable() if len(interfaces) > 1 else None
         self._channels: list[socket.socket] = []

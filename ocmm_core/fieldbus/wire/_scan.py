@@ -27,10 +27,10 @@ from ocmm_core.fieldbus.wire._sockets import listen, receive
 
 _TYPE, _AL_STATUS = 0x0000, 0x0130
 _EEPROM_OWNER, _EEPROM_CONTROL = 0x0500, 0x0502
-_READ, _BUSY, _ERRORS = 0x0100, 0x8000, 0x7800
+_READ, _WRITE, _BUSY, _ERRORS = 0x0100, 0x0201, 0x8000, 0x7800
 _EEPROM_REQUEST = struct.Struct("<HI")
 _EEPROM_ANSWER = struct.Struct("<HI4s")
-_ALIAS_WORD, _IDENTITY_WORD = 4, 8
+_ALIAS_WORD, _IDENTITY_WORD, _SERIAL_WORD = 4, 8, 14
 _IDENTITY = struct.Struct("<IIII")
 _STATES = {1: "INIT", 2: "PREOP", 3: "BOOT", 4: "SAFEOP", 8: "OP"}
 _POLLS = 50
@@ -40,6 +40,7 @@ _MAX_DEVICES = 1000
 
 Exchange = Callable[[Datagram], Datagram]
 """Sends a datagram over the wire and returns it as it came back."""
+_Ask = Callable[[Command, int, bytes], bytes]
 
 
 class ScannedDevice(msgspec.Struct, frozen=True):
@@ -67,6 +68,49 @@ def scan_devices(exchange: Exchange) -> tuple[ScannedDevice, ...]:
     """
     count = exchange(Datagram(Command.BRD, 0, _TYPE, b"\x00")).working_counter
     return tuple(_look_at(exchange, position) for position in range(min(count, _MAX_DEVICES)))
+
+
+def stored_serial(exchange: Exchange, position: int) -> int:
+    """Return the serial number in the EEPROM of the device at a position, 0 first; 0: none.
+
+    Raises
+    ------
+    BusError
+        It stopped answering or does not give its EEPROM away.
+    """
+    ask = _asking(exchange, position)
+    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
+    return int(struct.unpack("<I", _read_eeprom(ask, position, _SERIAL_WORD))[0])
+
+
+def read_words(exchange: Exchange, position: int, word: int, words: int) -> bytes:
+    """Return words of the EEPROM of the device at a position, 0 first; errors as above."""
+    ask = _asking(exchange, position)
+    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
+    content = b"".join(_read_eeprom(ask, position, each) for each in range(word, word + words, 2))
+    return content[: 2 * words]
+
+
+def write_word(exchange: Exchange, position: int, word: int, value: int) -> None:
+    """Write a word of the EEPROM of the device at a position, 0 first.
+
+    Raises
+    ------
+    BusError
+        It does not take it.
+    """
+    ask = _asking(exchange, position)
+    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
+    # Address and value first, then the command with the bit that allows writing.
+    ask(Command.APWR, _EEPROM_CONTROL + 2, struct.pack("<IH", word, value))
+    ask(Command.APWR, _EEPROM_CONTROL, struct.pack("<H", _WRITE))
+    for _ in range(_POLLS):
+        (status,) = struct.unpack("<H", ask(Command.APRD, _EEPROM_CONTROL, bytes(2)))
+        if not status & _BUSY:
+            if status & _ERRORS:
+                break
+            return
+    raise _lost(position, f"does not let its EEPROM be written (word {word})")
 
 
 class RawLine:
@@ -140,14 +184,7 @@ def decode_scan(content: bytes) -> tuple[ScannedDevice, ...]:
 
 def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
     """Ask the device at a position, 0 first."""
-    target = -position & 0xFFFF
-
-    def ask(command: Command, register: int, data: bytes) -> bytes:
-        answer = exchange(Datagram(command, target, register, data))
-        if answer.working_counter != 1:
-            raise _lost(position, "no longer answers")
-        return answer.data
-
+    ask = _asking(exchange, position)
     (state,) = struct.unpack("<H", ask(Command.APRD, _AL_STATUS, bytes(2)))
     ask(Command.APWR, _EEPROM_OWNER, b"\x00")
     words = b"".join(
@@ -157,10 +194,23 @@ def _look_at(exchange: Exchange, position: int) -> ScannedDevice:
     (alias,) = struct.unpack_from("<H", words)
     vendor, product, revision, serial = _IDENTITY.unpack_from(words, 4)
     name = _STATES.get(state & 0x0F, f"{state & 0x0F:#x}") + (" + error" if state & 0x10 else "")
-    return ScannedDevice(FoundDevice(vendor, product, revision, serial, alias), name)
+    return ScannedDevice(FoundDevice(vendor, product, revision, serial, alias, serial), name)
 
 
-def _read_eeprom(ask: Callable[[Command, int, bytes], bytes], position: int, word: int) -> bytes:
+def _asking(exchange: Exchange, position: int) -> _Ask:
+    """Return how to ask the device at a position."""
+    target = -position & 0xFFFF
+
+    def ask(command: Command, register: int, data: bytes) -> bytes:
+        answer = exchange(Datagram(command, target, register, data))
+        if answer.working_counter != 1:
+            raise _lost(position, "no longer answers")
+        return answer.data
+
+    return ask
+
+
+def _read_eeprom(ask: _Ask, position: int, word: int) -> bytes:
     """Return two words of a device's EEPROM."""
     ask(Command.APWR, _EEPROM_CONTROL, _EEPROM_REQUEST.pack(_READ, word))
     for _ in range(_POLLS):

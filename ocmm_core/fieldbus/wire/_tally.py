@@ -14,12 +14,18 @@ N_INDICES = 16
 _INDEX_AT = 17
 _DATA_AT = 26
 _FIELDS = OUTPUT_DTYPE.fields
-_TOKEN_AT = _DATA_AT + (0 if _FIELDS is None else int(_FIELDS["heartbeat"][1]))
-_TOKEN_BYTES = 4
+OWN_TOKEN = (0 if _FIELDS is None else int(_FIELDS["heartbeat"][1]), 4)
+"""Where in the outputs of our cameras the number of the cycle is, and how many bytes it has."""
 
 
 class AnswerTally:
     """Counts the answers of each cycle, and those that nobody waits for.
+
+    Parameters
+    ----------
+    token
+        Where in the outputs of the first camera the number of the cycle is, and its bytes; no
+        bytes where these cameras have no such output. Then the index alone tells answers apart.
 
     Attributes
     ----------
@@ -31,7 +37,9 @@ class AnswerTally:
         Those of them that belong to the cycle before, or came after one of a later frame.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, token: tuple[int, int] = OWN_TOKEN) -> None:
+        begin, self._token_bytes = token
+        self._token_place = slice(_DATA_AT + begin, _DATA_AT + begin + self._token_bytes)
         self.frames = 0
         self.stray = 0
         self.late = 0
@@ -70,7 +78,8 @@ class AnswerTally:
         self._before = self._expected
         self._expected = [(self._next + frame) % N_INDICES for frame in range(self.frames)]
         self._next = (self._next + self.frames) % N_INDICES
-        self._token = token.to_bytes(_TOKEN_BYTES, "little")
+        number = token % (1 << 8 * self._token_bytes)
+        self._token = number.to_bytes(self._token_bytes, "little")
         self._first = self._expected[0] if self._expected else -1
         self._count = 0
 
@@ -90,7 +99,11 @@ class AnswerTally:
         return True
 
     def _is_first(self, frame: bytes) -> bool:
-        return frame[_TOKEN_AT : _TOKEN_AT + _TOKEN_BYTES] == self._token
+        if not self._token_bytes:
+            # The library may have used indices for something else in between; what is still out
+            # of the cycle before is late.
+            return frame[_INDEX_AT] not in self._before
+        return frame[self._token_place] == self._token
 
     def _align(self, first: int) -> None:
         """Follow the master library where it used indices for something else in between."""

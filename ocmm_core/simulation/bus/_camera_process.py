@@ -20,7 +20,8 @@ from ocmm_core.acquisition.bus_process import CAMERA_PRIORITY, take_priority
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
-from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.fieldbus.described import DeviceDescription
+from ocmm_core.fieldbus.device import CameraIdentity, Intrinsics
 from ocmm_core.simulation.bus._camera_time import SteppedCameraTime
 from ocmm_core.simulation.bus._chain import Chain, Unit
 from ocmm_core.simulation.bus._faults import Faults
@@ -58,6 +59,8 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
         How often the cameras were switched on before.
     ring_path
         Ring of a bus process whose time waits for this computer; empty: a time that does not.
+    device, lenses
+        Description of cameras that are not ours, and what each of them corrects with.
     """
 
     interface: str
@@ -70,6 +73,8 @@ class SegmentConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fi
     control: str = ""
     switched_on: int = 0
     ring_path: str = ""
+    device: DeviceDescription | None = None
+    lenses: tuple[Intrinsics, ...] = ()
 
     def to_json(self) -> bytes:
         """Return the configuration as one line of JSON."""
@@ -119,9 +124,10 @@ def make_wire(config: SegmentConfig) -> Wire:
     for camera in sees:
         # The first call may compile code, which takes longer than a master waits.
         provider.camera_frames(camera, 0, CHUNK_FRAMES)
+    lenses = [lens.model() for lens in config.lenses] or [None] * len(sees)
     units = [
-        Unit(camera, identity, provider, config.switched_on)
-        for camera, identity in zip(sees, config.cameras, strict=True)
+        Unit(camera, identity, provider, config.switched_on, config.device, lens)
+        for camera, identity, lens in zip(sees, config.cameras, lenses, strict=True)
     ]
     return Wire(
         config.interface,

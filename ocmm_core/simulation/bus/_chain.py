@@ -11,15 +11,21 @@ follows its port 0).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
+from ocmm_core.camera import CameraModel
+from ocmm_core.fieldbus.described import DeviceDescription
 from ocmm_core.fieldbus.device import CameraIdentity
+from ocmm_core.simulation.described_slave import DescribedCamera
+from ocmm_core.simulation.firmware import FirmwareBanks
 from ocmm_core.simulation.slave import (
+    SENSOR_PX,
     CameraFrames,
     CameraStore,
     ClockPattern,
     Segment,
     SoftwareCamera,
+    checksum_of_configuration,
 )
 
 
@@ -52,6 +58,8 @@ class Unit:
         What it sees.
     boots
         How often it was switched on before.
+    device, lens
+        Description of a camera that is not ours, and what it corrects with.
 
     Attributes
     ----------
@@ -59,6 +67,8 @@ class Unit:
         How often it was switched on, this time included.
     camera
         The camera as it was last switched on.
+    described
+        The same where a description made it; the other one then is not on the wire.
     powered, plugged, muted
         Whether it has current, is on the wire, and only lets frames pass.
     broken_behind
@@ -66,21 +76,43 @@ class Unit:
     """
 
     def __init__(
-        self, sees: int, identity: CameraIdentity, provider: CameraFrames, boots: int = 0
+        self,
+        sees: int,
+        identity: CameraIdentity,
+        provider: CameraFrames,
+        boots: int = 0,
+        device: DeviceDescription | None = None,
+        lens: CameraModel | None = None,
     ) -> None:
+        self._device = device
+        self._lens = lens
         self.sees = sees
         self.identity = identity
         self._provider = provider
         self.boots = boots
         self._store = CameraStore()
+        self._banks = FirmwareBanks()
         self.powered = self.plugged = True
         self.muted = self.broken_behind = False
+        self.described: DescribedCamera | None = None
         self.camera = self.switch_on(0)
+
+    @property
+    def slave(self) -> SoftwareCamera | DescribedCamera:
+        """Return who answers on the wire; `camera` where it is one of ours."""
+        return self.camera if self.described is None else self.described
 
     def switch_on(self, clock_ns: int) -> SoftwareCamera:
         """Start the camera anew, with a clock that shows so much more than it would."""
         self.boots += 1
         self.powered = True
+        if self._device is not None:
+            self.described = DescribedCamera(
+                self.sees, self.identity.serial, self.identity.alias, self._provider,
+                self._device, self._lens,
+            )  # fmt: skip
+            self.described.esc.clock.jump(clock_ns)
+        self._banks.start()
         self.camera = SoftwareCamera(
             self.sees,
             self.identity.serial,
@@ -88,11 +120,24 @@ class Unit:
             self._provider,
             self.boots,
             self._store,
+            banks=self._banks,
+            sensor=(
+                self.identity.sensor,
+                self.identity.width or SENSOR_PX,
+                self.identity.height or SENSOR_PX,
+            ),
         )
         self.camera.esc.clock.jump(clock_ns)
+        self.camera.esc.eeprom_written = self._keep_alias
         if isinstance(self._provider, ClockPattern):
             self._provider.watch(self.sees, self.camera.esc, self.camera.buffer, self.boots)
         return self.camera
+
+    def _keep_alias(self, eeprom: bytes) -> None:
+        """Remember the alias in the EEPROM: the controller loads it when it is switched on."""
+        alias = int.from_bytes(eeprom[8:10], "little")
+        if checksum_of_configuration(eeprom[:14]) == eeprom[14]:
+            self.identity = replace(self.identity, alias=alias)
 
 
 class Chain:
@@ -141,7 +186,7 @@ class Chain:
 
 
 def _segment(units: Sequence[Unit]) -> Segment:
-    return Segment([unit.camera.esc for unit in units if not unit.muted])
+    return Segment([unit.slave.esc for unit in units if not unit.muted])
 
 
 def _reached(line: Sequence[Unit]) -> tuple[list[Unit], bool]:

@@ -15,6 +15,7 @@ from ocmm_core.fieldbus.device import (
     INPUT_START,
     NEWEST_LAYOUT,
     CameraIdentity,
+    ErrorRegister,
 )
 from ocmm_core.simulation.bus._chain import Chain, Unit
 from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, DeedAnswer, FaultKind
@@ -49,9 +50,9 @@ class FaultCommands:
             FaultKind.RESTART: lambda unit, _command, _now: _restart(unit),
             FaultKind.MUTE: lambda unit, command, _now: setattr(unit, "muted", bool(command.value)),
             FaultKind.FREEZE: lambda unit, command, _now: setattr(
-                unit.camera, "frozen", bool(command.value)
+                unit.slave, "frozen", bool(command.value)
             ),
-            FaultKind.FALL_BACK: lambda unit, command, _now: unit.camera.esc.fall_back(
+            FaultKind.FALL_BACK: lambda unit, command, _now: unit.slave.esc.fall_back(
                 command.value, command.code
             ),
             FaultKind.STATION: lambda unit, command, _now: unit.camera.esc.write(
@@ -73,7 +74,9 @@ class FaultCommands:
             FaultKind.HANG_MAILBOX: lambda unit, command, _now: setattr(
                 unit.camera, "mailbox_hangs", bool(command.value)
             ),
-            FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(command.value),
+            FaultKind.EMERGENCY: lambda unit, command, _now: unit.camera.emergency(
+                command.value, ErrorRegister.GENERIC if command.value else 0
+            ),
             FaultKind.FRAME_PERIOD: lambda unit, command, _now: setattr(
                 unit.camera, "period_override", command.value
             ),
@@ -103,9 +106,7 @@ class FaultCommands:
             monotonic_ns=now_ns,
             utc_ns=utc_ns,
             order=tuple(number for number in self._chain.order if units[number].plugged),
-            states=tuple(
-                unit.camera.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units
-            ),
+            states=tuple(unit.slave.esc.memory[AL_STATUS] if unit.powered else 0 for unit in units),
             boots=tuple(unit.boots for unit in units),
             error=error,
         )

@@ -158,7 +158,7 @@ class FaultRig:
         self.bus = BusProcess(config, ring)
         self.bus.start()
         deadline = time.monotonic() + _READY_S
-        while not ring.word(RingHeaderField.FRAMES):
+        while not ring.books.frames:
             state = AcquisitionState(ring.word(RingHeaderField.STATE))
             if state is AcquisitionState.STOPPED or time.monotonic() > deadline:
                 raise BusError("rig.bus", f"No frames: {read_status(ring)}.", "See its message.")

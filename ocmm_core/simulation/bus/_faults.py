@@ -66,7 +66,7 @@ class FaultKind(StrEnum):
     HANG_MAILBOX = "hang mailbox"
     """1: the camera takes mailboxes and never answers; 0: no more."""
     EMERGENCY = "emergency"
-    """The camera sends an emergency message with error code ``value``."""
+    """The camera sends an emergency message with error code ``value``; 0: the error is over."""
     CORRUPT = "corrupt"
     """1: one bit of each of the camera's answers is wrong; 2: one bit of its frame counter and
     times, with the right check sum; 0: no more."""

@@ -90,7 +90,7 @@ class FrameWatch:
         self._sequence = -1
         self._looked_us = time.monotonic_ns() // 1000
         self._cycles: dict[int, int] = {}
-        self._lost = ring.word(RingHeaderField.FRAMES_LOST)
+        self._lost = ring.books.frames_lost
         self.last_sign_ns: dict[str, int] = {}
         self.report: BusReport | None = None
 
@@ -102,7 +102,7 @@ class FrameWatch:
             count += len(block)
             self._judge(block, seen)
         self._looked_us = looked_us
-        lost = self._ring.word(RingHeaderField.FRAMES_LOST)
+        lost = self._ring.books.frames_lost
         seen.lost += lost - self._lost
         self._lost = lost
         sequence = self._ring.word(RingHeaderField.REPORT_SEQUENCE)

@@ -157,7 +157,7 @@ class Wire:
             if now - housekeeping > _HOUSEKEEPING_NS:
                 housekeeping = now
                 for unit in self.chain.units:
-                    unit.camera.esc.poll(self._time.now_ns())
+                    unit.slave.esc.poll(self._time.now_ns())
                 rounds += 1
                 if rounds % _LOOK_ROUNDS == 0:
                     for port in self._ports:
@@ -170,7 +170,7 @@ class Wire:
                 continue
             at_ns = self._time.now_ns()
             # One camera at a time, so that an answer never waits for more than one chunk.
-            busy = any(unit.powered and unit.camera.generate(at_ns) for unit in self.chain.units)
+            busy = any(unit.powered and unit.slave.generate(at_ns) for unit in self.chain.units)
             if not busy:
                 ready, _, _ = select.select(wanted, [], [], _IDLE_S)
                 if ready and self._answers_nothing(ready):
@@ -217,7 +217,7 @@ class Wire:
                 if not done:
                     # No frame that was exposed may be missing, however slow this computer is.
                     for unit in self.chain.units:
-                        unit.camera.keep_up(now_ns)
+                        unit.slave.keep_up(now_ns)
                 done.append((frame, self._work_on(frame, number, now_ns)))
         for frame, leaves in done:
             sent = leaves is not None and self._ports[leaves].send(frame)
@@ -234,7 +234,7 @@ class Wire:
     def _lose(self) -> bool:
         if not self._faults.drop:
             return False
-        if any(unit.camera.esc.state != OP for unit in self.chain.units):
+        if any(unit.slave.esc.state != OP for unit in self.chain.units):
             return False
         return bool(self._random.random() < self._faults.drop)
 

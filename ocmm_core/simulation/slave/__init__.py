@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.simulation.slave._segment import ETHERTYPE, DatagramCommand, Segment
     from ocmm_core.simulation.slave._sensor import SENSOR_PX, SimpleSensor
-    from ocmm_core.simulation.slave._sii import sii_image
+    from ocmm_core.simulation.slave._sii import checksum_of_configuration, sii_image
     from ocmm_core.simulation.slave._slave_clock import (
         SlaveClock,
         difference_register,
@@ -70,7 +70,7 @@ else:
         ),
         _segment="DatagramCommand ETHERTYPE Segment",
         _sensor="SENSOR_PX SimpleSensor",
-        _sii="sii sii_image",
+        _sii="checksum_of_configuration sii sii_image",
         _slave_clock="SlaveClock difference_register time_difference",
         _software_camera="SoftwareCamera",
         _store="CameraStore",
@@ -106,6 +106,7 @@ __all__ = [
     "SlaveClock",
     "SoftwareCamera",
     "TestPattern",
+    "checksum_of_configuration",
     "difference_register",
     "read_clock",
     "registers",

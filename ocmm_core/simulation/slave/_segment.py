@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import IntEnum
 
-from ocmm_core.fieldbus.device import SM_INPUTS, SM_OUTPUTS, SYNC_MANAGERS
+from ocmm_core.fieldbus.device import SM_INPUTS, SM_OUTPUTS
 from ocmm_core.simulation.slave._esc import Esc
 from ocmm_core.simulation.slave._registers import FMMU, N_FMMU, PORT_TIME
 
@@ -242,7 +242,7 @@ def _mapped(slave: Esc, at: int, address: int, length: int) -> _Copy | None:
     start = physical + low - logical
     sync_manager = 0
     for number in (SM_OUTPUTS, SM_INPUTS):
-        sm_start, sm_length = SYNC_MANAGERS[number][:2]
+        sm_start, sm_length = slave.sync_managers[number][:2]
         if sm_start <= start < sm_start + sm_length:
             sync_manager = number
     return _Copy(slave, kind == 2, sync_manager, low - address, start, high - low)

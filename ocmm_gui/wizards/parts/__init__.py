@@ -31,10 +31,15 @@ if TYPE_CHECKING:
         SeatsPage,
         StepPage,
     )
-    from ocmm_gui.wizards.parts._picture import BarPlace, bars, volume_coverage
-    from ocmm_gui.wizards.parts._prepare_page import PreparePage, planned_lines, planned_points
+    from ocmm_gui.wizards.parts._picture import BarPlace, Contents, bars, volume_coverage
+    from ocmm_gui.wizards.parts._prepare_page import (
+        Planned,
+        PreparePage,
+        planned_lines,
+        planned_points,
+    )
     from ocmm_gui.wizards.parts._probe_picture import ProbePicture
-    from ocmm_gui.wizards.parts._result_frame import ResultFrame, Said
+    from ocmm_gui.wizards.parts._result_frame import PlotTabs, ResultFrame, Said
     from ocmm_gui.wizards.parts._shown import (
         Calculation,
         Seen,
@@ -53,10 +58,10 @@ else:
         _hands_pages="HandsPage ProbePreparePage",
         _live_panel="Score",
         _pages="CollectPage KnownPointsPage LinesPage SeatsPage StepPage",
-        _picture="BarPlace bars volume_coverage",
-        _prepare_page="PreparePage planned_lines planned_points",
+        _picture="BarPlace Contents bars volume_coverage",
+        _prepare_page="Planned PreparePage planned_lines planned_points",
         _probe_picture="ProbePicture",
-        _result_frame="ResultFrame Said",
+        _result_frame="PlotTabs ResultFrame Said",
         _shown="Calculation Seen ShownProcedure Tap TemperatureReadings",
         _messages="CALIBRATION_ENDS VERDICT_ENDS WizardTexts",
     )
@@ -69,11 +74,14 @@ __all__ = [
     "BarPlace",
     "Calculation",
     "CollectPage",
+    "Contents",
     "Facts",
     "Field",
     "HandsPage",
     "KnownPointsPage",
     "LinesPage",
+    "Planned",
+    "PlotTabs",
     "PreparePage",
     "ProbePicture",
     "ProbePreparePage",

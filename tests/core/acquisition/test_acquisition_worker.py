@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import sys
 import time
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
@@ -69,6 +70,28 @@ def ring() -> Iterator[FrameRing]:
     ring = FrameRing.create(2, 32)
     yield ring
     ring.close()
+
+
+def test_whoever_looks_while_it_runs_finds_every_cycle_in_one_account(
+    ring: FrameRing, description: SourceDescription
+) -> None:
+    script = [Cycle(CycleVerdict.GOOD), Cycle(CycleVerdict.LOST, elapsed=3)] * 2000
+    worker = AcquisitionWorker(ScriptedSource(description, script), ring)
+    before, torn, looks = sys.getswitchinterval(), 0, 0
+    # The thread is interrupted at every other instruction, as another process does it.
+    sys.setswitchinterval(1e-6)
+    try:
+        worker.start()
+        end = time.monotonic() + HANG_S
+        while (status := read_status(ring)).elapsed < 8000 and time.monotonic() < end:
+            looks += 1
+            torn += status.good + status.late + status.lost + status.bad != status.elapsed
+    finally:
+        worker.request_stop()
+        worker.join(HANG_S)
+        sys.setswitchinterval(before)
+    assert looks > 100
+    assert torn == 0
 
 
 def test_every_cycle_is_accounted_for(

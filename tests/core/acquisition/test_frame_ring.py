@@ -15,6 +15,7 @@ import pytest
 
 from ocmm_core.acquisition.frames import (
     SUBPIXEL,
+    Books,
     FrameBlock,
     FrameRing,
     RingHeaderField,
@@ -128,9 +129,9 @@ def test_both_sides_see_the_same_words_and_text(ring: FrameRing, make_block: Mak
         ring.write(make_block(5, 2))
         assert same(other.read(9), make_block(5, 2))
         assert ring.free() == 10
-        other.add({RingHeaderField.FRAMES: 3, RingHeaderField.FRAMES_LOST: 1})
-        other.add({RingHeaderField.FRAMES: 4})
-        assert (ring.word(RingHeaderField.FRAMES), ring.word(RingHeaderField.FRAMES_LOST)) == (7, 1)
+        other.enter(frames=3, frames_lost=1)
+        other.enter(frames=4, elapsed=2, good=1, late=1)
+        assert ring.books == Books(elapsed=2, good=1, late=1, frames=7, frames_lost=1)
         assert ring.text() == ""
         other.set_text("Kamera 2 fällt aus.")
         assert ring.text() == "Kamera 2 fällt aus."

@@ -20,6 +20,7 @@ from ocmm_core.fieldbus.cycle import (
     judge,
 )
 from ocmm_core.fieldbus.cycle._frame_content import all_sound, frames_complaint
+from ocmm_core.fieldbus.cycle._port_errors import PortTrouble
 from ocmm_core.fieldbus.cycle._watch import CameraView, WatchView
 from ocmm_core.fieldbus.device import (
     DATA_CRC_AT,
@@ -75,7 +76,9 @@ def answer(*headers: Header, clock: int | None = None) -> CycleAnswer:
     )
 
 
-def seen(given: CycleAnswer, *, devices: int = 2, age: int = 0, **right: int | bool) -> CycleAnswer:
+def seen(
+    given: CycleAnswer, *, devices: int = 2, age: int = 0, **right: int | bool | PortTrouble
+) -> CycleAnswer:
     """Return the answer with another view of the right camera."""
     view = WatchView(age, devices, (IN_OPERATION, IN_OPERATION._replace(**right)))  # type: ignore[arg-type]  # the fields are ints and bools
     return given._replace(view=view)
@@ -292,15 +295,46 @@ def test_a_full_working_counter_does_not_hide_what_the_cameras_say(
     assert fault.deep is deep
 
 
-def test_a_short_working_counter_names_the_camera_where_it_is_known() -> None:
-    good = answer(header(100), header(100))._replace(working_counter=3)
-    fault = judge(good, records(100), SCHEDULE)
+def test_a_short_working_counter_names_the_camera_that_did_not_take_part() -> None:
+    stale = header(100)._replace(cycle_counter=4)
+    short = answer(header(100), stale)._replace(working_counter=3)
+    fault = judge(short, records(100), SCHEDULE)
     assert fault is not None
-    assert fault.alarm is Alarm.WORKING_COUNTER
-    assert "3 of 6" in fault.reason
-    fault = judge(seen(good, answers=0, devices=1), records(100), SCHEDULE)
+    assert (fault.alarm, fault.camera) == (Alarm.WORKING_COUNTER, "right")
+    assert fault.reason == (
+        "Camera 'right' did not take part in the cycle (working counter 3 of 6)."
+    )
+    # The port that counts broken frames says where.
+    port = seen(short, trouble=PortTrouble(0, broken=7, lost=1))
+    fault = judge(port, records(100), SCHEDULE)
+    assert fault is not None
+    assert fault.reason.endswith(
+        "Camera 'right' counts 7 broken frames and 1 lost link at its port IN (0)."
+    )
+    fault = judge(seen(short, answers=0, devices=1), records(100), SCHEDULE)
     assert fault is not None
     assert (fault.alarm, fault.camera) == (Alarm.CAMERA_MISSING, "right")
+
+
+def test_a_wrong_count_with_new_inputs_of_all_blames_no_camera() -> None:
+    for count in (3, 9):
+        given = answer(header(100), header(100))._replace(working_counter=count)
+        fault = judge(given, records(100), SCHEDULE)
+        assert fault is not None
+        assert (fault.alarm, fault.camera) == (Alarm.WORKING_COUNTER, "")
+        assert f"(working counter {count} of 6)" in fault.reason
+    nobody = answer()._replace(working_counter=0)
+    fault = judge(nobody, records(100), SCHEDULE)
+    assert fault is not None
+    assert "No camera took part" in fault.reason
+
+
+def test_a_lost_answer_names_the_port_where_frames_break() -> None:
+    lost = seen(answer(header(100), header(100)), trouble=PortTrouble(1, broken=2, lost=0))
+    fault = judge(lost._replace(whole=False), records(100), SCHEDULE)
+    assert fault is not None
+    assert (fault.alarm, fault.camera) == (Alarm.LOST_ANSWERS, "right")
+    assert "2 broken frames at its port OUT (1)" in fault.reason
 
 
 def test_a_clock_that_cannot_be_spoils_the_cycle() -> None:

@@ -1,4 +1,4 @@
-"""What a test on the command line stands on: procedure, artefacts, cameras, probe, folders."""
+"""What an acceptance test stands on: procedure, artefacts, cameras, probe, folders."""
 
 from __future__ import annotations
 
@@ -7,10 +7,14 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
+import msgspec
+import numpy as np
 import platformdirs
 
+from ocmm_core import __version__
 from ocmm_core.acceptance import (
     ArtefactRegister,
+    Instrument,
     Stage,
     UsedArtefact,
     find_procedure,
@@ -21,16 +25,25 @@ from ocmm_core.acceptance import (
     used_sphere,
 )
 from ocmm_core.calibration.records import (
+    ArtefactUse,
     CalibrationInUse,
     ProbeInUse,
+    judge,
     load_bar,
     load_sphere,
 )
-from ocmm_core.composition import Origin, choose_calibration, choose_probe, instrument_of, origin_of
+from ocmm_core.composition._calibration_choice import (
+    checked_for_replay,
+    checked_probe_for_replay,
+    choose_calibration,
+    choose_probe,
+)
+from ocmm_core.composition._sources import VIRTUAL_NAMES, Origin, origin_of
 from ocmm_core.documents import resource
-from ocmm_core.errors import InputError
+from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.geometry import Float, unit
 
-_SHIPPED = {
+SHIPPED = {
     "bar": ("artefacts", "verification_bar.toml"),
     "sphere": ("artefacts", "acceptance_sphere.toml"),
     "plate": ("artefacts", "plate.toml"),
@@ -91,7 +104,7 @@ def open_test_site(
     if origin_of(source) is Origin.VIRTUAL:
         given = {one.role for one in found}
         found += [
-            named_artefact(str(resource(*_SHIPPED[role])))
+            named_artefact(str(resource(*SHIPPED[role])))
             for role in kind_of(bare).roles
             if role not in given
         ]
@@ -138,3 +151,69 @@ def tests_folder(folder: Path | None, site: AcceptanceSite) -> Path:
         return folder
     base = default_test_folder()
     return base.with_name("virtual-acceptance") if site.stage.instrument.simulated else base
+
+
+def instrument_of(
+    cameras: CalibrationInUse, probe: ProbeInUse, source: str, now: datetime
+) -> Instrument:
+    """Return what is tested, as a record holds it."""
+    rig, record = cameras.rig, cameras.record
+    low, high = rig.volume_world
+    centres = np.array([camera.centre_world for camera in rig.cameras])
+    return Instrument(
+        rig=rig.name,
+        calibration="" if record is None else rig.identity,
+        calibration_status=judge(cameras, now).word.value,
+        probe=probe.body.name,
+        tip=probe.tip,
+        tip_record=probe.body.identity,
+        ball_radius=probe.body.tip_radius,
+        ball_sigma=probe.body.tip_radius_sigma,
+        cameras=tuple(f"{camera.name} no. {camera.serial}" for camera in rig.cameras),
+        volume_min=_vector(low),
+        volume_max=_vector(high),
+        software=__version__,
+        simulated=origin_of(source) is Origin.VIRTUAL,
+        stylus=float(np.linalg.norm(probe.body.leds_probe - probe.body.tip_probe, axis=1).min()),
+        away=_vector(unit(rig.volume_world.mean(axis=0) - centres.mean(axis=0))),
+    )
+
+
+def require_recorded(
+    cameras: CalibrationInUse, probe: ProbeInUse, instrument: Instrument, recorded: str
+) -> Instrument:
+    """Return the instrument of a recording: simulated where a virtual rig was recorded.
+
+    Parameters
+    ----------
+    recorded
+        Name of the source that was recorded; empty where nothing is replayed.
+
+    Raises
+    ------
+    CalibrationError
+        Real cameras or a real probe were recorded, and only a document says how they are.
+    """
+    for fault in (
+        checked_for_replay(cameras, recorded).fault,
+        checked_probe_for_replay(probe, recorded).fault,
+    ):
+        if fault is not None:
+            raise CalibrationError("acceptance.replay", fault[1].what, fault[1].remedy)
+    virtual = recorded.startswith(VIRTUAL_NAMES) if recorded else instrument.simulated
+    return msgspec.structs.replace(instrument, simulated=virtual)
+
+
+def artefacts_used_before(
+    cameras: CalibrationInUse, probe: ProbeInUse
+) -> tuple[tuple[ArtefactUse, ...], tuple[ArtefactUse, ...]]:
+    """Return what the calibration rests on, and what the qualification of the tip does."""
+    of_cameras = () if cameras.record is None else cameras.record.artefacts
+    records = probe.records
+    qualification = None if records is None else records.qualification
+    return of_cameras, () if qualification is None else qualification.artefacts
+
+
+def _vector(values: Float) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z

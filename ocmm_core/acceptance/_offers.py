@@ -1,0 +1,283 @@
+"""What can be chosen before a test begins: procedures, artefacts, and tests that are not finished.
+
+An artefact that may not be used is offered with its sentence, so that whoever looks for it learns
+why it is refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from datetime import datetime
+from pathlib import Path
+from typing import cast
+
+from ocmm_core.acceptance._guards import artefact_findings
+from ocmm_core.acceptance._kinds import kind_of
+from ocmm_core.acceptance._procedure import Procedure, load_procedure, procedure_files
+from ocmm_core.acceptance._recompute import load_record
+from ocmm_core.acceptance._register import (
+    ARTEFACT_KINDS,
+    ARTEFACT_SCHEMA,
+    ArtefactEntry,
+    ArtefactKind,
+    check_entry,
+)
+from ocmm_core.acceptance._result import AcceptanceRecord, Instrument, UsedArtefact
+from ocmm_core.acceptance._session import AcceptanceSession
+from ocmm_core.acceptance._situation import Stage
+from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.errors import InputError, OcmmError
+
+SESSIONS, RECORDS = "sessions", "records"
+"""Folders in that of the tests."""
+MOST_SHOWN, _NEWEST = 200, 4
+_TEXTS = (
+    "id", "name", "maker", "serial", "laboratory", "certificate", "certificate_sha256", "due_utc",
+    "supports", "source",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class ProcedureOffer:
+    """A procedure that can be run.
+
+    Attributes
+    ----------
+    procedure, file, sha256
+        Its document.
+    roles
+        Of the artefacts that it needs.
+    """
+
+    procedure: Procedure
+    file: Path
+    sha256: str
+    roles: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class ArtefactOffer:
+    """An artefact for a test.
+
+    Attributes
+    ----------
+    name
+        Its id in the register, or what the virtual rig calls it.
+    used
+        As a test uses it.
+    refusal
+        Why it may not be used, and what to do; empty where it may.
+    warnings
+        What only warns.
+    """
+
+    name: str
+    used: UsedArtefact
+    refusal: str = ""
+    warnings: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class OpenTest:
+    """A test that was begun and has no stored verdict.
+
+    Attributes
+    ----------
+    path
+        Of its session.
+    title, who, begun_utc
+        Of the procedure; who begun it, and when.
+    done, wanted
+        Points.
+    blocker
+        Why it cannot go on; empty where it can.
+    """
+
+    path: Path
+    title: str
+    who: str
+    begun_utc: str
+    done: int
+    wanted: int
+    blocker: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class FinishedTest:
+    """A record in a folder."""
+
+    file: Path
+    record: AcceptanceRecord
+
+
+def offered_procedures(stage_of: Instrument, seed: int = 0) -> tuple[ProcedureOffer, ...]:
+    """Return the shipped procedures with what they need."""
+    found = []
+    for path in procedure_files().values():
+        procedure, sha256 = load_procedure(path)
+        roles = kind_of(Stage(procedure, stage_of, (), seed)).roles
+        found.append(ProcedureOffer(procedure, path, sha256, roles))
+    return tuple(found)
+
+
+def offered_artefacts(
+    stage: Stage,
+    candidates: Iterable[tuple[str, UsedArtefact]],
+    now: datetime,
+    temperature_c: float,
+    calibration_artefacts: Sequence[ArtefactUse] = (),
+    qualification_artefacts: Sequence[ArtefactUse] = (),
+) -> tuple[ArtefactOffer, ...]:
+    """Return the artefacts that a test could use, the usable ones first; others with the reason.
+
+    Parameters
+    ----------
+    candidates
+        Names and artefacts; those that the test does not need are left out.
+    now, temperature_c, calibration_artefacts, qualification_artefacts
+        As in `begin_findings`.
+    """
+    offers = []
+    for name, used in candidates:
+        if used.role not in kind_of(stage).roles:
+            continue
+        found = artefact_findings(
+            stage, used, now, temperature_c, calibration_artefacts, qualification_artefacts
+        )
+        refused = [f"{one.what} {one.remedy}" for one in found if one.refuses]
+        warned = tuple(one.what for one in found if not one.refuses)
+        offers.append(ArtefactOffer(name, used, refused[0] if refused else "", warned))
+    return tuple(sorted(offers, key=lambda one: bool(one.refusal)))
+
+
+def open_tests(folder: Path, instrument: Instrument) -> tuple[OpenTest, ...]:
+    """Return the tests of a folder that are not finished, the newest first.
+
+    Parameters
+    ----------
+    folder
+        Of the tests.
+    instrument
+        As it is now: a test of another one cannot go on.
+    """
+    found = []
+    paths = sorted((folder / SESSIONS).glob("*.chain"), key=_made, reverse=True)
+    for index, path in enumerate(paths):
+        try:
+            session = AcceptanceSession.resume(path)
+        except OcmmError as error:
+            found.append(OpenTest(path, path.name, "", "", 0, 0, f"{error.what} {error.remedy}"))
+            continue
+        state = session.state
+        if state.abandoned is not None:
+            continue
+        # Between verdict and record lies a moment: only the newest can have been caught in it.
+        if state.finished is not None and (index >= _NEWEST or _is_stored(folder, session)):
+            continue
+        begun, done = state.begun, sum(len(one) for one in state.taken)
+        wanted = done + state.missing()
+        title = state.stage.procedure.title
+        one = OpenTest(path, title, begun.made_by, begun.utc, done, wanted)
+        changed = _changed(begun.instrument, instrument)
+        found.append(replace(one, blocker=changed) if changed else one)
+    return tuple(found)
+
+
+def _made(path: Path) -> float:
+    return path.stat().st_mtime
+
+
+def _is_stored(folder: Path, session: AcceptanceSession) -> bool:
+    finished, _ = finished_tests(folder, _NEWEST)
+    return any(one.record.chain_head == session.head for one in finished)
+
+
+def _changed(then: Instrument, now: Instrument) -> str:
+    """Return why a test of one instrument cannot go on with another; empty where it can."""
+    for field, what in (
+        ("rig", "another rig"), ("calibration", "another calibration of the cameras"),
+        ("probe", "another probe"), ("tip_record", "another calibration of the tip"),
+        ("simulated", "another source of frames"),
+    ):  # fmt: skip
+        if getattr(then, field) != getattr(now, field):
+            return f"It was begun with {what}. Begin a new test."
+    return ""
+
+
+def finished_tests(
+    folder: Path, most: int = MOST_SHOWN
+) -> tuple[tuple[FinishedTest, ...], tuple[str, ...]]:
+    """Return the records of a folder, the newest first, and why others cannot be read.
+
+    Parameters
+    ----------
+    most
+        So many of the newest files at most: each is read and its hash compared.
+    """
+    found, unread = [], []
+    paths = sorted((folder / RECORDS).glob("*.json"), key=_made, reverse=True)
+    for path in paths[:most]:
+        try:
+            found.append(FinishedTest(path, load_record(path)))
+        except OcmmError as error:
+            unread.append(error.what)
+    found.sort(key=lambda one: one.record.ended_utc, reverse=True)
+    return tuple(found), tuple(unread)
+
+
+def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
+    """Return an entry of the register from what was typed, or read from a certificate.
+
+    Parameters
+    ----------
+    fields
+        Texts by name: those of `ArtefactEntry`; ``sizes`` parted by blanks or semicolons, mm;
+        ``due_utc`` as a date. What is empty and has a default takes it.
+
+    Raises
+    ------
+    InputError
+        A field is no number, or cannot be meant.
+    """
+
+    def number(name: str) -> float:
+        text = fields.get(name, "").strip().replace(",", ".")
+        if not text and name in ("expanded_per_length", "form"):
+            return 0.0
+        try:
+            return float(text)
+        except ValueError as error:
+            raise InputError(
+                "artefact.field", f"Field '{name}' is {text!r}, which is not a number.",
+                "Type a number; lengths in mm.",
+            ) from error  # fmt: skip
+
+    def size(text: str) -> float:
+        try:
+            return float(text.replace(",", "."))
+        except ValueError as error:
+            raise InputError(
+                "artefact.field", f"Field 'sizes' has {text!r}, which is not a number.",
+                "Type numbers in mm, parted by blanks.",
+            ) from error  # fmt: skip
+
+    given = {name: fields.get(name, "").strip() for name in _TEXTS}
+    kinds = ARTEFACT_KINDS
+    if fields.get("kind") not in kinds:
+        raise InputError(
+            "artefact.kind", f"The kind is {fields.get('kind')!r}.", f"Give {', '.join(kinds)}."
+        )
+    sizes = tuple(size(one) for one in fields.get("sizes", "").replace(";", " ").split())
+    entry = ArtefactEntry(
+        schema=ARTEFACT_SCHEMA, unit="mm", kind=cast("ArtefactKind", fields["kind"]),
+        sizes=sizes, expanded=number("expanded"), form=number("form"),
+        expanded_per_length=number("expanded_per_length"), expansion=number("expansion"),
+        expansion_sigma=number("expansion_sigma"),
+        id=given["id"], name=given["name"], maker=given["maker"], serial=given["serial"],
+        laboratory=given["laboratory"], certificate=given["certificate"],
+        certificate_sha256=given["certificate_sha256"], due_utc=given["due_utc"],
+        supports=given["supports"], source=given["source"] or "typed",
+    )  # fmt: skip
+    check_entry(entry, "artefact")
+    return entry

@@ -1,0 +1,247 @@
+"""The state of an acceptance test: a pure fold over the lines of its file, and what is seen of it.
+
+Nothing is written here and nobody waits here; `_session` writes, and holds the lock.
+"""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import msgspec
+
+from ocmm_core.acceptance._events import (
+    Abandoned,
+    AcceptanceView,
+    Begun,
+    ClimateNoted,
+    Event,
+    Finished,
+    PointRefused,
+    PointTaken,
+    PositionRedone,
+    RetestBegun,
+)
+from ocmm_core.acceptance._guards import climate_reasons, spots_hash
+from ocmm_core.acceptance._kinds import kind_of, quantities_of, values_of
+from ocmm_core.acceptance._result import (
+    RECORD_SCHEMA,
+    AcceptanceRecord,
+    Climate,
+    JudgedValue,
+    Observation,
+    Refusal,
+    Verdict,
+)
+from ocmm_core.acceptance._situation import Situation, Stage, situation_of, wanted, worst_of
+from ocmm_core.calibration.guided import Spots
+from ocmm_core.errors import CalibrationError
+
+S = TypeVar("S", bound=msgspec.Struct)
+
+
+class SessionState:
+    """What the lines of a session file say.
+
+    Parameters
+    ----------
+    begun
+        The first line.
+
+    Attributes
+    ----------
+    begun, stage, plan
+        What was fixed before the first point; retests are added to the plan.
+    taken
+        Observations of every position of the plan.
+    refusals, climate, retests
+        What was refused, temperatures, and how many retests were begun.
+    finished, abandoned
+        How it ended; None while it is open.
+    """
+
+    def __init__(self, begun: Begun) -> None:
+        self.begun = begun
+        self.stage = Stage(begun.procedure, begun.instrument, begun.artefacts, begun.seed)
+        self.plan = list(begun.plan)
+        self.taken: list[list[Observation]] = [[] for _ in self.plan]
+        self.refusals: list[Refusal] = []
+        self.climate: list[Climate] = []
+        self.retests = 0
+        self.finished: Finished | None = None
+        self.abandoned: Abandoned | None = None
+        self._seen: set[str] = set(begun.reserved)
+
+    def fold(self, event: Event) -> None:
+        """Add one line."""
+        if isinstance(event, PointTaken):
+            self.taken[event.position].append(event)
+            if event.uv is not None:
+                self._seen.add(spots_hash(event.uv))
+        elif isinstance(event, PositionRedone):
+            self.taken[event.position] = []
+            self.refusals.append(event)
+        elif isinstance(event, PointRefused):
+            self.refusals.append(event)
+        elif isinstance(event, RetestBegun):
+            self.plan += event.positions
+            self.taken += [[] for _ in event.positions]
+            self.retests += 1
+        elif isinstance(event, ClimateNoted):
+            self.climate.append(event)
+        elif isinstance(event, Finished):
+            self.finished = event
+        elif isinstance(event, Abandoned):
+            self.abandoned = event
+
+    def situation(self) -> Situation:
+        """Return what was taken."""
+        return situation_of(
+            self.stage, self.plan, [one for many in self.taken for one in many], self.climate
+        )
+
+    def current(self) -> int:
+        """Return the position whose points come next; -1 where all were taken."""
+        for position, plan in enumerate(self.plan):
+            if len(self.taken[position]) < wanted(plan):
+                return position
+        return -1
+
+    def missing(self) -> int:
+        """Return how many points are missing."""
+        return sum(wanted(one) for one in self.plan) - sum(len(one) for one in self.taken)
+
+    def open_end(self) -> str:
+        """Return what a verdict still needs, in one sentence; empty where it may be given."""
+        missing = self.missing()
+        if missing:
+            return f"{missing} points are missing."
+        return kind_of(self.stage).open_end(self.situation(), self.stage.procedure.test)
+
+    def require_open(self) -> None:
+        """Raise CalibrationError where nothing may be added any more."""
+        if self.finished is not None or self.abandoned is not None:
+            raise CalibrationError(
+                "acceptance.finished",
+                "The test is finished; nothing is added to it.",
+                "Begin a new test.",
+            )
+
+    def require_next(self) -> int:
+        """Return the position of the next point; raise CalibrationError where none may be taken."""
+        position = self.current()
+        if position < 0:
+            raise CalibrationError(
+                "acceptance.nothing_next", "All points were taken.", "Finish the test."
+            )
+        if self.needs_temperature():
+            raise CalibrationError(
+                "acceptance.no_temperature",
+                f"No temperature was noted for '{self.plan[position].name}'.",
+                "Note the temperature, then take the point.",
+            )
+        return position
+
+    def require_complete(self) -> None:
+        """Raise CalibrationError where points are missing."""
+        missing = self.missing()
+        if missing:
+            raise CalibrationError(
+                "acceptance.incomplete", f"{missing} points are missing.", "Take them first."
+            )
+
+    def last_touched(self) -> int:
+        """Return the last position of which points were taken; -1 where none was."""
+        touched = [i for i, one in enumerate(self.taken) if one]
+        return touched[-1] if touched else -1
+
+    def needs_temperature(self) -> bool:
+        """Return whether the temperature is to be noted before the next point."""
+        position = self.current()
+        if position < 0 or self.taken[position]:
+            return False
+        name = self.plan[position].name
+        return not any(one.position == name and one.when == "begin" for one in self.climate)
+
+    def next_item(self, position: int) -> int:
+        """Return which point of a position comes next."""
+        return len(self.taken[position]) % len(self.plan[position].points_world)
+
+    def reused(self, uv: Spots | None) -> str:
+        """Return why averaged spots may not be offered; empty where they may."""
+        if uv is None or spots_hash(uv) not in self._seen:
+            return ""
+        return "These spots were used before, in the calibration or in this test."
+
+    def verdict(self, values: tuple[JudgedValue, ...] | None = None) -> Verdict:
+        """Return the verdict on what was taken."""
+        if climate_reasons(self.stage, self.climate):
+            return Verdict.VOID
+        judged = values_of(self.situation()) if values is None else values
+        return worst_of([one.verdict for one in judged if not one.superseded])
+
+    def instruction(self, position: int) -> str:
+        """Return what to do next, in one sentence."""
+        if position < 0:
+            return "All points taken. Finish, or repeat what failed."
+        plan, item = self.plan[position], self.next_item(position)
+        where = "({:.0f}, {:.0f}, {:.0f})".format(*plan.points_world[item])
+        turn = len(self.taken[position]) // len(plan.points_world)
+        repeat = f", repeat {turn + 1} of {plan.repeats}" if plan.repeats > 1 else ""
+        what = {
+            "bar": f"put the ball into nest {item + 1} of {len(plan.points_world)} at {where}",
+            "cone": f"put the ball into the cone at {where} and turn the probe",
+        }.get(plan.role, f"touch point {item + 1} of {len(plan.points_world)} at {where}")
+        return f"{plan.name}{repeat}: {what}."
+
+    def view(self) -> AcceptanceView:
+        """Return the snapshot."""
+        position = self.current()
+        complete = position < 0
+        values = tuple(values_of(self.situation())) if any(self.taken) else ()
+        return AcceptanceView(
+            title=self.stage.procedure.title, wording=self.stage.procedure.wording,
+            positions=tuple(self.plan), done=tuple(len(one) for one in self.taken),
+            current=position, next_item=-1 if complete else self.next_item(position),
+            instruction=self.instruction(position), values=values,
+            verdict=self.verdict(values) if complete else None,
+            retests_left=self.stage.procedure.retests_allowed - self.retests,
+            needs_temperature=self.needs_temperature(),
+            refusals=tuple(one.reason for one in self.refusals),
+            void_reasons=tuple(climate_reasons(self.stage, self.climate)),
+            finished=self.finished is not None,
+            abandoned=self.abandoned is not None,
+        )  # fmt: skip
+
+    def record(self, number: str, chain_head: str) -> AcceptanceRecord:
+        """Return the record of a finished test; raise CalibrationError where it is not.
+
+        Parameters
+        ----------
+        number, chain_head
+            See `AcceptanceRecord`.
+        """
+        if self.finished is None:
+            raise CalibrationError(
+                "acceptance.unfinished", "The test is not finished.", "Take what is missing."
+            )
+        begun, values = self.begun, tuple(values_of(self.situation()))
+        said = (f"Remark: {self.finished.remark}",) if self.finished.remark else ()
+        return AcceptanceRecord(
+            schema=RECORD_SCHEMA, number=number, procedure=begun.procedure,
+            procedure_sha256=begun.procedure_sha256, instrument=begun.instrument,
+            artefacts=begun.artefacts, made_by=begun.made_by, place=begun.place,
+            customer=begun.customer, condition=begun.condition, begun_utc=begun.utc,
+            ended_utc=self.finished.utc, seed=begun.seed, plan=tuple(self.plan),
+            notes=begun.notes + said,
+            observations=tuple(_plain(one, Observation) for many in self.taken for one in many),
+            climate=tuple(_plain(one, Climate) for one in self.climate),
+            refusals=tuple(_plain(one, Refusal) for one in self.refusals),
+            values=values, quantities=quantities_of(values), retests=self.retests,
+            void_reasons=tuple(climate_reasons(self.stage, self.climate)),
+            verdict=self.finished.verdict, wording=begun.procedure.wording, chain_head=chain_head,
+        )  # fmt: skip
+
+
+def _plain(event: msgspec.Struct, kind: type[S]) -> S:
+    """Return an event as the struct that it is made from, without its tag."""
+    return kind(**{name: getattr(event, name) for name in kind.__struct_fields__})

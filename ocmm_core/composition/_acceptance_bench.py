@@ -1,0 +1,250 @@
+"""Acceptance tests beside a running station: what can be chosen, and how a test begins and goes on.
+
+The station measures with what it was started with; a test is of the calibration and the tip that
+are in force now, so they are looked up whenever something is asked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from datetime import datetime
+from pathlib import Path
+
+from ocmm_core.acceptance import (
+    RECORDS,
+    SESSIONS,
+    AcceptanceProcedure,
+    AcceptanceRecord,
+    AcceptanceSession,
+    ArtefactEntry,
+    ArtefactOffer,
+    ArtefactRegister,
+    FinishedTest,
+    Instrument,
+    InterimChart,
+    InterimHistory,
+    InterimTest,
+    OpenTest,
+    ProcedureOffer,
+    Stage,
+    UsedArtefact,
+    finished_tests,
+    note_check,
+    offered_artefacts,
+    offered_procedures,
+    open_tests,
+    reserved_spots,
+)
+from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
+from ocmm_core.composition._acceptance_scenes import VirtualHand
+from ocmm_core.composition._acceptance_site import (
+    SHIPPED,
+    artefacts_used_before,
+    default_test_folder,
+    instrument_of,
+    named_artefact,
+    require_recorded,
+)
+from ocmm_core.composition._calibrate_scenes import VirtualSite
+from ocmm_core.composition._calibration_choice import choose_calibration, choose_probe
+from ocmm_core.composition._feeds import StationRequest
+from ocmm_core.composition._sources import Origin, origin_of, source_of
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError, OcmmError
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conditions:
+    """What is filled in before a test begins.
+
+    Attributes
+    ----------
+    who, place, customer, condition
+        As in `AcceptanceRecord`.
+    temperature_c
+        Of the room.
+    """
+
+    who: str
+    place: str = ""
+    customer: str = ""
+    condition: str = "as found"
+    temperature_c: float = 20.0
+
+
+@dataclass(frozen=True, slots=True)
+class AcceptanceBench:
+    """Where the tests of a station are made.
+
+    Attributes
+    ----------
+    request
+        What the station was built from.
+    recorded
+        Name of the source that was recorded; empty where nothing is replayed.
+    folder
+        Of sessions, records and checks; None for that of this user, apart for virtual rigs.
+    register
+        Folder of the artefacts; None for that of this user.
+    """
+
+    request: StationRequest
+    recorded: str = ""
+    folder: Path | None = None
+    register: Path | None = None
+    shipped: dict[str, UsedArtefact] = field(default_factory=dict)
+    """Artefacts of the virtual rig, by role, read once."""
+
+    @property
+    def is_virtual(self) -> bool:
+        """Return whether a virtual rig is tested, which can be shown what a test wants."""
+        return origin_of(self.request.source) is Origin.VIRTUAL
+
+    def cameras(self) -> CalibrationInUse:
+        """Return the calibration in force; InputError as `choose_calibration`."""
+        one = self.request
+        return choose_calibration(one.source, one.rig, one.calibrations, uncalibrated=False)
+
+    def probe(self) -> ProbeInUse:
+        """Return probe and tip in force; InputError as `choose_probe`."""
+        one = self.request
+        return choose_probe(one.source, one.probe, one.probes, one.tip, uncalibrated=False)
+
+    def instrument(self, now: datetime) -> Instrument:
+        """Return what would be tested now; raise OcmmError where nothing can be."""
+        cameras, probe = self.cameras(), self.probe()
+        found = instrument_of(cameras, probe, self.request.source, now)
+        return require_recorded(cameras, probe, found, self.recorded)
+
+    def tests(self) -> Path:
+        """Return the folder of the tests; virtual ones must not pass for real ones."""
+        if self.folder is not None:
+            return self.folder
+        base = default_test_folder()
+        return base.with_name("virtual-acceptance") if self.is_virtual else base
+
+    def artefacts(self) -> ArtefactRegister:
+        """Return the register; StorageError where a line of it was changed."""
+        return ArtefactRegister(self.register)
+
+    def procedures(self, now: datetime) -> tuple[ProcedureOffer, ...]:
+        """Return the procedures that can be run."""
+        return offered_procedures(self.instrument(now), self.request.seed)
+
+    def stage(self, offer: ProcedureOffer, artefacts: tuple[UsedArtefact, ...], now: datetime) -> (
+        Stage
+    ):  # fmt: skip
+        """Return what a test stands on."""
+        return Stage(offer.procedure, self.instrument(now), artefacts, self.request.seed)
+
+    def offers(
+        self, offer: ProcedureOffer, now: datetime, temperature_c: float
+    ) -> tuple[ArtefactOffer, ...]:
+        """Return the artefacts for a procedure, with why others are refused.
+
+        On the virtual rig those that it shows come first.
+        """
+        candidates = [(one.id, one.used()) for one in self.artefacts().entries.values()]
+        if self.is_virtual:
+            candidates = [*self._shipped().items(), *candidates]
+        of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
+        return offered_artefacts(
+            self.stage(offer, (), now), candidates, now, temperature_c, of_cameras, of_tip
+        )
+
+    def refused_for(self, entry: ArtefactEntry, now: datetime) -> tuple[tuple[str, str], ...]:
+        """Return the procedures an entry of the register could serve, each with why it may not."""
+        of_cameras, of_tip = artefacts_used_before(self.cameras(), self.probe())
+        found = []
+        for offer in self.procedures(now):
+            if entry.kind in offer.roles:
+                stage = self.stage(offer, (), now)
+                (one,) = offered_artefacts(
+                    stage, [(entry.id, entry.used())], now, 20.0, of_cameras, of_tip
+                )
+                found.append((offer.procedure.id, one.refusal))
+        return tuple(found)
+
+    def begin(
+        self,
+        offer: ProcedureOffer,
+        artefacts: tuple[UsedArtefact, ...],
+        given: Conditions,
+        now: datetime,
+        seed: int | None = None,
+    ) -> AcceptanceProcedure:
+        """Begin a test; raise OcmmError where that is not possible."""
+        if not given.who.strip():
+            raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
+        cameras, probe = self.cameras(), self.probe()
+        of_cameras, of_tip = artefacts_used_before(cameras, probe)
+        stores = (cameras.store, probe.store)
+        folders = [one.folder / "sessions" for one in stores if one is not None]
+        stage = self.stage(offer, artefacts, now)
+        if seed is not None:
+            stage = Stage(stage.procedure, stage.instrument, stage.artefacts, seed)
+        name = f"{offer.procedure.id}-{now.strftime('%Y%m%dT%H%M%S.%f')}.chain"
+        session = AcceptanceSession.begin(
+            self.tests() / SESSIONS / name, stage, offer.sha256, now,
+            temperature_c=given.temperature_c, who=given.who.strip(), place=given.place.strip(),
+            customer=given.customer.strip(), condition=given.condition,
+            calibration_artefacts=of_cameras, qualification_artefacts=of_tip,
+            reserved=reserved_spots(folders),
+        )  # fmt: skip
+        return self._procedure(session, given.temperature_c)
+
+    def resume(self, path: Path, temperature_c: float) -> AcceptanceProcedure:
+        """Go on with a test; raise OcmmError where its file was changed."""
+        return self._procedure(AcceptanceSession.resume(path), temperature_c)
+
+    def unfinished(self, now: datetime) -> tuple[OpenTest, ...]:
+        """Return the tests that were begun and have no stored verdict."""
+        return open_tests(self.tests(), self.instrument(now))
+
+    def finished(self) -> tuple[tuple[FinishedTest, ...], tuple[str, ...]]:
+        """Return the stored records, and why others cannot be read."""
+        return finished_tests(self.tests())
+
+    def hand(
+        self, procedure: AcceptanceProcedure, failed: Callable[[OcmmError], None]
+    ) -> VirtualHand | None:
+        """Return who touches where the test wants it; None where a person does."""
+        one = self.request
+        if not self.is_virtual or source_of(one.source).spec.scenes is None:
+            return None
+        seed = procedure.session.stage.seed
+        return VirtualHand(
+            VirtualSite(one.rig, one.probe, seed, None), one.source, one.speed, procedure, failed
+        )
+
+    # The interim check.
+
+    def interim(self) -> InterimHistory:
+        """Return the checks; StorageError where a line of them was changed."""
+        return InterimHistory(self.tests())
+
+    def chart(self, artefact: UsedArtefact, now: datetime) -> InterimChart:
+        """Return the chart of an artefact with the calibration and the tip in force."""
+        tested = self.instrument(now)
+        return self.interim().chart(tested.calibration, artefact.use.serial, tested.tip)
+
+    def store(self) -> CalibrationStore | None:
+        """Return the calibrations of the rig; None where none are kept."""
+        return self.cameras().store
+
+    def _procedure(self, session: AcceptanceSession, temperature_c: float) -> AcceptanceProcedure:
+        checks = isinstance(session.stage.procedure.test, InterimTest)
+        return AcceptanceProcedure(
+            session, self.cameras().rig, self.probe().body, self.tests() / RECORDS, temperature_c,
+            self._charted if checks else None,
+        )  # fmt: skip
+
+    def _charted(self, record: AcceptanceRecord, now: datetime) -> InterimChart:
+        return note_check(self.interim(), record, self.store(), now)
+
+    def _shipped(self) -> dict[str, UsedArtefact]:
+        if not self.shipped:
+            for role, parts in SHIPPED.items():
+                self.shipped[role] = named_artefact(str(resource(*parts)))
+        return self.shipped

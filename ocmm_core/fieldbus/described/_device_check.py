@@ -1,0 +1,240 @@
+"""Reading a description, and what it must not say."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+from ocmm_core.documents import load_document, resource
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.described._device_file import (
+    FORMATS,
+    SCHEMA,
+    Clock,
+    DeviceDescription,
+    Entry,
+    Role,
+)
+from ocmm_core.fieldbus.described._process_image import MOST_BYTES, PlacedEntry, ProcessImage
+from ocmm_core.fieldbus.device import FRAMES_PER_CYCLE, N_SLOTS
+
+_FOLDER = "devices"
+_IN_ROLES = set(Role) - {Role.HEARTBEAT, Role.CONSTANT}
+_OUT_ROLES = {Role.HEARTBEAT, Role.CONSTANT}
+_OF_SPOTS = {Role.X, Role.Y, Role.INTENSITY}
+_WHOLE = {Role.VALID, Role.COUNTER, Role.TIME, Role.BUTTON}
+_RAM, _RAM_END = 0x1000, 0x3000
+_SHORTEST_NS = 50_000
+"""Between two exposures."""
+_BUFFERS = 3
+"""A controller keeps process data in three buffers behind each other."""
+
+
+def load_device(name: str, beside: Path | None = None) -> DeviceDescription:
+    """Return the description with this name or path.
+
+    Parameters
+    ----------
+    name
+        A description that is shipped, e.g. ``"thesis-camera"``, or the path of a file.
+    beside
+        Document that names it: a relative path counts from its folder.
+
+    Raises
+    ------
+    InputError
+        There is none, or it contradicts itself; the sentence names file and field.
+    """
+    if "/" in name or name.endswith(".toml"):
+        path = Path(name)
+        if not path.is_absolute() and beside is not None:
+            path = beside.parent / path
+    else:
+        path = resource(_FOLDER, f"{name}.toml")
+        if not path.is_file():
+            known = sorted(each.stem for each in resource(_FOLDER).glob("*.toml"))
+            raise InputError(
+                "device.unknown",
+                f"There is no camera description '{name}'.",
+                f"Give one of {', '.join(known)}, or the path of a file.",
+            )
+    device = load_document(path, DeviceDescription, SCHEMA)
+    _check(path, device)
+    return device
+
+
+def _check(path: Path, device: DeviceDescription) -> None:
+    def refuse(field: str, what: str, remedy: str) -> InputError:
+        return InputError("device.field", f"{path}: field '{field}' {what}.", remedy)
+
+    numbers = (
+        ("vendor", device.vendor, 1, 0xFFFFFFFF),
+        ("product", device.product, 0, 0xFFFFFFFF),
+        ("revisions", device.revisions[0], 0, device.revisions[1]),
+        ("revisions", device.revisions[1], 0, 0xFFFFFFFF),
+        ("slots", device.slots, 1, N_SLOTS),
+        ("exposures", device.exposures, 1, FRAMES_PER_CYCLE),
+        ("cycle_ns", device.cycle_ns, 250_000, 10_000_000),
+        ("latency_ns", device.latency_ns, 0, 10_000_000),
+        ("doubt_ns", device.doubt_ns, 0, 1_000_000_000),
+    )
+    for field, value, low, high in numbers:
+        if not low <= value <= high:
+            raise refuse(field, f"is {value}, but must be {low} to {high}", "Correct that field.")
+    if not (math.isfinite(device.step) and 0.0 < device.step <= 1.0):
+        raise refuse(
+            "step", f"is {device.step}, but must be above 0 and at most 1 px or mm",
+            "Give the pixels or millimetres that 1 on the wire stands for.",
+        )  # fmt: skip
+    if device.cycle_ns % device.exposures or device.period_ns < _SHORTEST_NS:
+        raise refuse(
+            "cycle_ns",
+            f"is {device.cycle_ns}, which {device.exposures} exposures do not divide into whole "
+            f"nanoseconds of {_SHORTEST_NS} at least",
+            "Give a cycle that they divide.",
+        )
+    if not 0.0 <= device.lens_doubt_px <= 1.0:
+        raise refuse(
+            "lens_doubt_px", f"is {device.lens_doubt_px}, but must be 0 to 1", "Correct that field."
+        )
+    for what, objects, roles in (
+        ("inputs", device.inputs, _IN_ROLES),
+        ("outputs", device.outputs, _OUT_ROLES),
+    ):
+        if not objects:
+            raise refuse(
+                what, "is empty",
+                "Name the process data objects; without outputs a camera has no watchdog.",
+            )  # fmt: skip
+        for pdo in objects:
+            _check_places(path, what, pdo.index)
+            for entry in pdo.entries:
+                _check_entry(path, what, entry, roles)
+    image = ProcessImage(device)
+    _check_roles(path, device, image)
+    _check_memory(path, device, image)
+    for value in device.start_up:
+        _check_places(path, "start_up", value.index)
+
+
+def _check_places(path: Path, field: str, index: int) -> None:
+    if not 0x1000 <= index <= 0xFFFF:
+        raise InputError(
+            "device.field",
+            f"{path}: field '{field}' names the object {index:#06x}, which cannot be.",
+            "Give an index from 0x1000 to 0xffff.",
+        )
+
+
+def _check_entry(path: Path, field: str, entry: Entry, roles: set[Role]) -> None:
+    where = f"{path}: field '{field}', entry {entry.index:#06x}:{entry.sub:02x}"
+    _check_places(path, field, entry.index)
+    if not entry.role:
+        raise InputError("device.field", f"{where} has no role.", "Say what it is, or 'ignored'.")
+    for role in entry.role:
+        if role not in roles:
+            raise InputError(
+                "device.field",
+                f"{where} has the role '{role}', which is none of {field}.",
+                f"Give one of {', '.join(sorted(roles))}.",
+            )
+        if role in _OF_SPOTS and not entry.slots:
+            raise InputError(
+                "device.field",
+                f"{where} is of a spot ('{role}') but not for each slot.",
+                "Set slots = true.",
+            )
+        if role not in _OF_SPOTS and role is not Role.IGNORED and entry.slots:
+            raise InputError(
+                "device.field",
+                f"{where} is for each slot, but '{role}' is of all spots together.",
+                "Set slots = false.",
+            )
+        if (role in _WHOLE or role in _OUT_ROLES) and FORMATS[entry.type][1] == "f":
+            raise InputError(
+                "device.field",
+                f"{where} is a {entry.type}, but '{role}' is a whole number.",
+                "Give the type of a whole number.",
+            )
+
+
+def _check_roles(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
+    placed = [entry for _index, entries in image.inputs for entry in entries]
+    for role in (Role.X, Role.Y):
+        found = sorted((one.exposure, one.slot) for one in placed if one.role is role)
+        wanted = [(e, s) for e in range(device.exposures) for s in range(device.slots)]
+        if found != wanted:
+            raise InputError(
+                "device.field",
+                f"{path}: field 'inputs' has {len(found)} numbers '{role}', but {device.exposures} "
+                f"exposure(s) of {device.slots} slot(s) need {len(wanted)}, each once.",
+                "Map both coordinates of every slot of every exposure.",
+            )
+    for role in _OF_SPOTS:
+        types = {one.type for one in placed if one.role is role}
+        if len(types) > 1:
+            raise InputError(
+                "device.field",
+                f"{path}: field 'inputs' has numbers '{role}' of the types "
+                f"{' and '.join(sorted(types))}.",
+                "Give all of them one type.",
+            )
+    if device.clock is Clock.ARRIVAL and not device.doubt_ns:
+        raise InputError(
+            "device.field",
+            f"{path}: field 'doubt_ns' is 0, but a time that is known by arrival has a doubt.",
+            "Give the longest time between exposure and arrival, less latency_ns.",
+        )
+    seen: set[tuple[int, int]] = set()
+    for _index, entries in (*image.inputs, *image.outputs):
+        for one in entries:
+            if one.role is not Role.IGNORED and (one.index, one.sub) in seen:
+                raise InputError(
+                    "device.field",
+                    f"{path}: entry {one.index:#06x}:{one.sub:02x} is mapped twice.",
+                    "Correct index, entry or step.",
+                )
+            seen.add((one.index, one.sub))
+            _check_sub(path, one)
+
+
+def _check_sub(path: Path, one: PlacedEntry) -> None:
+    if not (0 <= one.sub <= 0xFF and one.index <= 0xFFFF):
+        raise InputError(
+            "device.field",
+            f"{path}: entry {one.index:#06x}:{one.sub} cannot be in an object dictionary.",
+            "Spread the entries over several objects.",
+        )
+
+
+def _check_memory(path: Path, device: DeviceDescription, image: ProcessImage) -> None:
+    if image.input_bytes > MOST_BYTES or image.output_bytes > MOST_BYTES:
+        raise InputError(
+            "device.size",
+            f"{path}: the process data have {image.input_bytes} bytes in and "
+            f"{image.output_bytes} out; at most {MOST_BYTES} each fit.",
+            "Map less.",
+        )
+    out, out_bytes, into, in_bytes = device.mailbox
+    outputs, inputs = device.memory
+    areas = [
+        (out, out_bytes, "mailbox"),
+        (into, in_bytes, "mailbox"),
+        (outputs, _BUFFERS * image.output_bytes, "memory"),
+        (inputs, _BUFFERS * image.input_bytes, "memory"),
+    ]
+    for place, (start, size, field) in enumerate(areas):
+        if not (start >= _RAM and start + size <= _RAM_END) or size < 1:
+            raise InputError(
+                "device.field",
+                f"{path}: field '{field}' names {start:#06x} with {size} bytes, which is not in "
+                f"the memory of a controller ({_RAM:#06x} to {_RAM_END:#06x}).",
+                "Correct that field.",
+            )
+        for other, other_size, _name in areas[:place]:
+            if start < other + other_size and other < start + size:
+                raise InputError(
+                    "device.field",
+                    f"{path}: field '{field}': {start:#06x} overlaps {other:#06x}.",
+                    "Correct that field; process data have three buffers behind each other.",
+                )

@@ -1,0 +1,218 @@
+"""The inputs of a described camera as those that our own cameras send.
+
+Everything behind the bus is made for one layout: spots in pixels, numbered by the exposure, with
+counter, time and check sum. What such a camera says is checked against what the bus knows, then put
+into that layout; what it does not say is worked out from the bus clock. So `judge` refuses, of a
+described camera as well, what repeats, skips or contradicts itself.
+
+A camera has no buffer here: what a cycle loses is lost, and is counted so.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import CameraModel
+from ocmm_core.fieldbus.described._device_file import Clock, DeviceDescription, Role
+from ocmm_core.fieldbus.described._lens import pixels_from_corrected
+from ocmm_core.fieldbus.described._process_image import ProcessImage
+from ocmm_core.fieldbus.device import (
+    COUNTER_MODULUS,
+    DATA_CRC,
+    DATA_CRC_AT,
+    INPUT_DTYPE,
+    N_SLOTS,
+    NEWEST_LAYOUT,
+    CameraStatus,
+    Header,
+    encode_frames,
+)
+
+_SPOT_LIMIT_PX, _SPOT_LIMIT_MM = 8192.0, 100.0
+"""No sensor is larger."""
+_REPEATS = 3
+"""Without a counter, inputs with spots that are the same to the last bit for so many cycles are
+old: noise changes them."""
+_EDGE_NS = 5_000
+"""Nearer to the renewal of the inputs it is not certain which ones were read."""
+_RUNNING = int(CameraStatus.OPERATIONAL | CameraStatus.SYNCHRONISED)
+_OPERATIONAL = int(CameraStatus.OPERATIONAL)
+_OVERRUN = int(CameraStatus.OVERRUN)
+_WRONG = 1
+"""Added to the number of the exposure where the camera contradicts the clock: `judge` refuses."""
+
+
+class Timing(NamedTuple):
+    """When the cameras expose.
+
+    Attributes
+    ----------
+    start_ns, period_ns
+        Exposure k happens at ``start_ns + k * period_ns``.
+    config_crc
+        What `judge` wants to see.
+    """
+
+    start_ns: int
+    period_ns: int
+    config_crc: int
+
+
+class InputTranslator:
+    """One described camera, from bring-up to bring-up.
+
+    Parameters
+    ----------
+    device, image
+        Its description.
+    serial
+        Its serial number.
+    lens
+        What it corrects with; needed where it sends corrected millimetres.
+    timing
+        When it exposes.
+    """
+
+    def __init__(
+        self,
+        device: DeviceDescription,
+        image: ProcessImage,
+        serial: int,
+        lens: CameraModel | None,
+        timing: Timing,
+    ) -> None:
+        self._device = device
+        self._image = image
+        self._lens = lens if device.is_corrected else None
+        self._timing = timing
+        self._crc_begin = NEWEST_LAYOUT.crc_begin(serial)
+        self._serial = serial
+        self._block: int | None = None
+        self._told: int | None = None
+        self._content = b""
+        self._repeats = 0
+        self._cycle = 0
+
+    @property
+    def shares_clock(self) -> bool:
+        """Return whether it exposes by the distributed clock."""
+        return self._device.clock is Clock.DISTRIBUTED
+
+    def translate(self, content: bytes, clock_ns: int, next_frame: int = 0) -> bytes:
+        """Return inputs of our own layout; no spot in them where the camera shows none.
+
+        Parameters
+        ----------
+        content
+            As they came.
+        clock_ns
+            Bus clock of the cycle.
+        next_frame
+            Number of the first exposure that is still wanted; those before this block are lost.
+        """
+        device, timing = self._device, self._timing
+        cycle_ns = timing.period_ns * device.exposures
+        since_ns = clock_ns - timing.start_ns - device.latency_ns
+        block, into_ns = divmod(since_ns, cycle_ns)
+        # The block that ended last.
+        block -= 1
+        status, wrong = _RUNNING, 0
+        if device.clock is Clock.DISTRIBUTED and not _EDGE_NS <= into_ns <= cycle_ns - _EDGE_NS:
+            # Another reading of this cycle may be of the block before.
+            status = _OPERATIONAL
+        before = self._block
+        first, count = max(0, block) * device.exposures, device.exposures
+        if block < 0 or (before is not None and block <= before):
+            count = 0
+        elif first > next_frame:
+            status |= _OVERRUN
+        if count:
+            wrong = self._contradiction(content, block, first)
+        if not self._is_old(content, count):
+            self._cycle = (self._cycle + 1) % NEWEST_LAYOUT.cycle_counters
+        if count and status & _RUNNING == _RUNNING:
+            self._block = block
+        return self._packed(content, first, count, status, wrong)
+
+    def _contradiction(self, content: bytes, block: int, first: int) -> int:
+        """Return what spoils the number of the exposure where counter or time do not fit."""
+        device, timing = self._device, self._timing
+        wrong = 0
+        told = self._image.number(content, Role.COUNTER)
+        if told is not None:
+            if self._told is not None and self._block is not None:
+                advance = (told - self._told) % (1 << self._image.bits(Role.COUNTER))
+                wrong |= advance not in (0, block - self._block)
+            self._told = told
+        time_ns = self._image.number(content, Role.TIME)
+        if time_ns is not None:
+            expected_ns = timing.start_ns + first * timing.period_ns
+            wrong |= abs(time_ns - expected_ns) > max(1, device.doubt_ns)
+        return _WRONG if wrong else 0
+
+    def _is_old(self, content: bytes, count: int) -> bool:
+        """Say whether the inputs are those of an earlier cycle."""
+        same, self._content = content == self._content, content
+        if not count or not same:
+            self._repeats = 0 if not same else self._repeats
+            return False
+        if self._device.has(Role.COUNTER):
+            return True
+        self._repeats += 1
+        return self._repeats >= _REPEATS and any(content)
+
+    def _packed(self, content: bytes, first: int, count: int, status: int, wrong: int) -> bytes:
+        timing, image = self._timing, np.zeros((), INPUT_DTYPE)
+        valid, flags, uv = self.spots(content)
+        image["frames"][: self._device.exposures] = encode_frames(valid, flags, uv)
+        packed = bytearray(image.tobytes())
+        head = NEWEST_LAYOUT.encode(
+            Header(
+                (first + wrong) % COUNTER_MODULUS, timing.start_ns + first * timing.period_ns,
+                timing.period_ns, count, self._cycle, status, timing.config_crc, 1,
+            )
+        )  # fmt: skip
+        packed[: len(head)] = head
+        DATA_CRC.pack_into(packed, DATA_CRC_AT, NEWEST_LAYOUT.crc(packed, self._serial))
+        return bytes(packed)
+
+    def spots(
+        self, content: bytes
+    ) -> tuple[NDArray[np.uint16], NDArray[np.uint16], NDArray[np.float64]]:
+        """Return which slots hold a spot, flags and pixels of all exposures of an input.
+
+        Returns
+        -------
+        valid, flags
+            (n,): bit s says that slot s holds a spot; bit 0: the button is pressed.
+        uv
+            (n, 8, 2), px; NaN where there is none.
+        """
+        device = self._device
+        count, slots = device.exposures, device.slots
+        xy = np.stack([self._image.numbers(content, role) for role in (Role.X, Role.Y)], axis=-1)
+        most = _SPOT_LIMIT_MM if device.is_corrected else _SPOT_LIMIT_PX
+        seen = (np.abs(xy) * device.step < most).all(axis=-1)
+        if not device.has(Role.VALID) and not device.has(Role.INTENSITY):
+            seen &= (xy != 0.0).any(axis=-1)
+        if device.has(Role.INTENSITY):
+            seen &= self._image.numbers(content, Role.INTENSITY) > 0.0
+        flags = np.zeros(count, np.uint16)
+        for exposure in range(count):
+            mask = self._image.number(content, Role.VALID, exposure)
+            if mask is not None:
+                seen[exposure] &= (mask >> np.arange(slots) & 1).astype(bool)
+            flags[exposure] = bool(self._image.number(content, Role.BUTTON, exposure) or 0)
+        values = np.where(seen[..., None], xy, 0.0) * device.step
+        if self._lens is not None:
+            values = pixels_from_corrected(self._lens, values, device.sends)
+        # A lens that is not this camera's, or nonsense, leads far away.
+        with np.errstate(invalid="ignore"):
+            seen &= (np.abs(values) < _SPOT_LIMIT_PX).all(axis=-1)
+        uv = np.full((count, N_SLOTS, 2), np.nan)
+        uv[:, :slots][seen] = values[seen]
+        valid = (seen << np.arange(slots)).sum(axis=1).astype(np.uint16)
+        return valid, flags, uv

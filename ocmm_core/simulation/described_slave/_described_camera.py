@@ -1,0 +1,206 @@
+"""The slave that a description makes: exposures by its clock, spots in its own numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ocmm_core.camera import CameraModel
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.described import (
+    Clock,
+    DeviceDescription,
+    ProcessImage,
+    Role,
+    corrected_from_pixels,
+)
+from ocmm_core.simulation.described_slave._described_objects import (
+    described_dictionary,
+    described_eeprom,
+    sync_managers,
+)
+from ocmm_core.simulation.slave import (
+    CHUNK_FRAMES,
+    INIT,
+    SAFEOP,
+    CameraFrames,
+    CoeServer,
+    Esc,
+    Frames,
+)
+
+_AHEAD = 2
+"""Pieces of frames that are made before they are exposed."""
+_BRIGHTNESS = 1000
+
+
+class DescribedCamera:
+    """One camera on the wire, made from its description; an `Application` of its controller.
+
+    Parameters
+    ----------
+    index
+        Its number for the provider.
+    serial, alias
+        Its identity.
+    provider
+        What it sees.
+    device
+        What it is.
+    lens
+        What it corrects with; needed where it sends corrected millimetres.
+
+    Attributes
+    ----------
+    frozen
+        Fault: its program stands still while its controller goes on answering.
+    mailbox_hangs
+        Fault: mailboxes are taken and never answered.
+    renewals
+        How often the inputs were renewed: its counter.
+    start_ns, period_ns
+        Exposure k happens at ``start_ns + k * period_ns`` of its clock; 0: none are made.
+    """
+
+    def __init__(
+        self,
+        index: int,
+        serial: int,
+        alias: int,
+        provider: CameraFrames,
+        device: DeviceDescription,
+        lens: CameraModel | None = None,
+    ) -> None:
+        if device.is_corrected and lens is None:
+            raise InputError(
+                "simulation.lens",
+                f"The camera '{device.name}' corrects, but its lens is not known.",
+                "Give the rig that it belongs to.",
+            )
+        self._index = index
+        self._provider = provider
+        self._device = device
+        self._lens = lens
+        self._image = ProcessImage(device)
+        self.frozen = self.mailbox_hangs = False
+        self.start_ns = self.period_ns = 0
+        self.renewals = 0
+        self._block: int | None = None
+        self._pieces: dict[int, Frames] = {}
+        self.esc = Esc(
+            described_eeprom(device, self._image, serial, alias),
+            7_000_000_000 * (index + 1),
+            self,
+            sync_managers(device, self._image),
+        )
+        self.coe = CoeServer(
+            described_dictionary(device, self._image, serial), device.mailbox[1], {}
+        )
+
+    def answer(self, mailbox: bytes) -> bytes | None:
+        """Return the answer to a mailbox; see `Application`."""
+        return None if self.mailbox_hangs else self.coe.answer(mailbox)
+
+    def state_changed(self, state: int) -> None:
+        """Start or stop the exposures with the state."""
+        if state == INIT:
+            self.coe.reset()
+        if state < SAFEOP:
+            self.period_ns = 0
+        elif not self.period_ns:
+            self._start()
+
+    def outputs_written(self) -> None:
+        """Nothing: such a camera acts on no output."""
+
+    def refresh_inputs(self) -> None:
+        """Put the block of exposures that ended last where the master reads it."""
+        if self.frozen or not self.period_ns:
+            return
+        exposures = self._device.exposures
+        since_ns = self.esc.system_time_ns - self.start_ns - self._device.latency_ns
+        block = since_ns // (self.period_ns * exposures) - 1
+        if block == self._block or block < 0:
+            return
+        self.renewals += 1 if self._block is None else block - self._block
+        self._block = block
+        content = self.inputs(block * exposures)
+        at = self._device.memory[1]
+        self.esc.memory[at : at + len(content)] = content
+
+    def inputs(self, first: int) -> bytes:
+        """Return the inputs whose first exposure has this number."""
+        device, image = self._device, self._image
+        valid, flags, uv = self._frames(first)
+        seen = valid[:, None] >> np.arange(device.slots) & 1 == 1
+        values: dict[tuple[Role, int, int], float] = {
+            (Role.COUNTER, -1, -1): self.renewals % (1 << 16),
+            (Role.TIME, -1, -1): self.start_ns + first * self.period_ns,
+        }
+        spots = uv[:, : device.slots]
+        if self._lens is not None:
+            # Of a spot that is not there nothing is computed.
+            spots = corrected_from_pixels(self._lens, spots, device.sends)
+        spots = np.where(seen[..., None], spots / device.step, 0.0)
+        if device.has(Role.COUNTER):
+            values[Role.COUNTER, -1, -1] = self.renewals % (1 << image.bits(Role.COUNTER))
+        for exposure in range(device.exposures):
+            values[Role.BUTTON, exposure, -1] = float(flags[exposure] & 1)
+            values[Role.VALID, exposure, -1] = float(valid[exposure] & (1 << device.slots) - 1)
+            for slot in range(device.slots):
+                values[Role.X, exposure, slot], values[Role.Y, exposure, slot] = (
+                    float(number) for number in spots[exposure, slot]
+                )
+                if seen[exposure, slot]:
+                    values[Role.INTENSITY, exposure, slot] = _BRIGHTNESS
+        if device.exposures == 1:
+            for role in (Role.BUTTON, Role.VALID):
+                values[role, -1, -1] = values[role, 0, -1]
+        return image.pack_inputs(values)
+
+    def generate(self, now_ns: int) -> bool:
+        """Work ahead; say whether something was done."""
+        self.esc.now_ns = now_ns
+        if not self.period_ns:
+            return False
+        newest = (self.esc.system_time_ns - self.start_ns) // self.period_ns
+        first = max(0, newest // CHUNK_FRAMES)
+        for piece in range(first, first + _AHEAD):
+            if piece not in self._pieces:
+                self._piece(piece)
+                return True
+        return False
+
+    def keep_up(self, now_ns: int) -> None:
+        """Make all frames that are exposed by now."""
+        self.esc.now_ns = now_ns
+
+    def _start(self) -> None:
+        self._pieces.clear()
+        self._block = None
+        if self._device.clock is Clock.ARRIVAL:
+            self.start_ns, self.period_ns = self.esc.system_time_ns, self._device.period_ns
+        elif self.esc.sync0 is not None:
+            self.start_ns, self.period_ns = self.esc.sync0
+
+    def _frames(self, first: int) -> Frames:
+        """Return the frames of a block; of the slots that it has."""
+        piece, at = divmod(first, CHUNK_FRAMES)
+        end = at + self._device.exposures
+        parts = [self._piece(piece)]
+        if end > CHUNK_FRAMES:
+            parts.append(self._piece(piece + 1))
+        chosen: list[NDArray[np.generic]] = [
+            np.concatenate([part[which] for part in parts])[at:end] for which in range(3)
+        ]
+        valid, flags, uv = chosen
+        return valid.astype(np.uint16), flags.astype(np.uint16), uv.astype(np.float64)
+
+    def _piece(self, number: int) -> Frames:
+        if number not in self._pieces:
+            for old in [each for each in self._pieces if each < number - 1]:
+                del self._pieces[old]
+            self._pieces[number] = self._provider.camera_frames(
+                self._index, number * CHUNK_FRAMES, CHUNK_FRAMES
+            )
+        return self._pieces[number]

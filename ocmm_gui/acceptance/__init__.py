@@ -1,0 +1,32 @@
+"""Acceptance tests in the window: choose, measure, verdict; artefacts, interim checks and studies.
+
+In: `composition.AcceptanceBench`, guided tests of `acceptance`. Out: pages for Maintain, sheets,
+and the running test with the rail and the keys of a wizard.
+
+Read `_desk` (choose or resume, then run), `_start_page`, `_measure_page` with `_touch_picture`, and
+`_verdict_page`; `_tests_page` (the page of Maintain), `_artefact_sheet` with `_artefact_form`,
+`_study_sheet` with `_study_work`.
+Plans, limits and verdicts are those of the core. It must not know the inspector's screens.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.acceptance._artefact_sheet import ArtefactSheet
+    from ocmm_gui.acceptance._desk import AcceptanceDesk
+    from ocmm_gui.acceptance._study_sheet import StudySheet
+    from ocmm_gui.acceptance._tests_page import TestsPage
+else:
+    __getattr__ = door(
+        __name__,
+        _artefact_sheet="ArtefactSheet",
+        _desk="AcceptanceDesk",
+        _study_sheet="StudySheet",
+        _tests_page="TestsPage",
+    )
+
+__all__ = ["AcceptanceDesk", "ArtefactSheet", "StudySheet", "TestsPage"]

@@ -1,0 +1,234 @@
+"""The register of artefacts: what there is, until when it holds, and what it is refused for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Literal, cast
+
+from PySide6.QtWidgets import QHeaderView
+
+from ocmm_core.acceptance import ArtefactEntry, typed_entry
+from ocmm_core.composition import AcceptanceBench
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError
+from ocmm_core.export.certificate import artefact_fields, read_dcc
+from ocmm_gui.acceptance._artefact_form import ArtefactForm
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    ActionInfo,
+    AnswerPanel,
+    NumberTable,
+    PathPanel,
+    Teller,
+    Theme,
+    WorkSheet,
+    later,
+    sentence_label,
+    text_font,
+    tr,
+    tr_all,
+)
+
+_KEYS = (
+    ActionInfo("new", later("New"), later("Empty the fields"), ("F6",)),
+    ActionInfo("dcc", later("Read DCC"), later("Fill in from a digital certificate"), ("F7",)),
+    ActionInfo("store", later("Store"), later("Add to the register"), ("F8",)),
+    ActionInfo("edit", later("Renew"), later("Fill in the selected one, for a new certificate"),
+               ("F4",)),
+    ActionInfo("remove", later("Remove"), later("Take the selected one out"), ("Ctrl+Del",)),
+    ActionInfo("stop", later("Stop"), later("Stop reading"), ("F9",)),
+)  # fmt: skip
+_COLUMNS = (
+    (later("Id"), later("What tests call it")),
+    (later("Kind"), later("What it is")),
+    (later("Serial no."), later("As engraved")),
+    (later("U, µm"), later("k = 2")),
+    (later("Certificate"), later("Number and laboratory")),
+    (later("Due"), later("Holds until")),
+    (later("Refused for"), later("Procedures that cannot use it; select it for the reason")),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class _Reading:
+    """Read a certificate; the process that does it has no window."""
+
+    path: Path
+    kind: Literal["bar", "sphere"]
+    quantity: str
+
+    def __call__(self, tell: Teller) -> dict[str, str]:
+        tell(later("Reading the certificate"), 0.3)
+        return artefact_fields(read_dcc(read_bytes(self.path)), self.kind, quantity=self.quantity)
+
+
+class ArtefactSheet(WorkSheet):
+    """A table above, the fields of a new or renewed artefact below.
+
+    Parameters
+    ----------
+    bench
+        Has the register, and says what an artefact is refused for.
+    who
+        Gives the name for the register.
+    clock
+        The time of day, with its zone.
+    """
+
+    def __init__(
+        self,
+        bench: AcceptanceBench,
+        who: Callable[[], str],
+        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+    ) -> None:
+        super().__init__(tr("Artefacts"), _KEYS, tr("Reading the certificate"))
+        self._bench, self._who, self._clock = bench, who, clock
+        self._theme = THEMES[DEFAULT_THEME]
+        self._entries: tuple[ArtefactEntry, ...] = ()
+        self._refused: dict[str, tuple[tuple[str, str], ...]] = {}
+        self.table = NumberTable(tr("Register of artefacts"), tr_all(_COLUMNS), whole=False)
+        self.table.setFont(text_font(14))
+        self.table.setWordWrap(False)
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
+        header.setSectionResizeMode(6, QHeaderView.ResizeMode.Stretch)
+        self.table.itemSelectionChanged.connect(self._show_reasons)
+        self.reasons = sentence_label(tr("Why the selected artefact is refused"), 14)
+        self.form = ArtefactForm()
+        self.file = PathPanel(
+            tr("Read the certificate from the file"), tr("File of the DCC"), tr("Read")
+        )
+        self.file.given.connect(self.read)
+        self.sure = AnswerPanel(tr("Remove the artefact"), tr("Remove"))
+        self.sure.agreed.connect(self._remove)
+        self.body.addWidget(self.file)
+        self.body.addWidget(self.sure)
+        self.body.addWidget(self.working)
+        self.body.addWidget(self.table, 1)
+        self.body.addWidget(self.reasons)
+        self.body.addWidget(self.form)
+        self.use_keys(
+            {
+                "new": self.form.clear,
+                "dcc": lambda: self.file.ask(Path.home() / "certificate.xml"),
+                "store": self.store,
+                "edit": self.edit,
+                "remove": self.ask_to_remove,
+                "stop": self.stop,
+            },
+            primary="store",
+        )
+
+    def open(self) -> None:
+        """Show what is in the register now."""
+        self.attempt(self._read_register)
+        self.table.setFocus()
+
+    def read(self, path: Path) -> None:
+        """Fill in what a certificate states; the window stays free."""
+        texts = self.form.texts()
+        if texts["kind"] not in ("bar", "sphere"):
+            self.failed.emit(
+                InputError(
+                    "artefact.dcc", f"A DCC of a {texts['kind']} is not read.",
+                    "Choose the kind 'bar' or 'sphere', or type the fields.",
+                )
+            )  # fmt: skip
+            return
+        kind = cast('Literal["bar", "sphere"]', texts["kind"])
+        self._begin(tr("Reading the certificate"), _Reading(path, kind, texts["quantity"]))
+
+    def store(self) -> None:
+        """Add what is filled in; an id that is there takes the newer certificate."""
+
+        def add() -> ArtefactEntry:
+            entry = typed_entry(self.form.texts())
+            register = self._bench.artefacts()
+            known = register.entries.get(entry.id)
+            if known is not None and known.certificate == entry.certificate:
+                raise InputError(
+                    "artefact.taken", f"'{entry.id}' with certificate {entry.certificate} is there "
+                    "already.", "Give its new certificate, or another id.",
+                )  # fmt: skip
+            register.add(entry, self._who(), self._clock(), replace=known is not None)
+            return entry
+
+        entry = self.attempt(add)
+        if entry is not None:
+            self.told.emit(tr("Stored: {id}, due {due}.").format(id=entry.id, due=entry.due_utc))
+            self.form.clear()
+            self.open()
+
+    def edit(self) -> None:
+        """Fill in the selected artefact."""
+        entry = self._selected()
+        if entry is not None:
+            self.form.show_entry(entry)
+            self.form.fields["certificate"].setFocus()
+
+    def ask_to_remove(self) -> None:
+        """Ask before the selected artefact is taken out."""
+        entry = self._selected()
+        if entry is not None:
+            self.sure.ask(tr("Remove {id} from the register?").format(id=entry.id))
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._show_reasons()
+
+    def _read_register(self) -> None:
+        now = self._clock()
+        self._entries = tuple(self._bench.artefacts().entries.values())
+        self._refused = {one.id: self._bench.refused_for(one, now) for one in self._entries}
+        self.table.setRowCount(len(self._entries))
+        for row, one in enumerate(self._entries):
+            refused = [name for name, why in self._refused[one.id] if why]
+            asked = self._refused[one.id]
+            words = ", ".join(refused) if refused else tr("nothing") if asked else tr("no test")
+            self.table.show_words(
+                row,
+                (
+                    one.id, tr(one.kind), one.serial, f"{1e3 * one.expanded:.2f}",
+                    f"{one.certificate}, {one.laboratory}", one.due_utc[:10],
+                    f"▲ {words}" if refused else words,
+                ),
+            )  # fmt: skip
+        count = tr("%n artefacts", "", len(self._entries))
+        self.say(tr("{count} in the register. Nothing is overwritten.").format(count=count))
+        if self._entries:
+            self.table.selectRow(0)
+        self._show_reasons()
+
+    def _selected(self) -> ArtefactEntry | None:
+        row = self.table.currentRow()
+        return self._entries[row] if 0 <= row < len(self._entries) else None
+
+    def _show_reasons(self) -> None:
+        entry = self._selected()
+        said = () if entry is None else self._refused[entry.id]
+        reasons = dict.fromkeys(f"▲ {why}" for _, why in said if why)
+        self.reasons.setText("\n".join(reasons))
+        self.reasons.setStyleSheet(f"color: {self._theme.warn};")
+
+    def _remove(self) -> None:
+        entry = self._selected()
+        if entry is None:
+            return
+
+        def remove() -> bool:
+            self._bench.artefacts().remove(entry.id, self._who(), self._clock())
+            return True
+
+        if self.attempt(remove):
+            self.told.emit(tr("Removed: {id}. Its lines stay in the file.").format(id=entry.id))
+            self.open()
+
+    def _show(self, answer: object) -> None:
+        if isinstance(answer, dict):
+            self.form.show_read(answer)
+            self.say(tr("Read. Give an id and a due date, then store (F8)."))

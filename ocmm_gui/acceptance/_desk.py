@@ -1,0 +1,243 @@
+"""Acceptance tests as one view of the window: choose or go on, then the running test."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+from PySide6.QtCore import Qt, Signal
+from PySide6.QtWidgets import QStackedWidget, QWidget
+
+from ocmm_core.acceptance import AcceptanceProcedure, GuidedAcceptanceView, ProcedureOffer
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.composition import AcceptanceBench, Conditions
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.geometry import unit
+from ocmm_gui.acceptance._measure_page import MeasurePage
+from ocmm_gui.acceptance._start_page import AcceptanceStart, limits_text
+from ocmm_gui.acceptance._touch_picture import position_contents
+from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, Themed, later, tr
+from ocmm_gui.wizards import DirectCalculation, Runner, WizardDriver, temperature
+from ocmm_gui.wizards.parts import (
+    VERDICT_ENDS,
+    Planned,
+    PreparePage,
+    Seen,
+    StepPage,
+    Tap,
+    WizardTexts,
+)
+
+INTERIM = "INTERIM"
+"""Id of the procedure of the interim check."""
+_USUAL_C = 20.0
+_TEXTS = WizardTexts(
+    title=later("Acceptance test"),
+    purpose=later("Is the instrument as good as it says: a standard test with its verdict."),
+    ends=VERDICT_ENDS,
+    accepted=later("Verdict stored. P writes the certificate."),
+)
+
+
+class AcceptanceDesk(QStackedWidget):
+    """One test at a time.
+
+    Parameters
+    ----------
+    bench
+        What can be tested, and where it is kept.
+    tap
+        Frames of the station; nothing is measured while somebody watches.
+    who
+        Gives the name that is proposed.
+    clock
+        The time of day, with its zone.
+    """
+
+    left = Signal()
+    """The desk was left; what ran has ended and can be resumed."""
+    taken = Signal()
+    """A point is on the disk."""
+    sounded = Signal(object)
+    """Emits a `Sound` that is to be heard."""
+    told = Signal(str)
+    """Emits what somebody should know who resumes a test."""
+    failed = Signal(object)
+    """Emits the `OcmmError` of a command."""
+    paper_wanted = Signal(object)
+    """Emits the `Path` of the record of which a certificate is wanted."""
+    _hand_failed = Signal(object)
+
+    def __init__(
+        self,
+        bench: AcceptanceBench,
+        tap: Tap,
+        who: Callable[[], str],
+        clock: Callable[[], datetime] = lambda: datetime.now(UTC),
+    ) -> None:
+        super().__init__()
+        self.setAccessibleName(tr("Acceptance test"))
+        self.bench = bench
+        self._tap, self._who, self._clock = tap, who, clock
+        self._theme = THEMES[DEFAULT_THEME]
+        self.procedures: tuple[ProcedureOffer, ...] = ()
+        self.runner: Runner | None = None
+        self.start = AcceptanceStart()
+        self.addWidget(self.start)
+        self.start.chosen.connect(self._choose)
+        self.start.begun.connect(self._begin)
+        self.start.resumed.connect(self._resume)
+        self.start.left.connect(self.leave)
+        self._hand_failed.connect(self.failed, Qt.ConnectionType.QueuedConnection)
+
+    def open(self, first: str = "") -> None:
+        """Show what can be tested; ``first`` is the id of the procedure that is proposed."""
+        self.close_runner()
+        self.setCurrentWidget(self.start)
+        now, trouble = self._clock(), ""
+        try:
+            self.procedures = self.bench.procedures(now)
+            unfinished = self.bench.unfinished(now)
+        except OcmmError as error:
+            self.procedures, unfinished = (), ()
+            trouble = f"{error.what} {error.remedy}"
+        proposals = {"who": self._who()}
+        if self.bench.is_virtual:
+            proposals["temperature"] = f"{_USUAL_C:g}"
+        self.start.ask(self.procedures, unfinished, proposals, first)
+        if trouble:
+            self.start.show_trouble(trouble)
+
+    def leave(self) -> None:
+        """End what runs and give the window back; the test can be resumed."""
+        self.close_runner()
+        self.left.emit()
+
+    def close_runner(self) -> bool:
+        """End what runs within bounded time and say whether it ended."""
+        runner, self.runner = self.runner, None
+        if runner is None:
+            return True
+        ended = runner.close_driver()
+        self.removeWidget(runner)
+        runner.deleteLater()
+        return ended
+
+    def set_theme(self, theme: Theme) -> None:
+        """Remember the theme for pages that are made later."""
+        self._theme = theme
+
+    def _choose(self, row: int) -> None:
+        offer = self.procedures[row]
+        try:
+            warm = temperature(self.start.value("temperature"))
+            found = self.bench.offers(offer, self._clock(), _USUAL_C if warm is None else warm)
+        except OcmmError as error:
+            self.start.show_artefacts((), limits_text(offer))
+            self.start.show_trouble(f"{error.what} {error.remedy}")
+            return
+        self.start.show_artefacts(found, limits_text(offer))
+
+    def _begin(self) -> None:
+        self._run(self._begun)
+
+    def _begun(self) -> AcceptanceProcedure:
+        start = self.start
+        if start.row() < 0:
+            raise InputError("acceptance.none", "No procedure chosen.", "Choose one.")
+        offer, chosen = self.procedures[start.row()], start.artefact()
+        if chosen is not None and chosen.refusal:
+            raise InputError("acceptance.artefact", chosen.refusal, "")
+        given = Conditions(
+            who=start.value("who"), place=start.value("place"), customer=start.value("customer"),
+            condition=start.chosen_condition(), temperature_c=self._temperature(),
+        )  # fmt: skip
+        used = () if chosen is None else (chosen.used,)
+        return self.bench.begin(offer, used, given, self._clock())
+
+    def _temperature(self) -> float:
+        celsius = temperature(self.start.value("temperature"))
+        if celsius is None:
+            raise InputError(
+                "acceptance.temperature", "No temperature given.",
+                "Measure the room and enter it in 'Room, °C'.",
+            )  # fmt: skip
+        return celsius
+
+    def _resume(self, path: Path) -> None:
+        self._run(lambda: self.bench.resume(path, self._temperature()))
+
+    def _run(self, make: Callable[[], AcceptanceProcedure]) -> None:
+        try:
+            procedure = make()
+        except OcmmError as error:
+            self.start.show_trouble(f"{error.what} {error.remedy}".strip())
+            return
+        driver = WizardDriver(
+            procedure, self._tap_of(procedure), DirectCalculation(procedure), clock=self._clock
+        )
+        runner = Runner(
+            driver, _TEXTS, self._pages(procedure),
+            {"repeat": lambda: driver.do(procedure.retest)},
+        )  # fmt: skip
+        # What is repeated here is what the procedure allows, which is a line in one of them only.
+        runner.actions_by_key["repeat"].setText(tr("Retest"))
+        runner.buttons["repeat"].setText(tr("Retest\n[N]"))
+        runner.left.connect(self.leave)
+        runner.sounded.connect(self.sounded)
+        driver.taken.connect(self.taken)
+        driver.failed.connect(self.failed)
+        self.runner = runner
+        for widget in (runner, *runner.findChildren(QWidget)):
+            if isinstance(widget, Themed):
+                widget.set_theme(self._theme)
+        self.addWidget(runner)
+        self.setCurrentWidget(runner)
+        driver.start()
+        runner.setFocus()
+        if procedure.base.torn:
+            self.told.emit(procedure.base.torn)
+
+    def _tap_of(self, procedure: AcceptanceProcedure) -> Tap:
+        """Return where the frames come from: the station, or the hand at the virtual rig."""
+        hand = self.bench.hand(procedure, self._hand_failed.emit)
+        if hand is None:
+            return self._tap
+
+        def tap(watcher: Callable[[FrameBlock], None] | None) -> None:
+            # The operator of the virtual rig measures nothing meanwhile.
+            self._tap(None if watcher is None else _look_away)
+            hand(watcher)
+
+        return tap
+
+    def _pages(self, procedure: AcceptanceProcedure) -> dict[str, StepPage]:
+        rig = self.bench.cameras().rig
+        away = unit(np.array(procedure.session.stage.instrument.away))
+        measure = MeasurePage(rig, away, procedure)
+        measure.misread.connect(self._tell_misread)
+        verdict = AcceptanceVerdictPage()
+        verdict.paper_wanted.connect(self.paper_wanted)
+        return {"prepare": PreparePage(rig, _planned), "measure": measure, "result": verdict}
+
+    def _tell_misread(self, text: str) -> None:
+        self.failed.emit(
+            InputError(
+                "wizard.temperature", f"The temperature is {text!r}, which is not a number.",
+                "Enter it in degrees Celsius.",
+            )
+        )  # fmt: skip
+
+
+def _planned(seen: Seen) -> Planned:
+    """Return what will be measured: all positions, and what of the advice was not followed."""
+    view = seen.view_as(GuidedAcceptanceView)
+    words = tr("%n positions", "", len(view.test.positions))
+    return Planned(position_contents(view.test), words, view.notes)
+
+
+def _look_away(_block: FrameBlock) -> None:
+    """Watch nothing."""

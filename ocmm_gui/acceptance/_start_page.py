@@ -1,0 +1,323 @@
+"""Before a test: which procedure, with which artefact, by whom, or which test goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtGui import QKeySequence, QShortcut
+from PySide6.QtWidgets import (
+    QGridLayout,
+    QHBoxLayout,
+    QHeaderView,
+    QLineEdit,
+    QListWidget,
+    QListWidgetItem,
+    QPushButton,
+    QVBoxLayout,
+    QWidget,
+)
+
+from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer
+from ocmm_gui.kit import (
+    DEFAULT_THEME,
+    THEMES,
+    ChoiceBox,
+    NumberTable,
+    PlainLabel,
+    Theme,
+    later,
+    literal,
+    panel,
+    sentence_label,
+    text_font,
+    tr,
+    tr_all,
+)
+
+_COLUMNS = (
+    (later("Procedure"), later("Title of the procedure")),
+    (later("Standard"), later("Standard and edition that it is modelled on")),
+    (later("Needs"), later("Artefact that it needs")),
+    (later("Min"), later("Minutes for a trained person")),
+)
+_FIELDS = (
+    ("who", later("Done by"), later("Your name, for the record")),
+    ("temperature", later("Room, °C"), later("Temperature of the room, as measured")),
+    ("place", later("Place"), later("Where the test is made; may be empty")),
+    ("customer", later("Customer"), later("For whom; empty for the laboratory itself")),
+)
+_CONDITIONS = (
+    (later("as found"), "as found"),
+    (later("after adjustment"), "after adjustment"),
+)
+_ROLES = {
+    "bar": later("length bar"), "sphere": later("sphere"), "block": later("gauge block"),
+    "plate": later("plate"), "dumbbell": later("dumbbell"), "cone": later("cone"),
+}  # fmt: skip
+_ROW_PX, _SIDE_PX = 34, 400
+
+
+class AcceptanceStart(QWidget):
+    """Procedures on the left; artefacts, conditions and unfinished tests on the right."""
+
+    chosen = Signal(int)
+    """Emits the row of the procedure that is chosen: its artefacts are wanted."""
+    begun = Signal()
+    """The chosen test is to begin."""
+    resumed = Signal(object)
+    """Emits the `Path` of the session that goes on."""
+    left = Signal()
+    """Back to Maintain."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._theme = THEMES[DEFAULT_THEME]
+        self._offers: tuple[ArtefactOffer, ...] = ()
+        self._open: tuple[OpenTest, ...] = ()
+        title = PlainLabel(tr("Acceptance test"))
+        title.setFont(text_font(24, bold=True))
+        self.table = NumberTable(tr("Procedures"), tr_all(_COLUMNS), whole=False)
+        self.table.setFont(text_font(15))
+        header = self.table.horizontalHeader()
+        header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
+        header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
+        for column, width in ((1, 226), (2, 104), (3, 44)):
+            self.table.setColumnWidth(column, width)
+        self.table.setWordWrap(False)
+        self.table.itemSelectionChanged.connect(self._choose)
+        self.limits = sentence_label(tr("Limits of the procedure"), 14)
+        self.artefacts = _list(tr("Artefacts"))
+        self.artefacts.currentRowChanged.connect(self._show_artefact)
+        self.note = sentence_label(tr("About the artefact"), 14)
+        self.fields: dict[str, QLineEdit] = {}
+        self.condition = ChoiceBox(
+            tr("Condition"), tr("State of the machine"), [tr(one) for one, _ in _CONDITIONS]
+        )
+        self.unfinished = _list(tr("Unfinished tests"))
+        self.unfinished.currentRowChanged.connect(self._show_open)
+        self.trouble = sentence_label(tr("Why it cannot start"), 16)
+        self.begin_button = _large(tr("Start  [Return]"), tr("Start the test"), "Return")
+        self.begin_button.clicked.connect(self.begun)
+        enter = QShortcut(QKeySequence("Enter"), self)
+        enter.activated.connect(self.begin_button.click)
+        self.resume_button = _large(tr("Resume  [G]"), tr("Resume the selected test"), "G")
+        self.resume_button.clicked.connect(self._resume)
+        self.leave_button = _large(tr("Leave  [Esc]"), tr("Back to Maintain"), "Esc")
+        self.leave_button.clicked.connect(self.left)
+        self._lay_out(title)
+
+    def ask(
+        self, procedures: Sequence[ProcedureOffer], open_tests: Sequence[OpenTest],
+        proposals: dict[str, str], first: str = "",
+    ) -> None:  # fmt: skip
+        """Show what can be done; ``first`` is the id of the procedure that is proposed."""
+        self.table.blockSignals(True)
+        self.table.setRowCount(len(procedures))
+        row = 0
+        for index, one in enumerate(procedures):
+            known = one.procedure
+            needs = ", ".join(tr(_ROLES.get(role, role)) for role in one.roles) or tr("nothing")
+            words = (known.title, f"{known.standard}:{known.edition}", needs, f"{known.minutes:g}")
+            self.table.show_words(index, words)
+            self.table.setRowHeight(index, _ROW_PX)
+            title = self.table.item(index, 0)
+            if title is not None:
+                title.setToolTip(literal(f"{known.id}: {known.title}"))
+            if known.id == first:
+                row = index
+        self.table.blockSignals(False)
+        for key, text in proposals.items():
+            if not self.fields[key].text():
+                self.fields[key].setText(text)
+        self._open = tuple(open_tests)
+        self.unfinished.clear()
+        for test in self._open:
+            text = tr("{title}, {who}: {done} of {wanted} points").format(
+                title=test.title, who=test.who, done=test.done, wanted=test.wanted
+            )
+            _add(self.unfinished, f"▲ {test.title}: {test.blocker}" if test.blocker else text)
+        self._unfinished.setVisible(bool(self._open))
+        if self._open:
+            self.unfinished.setCurrentRow(0)
+        self._show_open()
+        if procedures:
+            self.table.selectRow(row)
+            self._choose()
+        self.table.setFocus()
+
+    def show_artefacts(self, offers: Sequence[ArtefactOffer], limits: str) -> None:
+        """Show the artefacts of the chosen procedure; refused ones say why."""
+        self._offers = tuple(offers)
+        self.limits.setText(limits)
+        self.artefacts.blockSignals(True)
+        self.artefacts.clear()
+        for one in self._offers:
+            use = one.used.use
+            due = use.due_utc[:10]
+            text = tr("{name}, {serial}, due {due}").format(
+                name=use.name, serial=use.serial, due=due
+            )
+            _add(self.artefacts, f"▲ {text}" if one.refusal else text)
+        self.artefacts.blockSignals(False)
+        if self._offers:
+            self.artefacts.setCurrentRow(0)
+        self._show_artefact()
+
+    def artefact(self) -> ArtefactOffer | None:
+        """Return the chosen artefact; None where none is."""
+        row = self.artefacts.currentRow()
+        return self._offers[row] if 0 <= row < len(self._offers) else None
+
+    def row(self) -> int:
+        """Return which procedure is chosen."""
+        return self.table.currentRow()
+
+    def value(self, key: str) -> str:
+        """Return what is filled in."""
+        return self.fields[key].text().strip()
+
+    def chosen_condition(self) -> str:
+        """Return the state of the machine, as a record says it."""
+        return _CONDITIONS[self.condition.currentIndex()][1]
+
+    def show_trouble(self, text: str) -> None:
+        """Show why a test could not begin or go on; an empty text takes it away."""
+        self.trouble.setText(text)
+        self.trouble.setVisible(bool(text))
+        self._paint()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        self._theme = theme
+        self._paint()
+
+    def _choose(self) -> None:
+        self.show_trouble("")
+        if self.table.currentRow() >= 0:
+            self.chosen.emit(self.table.currentRow())
+
+    def _show_artefact(self, _row: int = 0) -> None:
+        one = self.artefact()
+        if one is None:
+            self.note.setText(tr("No artefact in the register suits. Add one: F9 in Maintain."))
+        else:
+            u = tr("U {um:.2f} µm (k = 2)").format(um=1e3 * one.used.expanded)
+            self.note.setText(one.refusal or " ".join((u, *one.warnings)))
+        self._paint()
+
+    def _show_open(self, _row: int = 0) -> None:
+        row = self.unfinished.currentRow()
+        there = 0 <= row < len(self._open) and not self._open[row].blocker
+        self.resume_button.setEnabled(there)
+
+    def _resume(self) -> None:
+        row = self.unfinished.currentRow()
+        if 0 <= row < len(self._open) and not self._open[row].blocker:
+            path: Path = self._open[row].path
+            self.resumed.emit(path)
+
+    def _paint(self) -> None:
+        one = self.artefact()
+        refused = one is None or bool(one.refusal)
+        self.note.setStyleSheet(f"color: {self._theme.warn if refused else self._theme.muted};")
+        self.limits.setStyleSheet(f"color: {self._theme.muted};")
+        self.trouble.setStyleSheet(f"color: {self._theme.bad}; font-weight: bold;")
+
+    def _lay_out(self, title: QWidget) -> None:
+        left = QVBoxLayout()
+        left.setSpacing(6)
+        left.addWidget(self.table, 1)
+        left.addWidget(self.limits)
+        form = QGridLayout()
+        form.setHorizontalSpacing(12)
+        form.setVerticalSpacing(6)
+        for row, (key, label, tip) in enumerate(_FIELDS):
+            field = QLineEdit()
+            field.setObjectName(key)
+            field.setAccessibleName(tr(label))
+            field.setAccessibleDescription(tr(tip))
+            field.setToolTip(literal(tr(tip)))
+            field.setPlaceholderText(tr(tip))
+            field.setFont(text_font(15))
+            self.fields[key] = field
+            form.addWidget(_caption(tr(label), field), row, 0)
+            form.addWidget(field, row, 1)
+        form.addWidget(_caption(tr("Condition"), self.condition), len(_FIELDS), 0)
+        form.addWidget(self.condition, len(_FIELDS), 1)
+        right = QVBoxLayout()
+        right.setSpacing(6)
+        right.addWidget(_caption(tr("Artefact"), self.artefacts))
+        right.addWidget(self.artefacts, 2)
+        right.addWidget(self.note)
+        right.addLayout(form)
+        again = QVBoxLayout()
+        again.addWidget(_caption(tr("Not finished"), self.unfinished))
+        again.addWidget(self.unfinished, 1)
+        again.addWidget(self.resume_button)
+        self._unfinished = panel(again)
+        side = QVBoxLayout()
+        side.setSpacing(8)
+        side.addWidget(panel(right), 3)
+        side.addWidget(self._unfinished, 2)
+        holder = QWidget()
+        side.setContentsMargins(0, 0, 0, 0)
+        holder.setLayout(side)
+        holder.setFixedWidth(_SIDE_PX)
+        middle = QHBoxLayout()
+        middle.setSpacing(10)
+        middle.addWidget(panel(left), 1)
+        middle.addWidget(holder)
+        row_of_buttons = QHBoxLayout()
+        row_of_buttons.addWidget(self.leave_button, 1)
+        row_of_buttons.addWidget(self.begin_button, 2)
+        layout = QVBoxLayout(self)
+        layout.setContentsMargins(14, 8, 14, 10)
+        layout.setSpacing(8)
+        layout.addWidget(title)
+        layout.addLayout(middle, 1)
+        layout.addWidget(self.trouble)
+        layout.addLayout(row_of_buttons)
+
+
+def limits_text(offer: ProcedureOffer) -> str:
+    """Return the limits of a procedure in one line."""
+    one = offer.procedure
+    limits = ", ".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
+    return tr("{wording}; rule: {rule}; limits: {limits}").format(
+        wording=one.wording, rule=one.rule, limits=limits
+    )
+
+
+def _list(name: str) -> QListWidget:
+    found = QListWidget()
+    found.setAccessibleName(name)
+    found.setFont(text_font(15))
+    found.setWordWrap(True)
+    return found
+
+
+def _add(where: QListWidget, text: str) -> None:
+    item = QListWidgetItem(text, where)
+    item.setToolTip(literal(text))
+    item.setSizeHint(QSize(100, _ROW_PX))
+
+
+def _caption(text: str, buddy: QWidget) -> PlainLabel:
+    label = PlainLabel(text)
+    label.setFont(text_font(15))
+    label.setProperty("role", "muted")
+    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
+    label.setBuddy(buddy)
+    return label
+
+
+def _large(text: str, name: str, key: str) -> QPushButton:
+    button = QPushButton(text)
+    button.setAccessibleName(name)
+    button.setFont(text_font(17, bold=True))
+    button.setMinimumHeight(50)
+    button.setShortcut(key)
+    button.setProperty("role", "primary" if key == "Return" else "plain")
+    return button

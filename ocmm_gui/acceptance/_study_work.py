@@ -1,0 +1,105 @@
+"""What a study computes, in a process of its own: from jobs on disk to components and verdicts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_core.inspection.archive import compare_folder, parts_of_batch
+from ocmm_core.studies import (
+    StudyPlan,
+    StudyReport,
+    StudyRun,
+    Type1Study,
+    open_runs,
+    study_jobs,
+    type1_study,
+)
+from ocmm_gui.kit import Teller, later
+
+
+@dataclass(frozen=True, slots=True)
+class StudyProgress:
+    """How far a study is, and what is measured next; None where all is measured."""
+
+    measured: int
+    following: StudyRun | None
+
+
+@dataclass(frozen=True, slots=True)
+class Looking:
+    """Look which measurements of a study there are."""
+
+    plan: StudyPlan
+    jobs: Path
+
+    def __call__(self, tell: Teller) -> StudyProgress:
+        """Return how far it is; nothing is computed of it, so nobody sees a value."""
+        tell(later("Reading the jobs"), 0.2)
+        parts = parts_of_batch(self.jobs, self.plan.name) if self.jobs.is_dir() else ()
+        left = open_runs(self.plan, {one.serial for one in parts})
+        return StudyProgress(len(self.plan.runs) - len(left), left[0] if left else None)
+
+
+@dataclass(frozen=True, slots=True)
+class Analysing:
+    """Compute the studies of all characteristics."""
+
+    plan: StudyPlan
+    jobs: Path
+    probes: Path | None
+    calibrations: Path | None
+
+    def __call__(self, tell: Teller) -> StudyReport:
+        """Return the studies; InputError as `study_jobs`."""
+        return study_jobs(
+            self.plan, self.jobs, progress=tell, probes=self.probes,
+            calibrations=self.calibrations,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True)
+class TypeOne:
+    """A type-1 study with the values that it is of."""
+
+    study: Type1Study
+    values: Float
+    name: str
+    reference: float
+    width: float
+    simulated: bool
+
+
+@dataclass(frozen=True, slots=True)
+class AnalysingOne:
+    """Compute Cg and Cgk of one characteristic of one part.
+
+    Attributes
+    ----------
+    name
+        Of the characteristic; empty for the first one of the plan.
+    reference
+        Certified value, mm.
+    """
+
+    jobs: Path
+    name: str
+    reference: float
+    probes: Path | None
+    calibrations: Path | None
+
+    def __call__(self, tell: Teller) -> TypeOne:
+        """Return the study; raise InputError where there is none."""
+        found = compare_folder(self.jobs, tell, probes=self.probes, calibrations=self.calibrations)
+        known = [one for one in found.trends if one.name == self.name or not self.name]
+        if not known:
+            names = ", ".join(one.name for one in found.trends)
+            raise InputError(
+                "msa.name", f"There is no characteristic '{self.name}'.", f"Give one of {names}."
+            )
+        trend = known[0]
+        width = trend.high - trend.low
+        study = type1_study(trend.values, self.reference, width)
+        return TypeOne(study, trend.values, trend.name, self.reference, width, found.simulated)

@@ -1,0 +1,141 @@
+"""Where an artefact is touched, or where it stands: pictures of a planned position."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from PySide6.QtCore import QPointF, Qt
+from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
+
+from ocmm_core.acceptance import AcceptanceView, PlannedPosition
+from ocmm_core.geometry import Float, unit
+from ocmm_gui.kit import SCENE_LEAST, Painted, Theme, text_font, tr
+from ocmm_gui.views import Dots, Item, Lines, Tag
+from ocmm_gui.wizards.parts import BarPlace, Contents, bars
+
+_UP = np.array([0.0, 0.0, 1.0])
+_TILT = np.radians(25.0)
+"""The eye looks down on the sphere a little, so that its pole is seen."""
+
+
+class TouchPicture(Painted):
+    """A sphere as the cameras see it, with the places where it is touched; the next stands out.
+
+    Parameters
+    ----------
+    away
+        (3,), unit: from the cameras to the volume.
+    """
+
+    def __init__(self, away: Float) -> None:
+        super().__init__(tr("Where to touch"), (300, 300), SCENE_LEAST)
+        self._away = away
+        self._normals: Float = np.empty((0, 3))
+        self._next, self._title = 0, ""
+
+    def show_normals(self, normals: Float, following: int, title: str) -> None:
+        """Show directions of touch (n, 3), and how many of them were taken."""
+        self._normals, self._next, self._title = normals, following, title
+        self.setAccessibleDescription(
+            tr("{title}: point {next} of {count}").format(
+                title=title, next=following + 1, count=len(normals)
+            )
+        )
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the sphere and the places."""
+        painter = self._painter()
+        theme = self._theme
+        frame = self._paint_panel(painter)
+        painter.setPen(QColor(theme.text))
+        painter.setFont(text_font(16, bold=True))
+        painter.drawText(frame.adjusted(12, 8, -12, -8), Qt.AlignmentFlag.AlignTop, self._title)
+        if not len(self._normals):
+            return
+        radius = 0.36 * min(frame.width(), frame.height())
+        centre = QPointF(frame.center().x(), frame.center().y() + 0.03 * frame.height())
+        painter.setPen(QPen(QColor(theme.text), 2.0))
+        painter.setBrush(QColor(theme.background))
+        painter.drawEllipse(centre, radius, radius)
+        right = unit(np.cross(self._away, _UP))
+        level = unit(np.cross(_UP, right))
+        toward = -np.cos(_TILT) * level + np.sin(_TILT) * _UP
+        above = np.cross(toward, right)
+        for number, normal in enumerate(self._normals):
+            if number != self._next:
+                self._dot(painter, theme, centre, radius, normal, (right, above, toward), number)
+        if self._next < len(self._normals):
+            normal = self._normals[self._next]
+            self._dot(painter, theme, centre, radius, normal, (right, above, toward), self._next)
+
+    def _dot(
+        self, painter: QPainter, theme: Theme, centre: QPointF, radius: float, normal: Float,
+        axes: Sequence[Float], number: int,
+    ) -> None:  # fmt: skip
+        x, y, depth = (float(normal @ axis) for axis in axes)
+        behind = depth < -0.05
+        place = QPointF(centre.x() + radius * x, centre.y() - radius * y)
+        done, following = number < self._next, number == self._next
+        size = 11.0 if following else 5.0 if behind else 8.0
+        outline = theme.text if following else theme.border if behind else theme.muted
+        fill = theme.accent if following else theme.good if done else theme.panel
+        painter.setPen(QPen(QColor(outline), 2.0 if following else 1.4))
+        painter.setBrush(QColor(fill))
+        painter.drawEllipse(place, size, size)
+        if following:
+            painter.setPen(QColor(theme.text))
+            painter.setFont(text_font(15, bold=True))
+            painter.drawText(place + QPointF(14.0, 5.0), f"{number + 1}")
+
+
+def planned_places(view: AcceptanceView) -> tuple[BarPlace, ...]:
+    """Return the positions of a test as places in the volume."""
+    found = []
+    for one, done in zip(view.positions, view.done, strict=True):
+        points = np.array(one.points_world)
+        ends = points[[0, -1]]
+        length = float(np.linalg.norm(ends[1] - ends[0])) or 1.0
+        shares = tuple(float(np.linalg.norm(point - ends[0])) / length for point in points)
+        # Repeats are taken one after the other: the marks begin anew.
+        per = len(points)
+        taken = done if done == per * one.repeats else done % per
+        nests = per if done < per * one.repeats else done
+        found.append(BarPlace(one.name, ends, nests, taken, shares))
+    return tuple(found)
+
+
+def position_contents(view: AcceptanceView) -> Contents:
+    """Return the picture of a test in the volume: bars as lines, everything else as places."""
+    lines = [one for one in view.positions if one.role == "bar"]
+    current = view.current if view.current >= 0 else None
+    if lines and len(lines) == len(view.positions):
+        return bars(planned_places(view), current)
+
+    def contents(theme: Theme) -> Sequence[Item]:
+        items: list[Item] = []
+        for one, done in zip(view.positions, view.done, strict=True):
+            whole = done == len(one.points_world) * one.repeats
+            colour = theme.good if whole else theme.panel
+            items.append(Dots(_middle(one)[None], colour, 14.0, theme.muted))
+        if current is not None:
+            plan = view.positions[current]
+            point = np.array(plan.points_world[view.next_item])
+            middle = _middle(plan)
+            items.append(Dots(middle[None], theme.accent, 20.0, theme.text))
+            if plan.normals:
+                arm = middle + 60.0 * unit(point - middle)
+                items.append(Lines(np.stack([middle, arm])[None], theme.accent, 3.0))
+            elif float(np.linalg.norm(point - middle)) > 1.0:
+                items.append(Dots(point[None], theme.warn, 16.0, theme.text))
+            items.append(Tag(middle, plan.name, theme.accent))
+        return items
+
+    return contents
+
+
+def _middle(one: PlannedPosition) -> Float:
+    points = np.array(one.points_world)
+    middle: Float = 0.5 * (points.min(axis=0) + points.max(axis=0))
+    return middle

@@ -1,0 +1,171 @@
+"""Acceptance tests, artefacts, studies and certificates, joined to the window.
+
+All of it is made, and loaded, when it is first wanted: the window is on the screen before that.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, TypeVar
+
+from PySide6.QtCore import Signal
+
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import NoticeCentre, Sheet, Sound, tr
+from ocmm_gui.operator import Feedback
+from ocmm_gui.window._made_late import MadeLate
+from ocmm_gui.window._papers import Papers
+
+if TYPE_CHECKING:
+    from ocmm_core.composition import AcceptanceBench
+    from ocmm_gui.acceptance import AcceptanceDesk, ArtefactSheet, StudySheet, TestsPage
+
+S = TypeVar("S", bound=Sheet)
+
+
+class AcceptanceRooms(MadeLate):
+    """Make the desk and the sheets when they are wanted.
+
+    Parameters
+    ----------
+    bench
+        What can be tested; None where nothing is known of it.
+    bridge
+        The running inspection.
+    notices
+        Where errors and news go.
+    feedback
+        What is heard.
+    folder
+        Where files go unless somebody says otherwise.
+    """
+
+    made = Signal(object)
+    """Emits a widget that is new and fills the window, for its stack."""
+    wanted = Signal(object)
+    """Emits the widget that is to be shown with keys of its own."""
+    left = Signal()
+    """Back to the pages of Maintain."""
+
+    def __init__(
+        self,
+        bench: AcceptanceBench | None,
+        bridge: StationBridge,
+        notices: NoticeCentre,
+        feedback: Feedback,
+        folder: Callable[[], Path],
+    ) -> None:
+        super().__init__()
+        self._bench, self._bridge = bench, bridge
+        self._notices, self._feedback, self._folder = notices, feedback, folder
+        self.papers = Papers(notices)
+
+    @property
+    def bench(self) -> AcceptanceBench | None:
+        """Return what can be tested."""
+        return self._bench
+
+    @cached_property
+    def desk(self) -> AcceptanceDesk:
+        """Return where tests run."""
+        from ocmm_gui.acceptance import AcceptanceDesk
+
+        bridge = self._bridge
+        desk = AcceptanceDesk(
+            self._required(), bridge.station.maintenance.set_frame_tap,
+            lambda: bridge.shown.job.operator,
+        )  # fmt: skip
+        desk.left.connect(self.left)
+        desk.taken.connect(lambda: self._feedback.play(Sound.TAKEN))
+        desk.sounded.connect(self._feedback.play)
+        desk.failed.connect(self._on_failed)
+        desk.told.connect(self._notices.inform)
+        desk.paper_wanted.connect(lambda path: self.papers.ask(path, "", self._folder()))
+        self.made.emit(desk)
+        return desk
+
+    @cached_property
+    def page(self) -> TestsPage:
+        """Return the page of Maintain."""
+        from ocmm_gui.acceptance import TestsPage
+
+        return TestsPage(self._required())
+
+    @cached_property
+    def artefacts(self) -> ArtefactSheet:
+        """Return the register of artefacts."""
+        from ocmm_gui.acceptance import ArtefactSheet
+
+        bridge = self._bridge
+        return self._join(ArtefactSheet(self._required(), lambda: bridge.shown.job.operator))
+
+    @cached_property
+    def study(self) -> StudySheet:
+        """Return the gauge studies."""
+        from ocmm_gui.acceptance import StudySheet
+
+        station, instruments = self._bridge.station, self._bridge.station.instruments
+        stores = (instruments.probe_in_use.store, instruments.calibration_in_use.store)
+        probes, cameras = (None if one is None else one.folder.parent for one in stores)
+        return self._join(StudySheet(lambda: station.job.path.parent, probes, cameras))
+
+    def calls(self) -> dict[str, Callable[[], None]]:
+        """Return what the keys do, by key of the action."""
+        return {
+            "acceptance": lambda: self._open_desk(""),
+            "interim": lambda: self._open_desk("INTERIM"),
+            "artefacts": lambda: self._open_sheet("artefacts"),
+            "study": lambda: self._open_sheet("study"),
+        }
+
+    def ask_for_paper(self, source: Path | None, tip: str, why_not: str) -> None:
+        """Ask where the certificate of some records goes; without records say why there is none."""
+        if source is None:
+            self._notices.error(
+                InputError("certificate.none", tr("No certificate can be written."), why_not)
+            )
+            return
+        self.papers.ask(source, tip, self._folder())
+
+    def close_work(self) -> None:
+        """Give up what runs; call it before the window goes."""
+        self.papers.cancel()
+        if self.is_made("desk"):
+            self.desk.close_runner()
+        for name in ("artefacts", "study"):
+            if self.is_made(name):
+                getattr(self, name).close_work()
+
+    def _open_desk(self, first: str) -> None:
+        if self._is_there():
+            self.wanted.emit(self.desk)
+            self.desk.open(first)
+
+    def _open_sheet(self, name: str) -> None:
+        if self._is_there():
+            sheet = getattr(self, name)
+            self.wanted.emit(sheet)
+            sheet.open()
+
+    def _join(self, sheet: S) -> S:
+        sheet.left.connect(self.left)
+        sheet.failed.connect(self._notices.error)
+        sheet.told.connect(self._notices.inform)
+        self.made.emit(sheet)
+        return sheet
+
+    def _is_there(self) -> bool:
+        if self._bench is None:
+            self._notices.inform(tr("This window was opened without acceptance tests."))
+        return self._bench is not None
+
+    def _required(self) -> AcceptanceBench:
+        assert self._bench is not None  # noqa: S101 - asked before anything is made
+        return self._bench
+
+    def _on_failed(self, error: OcmmError) -> None:
+        self._feedback.play(Sound.REFUSED)
+        self._notices.error(error)
