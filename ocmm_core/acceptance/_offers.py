@@ -273,7 +273,11 @@ def typed_entry(fields: Mapping[str, str]) -> ArtefactEntry:
         schema=ARTEFACT_SCHEMA, unit="mm", kind=cast("ArtefactKind", fields["kind"]),
         sizes=sizes, expanded=number("expanded"), form=number("form"),
         expanded_per_length=number("expanded_per_length"), expansion=number("expansion"),
-        expansion_sigma=number("expansion_sigma"), **given,
+        expansion_sigma=number("expansion_sigma"),
+        id=given["id"], name=given["name"], maker=given["maker"], serial=given["serial"],
+        laboratory=given["laboratory"], certificate=given["certificate"],
+        certificate_sha256=given["certificate_sha256"], due_utc=given["due_utc"],
+        supports=given["supports"], source=given["source"] or "typed",
     )  # fmt: skip
     check_entry(entry, "artefact")
     return entry

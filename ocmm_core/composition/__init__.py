@@ -7,7 +7,7 @@ Read `_compose` first, it puts all together; `_sources` (one entry a source of f
 `_feed_makers` and `_feeds` (how they are made), `_calibration_choice` (which records belong to a
 source), `_climate`, `_stream_options`, `_defaults`, `_from_settings` (what the window measures
 with), `_station_state` (in words). `_kernels` lists what is compiled, `_compile` does it.
-`_station_checks` measures for the doctor of a station. `_calibrate_scenes`, `_tip_scenes`,
+`_station_checks` measures for the doctor of a station. `_calibrate_scenes`,
 `_acceptance_scenes` and `_truth` are what the virtual rig needs. `_acceptance_site` is what an
 acceptance test stands on, `_acceptance_bench` the same for a window that stays open.
 The virtual rig is known here and in the commands, and nowhere else. It must not know a command.
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._calibrate_scenes import (
         VirtualSite,
+        scene_of_tip,
         scenes_of_known_points,
         scenes_of_relocation,
         scenes_of_verification,
@@ -78,7 +79,6 @@ if TYPE_CHECKING:
     from ocmm_core.composition._station_checks import measured_checks
     from ocmm_core.composition._station_state import StateLine, StationState, station_state
     from ocmm_core.composition._stream_options import stream_options
-    from ocmm_core.composition._tip_scenes import scene_of_tip
     from ocmm_core.composition._truth import true_values
 else:
     __getattr__ = door(
@@ -90,7 +90,8 @@ else:
             "open_test_site require_recorded tests_folder"
         ),
         _calibrate_scenes=(
-            "VirtualSite scenes_of_known_points scenes_of_relocation scenes_of_verification"
+            "VirtualSite scene_of_tip scenes_of_known_points scenes_of_relocation "
+            "scenes_of_verification"
         ),
         _calibration_choice="checked_for_replay choose_calibration choose_probe",
         _climate="ClimateRequest climate_in_use",
@@ -109,7 +110,6 @@ else:
         _station_checks="measured_checks",
         _station_state="StateLine StationState station_state",
         _stream_options="stream_options",
-        _tip_scenes="scene_of_tip",
         _truth="true_values",
     )
 

@@ -20,9 +20,8 @@ from ocmm_core.composition._calibration_choice import (
     choose_probe,
 )
 from ocmm_core.composition._climate import climate_in_use
-from ocmm_core.composition._feeds import StationRequest
+from ocmm_core.composition._feeds import StationRequest, written_folders
 from ocmm_core.composition._sources import make_feed
-from ocmm_core.composition._written_folders import written_folders
 from ocmm_core.documents import digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial

@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from pathlib import Path
 
+import platformdirs
+
 from ocmm_core.acquisition.bus_process import Acquisition
 from ocmm_core.acquisition.frames import (
     AcquisitionStatus,
@@ -12,6 +14,7 @@ from ocmm_core.acquisition.frames import (
     SourceDescription,
     read_status,
 )
+from ocmm_core.calibration.records import default_folder, default_probe_folder
 from ocmm_core.composition._climate import ClimateRequest
 from ocmm_core.composition._defaults import (
     DEFAULT_SEED,
@@ -20,7 +23,9 @@ from ocmm_core.composition._defaults import (
     RECOMMENDED_RIG,
     STANDARD_PROBE,
 )
+from ocmm_core.failure import log_folder
 from ocmm_core.inspection.evaluation import Probing
+from ocmm_core.seals import KeyFolder, memory_folder
 from ocmm_core.simulation.scene import SimulatedSource, VirtualRig, WorldOptions
 from ocmm_core.station.stream import StreamOptions
 from ocmm_core.tracking import Method
@@ -149,3 +154,13 @@ class Feed:
     def script_frames(self) -> int | None:
         """Return after how many frames the script is over; None where there is none."""
         return self.virtual.n_frames if self.virtual is not None else None
+
+
+def written_folders(request: StationRequest) -> set[Path]:
+    """Return the folders that this program writes files into, as far as they are there."""
+    records = [request.calibrations or default_folder(), request.probes or default_probe_folder()]
+    within = {path for folder in records for path in folder.rglob("*") if path.is_dir()}
+    files = [path.parent for path in (request.record, request.resume) if path is not None]
+    state = platformdirs.user_state_path("ocmm")
+    kept = (memory_folder(), KeyFolder().folder, log_folder())
+    return {*records, *within, *files, request.out, state, *kept}

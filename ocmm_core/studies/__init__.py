@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         plan_study,
         plan_text,
         require_balanced,
+        store_plan,
     )
     from ocmm_core.studies._single import (
         LinearityStudy,
@@ -64,7 +65,10 @@ else:
             "PartStudy load_part_study load_task make_part_study part_procedure save_part_study "
             "uncertainty_for"
         ),
-        _plan=("STUDY_SCHEMA StudyPlan StudyRun load_study plan_study plan_text require_balanced"),
+        _plan=(
+            "STUDY_SCHEMA StudyPlan StudyRun load_study plan_study plan_text require_balanced "
+            "store_plan"
+        ),
         _single=(
             "LinearityStudy StatedScatter Suitability Type1Study compare_stated linearity_study "
             "process_uncertainty suitability system_uncertainty type1_study"
@@ -101,6 +105,7 @@ __all__ = [
     "process_uncertainty",
     "require_balanced",
     "save_part_study",
+    "store_plan",
     "study_jobs",
     "study_of",
     "suitability",

@@ -13,8 +13,8 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.documents import Document, load_document
-from ocmm_core.errors import InputError
+from ocmm_core.documents import Document, load_document, write_new
+from ocmm_core.errors import InputError, StorageError
 from ocmm_core.studies._gauge_rr import LEAST_OPERATORS, LEAST_PARTS, LEAST_TRIALS
 
 STUDY_SCHEMA = "ocmm.msa-plan/1"
@@ -115,6 +115,27 @@ def plan_text(plan: StudyPlan) -> str:
         for one in plan.runs
     ]
     return "\n".join([head, *runs])
+
+
+def store_plan(path: Path, plan: StudyPlan) -> None:
+    """Write a plan to a new file: one that is there already belongs to a study that runs.
+
+    Raises
+    ------
+    InputError
+        The file exists.
+    StorageError
+        It cannot be written.
+    """
+    try:
+        write_new(path, plan_text(plan).encode("utf-8"))
+    except FileExistsError as error:
+        raise InputError("msa.exists", f"{path}: the file exists.", "Give another name.") from error
+    except OSError as error:
+        raise StorageError(
+            "msa.store", f"{path}: the plan cannot be written ({error.strerror}).",
+            "Give a folder that can be written.",
+        ) from error  # fmt: skip
 
 
 def load_study(path: Path | str) -> StudyPlan:

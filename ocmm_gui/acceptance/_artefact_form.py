@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.acceptance import ARTEFACT_KINDS, ArtefactEntry
-from ocmm_gui.kit import ChoiceBox, FormField, caption, later, literal, text_font, tr
+from ocmm_gui.kit import ChoiceBox, FormField, caption, form_field, later, tr
 
 _FIELDS = (
     ("id", later("Id"), later("What tests call it, such as BAR-1")),
@@ -48,13 +48,9 @@ class ArtefactForm(QWidget):
         grid.addWidget(caption(tr("Kind"), self.kind), 0, 0)
         grid.addWidget(self.kind, 0, 1)
         for index, (key, label, tip) in enumerate(_FIELDS, start=1):
-            field = FormField()
+            field = form_field(tr(label), tr(tip))
             field.setObjectName(key)
-            field.setAccessibleName(tr(label))
             field.setAccessibleDescription(tr(tip))
-            field.setPlaceholderText(tr(tip))
-            field.setToolTip(literal(tr(tip)))
-            field.setFont(text_font(14))
             self.fields[key] = field
             column, row = divmod(index, _IN_COLUMN)
             grid.addWidget(caption(tr(label), field), row, 2 * column)

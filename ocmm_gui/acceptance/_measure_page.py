@@ -77,7 +77,7 @@ class MeasurePage(CollectPage):
         self.temperature.setAccessibleDescription(tr("Type it when it changes, then Return"))
         self.temperature.setFont(text_font(15))
         self.temperature.returnPressed.connect(self._note_temperature)
-        self.temperature.left.connect(lambda: self.parentWidget().setFocus())
+        self.temperature.left.connect(self._give_keys_back)
         self._lay_out()
 
     def show_seen(self, seen: Seen) -> None:
@@ -146,7 +146,13 @@ class MeasurePage(CollectPage):
             self.misread.emit(text)
             return
         self.commanded.emit(lambda now: self._procedure.set_temperature(celsius, now))
-        self.parentWidget().setFocus()
+        self._give_keys_back()
+
+    def _give_keys_back(self) -> None:
+        """Let the keys take points again."""
+        parent = self.parentWidget()
+        if parent is not None:
+            parent.setFocus()
 
     def _paint(self) -> None:
         theme = self._theme

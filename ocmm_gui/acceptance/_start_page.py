@@ -56,7 +56,7 @@ _ROLES = {
     "bar": later("length bar"), "sphere": later("sphere"), "block": later("gauge block"),
     "plate": later("plate"), "dumbbell": later("dumbbell"), "cone": later("cone"),
 }  # fmt: skip
-_ROW_PX, _SIDE_PX = 34, 440
+_ROW_PX, _SIDE_PX = 34, 400
 
 
 class AcceptanceStart(QWidget):
@@ -83,7 +83,7 @@ class AcceptanceStart(QWidget):
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.Fixed)
         header.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
-        for column, width in ((1, 180), (2, 126), (3, 44)):
+        for column, width in ((1, 226), (2, 104), (3, 44)):
             self.table.setColumnWidth(column, width)
         self.table.setWordWrap(False)
         self.table.itemSelectionChanged.connect(self._choose)

@@ -7,9 +7,8 @@ from pathlib import Path
 
 from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
-from ocmm_core.documents import write_new
 from ocmm_core.errors import InputError
-from ocmm_core.studies import StudyPlan, StudyReport, load_study, plan_study, plan_text
+from ocmm_core.studies import StudyPlan, StudyReport, load_study, plan_study, store_plan
 from ocmm_gui.acceptance._study_work import (
     Analysing,
     AnalysingOne,
@@ -30,8 +29,8 @@ from ocmm_gui.kit import (
     Theme,
     WorkSheet,
     caption,
+    form_field,
     later,
-    literal,
     mark_colour,
     panel,
     sentence_label,
@@ -45,8 +44,8 @@ _KEYS = (
     ActionInfo("draw", later("Draw plan"), later("Draw the order and blind codes, and store them"),
                ("F6",)),
     ActionInfo("plan", later("Open plan"), later("Open the plan of a study"), ("F7",)),
-    ActionInfo("jobs", later("Jobs"), later("Choose the folder of the jobs"), ("F4",)),
-    ActionInfo("look", later("Progress"), later("Which measurement comes next"), ("F5",)),
+    ActionInfo("jobs", later("Jobs"), later("Choose the folder of the jobs"), ("Shift+F7",)),
+    ActionInfo("look", later("Progress"), later("Which measurement comes next"), ("Shift+F6",)),
     ActionInfo("analyse", later("Analyse"), later("Gauge R&R of every characteristic"), ("F8",)),
     ActionInfo("type1", later("Type 1"), later("Cg and Cgk of the selected characteristic"),
                ("F10",)),
@@ -149,7 +148,7 @@ class StudySheet(WorkSheet):
             plan = plan_study(
                 self._text("name"), names, operators, self._whole("trials"), self._whole("seed")
             )
-            write_new(path, plan_text(plan).encode("utf-8"))
+            store_plan(path, plan)
             return plan
 
         plan = self.attempt(drawn)
@@ -208,6 +207,10 @@ class StudySheet(WorkSheet):
         self._show_progress(StudyProgress(0, plan.runs[0]))
 
     def _show(self, answer: object) -> None:
+        self.show_answer(answer)
+
+    def show_answer(self, answer: object) -> None:
+        """Show how far a study is, what came out of it, or a type-1 study."""
         if isinstance(answer, StudyProgress):
             self._show_progress(answer)
         elif isinstance(answer, StudyReport):
@@ -267,6 +270,11 @@ class StudySheet(WorkSheet):
                 simulated=simulated, done=report.measured, count=len(report.plan.runs), left=left
             )
         )
+        self.progress.setText(
+            tr("{done} of {count} measured.").format(
+                done=report.measured, count=len(report.plan.runs)
+            )
+        )
         if report.characteristics:
             self.table.selectRow(0)
         self._show_characteristic()
@@ -296,7 +304,8 @@ class StudySheet(WorkSheet):
         return self._jobs if self._jobs is not None else self._proposed()
 
     def _text(self, key: str) -> str:
-        return self.fields[key].text().strip()
+        text: str = self.fields[key].text()
+        return text.strip()
 
     def _whole(self, key: str) -> int:
         text = self._text(key)
@@ -320,13 +329,9 @@ class StudySheet(WorkSheet):
         form = QGridLayout()
         form.setHorizontalSpacing(10)
         for index, (key, label, tip, proposal) in enumerate(_FIELDS):
-            field = FormField(proposal)
+            field = form_field(tr(label), tr(tip), proposal)
             field.setObjectName(key)
-            field.setAccessibleName(tr(label))
             field.setAccessibleDescription(tr(tip))
-            field.setToolTip(literal(tr(tip)))
-            field.setPlaceholderText(tr(tip))
-            field.setFont(text_font(14))
             self.fields[key] = field
             row, column = divmod(index, 3)
             form.addWidget(caption(tr(label), field), row, 2 * column)

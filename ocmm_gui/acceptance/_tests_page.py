@@ -98,8 +98,7 @@ class TestsPage(QWidget):
         return f"{said}."
 
     def _show_chart(self) -> None:
-        checks = [one.record for one in self._shown if one.record.procedure.test is not None]
-        for record in checks:
+        for record in (one.record for one in self._shown):
             if "Interim_L" in record.procedure.limits and record.artefacts:
                 self.chart.show_chart(self._bench.chart(record.artefacts[0], self._clock()))
                 return

@@ -53,7 +53,7 @@ class ComponentsPlot(Plot):
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint a bar for each, with the lines of 10 and 30 per cent."""
         painter = self._painter()
-        box = self._paint_head(painter).adjusted(150.0, 8.0, -120.0, -_FOOT_PX)
+        box = self._paint_head(painter).adjusted(150.0, 8.0, -150.0, -_FOOT_PX)
         theme = self._theme
         if not self._rows:
             return
@@ -66,7 +66,7 @@ class ComponentsPlot(Plot):
             painter.setFont(text_font(14, bold=not index))
             painter.drawText(QRectF(0.0, top, 144.0, high), _RIGHT, name)
             painter.setFont(digit_font(14, bold=False))
-            place = QRectF(box.right() + 8.0, top, 112.0, high)
+            place = QRectF(box.right() + 8.0, top, 142.0, high)
             painter.drawText(place, _LEFT, f"{share:.1f} %  {um:.1f} µm")
         for level in (_GOOD, _CONDITIONAL):
             x = box.left() + 0.01 * level * box.width()
@@ -84,7 +84,7 @@ class OperatorsPlot(Plot):
     """Every value less the mean of its part, operator by operator, with their means."""
 
     def __init__(self) -> None:
-        super().__init__(tr("By operator: value less mean of its part, µm"))
+        super().__init__(tr("Value less part mean, µm"))
         self._names: tuple[str, ...] = ()
         self._values: Float = np.empty((0, 0, 0))
 
@@ -131,7 +131,7 @@ class RunPlot(Plot):
     """One part measured again and again: deviation from its reference, with 10 % of tolerance."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Type 1: deviation from the reference, µm"))
+        super().__init__(tr("Deviation, µm"))
         self._values: Float = np.empty(0)
         self._tenth = 0.0
 

@@ -91,7 +91,7 @@ if TYPE_CHECKING:
     )
     from ocmm_gui.kit._path_panel import OwnKeysField, PathPanel, dropped_file
     from ocmm_gui.kit._reason_panel import ReasonPanel
-    from ocmm_gui.kit._sheet import ChoiceBox, Sheet, caption, form_field
+    from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._texts import PlainLabel, later, literal, tr, tr_all
@@ -138,7 +138,7 @@ else:
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
         _path_panel="OwnKeysField PathPanel dropped_file",
         _reason_panel="ReasonPanel",
-        _sheet="ChoiceBox Sheet caption form_field",
+        _sheet="ChoiceBox FormField Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
         _sound="Approach Sound SoundPlayer verdict_sound",
         _texts="PlainLabel later literal tr tr_all",
@@ -176,6 +176,7 @@ __all__ = [
     "ErrorHooks",
     "Failed",
     "FitText",
+    "FormField",
     "Level",
     "Mark",
     "Mode",

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from PySide6.QtGui import QImage
 
-from ocmm_core.errors import OcmmError
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.export import (
     EXPORTERS,
     PDF,
@@ -16,8 +16,8 @@ from ocmm_core.export import (
     write_report,
     write_together,
 )
-from ocmm_core.export.certificate import certificate_of_folder, write_certificate
-from ocmm_core.export.report import Particulars, ReportData, load_paper, standard_template
+from ocmm_core.export.certificate import Certificate, certificate_of_folder, write_certificate
+from ocmm_core.export.report import Particulars, ReportData, load_paper, template_in_use
 from ocmm_gui.kit import Teller, later
 from ocmm_gui.reports._certificate import certificate_pdf
 from ocmm_gui.reports._drawing import drawing
@@ -83,19 +83,37 @@ class CertificateWriting:
     tip: str = ""
 
     def __call__(self, tell: Teller) -> tuple[Path, ...]:
-        """Return the paths of the files; errors as `certificate_of_folder`."""
-        sheet = load_paper(standard_template(), Particulars())
-        paper = certificate_of_folder(self.source, sheet, self.tip)
-        tell(later("Drawing the PDF"), 0.3)
-        with drawing():
-            pages = certificate_pdf(paper)
-        tell(later("Writing and verifying the files"), 0.7)
-        tell.commit()
-        self.folder.mkdir(parents=True, exist_ok=True)
-        written = write_certificate(paper, self.folder)
-        path = self.folder / f"{paper.number}.pdf"
-        write_together({path: pages})
-        return path, *written
+        """Return the paths of the files, pages first; errors as `certificate_of_folder`."""
+        files: list[Path] = []
+        papers = self._papers()
+        for number, paper in enumerate(papers):
+            tell(later("Drawing the PDF"), (number + 0.3) / len(papers))
+            with drawing():
+                pages = certificate_pdf(paper)
+            tell(later("Writing and verifying the files"), (number + 0.7) / len(papers))
+            if not number:
+                tell.commit()
+                self.folder.mkdir(parents=True, exist_ok=True)
+            written = write_certificate(paper, self.folder)
+            path = self.folder / f"{paper.number}.pdf"
+            write_together({path: pages})
+            files += [path, *written]
+        return tuple(files)
+
+    def _papers(self) -> tuple[Certificate, ...]:
+        """Return the papers of the records: of cameras their verification and their calibration."""
+        sheet = load_paper(template_in_use(), Particulars())
+        if self.tip or self.source.is_file():
+            return (certificate_of_folder(self.source, sheet, self.tip),)
+        found, faults = [], []
+        for calibration in (False, True):
+            try:
+                found.append(certificate_of_folder(self.source, sheet, calibration=calibration))
+            except InputError as error:
+                faults.append(error)
+        if not found:
+            raise faults[0]
+        return tuple(found)
 
 
 @dataclass(frozen=True, slots=True)

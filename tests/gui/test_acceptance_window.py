@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -159,6 +160,10 @@ def _hand(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> list[VirtualHand]:
     return made
 
 
+def _told(page: MeasurePage) -> bool:
+    return "limit" in page.last.text()
+
+
 @pytest.mark.slow
 def test_lengths_and_sphere_by_keyboard_in_the_promised_time(
     desk: Desk, monkeypatch: pytest.MonkeyPatch
@@ -173,7 +178,7 @@ def test_lengths_and_sphere_by_keyboard_in_the_promised_time(
         measure = desk.runner.pages["measure"]
         assert isinstance(measure, MeasurePage)
         desk.until(lambda: bool(desk.view.latest))
-        desk.until(lambda m=measure: "limit" in m.last.text())
+        desk.until(partial(_told, measure))
         assert "Position" in measure.place.text()
         page = desk.verdict()
         assert page.word() == "PASSED"
@@ -183,7 +188,7 @@ def test_lengths_and_sphere_by_keyboard_in_the_promised_time(
         assert record.instrument.simulated
         assert differences(record, recompute(record)) == []
         assert hands[-1].shown_s < promised_s
-        desk.until(lambda p=page: p.paper.isEnabled())
+        desk.until(page.paper.isEnabled)
         desk.key(Qt.Key.Key_Escape)
         desk.until(desk.window.maintenance.view.isVisible)
         desk.key(Qt.Key.Key_M)
@@ -283,13 +288,13 @@ def test_a_refused_artefact_says_why_and_cannot_begin(desk: Desk) -> None:
     assert chosen.refusal
     assert start.note.text() == chosen.refusal
     desk.key(Qt.Key.Key_Return)
+    desk.until(lambda: chosen.refusal in start.trouble.text())
     assert desk.window.tests.desk.runner is None
-    assert chosen.refusal in start.trouble.text()
     # Without a name, too.
     desk.key(Qt.Key.Key_Up)
     start.fields["who"].setText("")
     desk.key(Qt.Key.Key_Return)
-    assert "No name given" in start.trouble.text()
+    desk.until(lambda: "No name given" in start.trouble.text())
     desk.key(Qt.Key.Key_Escape)
     desk.until(desk.window.maintenance.view.isVisible)
 
@@ -297,6 +302,7 @@ def test_a_refused_artefact_says_why_and_cannot_begin(desk: Desk) -> None:
 def test_pages_are_named_fit_and_use_every_theme(desk: Desk) -> None:
     desk.choose("SPHERE-25")
     desk.key(Qt.Key.Key_Return)
+    desk.until(lambda: desk.window.tests.desk.runner is not None)
     runner = desk.runner
     for page in runner.pages.values():
         runner.show_page(page)

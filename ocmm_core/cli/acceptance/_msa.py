@@ -25,7 +25,6 @@ from ocmm_core.cli.terminal import (
     make_console,
 )
 from ocmm_core.composition import DEFAULT_SEED, DEFAULT_SOURCE, DEMO_PLAN, RECOMMENDED_RIG
-from ocmm_core.errors import InputError
 
 msa_app = typer.Typer(
     no_args_is_help=True,
@@ -50,14 +49,11 @@ def plan(
     seed: SeedOption = DEFAULT_SEED,
 ) -> None:
     """Draw the order of a crossed study, and give every measurement a blind code."""
-    from ocmm_core.documents import write_atomic
-    from ocmm_core.studies import plan_study, plan_text
+    from ocmm_core.studies import plan_study, store_plan
 
-    if file.exists():
-        raise InputError("msa.exists", f"{file}: the file exists.", "Give another name.")
     names = [f"{number + 1:0{len(str(parts))}}" for number in range(parts)]
     drawn = plan_study(name, names, [one.strip() for one in operators.split(",")], trials, seed)
-    write_atomic(file, plan_text(drawn).encode("utf-8"))
+    store_plan(file, drawn)
     make_console().print(f"Plan     {file}: {len(drawn.runs)} measurements", highlight=False)
 
 

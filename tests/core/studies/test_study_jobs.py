@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive import Comparison, PartValue, Trend
 from ocmm_core.studies import (
     StudyPlan,
     load_study,
@@ -18,30 +17,13 @@ from ocmm_core.studies import (
     require_balanced,
     study_of,
 )
-from ocmm_core.tolerances.decisions import Verdict
+from tests.core.studies.study_site import jobs_of
 
 _PARTS = [f"{one:02}" for one in range(1, 11)]
 
 
 def _plan(seed: int = 1) -> StudyPlan:
     return plan_study("GRR", _PARTS, ["Ann", "Bob", "Cid"], 3, seed)
-
-
-def _jobs(plan: StudyPlan, *, u: float = 0.006, factor: float = 1.0) -> Comparison:
-    """Return jobs as they are read: parts differ, operators a little, and every result scatters."""
-    rng = np.random.default_rng(2)
-    of_part = dict(zip(plan.parts, 0.05 * rng.standard_normal(10), strict=True))
-    of_operator = dict(zip(plan.operators, (0.0, 0.002, -0.002), strict=True))
-    values = tuple(
-        PartValue(
-            job=one.code, serial=one.code, created_utc="", verdict=Verdict.CONFORM, uncertainty=u,
-            value=10.0 + of_part[one.part] + of_operator[one.operator]
-            + factor * 0.003 * float(rng.standard_normal()),
-        )
-        for one in plan.runs
-    )  # fmt: skip
-    trend = Trend("WIDTH", "distance", 9.8, 10.2, values, (), None, None, "")
-    return Comparison("P", (), (), (trend,), (), (), simulated=True)
 
 
 def test_a_plan_is_balanced_blind_and_drawn_anew_for_every_operator_and_trial(
@@ -75,7 +57,7 @@ def test_a_plan_that_is_not_balanced_is_refused() -> None:
 
 def test_every_characteristic_of_jobs_is_a_study() -> None:
     plan = _plan()
-    report = study_of(plan, _jobs(plan))
+    report = study_of(plan, jobs_of(plan))
     (one,) = report.characteristics
     assert report.measured == 90
     assert one.study is not None
@@ -91,14 +73,14 @@ def test_every_characteristic_of_jobs_is_a_study() -> None:
 
 def test_a_stated_uncertainty_below_the_scatter_is_told() -> None:
     plan = _plan()
-    (one,) = study_of(plan, _jobs(plan, factor=3.0)).characteristics
+    (one,) = study_of(plan, jobs_of(plan, factor=3.0)).characteristics
     assert one.stated is not None
     assert "too small" in one.stated.message
 
 
 def test_nothing_is_filled_up() -> None:
     plan = _plan()
-    jobs = _jobs(plan)
+    jobs = jobs_of(plan)
     (trend,) = jobs.trends
     holed = replace(trend, parts=trend.parts[:-1])
     (one,) = study_of(plan, replace(jobs, trends=(holed,))).characteristics
