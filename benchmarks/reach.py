@@ -104,7 +104,7 @@ class Hand:
     def __init__(self, setting: Setting) -> None:
         assert setting.rig is not None
         assert setting.design is not None
-        self._setting = setting
+        self._setting, self._cameras = setting, setting.rig
         part = load_part(resource("parts", "demo.toml"))
         self._rig = VirtualRig(
             setting.rig, setting.body, part, ((part.artefacts[0].name, 1),), SEED,
@@ -121,7 +121,7 @@ class Hand:
         count = len(backs)
         rests = backs == 0.0
         motion = Motion(np.tile(turn, (count, 1, 1)), pose.apply(balls), rests, rests)
-        pipeline = TrackingPipeline(self._setting.rig, self._setting.body)
+        pipeline = TrackingPipeline(self._cameras, self._setting.body)
         tracked = pipeline.process(self._rig.frames_of(motion, 0))
         tips = tracked.tip_world[-_RESTING:]
         good = np.isfinite(tips).all(axis=1)

@@ -6,6 +6,7 @@ Two bores on one axis stay two; two halves of one bore become one. Needs no OCP.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import msgspec
 import numpy as np
@@ -281,7 +282,7 @@ def _distances(places: Float, stretches: Float, far: float) -> Float:
     short = stretches[is_short]
     if len(short):
         reach = far + float(halves[is_short].max())
-        found = cKDTree(short.mean(axis=1)).query_ball_point(places, reach)
+        found: Any = cKDTree(short.mean(axis=1)).query_ball_point(places, reach)
         counts = np.array([len(one) for one in found])
         row = np.repeat(np.arange(len(places)), counts)
         near = np.fromiter((n for one in found for n in one), np.int64, int(counts.sum()))
