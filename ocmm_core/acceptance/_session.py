@@ -184,7 +184,8 @@ class AcceptanceSession:
     @property
     def notes(self) -> tuple[str, ...]:
         """Return what of the advice could not be followed, and what only warns."""
-        return self.state.begun.notes
+        notes: tuple[str, ...] = self.state.begun.notes
+        return notes
 
     @property
     def current(self) -> int:
