@@ -185,6 +185,7 @@ class AcceptanceSession:
     def notes(self) -> tuple[str, ...]:
         """Return what of the advice could not be followed, and what only warns."""
         notes: tuple[str, ...] = self.state.begun.notes
+        notes: tuple[str, ...] = self.state.begun.notes
         return notes
 
     @property
@@ -293,8 +294,6 @@ class AcceptanceSession:
     def torn(self) -> bool:
         """Return whether a line was being written when the program stopped; it is not there."""
         return self._chain.torn
-
-    # The file.
 
     def _append(self, event: log.Event) -> None:
         self._chain.append(log.Line(event))
