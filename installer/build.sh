@@ -184,7 +184,7 @@ mkdir -p "$work/tar"
 cp -a "$bundle" "$work/tar/ocmm-$version"
 fixed "$work/tar/ocmm-$version"
 tar --sort=name --owner=0 --group=0 --numeric-owner --format=gnu -C "$work/tar" -cf - "ocmm-$version" |
-    xz -T2 -3 >"$out/ocmm-$version-linux-amd64.tar.xz" & packing=$!
+    xz -T2 -0 >"$out/ocmm-$version-linux-amd64.tar.xz" & packing=$!
 
 # 8. For Debian.
 deb=$work/deb

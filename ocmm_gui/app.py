@@ -137,7 +137,8 @@ def run(parsed: argparse.Namespace) -> int:
     _end_on_signals(app)
     store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
-    choice = _START_PAGE if parsed.start else Choice(Errands.MEASURE, parsed.job)
+    asked = parsed.start and parsed.job is None
+    choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
     while True:
         if choice is _START_PAGE:
             chosen = _ask(app, parsed, store, told)

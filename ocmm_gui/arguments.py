@@ -51,7 +51,10 @@ def parser() -> argparse.ArgumentParser:
         "is not given here is taken from the settings: ocmm settings show.",
     )
     add = made.add_argument
-    add("--start", action="store_true", help="open the Start page instead of measuring at once")
+    add(
+        "--start", action="store_true",
+        help="without a job: open the Start page instead of measuring at once",
+    )  # fmt: skip
     add("--demo", action="store_true", help="say that a robot hand measures a virtual part")
     add("job", nargs="?", type=Path, help="job file to look at, read-only")
     add("--plan", type=Path, default=resource("plans", "demo.toml"), help="what to measure")

@@ -12,9 +12,11 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Generator, Iterable
 from dataclasses import asdict, dataclass, replace
+from heapq import nlargest
+from operator import itemgetter
 from pathlib import Path
 from typing import TypeVar
 
@@ -45,7 +47,7 @@ class Gate:
         self._require_all = require_all
         self._record = record
         self._found: dict[str, Outcome] = {}
-        self._seconds: Counter[str] = Counter()
+        self._seconds: defaultdict[str, float] = defaultdict(float)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(self) -> Generator[None, pytest.TestReport, pytest.TestReport]:
@@ -146,7 +148,7 @@ def summary(folder: Path) -> tuple[list[str], bool]:
     repeats: list[str] = []
     failures: list[str] = []
     total = [0, 0, 0, 0]
-    seconds: Counter[str] = Counter()
+    seconds: defaultdict[str, float] = defaultdict(float)
     for path in lanes:
         name = path.stem.partition("-")[2]
         found = _read(path)
@@ -167,7 +169,10 @@ def summary(folder: Path) -> tuple[list[str], bool]:
         everything.extend(found.values())
         for outcome in found.values():
             seconds[f"{outcome.test.partition('::')[0]} ({name})"] += outcome.seconds
-    longest = [f"LONG {long:6.0f} s  {file}" for file, long in seconds.most_common(LONGEST)]
+    longest = [
+        f"LONG {long:6.0f} s  {file}"
+        for file, long in nlargest(LONGEST, seconds.items(), key=itemgetter(1))
+    ]
     last = "All: {} passed, {} failed, {} repeated, {} not run.".format(*total)
     lines = [*not_run_lines(everything), *longest, *failures, *repeats, *table, last]
     return lines, total[1] == 0

@@ -53,4 +53,4 @@ Invoke-Step "Asking OCMM for its version" $python @("-I", "-m", "ocmm_core.cli",
 if (Test-Path $Target) { Move-Item $Target $before }
 Move-Item $new $Target
 if (Test-Path $before) { Remove-Item -Recurse -Force $before }
-Write-Output "OCMM is in $Target. Start the window: $Target\Scripts\python.exe -I -m ocmm_gui"
+Write-Output "OCMM is in $Target. Start the window: $Target\Scripts\python.exe -I -m ocmm_gui --start"

@@ -39,7 +39,7 @@ Section "OCMM"
     DetailPrint "OCMM was not installed (code $0). The version before stays as it was."
     Abort
   WriteUninstaller "$INSTDIR\uninstall.exe"
-  CreateShortcut "$SMPROGRAMS\OCMM.lnk" "$INSTDIR\program\Scripts\pythonw.exe" "-I -m ocmm_gui"
+  CreateShortcut "$SMPROGRAMS\OCMM.lnk" "$INSTDIR\program\Scripts\pythonw.exe" "-I -m ocmm_gui --start"
   WriteRegStr HKCU "${KEY}" "DisplayName" "OCMM office edition (never run on Windows)"
   WriteRegStr HKCU "${KEY}" "DisplayVersion" "${VERSION}"
   WriteRegStr HKCU "${KEY}" "UninstallString" '"$INSTDIR\uninstall.exe"'

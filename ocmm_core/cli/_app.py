@@ -14,7 +14,7 @@ import typer
 from ocmm_core import __version__
 from ocmm_core.cli.acceptance import acceptance_app, artefact_app, msa_app
 from ocmm_core.cli.audit import audit_app, key_app
-from ocmm_core.cli.bus import bus_app, rig_app
+from ocmm_core.cli.bus import bus_app, camera_app, rig_app
 from ocmm_core.cli.calibrate import (
     calibrate_app,
     check_tip_command,
@@ -112,6 +112,7 @@ app.command(name="fit")(fit_command)
 app.command(name="verify-fits")(verify_fits_command)
 app.add_typer(rig_app, name="rig")
 app.add_typer(bus_app, name="bus")
+app.add_typer(camera_app, name="camera")
 app.add_typer(calibrate_app, name="calibrate")
 app.add_typer(study_app, name="study")
 app.add_typer(selftest_app, name="selftest")

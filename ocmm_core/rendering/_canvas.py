@@ -44,6 +44,12 @@ class Canvas:
         self.depth.fill(NOWHERE)
         self.faces.fill(NO_FACE)
 
+    def copy_from(self, other: Canvas) -> None:
+        """Show what another canvas of this size shows."""
+        self.image[:] = other.image
+        self.depth[:] = other.depth
+        self.faces[:] = other.faces
+
     def room(self, vertices: int, edge_points: int) -> tuple[Float, Shades, Float]:
         """Return room for the places and colours of vertices, and for the places of edges."""
         room = self._room

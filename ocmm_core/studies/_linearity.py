@@ -99,7 +99,7 @@ def linearity_of(
         raise InputError(
             "msa.reference",
             f"Jobs of parts without a reference: {names}.",
-            "Give --reference PART=VALUE for each of them, or take their jobs out of the folder.",
+            "Give the reference of each of them, or take their jobs out of the folder.",
         )
     order = sorted(references, key=lambda name: references[name])
     empty = [name for name in order if not found[name]]

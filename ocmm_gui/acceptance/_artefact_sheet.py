@@ -38,7 +38,7 @@ _KEYS = (
     ActionInfo("dcc", later("Read DCC"), later("Fill in from a digital certificate"), ("F7",)),
     ActionInfo("store", later("Store"), later("Add to the register"), ("F8",)),
     ActionInfo("edit", later("Renew"), later("Fill in the selected one, for a new certificate"),
-               ("F4",)),
+               ("F10",)),
     ActionInfo("remove", later("Remove"), later("Take the selected one out"), ("Ctrl+Del",)),
     ActionInfo("stop", later("Stop"), later("Stop reading"), ("F9",)),
 )  # fmt: skip

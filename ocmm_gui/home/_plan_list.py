@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan import PlanSummary
 
 _KEYS = (
-    ActionInfo("other", later("Other file"), later("Look for another plan file"), ("F3",)),
+    ActionInfo("other", later("Other file"), later("Look for another plan file"), ("F9",)),
     ActionInfo("begin", later("Next"), later("Go on with this plan: who measures which part"),
                ("F8",)),
 )  # fmt: skip

@@ -207,10 +207,11 @@ class _Field(OwnKeysField):
 
     def event(self, event: QEvent) -> bool:
         """Leave the F-keys to the page."""
-        overrides = event.type() is QEvent.Type.ShortcutOverride and isinstance(event, QKeyEvent)
-        if overrides and Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F12:
-            event.ignore()
-            return False
+        if isinstance(event, QKeyEvent) and event.type() is QEvent.Type.ShortcutOverride:
+            own = not Qt.Key.Key_F1 <= event.key() <= Qt.Key.Key_F12
+            if not own:
+                event.ignore()
+                return False
         return super().event(event)
 
 

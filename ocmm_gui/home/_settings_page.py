@@ -173,11 +173,19 @@ class SettingsPage(Sheet):
             self.told.emit(f"{note.what} {note.remedy}")
         before = self.loaded.values[key]
         self.loaded = self._store.load()
+        if spec_of(key).section == "report":
+            self.attempt(self._use_head)
         waits = self._reopens and spec_of(key).applies is Applies.REOPEN
         if waits and self.loaded.values[key] != before:
             self._waiting.add(key)
         self._show()
         self.changed.emit(self.loaded)
+
+    def _use_head(self) -> None:
+        # What reads templates is loaded for it alone.
+        from ocmm_core.export.report import use_head
+
+        use_head(self.loaded.settings, self._store.user.path.parent)
 
     def _browse(self, key: str) -> None:
         spec, value = spec_of(key), self.loaded.values[key]

@@ -266,6 +266,5 @@ def _warm() -> None:
     from ocmm_core import composition
     from ocmm_gui import bridge
 
-    for room, names in ((composition, ("build_station",)), (bridge, ("StationBridge",))):
-        for name in names:
-            getattr(room, name)
+    getattr(composition, "build_station")  # noqa: B009 - a door loads what is asked for
+    getattr(bridge, "StationBridge")  # noqa: B009

@@ -219,7 +219,7 @@ ACTIONS = (
     ),
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
-        "start", later("Start page"),
+        "start", later("Home"),
         later("Leave the job for the Start page; no point is lost"), ("Ctrl+Home",), mode=None,
     ),
     ActionInfo(

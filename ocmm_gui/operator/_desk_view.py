@@ -43,7 +43,7 @@ from ocmm_gui.operator._readout import Readout
 from ocmm_gui.operator._status_strip import StatusStrip
 from ocmm_gui.views import CameraViews, PointView, StepPicture
 
-_PAGES = ("start", "job", "plan", "alignment", "results", "settings", "keys")
+_PAGES = ("start", "job", "plan", "alignment", "results", "keys")
 _TOOLS = ("part_mode", "fit", "closeup", "export", "view", "mode")
 _STEPS = (("flip", "skip", "repeat"), ("order", "side", "pause"), ("reopen",))
 _PART_PX = 190

@@ -38,7 +38,7 @@ _KEYS = (
         "next_part", later("Next part"), later("Next serial number, all other fields unchanged",
     ),
                ("F6",)),
-    ActionInfo("plan", later("Other plan"), later("Choose another plan file"), ("F5",)),
+    ActionInfo("plan", later("Other plan"), later("Choose another plan file"), ("F9",)),
     ActionInfo("go_on", later("Continue"), later("Resume the selected job"), ("F7",)),
     ActionInfo("begin", later("Start"), later("Start a job for this part"), ("F8",)),
 )  # fmt: skip

@@ -30,7 +30,7 @@ _ALL: Mapping[str, Words] = {
         later("Of rotation and translation of the frame, rad and mm"),
     ),
     "simulated": (later("Simulated"), later("Frame measured on a virtual rig")),
-    "digest": (later("SHA-256"), later("Hash of the frame document; F12 imports one")),
+    "digest": (later("SHA-256"), later("Hash of the frame document; Shift+F9 imports one")),
 }
 
 _OF_TYPE: Mapping[str, Mapping[str, Words]] = {

@@ -262,7 +262,7 @@ class Importing(WorkLine):
         self._given_up.set()
         given_up = self._given_up = threading.Event()
         self._reads = True
-        self.begin(tr("Importing {name}.").format(name=path.name), tr("F12 cancels."))
+        self.begin(tr("Importing {name}.").format(name=path.name), tr("Shift+F9 cancels."))
         is_model = path.suffix.lower() in STEP_ENDINGS
         in_use = None if self._in_use is None else self._in_use()
 
@@ -315,7 +315,7 @@ class Importing(WorkLine):
 
     def _show_progress(self, what: str) -> None:
         if self._reads:
-            self.begin(tr("Importing: {what}.").format(what=what), tr("F12 cancels."))
+            self.begin(tr("Importing: {what}.").format(what=what), tr("Shift+F9 cancels."))
 
     def _not_done(self, given_up: threading.Event, error: Exception) -> None:
         if not given_up.is_set():

@@ -176,7 +176,7 @@ class ItemForm(QScrollArea):
                     raise InputError(
                         f"plan.form.{line.key}",
                         "A frame comes from its document and carries its hash.",
-                        "Press F12 and choose the frame file; ocmm align creates one.",
+                        "Press Shift+F9 and choose the frame file; ocmm align creates one.",
                     )
                 continue
             try:

@@ -6,7 +6,7 @@ from operator import is_
 
 import numpy as np
 from PySide6.QtCore import QRectF
-from PySide6.QtGui import QPaintEvent
+from PySide6.QtGui import QPaintEvent, QResizeEvent
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView
@@ -118,8 +118,9 @@ class DeviationView(OrbitView):
             self._still_of = made_of
         return self._still
 
-    def resizeEvent(self, event: object) -> None:
+    def resizeEvent(self, event: QResizeEvent) -> None:
         """Show all of it in the new size."""
+        super().resizeEvent(event)
         self._fit()
 
     def fit(self) -> None:

@@ -6,7 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from PySide6.QtCore import QFileSystemWatcher, Signal
-from PySide6.QtWidgets import QFormLayout, QLabel, QWidget
+from PySide6.QtWidgets import QFormLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.report import (
@@ -18,7 +18,7 @@ from ocmm_core.export.report import (
     load_paper,
     template_in_use,
 )
-from ocmm_gui.kit import caption, form_field, later, tr
+from ocmm_gui.kit import caption, form_field, later, sentence_label, tr
 
 _FIELDS = (
     ("template", later("Template"), later("TOML file; empty for that of this station")),
@@ -52,11 +52,9 @@ class PaperForm(QWidget):
             rows.addRow(caption(tr(title), field), field)
             field.textEdited.connect(lambda _text: self._on_typed())
             field.left.connect(self.left)
-        self.fault = QLabel()
-        self.fault.setAccessibleName(tr("Fault of the template"))
-        self.fault.setWordWrap(True)
+        # The sheet puts it where there is room for a sentence.
+        self.fault = sentence_label(tr("Fault of the template"), 15)
         self.fault.hide()
-        rows.addRow(self.fault)
         self._job: Path | None = None
         self._kept = Particulars()
         self._typed = False

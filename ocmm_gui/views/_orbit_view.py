@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt, QTimer
-from PySide6.QtGui import QKeyEvent, QMouseEvent, QWheelEvent
+from PySide6.QtGui import QKeyEvent, QMouseEvent, QResizeEvent, QWheelEvent
 
 from ocmm_core.geometry import Float
 from ocmm_gui.kit import Painted
@@ -80,6 +80,11 @@ class OrbitView(Painted):
 
     def _hovered(self, place: QPointF) -> None:
         """Take a movement of the mouse with no button held."""
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Paint at once what there is to see, and all of it when the size stays."""
+        super().resizeEvent(event)
+        self._moving.start()
 
     def mousePressEvent(self, event: QMouseEvent) -> None:
         """Begin to turn or to move."""

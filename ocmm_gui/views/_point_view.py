@@ -199,7 +199,22 @@ class PointView(OrbitView):
 
     def rough_words(self) -> str:
         """Return what the picture says while nobody knows where the part is; empty where known."""
-        return tr("Part placed roughly: not aligned yet") if self._part.is_rough() else ""
+        if self._part.is_rough():
+            return tr("Part placed roughly: not aligned yet")
+        job = self._job
+        if job is None or not job.active or job.target is not None or self._part.is_there():
+            return ""
+        return tr("Part not located yet. Touch {feature}.").format(feature=job.active)
+
+    def _active_name(self) -> tuple[Tag, ...]:
+        """Return the name of the active feature on its faces, as long as it has no fit."""
+        job, places = self._job, self._part.extent("" if self._job is None else self._job.active)
+        if job is None or not len(places):
+            return ()
+        feature = next((item for item in job.features if item.name == job.active), None)
+        if feature is None or feature.fit is not None:
+            return ()
+        return (Tag(places.mean(axis=0), feature.name, self._theme.accent),)
 
     def _draw_job(self, job: JobView) -> None:
         items, reach = self._drawing.items(job, self._theme, self._chosen)
@@ -274,6 +289,7 @@ class PointView(OrbitView):
         next_place = target_items(self._job, tip, theme, orbit.up)
         moving = (
             *(item for item in next_place if isinstance(item, Tag)),
+            *self._active_name(),
             *self._tags,
             *(item for item in next_place if not isinstance(item, Tag)),
             *reference_items(self._live, theme, named=named),
@@ -328,10 +344,11 @@ class PointView(OrbitView):
         # Orbits and items hold arrays: they are the same, or they are others.
         same = all(map(is_, made_of[:3], self._still_of[:3])) and made_of[3:] == self._still_of[3:]
         if self._still is None or not same:
-            rig = Lines(self._rig_lines, theme.muted, 1.0)
+            # Beside a part they would be wires that lead nowhere: the overview has them.
+            rig = () if part is not None else (Lines(self._rig_lines, theme.muted, 1.0),)
             grid = grid_items(orbit, self._job_low, theme)
             plain = (item for item in self._job_items if not isinstance(item, Tag))
-            self._still = StillScene((*grid, rig, *plain), orbit, size, ratio, theme.panel, part)
+            self._still = StillScene((*grid, *rig, *plain), orbit, size, ratio, theme.panel, part)
             self._still_of = made_of
         return self._still
 

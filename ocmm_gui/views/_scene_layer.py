@@ -25,6 +25,8 @@ _SLICE_S = 0.012
 
 _FRAME_S = 0.020
 """A picture of a moving view that takes longer is followed by those with fewer pixels."""
+_KEPT_PIXELS = 4_500_000
+"""A part in a larger picture is painted anew: 12 bytes a pixel."""
 _SHARES = (1.0, 0.7, 0.5)
 """So many along a side."""
 _ITEM_PX = 3.0
@@ -60,6 +62,10 @@ class StillScene:
         """Return whether the other scene is seen from the same place, in a picture of this size."""
         return self.orbit is other.orbit and self.size == other.size and self.ratio == other.ratio
 
+    def has_part_of(self, other: StillScene) -> bool:
+        """Return whether the part looks the same in both."""
+        return self.part is not None and self.part is other.part and self.is_seen_as(other)
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class StillPicture:
@@ -76,7 +82,7 @@ class _Drawing:
         self, scene: StillScene, font: QFont, canvases: _Canvases, share: float = 1.0
     ) -> None:
         self.scene = scene
-        self._font = font
+        self._font, self._canvases = font, canvases
         self._box = QRectF(0.0, 0.0, scene.size.width(), scene.size.height())
         self.canvas: Canvas | None = None
         self._depth: Depth | None = None
@@ -122,8 +128,10 @@ class _Drawing:
         """Paint for a slice of time; what is shown while the view moves is painted at once."""
         until = math.inf if self.is_moving else perf_counter() + _SLICE_S
         if self._left is None:
-            if not self._part.go_on(until):
-                return
+            if not self._canvases.has_part(self.scene, self.canvas):
+                if not self._part.go_on(until):
+                    return
+                self._canvases.keep_part(self.scene, self.canvas)
             self._lay_part()
             self._begin_items()
         if self._left is not None:
@@ -169,6 +177,29 @@ class _Canvases:
 
     def __init__(self) -> None:
         self._free: list[Canvas] = []
+        self._part: tuple[StillScene, Canvas] | None = None
+
+    def keep_part(self, scene: StillScene, canvas: Canvas | None) -> None:
+        """Keep a part that stands still, without what is drawn over it: only that may change."""
+        if canvas is None or scene.part is None or scene.part.moving:
+            return
+        if canvas.width * canvas.height > _KEPT_PIXELS:
+            self._part = None
+            return
+        kept = self._part
+        own = None if kept is None else kept[1]
+        if own is None or (own.width, own.height) != (canvas.width, canvas.height):
+            own = Canvas(canvas.width, canvas.height)
+        own.copy_from(canvas)
+        self._part = (scene, own)
+
+    def has_part(self, scene: StillScene, canvas: Canvas | None) -> bool:
+        """Put the part into a canvas if it is the one that was kept; return whether it is."""
+        kept = self._part
+        if canvas is None or kept is None or not scene.has_part_of(kept[0]):
+            return False
+        canvas.copy_from(kept[1])
+        return True
 
     def take(self, width: int, height: int) -> Canvas:
         """Return one that nobody uses."""

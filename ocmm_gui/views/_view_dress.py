@@ -101,7 +101,7 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
     painter.drawText(
         grid_place(box),
         Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-        tr("grid {grid_step:.0f} mm").format(grid_step=grid_step(orbit)),
+        tr("world axes, grid {grid_step:.0f} mm").format(grid_step=grid_step(orbit)),
     )
     painter.setFont(text_font(13, bold=True))
     for name, direction in zip("XYZ", np.eye(3), strict=True):
@@ -117,7 +117,7 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
 
 def grid_place(box: QRectF) -> QRectF:
     """Return where the step of the grid is written."""
-    return QRectF(box.left() + 100, box.bottom() - 26, 110, 20)
+    return QRectF(box.left() + 100, box.bottom() - 26, 180, 20)
 
 
 def words_place(box: QRectF, words: str) -> QRectF:

@@ -15,11 +15,10 @@ from PySide6.QtCore import Signal, SignalInstance
 from PySide6.QtWidgets import QWidget
 
 from ocmm_core.calibration.records import RecordStore, default_folder
-from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.evaluation import JobView
 from ocmm_core.settings import LoadedSettings, RecentPlaces, SettingsStore
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import NoticeCentre, Sheet, tr
+from ocmm_gui.kit import NoticeCentre, Sheet, tr, usable_keys
 from ocmm_gui.operator import JobSheet
 from ocmm_gui.window._keys_sheet import KeysSheet
 from ocmm_gui.window._made_late import MadeLate
@@ -84,7 +83,6 @@ class Sheets(MadeLate):
         self._folder, self._written = folder, written
         self._made: list[Sheet] = []
         self._loaded = store.load()
-        self._headed = ""
         bridge.plan_changed.connect(self._use_plan)
         bridge.jobs.job_left.connect(notices.inform)
         bridge.jobs.job_begun.connect(self._on_begun)
@@ -109,7 +107,6 @@ class Sheets(MadeLate):
 
         sheet = ReportSheet(self._folder)
         sheet.written.connect(self._written)
-        self._head_report(sheet)
         return self._join(sheet, self.open_results)
 
     @cached_property
@@ -136,7 +133,9 @@ class Sheets(MadeLate):
     @cached_property
     def keys(self) -> KeysSheet:
         """Return the table of keys."""
-        return self._join(KeysSheet(), self.left)
+        return self._join(
+            KeysSheet(lambda: usable_keys(self._loaded.settings.window_keys)), self.left
+        )
 
     @cached_property
     def settings(self) -> SettingsPage:
@@ -218,25 +217,10 @@ class Sheets(MadeLate):
         self.settings.open()
 
     def use_settings(self, loaded: LoadedSettings) -> None:
-        """Propose the names of the settings, and write the head of reports as they say."""
+        """Propose the names of the settings."""
         self._loaded = loaded
         if self.is_made("job"):
             self.job.propose_operators(loaded.settings.job_operators)
-        if self.is_made("report"):
-            self._head_report(self.report)
-
-    def _head_report(self, sheet: ReportSheet) -> None:
-        from ocmm_core.export.report import headed_template
-
-        field = sheet.paper.fields["template"]
-        try:
-            path = headed_template(self._loaded.settings, self._store.user.path.parent)
-        except OcmmError as error:
-            self._notices.error(error)
-            return
-        if path is not None and (not field.text() or field.text() == self._headed):
-            self._headed = str(path)
-            field.setText(self._headed)
 
     def open_recall(self) -> None:
         """Recalculate older jobs whose calibration failed later."""

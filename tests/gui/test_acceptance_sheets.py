@@ -79,7 +79,7 @@ def test_an_artefact_is_typed_listed_renewed_and_removed_by_keys(
     QTest.keyClick(sheet.form.fields["id"], Qt.Key.Key_F8)
     assert "is there already" in failed.pop().what
     sheet.table.setFocus()
-    QTest.keyClick(sheet.table, Qt.Key.Key_F4)
+    QTest.keyClick(sheet.table, Qt.Key.Key_F10)
     assert sheet.form.fields["sizes"].text() == "24.9987"
     sheet.form.fields["certificate"].setText("C-2")
     # Half a millimetre of U: too coarse for every test, with a sentence for each.

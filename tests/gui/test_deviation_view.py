@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import replace
 
 import numpy as np
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtGui import QImage
+from PySide6.QtGui import QColor, QImage
 from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QApplication
 
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import JobView
+from ocmm_core.rendering import ValueField, mesh_of
 from ocmm_core.tolerances.decisions import DeviationClass, deviation_picture
 from ocmm_core.tracking import load_probe
 from ocmm_gui.kit import THEMES
@@ -32,9 +34,12 @@ from ocmm_gui.views import (
     scale_words,
 )
 from ocmm_gui.views._contents import JobDrawing
+from ocmm_gui.views._deviation_surface import field_colours
+from ocmm_gui.views._deviations import surface_colour
 from tests.core.export.sample_report import sample_report, sample_view
-from tests.deviating_job import deviating_job, held_back
+from tests.deviating_job import deviating_job, held_back, placed_part
 from tests.gui.pdf_texts import texts
+from tests.host import HANG_S
 
 UP = np.array([0.0, 0.0, 1.0])
 THEME = pytest.mark.parametrize("theme", THEMES.values(), ids=THEMES)
@@ -179,3 +184,95 @@ def test_the_report_says_the_scale_in_words() -> None:
     assert counted in told
     assert "upper limit" in told
     assert "base, left" in told
+
+
+def waited_for(window: DeviationView | PointView) -> QImage:
+    window.resize(700, 460)
+    window.show()
+    until = time.monotonic() + HANG_S
+    while not window.is_painted() and time.monotonic() < until:
+        QApplication.processEvents()
+    assert window.is_painted()
+    return window.grab().toImage()
+
+
+def share_like(image: QImage, colour: str) -> float:
+    """Return the share of pixels that have the hue of a colour, whatever their light."""
+    wanted = QColor(colour)
+    seen = [image.pixelColor(x, y) for x in range(0, image.width(), 3)
+            for y in range(0, int(0.8 * image.height()), 3)]  # fmt: skip
+    alike = [abs(one.hsvHue() - wanted.hsvHue()) < 12 and one.hsvSaturation() > 60 for one in seen]
+    return sum(alike) / len(alike)
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_part_has_the_colours_of_its_deviations_and_none_while_it_is_not_aligned() -> None:
+    theme = THEMES["dark"]
+    view, _ = deviating_job()
+    up = placed_part().T_world_from_model.rotation[:, 2]
+    images = {}
+    for is_rough in (False, True):
+        window = DeviationView()
+        window.set_theme(theme)
+        window.show_job(replace(view, placed_part=placed_part(is_rough=is_rough)), up)
+        images[is_rough] = waited_for(window)
+        window.close()
+    amber = surface_colour(theme, DeviationClass.WITHIN_ONLY)
+    red = surface_colour(theme, DeviationClass.MORE)
+    assert share_like(images[False], amber) > 0.03
+    assert share_like(images[True], amber) < 0.01
+    assert share_like(images[False], red) > share_like(images[True], red) + 0.001
+
+
+@pytest.mark.usefixtures("qapp")
+def test_the_live_view_has_the_colours_too() -> None:
+    theme = THEMES["light"]
+    window = PointView(
+        load_rig(resource("rigs", "recommended.toml")),
+        load_probe(resource("probes", "standard.toml")),
+    )
+    window.set_theme(theme)
+    view, _ = deviating_job()
+    window.show_job(replace(view, placed_part=placed_part()))
+    window.fit()
+    amber = surface_colour(theme, DeviationClass.WITHIN_ONLY)
+    assert share_like(waited_for(window), amber) > 0.03
+    # As lines alone nothing has a colour, and the scale does not say so.
+    window.next_mode()
+    assert share_like(waited_for(window), amber) < 0.01
+    window.close()
+
+
+def test_colours_of_a_field_never_look_better_than_the_numbers() -> None:
+    field = ValueField(
+        mesh=mesh_of(placed_part().model),
+        parents=np.arange(6),
+        values=np.array([0.0, 0.0, 1.0 + 1e-9, -1e9, np.nan, 0.999]),
+        good=np.array([True, False, True, True, True, True]),
+        reach_mm=1.0,
+    )
+    base = np.full((6, 3), 17, dtype=np.uint8)
+    for theme in THEMES.values():
+        found = [
+            "#" + "".join(f"{c:02x}" for c in row) for row in field_colours(field, base, theme)
+        ]
+        wanted = [
+            surface_colour(theme, DeviationClass.WITHIN),
+            surface_colour(theme, DeviationClass.WITHIN_ONLY),
+            surface_colour(theme, DeviationClass.MORE),
+            surface_colour(theme, DeviationClass.LESS),
+            "#111111",
+        ]
+        assert found[:5] == wanted
+        # Close to the limit it is neither the colour of the middle nor that beyond.
+        assert found[5] not in wanted
+
+
+def test_the_report_says_how_far_colours_reach() -> None:
+    view, nominals = deviating_job()
+    aligned = replace(view, placed_part=placed_part())
+    words = "Colour: between points, to 10.0 mm. Grey: not measured."
+    assert words in texts(lay_out(sample_report(aligned, nominals=nominals)))
+    rough = replace(view, placed_part=placed_part(is_rough=True))
+    assert words not in texts(lay_out(sample_report(rough, nominals=nominals)))
+    assert words not in texts(lay_out(sample_report(view, nominals=nominals)))

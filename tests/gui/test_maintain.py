@@ -73,8 +73,8 @@ def test_no_key_measures_in_maintain(bench: BusBench) -> None:
         enabled[mode] = {info.key for info in ACTIONS if actions[info.key].isEnabled()}
     assert enabled[Mode.MAINTAIN] == {
         "bus_text", "calibrate", "relocate", "verify", "recall", "write_cameras", "define",
-        "mount", "check_tip", "qualify", "pivot", "theme", "log", "mode", "acceptance", "interim",
-        "artefacts", "study", "certificate", "start", "settings", "find",
+        "mount", "check_tip", "qualify", "pivot", "theme", "log", "mode", "find", "settings",
+        "start", "acceptance", "interim", "artefacts", "study", "certificate",
     }  # fmt: skip
     assert "bus_text" not in enabled[Mode.INSPECT]
     assert {"take", "undo", "finish", "flip", "export"} < enabled[Mode.INSPECT]

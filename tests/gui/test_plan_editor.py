@@ -159,7 +159,7 @@ def test_a_model_is_read_beside_the_window_and_can_be_given_up(
     told: list[object] = []
     sheet.failed.connect(told.append)
     sheet.import_file(path)
-    assert sheet.importing.words() == "Importing a.step. F12 cancels."
+    assert sheet.importing.words() == "Importing a.step. Shift+F9 cancels."
     sheet.keys["import"].trigger()
     assert sheet.importing.words() == ""
     qtbot.waitUntil(lambda: multiprocessing.active_children() == [], timeout=HANG_MS)

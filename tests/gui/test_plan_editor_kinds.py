@@ -110,7 +110,7 @@ def _fill(form: ItemForm, key: str, text: str) -> None:
 def test_every_construction_is_filled_in_and_undone(sheet: PlanSheet, kind: str) -> None:
     before = sheet.draft.plan
     sheet.items.choose(ItemKey("features", "BORE_A"))
-    QTest.keyClick(sheet, Qt.Key.Key_F5)
+    QTest.keyClick(sheet, Qt.Key.Key_F6, Qt.KeyboardModifier.ShiftModifier)
     form = sheet.form()
     _fill(form, "kind", kind)
     for key, text in CONSTRUCTIONS[kind].items():
@@ -141,7 +141,7 @@ def test_every_alignment_is_filled_in_saved_and_removed(
     sheet: PlanSheet, tmp_path: Path, kind: str
 ) -> None:
     before = sheet.draft.plan
-    QTest.keyClick(sheet, Qt.Key.Key_F4)
+    QTest.keyClick(sheet, Qt.Key.Key_F5)
     form = sheet.form()
     _fill(form, "type", kind)
     for key, text in ALIGNMENTS[kind].items():

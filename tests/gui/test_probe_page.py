@@ -202,7 +202,7 @@ def test_a_probe_is_examined_while_it_is_defined_and_saved_as_a_new_document(
     page.form.fields["name"].setText("mine")
     page.form.fields["tip_diameter"].setText("8,002")
     _write(page, 2, 3, "173.5")
-    QTest.keyClick(page, Qt.Key.Key_F2)
+    QTest.keyClick(page, Qt.Key.Key_F8)
     qtbot.waitUntil(lambda: page.word() == "SAVED", timeout=PATIENCE_MS)
     made = load_probe(path)
     assert made.name == "mine"
@@ -211,7 +211,7 @@ def test_a_probe_is_examined_while_it_is_defined_and_saved_as_a_new_document(
     assert probe_text(read_definition(path)) == path.read_text()
     # A document that may have been used is never changed.
     before = path.read_bytes()
-    QTest.keyClick(page, Qt.Key.Key_F2)
+    QTest.keyClick(page, Qt.Key.Key_F8)
     assert page.word() == "CANNOT BE USED"
     assert "this file already exists" in page.sentence.text()
     assert path.read_bytes() == before
@@ -234,7 +234,7 @@ def test_what_cannot_be_a_probe_is_said_in_words(qtbot: QtBot, definition: Defin
 
 def test_leds_are_added_removed_and_taken_as_measured(definition: DefinitionPage) -> None:
     page = definition
-    QTest.keyClick(page, Qt.Key.Key_F5)
+    QTest.keyClick(page, Qt.Key.Key_F10)
     assert page.leds.rowCount() == 7
     assert page.leds.words(6)[1:] == page.leds.words(5)[1:]
     page.leds.setCurrentCell(0, 0)

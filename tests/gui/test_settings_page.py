@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import tomllib
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -9,10 +10,12 @@ from typing import TYPE_CHECKING
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QAbstractButton, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
+from ocmm_core.export.report import load_paper, standard_template, template_in_use
 from ocmm_core.settings import SETTINGS, Kind, SettingsFile, SettingsStore, Value
 from ocmm_gui.home import SettingsPage
 from ocmm_gui.kit import ACTIONS, usable_keys
@@ -54,7 +57,7 @@ def make_page(qtbot: QtBot, tmp_path: Path) -> Iterator[MakePage]:
 def _type(qtbot: QtBot, field: QLineEdit, text: str) -> None:
     field.setFocus()
     field.selectAll()
-    qtbot.keyClicks(field, text)
+    QTest.keyClicks(field, text)
 
 
 def test_every_setting_has_a_row_or_is_a_list_of_keys(make_page: MakePage) -> None:
@@ -70,11 +73,11 @@ def test_what_is_typed_is_judged_at_once_and_kept_with_return(
     row = page.rows["instrument.check_after_h"]
     _type(qtbot, row.field, "9999")
     assert "0.1 to 168 h" in row.fault()
-    qtbot.keyClick(row.field, Qt.Key.Key_Return)
+    QTest.keyClick(row.field, Qt.Key.Key_Return)
     assert page.loaded.settings.instrument_check_after_h == 8.0
     _type(qtbot, row.field, "4,5")
     assert not row.fault()
-    qtbot.keyClick(row.field, Qt.Key.Key_Return)
+    QTest.keyClick(row.field, Qt.Key.Key_Return)
     assert page.loaded.settings.instrument_check_after_h == 4.5
     assert row.mark.text()
     assert "Default: 8." in row.told.text()
@@ -92,10 +95,10 @@ def test_escape_takes_back_what_was_typed_and_then_leaves(
     row = page.rows["job.operator"]
     page.show_section(1)
     _type(qtbot, row.field, "Anna")
-    qtbot.keyClick(row.field, Qt.Key.Key_Escape)
+    QTest.keyClick(row.field, Qt.Key.Key_Escape)
     assert row.field.text() == ""
     with qtbot.waitSignal(page.left):
-        qtbot.keyClick(row.field, Qt.Key.Key_Escape)
+        QTest.keyClick(row.field, Qt.Key.Key_Escape)
 
 
 def test_a_rig_that_is_none_is_refused_while_it_is_typed(make_page: MakePage, qtbot: QtBot) -> None:
@@ -157,11 +160,11 @@ def test_a_key_is_changed_by_pressing_it_and_a_taken_one_is_refused(
     keys = page.keys_list
     keys.select("flip")
     keys.list.itemActivated.emit(keys.list.currentItem())
-    qtbot.keyClick(keys.capture, Qt.Key.Key_Space)
+    QTest.keyClick(keys.capture, Qt.Key.Key_Space)
     assert "already Take" in keys.told.text()
     assert not page.loaded.settings.window_keys
     keys.list.itemActivated.emit(keys.list.currentItem())
-    qtbot.keyClick(keys.capture, Qt.Key.Key_B, Qt.KeyboardModifier.ControlModifier)
+    QTest.keyClick(keys.capture, Qt.Key.Key_B, Qt.KeyboardModifier.ControlModifier)
     assert page.loaded.settings.window_keys == {"flip": ("Ctrl+B",)}
     keys.select("take")
     keys.take("F16")
@@ -209,16 +212,16 @@ def test_the_search_does_what_was_typed(open_window: OpenWindow, qtbot: QtBot) -
     window = open_window(start=False).window
     window.actions_by_key["find"].trigger()
     assert window.search.isVisible()
-    qtbot.keyClicks(window.search.field, "unfinished")
-    qtbot.keyClick(window.search.field, Qt.Key.Key_Return)
+    QTest.keyClicks(window.search.field, "unfinished")
+    QTest.keyClick(window.search.field, Qt.Key.Key_Return)
     assert not window.search.isVisible()
     assert window.centralWidget() is not None
     qtbot.waitUntil(lambda: window.sheets.is_made("job"))
     # On a page its own actions are found, too.
     window.actions_by_key["find"].trigger()
-    qtbot.keyClicks(window.search.field, "next part")
+    QTest.keyClicks(window.search.field, "next part")
     assert window.search.list.count() >= 1
-    qtbot.keyClick(window.search.field, Qt.Key.Key_Escape)
+    QTest.keyClick(window.search.field, Qt.Key.Key_Escape)
     assert not window.search.isVisible()
 
 
@@ -232,3 +235,19 @@ def test_every_action_can_be_found_by_its_name(open_window: OpenWindow) -> None:
             item = window.search.list.item(0)
             assert item is not None, info.key
             assert window.search.list.count() >= 1
+
+
+def test_the_head_of_reports_is_kept_for_every_route(make_page: MakePage, tmp_path: Path) -> None:
+    logo = tmp_path / "our.png"
+    logo.write_bytes(b"\x89PNG\r\n\x1a\n" + bytes(64))
+    page = make_page()
+    page.change("report.laboratory", "Laboratory of tests")
+    page.change("report.address", ("1 Long Road", "Town"))
+    page.change("report.logo", logo)
+    paper = load_paper(template_in_use())
+    assert paper.template.laboratory.name == "Laboratory of tests"
+    assert paper.template.laboratory.address == ["1 Long Road", "Town"]
+    assert paper.logo == logo.read_bytes()
+    # What the template says besides is still there.
+    assert paper.template.signatures == load_paper(standard_template()).template.signatures
+    shutil.rmtree(template_in_use().parent)

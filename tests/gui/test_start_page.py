@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
+from PySide6.QtTest import QTest
 from PySide6.QtWidgets import QPushButton
 from pytestqt.qtbot import QtBot
 
@@ -109,10 +110,10 @@ def test_a_new_job_begins_with_a_plan(make_start: MakeStart, qtbot: QtBot, tmp_p
     own.write_bytes(resource("plans", "quick.toml").read_bytes())
     RecentPlaces(tmp_path / "recent.json").note_plan(own)
     window = make_start()
-    qtbot.keyClick(window.page, Qt.Key.Key_F2)
+    QTest.keyClick(window.page, Qt.Key.Key_F2)
     qtbot.waitUntil(lambda: window.plans.list.count() > 1, timeout=HANG_MS)
     # What was used last is first, and Return takes it.
-    qtbot.keyClick(window.plans.list, Qt.Key.Key_Return)
+    QTest.keyClick(window.plans.list, Qt.Key.Key_Return)
     assert window.choice == Choice(Errands.NEW, own.absolute())
 
 
@@ -159,7 +160,7 @@ def test_the_browser_lists_folders_beside_the_work_and_gives_a_file(
     qtbot.waitUntil(lambda: files.count() == 3, timeout=HANG_MS)
     assert [files.item(row).text() for row in range(3)] == ["↑ Folder above", "deep/", "a.ocmm"]
     window.browser.path.setText(str(tmp_path / "none.ocmm"))
-    qtbot.keyClick(window.browser.path, Qt.Key.Key_Return)
+    QTest.keyClick(window.browser.path, Qt.Key.Key_Return)
     assert "not there" in window.browser.told.text()
     files.itemActivated.emit(files.item(2))
     assert window.choice == Choice(Errands.LOOK, tmp_path / "jobs" / "a.ocmm")

@@ -56,7 +56,7 @@ def test_the_next_job_is_begun_by_another_plan_by_keyboard(
         msgspec.structs.replace(plan, part="OTHER", features=[bed, *plan.features[1:]]), other
     )
 
-    _press(KEY.Key_J, KEY.Key_F5)
+    _press(KEY.Key_J, KEY.Key_F9)
     _write(str(other))
     job = window.sheets.job
     assert job.plans.currentText() == "DEMO, other.toml"

@@ -28,7 +28,7 @@ _NOT_SHOWN = frozenset(
         "setObjectName", "setProperty", "property", "QKeySequence", "findChild", "getattr",
         "hasattr", "TypeVar", "cast", "door", "Signal", "setShortcut",
         # style sheets, fonts, files
-        "setStyleSheet", "setFamilies", "Path", "resource", "strftime",
+        "add_argument_group", "setStyleSheet", "setFamilies", "Path", "resource", "strftime",
         # words looked for in data
         "replace", "partition", "removeprefix", "removesuffix", "startswith", "endswith", "split",
         "compile",
@@ -41,7 +41,7 @@ _NOT_SHOWN = frozenset(
 """A literal that is given to one of these is nothing that the window shows."""
 
 _KEY = re.compile(
-    r"(Shift\+|Ctrl\+)?(F\d+|[A-Z]|Space|Backspace|Return|Enter|PgUp|PgDown|Del|Ins|Esc)"
+    r"(Shift\+|Ctrl\+)?(F\d+|[A-Z]|Space|Backspace|Return|Enter|PgUp|PgDown|Home|Del|Ins|Esc|Tab|Backtab|,)"
 )
 """Keys, as `QKeySequence` reads them."""
 
@@ -52,6 +52,9 @@ _KNOWN = {
         "QT_QPA_PLATFORM": "environment", "Fusion": "style of Qt",
         "The picture … cannot be written.\n": "on the terminal",
     },
+    "acceptance/_desk.py": {"INTERIM": "name of a procedure"},
+    "acceptance/_study_sheet.py": {"STUDY-1": "name that is filled in"},
+    "window/_acceptance.py": {"INTERIM": "name of a procedure"},
     "window/_main_window.py": {"The window": "part of an error"},
     "window/_preload.py": {"*": "names of classes"},
     "plan_editor/_field_text.py": {"*": "parts of an error"},

@@ -56,7 +56,7 @@ def test_the_desktop_entry_opens_jobs_and_the_window_takes_one() -> None:
     entry.optionxform = str  # type: ignore[assignment,method-assign] # as typeshed's own page says
     entry.read(_DEBIAN / "ocmm.desktop", encoding="utf-8")
     desktop = entry["Desktop Entry"]
-    assert desktop["Exec"] == "/opt/ocmm/ocmm -m ocmm_gui %f"
+    assert desktop["Exec"] == "/opt/ocmm/ocmm -m ocmm_gui --start %f"
     assert (_DEBIAN / f"{desktop['Icon']}.svg").is_file()
     types = ElementTree.parse(_DEBIAN / "ocmm-mime.xml").getroot()  # noqa: S314 - our own file
     space = "{http://www.freedesktop.org/standards/shared-mime-info}"

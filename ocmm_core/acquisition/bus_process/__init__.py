@@ -23,6 +23,11 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._config import BusConfig, read_config
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import RECIPE, bus_command
+    from ocmm_core.acquisition.bus_process._maintenance_process import (
+        MaintenanceConfig,
+        MaintenanceNews,
+        maintenance_command,
+    )
     from ocmm_core.acquisition.bus_process._realtime import (
         BUS_PRIORITY,
         CAMERA_PRIORITY,
@@ -46,6 +51,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _maintenance_process="MaintenanceConfig MaintenanceNews maintenance_command",
         _client="Acquisition BusProcess ChildProcess",
         _commands="read_first_line",
         _config="BusConfig read_config",
@@ -73,6 +79,8 @@ __all__ = [
     "Capability",
     "ChildProcess",
     "EthercatSource",
+    "MaintenanceConfig",
+    "MaintenanceNews",
     "ProcessRights",
     "RemoteObjects",
     "ScanConfig",
@@ -84,6 +92,7 @@ __all__ = [
     "granted_by",
     "hold_nothing",
     "lock_memory",
+    "maintenance_command",
     "read_config",
     "read_first_line",
     "rights_of",

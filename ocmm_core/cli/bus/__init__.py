@@ -17,6 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.cli.bus._bus import bus_app
+    from ocmm_core.cli.bus._maintenance import camera_app
     from ocmm_core.cli.bus._options import BusOption
     from ocmm_core.cli.bus._rig import rig_app
     from ocmm_core.cli.bus._session import open_bus
@@ -24,6 +25,7 @@ else:
     __getattr__ = door(
         __name__,
         _bus="bus_app",
+        _maintenance="camera_app",
         _options="BusOption",
         _rig="rig_app",
         _session="open_bus",
@@ -32,6 +34,7 @@ else:
 __all__ = [
     "BusOption",
     "bus_app",
+    "camera_app",
     "open_bus",
     "rig_app",
 ]

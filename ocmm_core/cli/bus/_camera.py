@@ -66,10 +66,10 @@ def snapshot(
     encode = encoder_for(file)
     window = _window(region)
     console = make_console()
-    with open_bus(source, rig, camera=camera, force=force) as bus, _interruptible(console):
+    with open_bus(source, rig, camera=camera, force=force) as bus, interruptible(console):
         access = bus.objects(camera)
         console.print(f"Camera '{camera}' takes a picture; Ctrl-C cancels.")
-        with _bar(console, "Fetching it") as told:
+        with bar(console, "Fetching it") as told:
             picture = take_snapshot(access, window, told)
     console.print(
         f"{picture.shape[1]} x {picture.shape[0]} pixels, grey levels {picture.min()} to "
@@ -96,9 +96,9 @@ def measure(
     from ocmm_core.fieldbus.objects import measure_black_image, store_black_image
 
     console = make_console()
-    with open_bus(source, rig, camera=camera, force=force) as bus, _interruptible(console):
+    with open_bus(source, rig, camera=camera, force=force) as bus, interruptible(console):
         access = bus.objects(camera)
-        with _bar(console, "Averaging") as told:
+        with bar(console, "Averaging") as told:
             state = measure_black_image(access, frames, told)
         if store:
             state = store_black_image(access)
@@ -235,7 +235,7 @@ def history(
 
 
 @contextmanager
-def _bar(console: Console, text: str) -> Iterator[Told]:
+def bar(console: Console, text: str) -> Iterator[Told]:
     """Show a bar while something is under way."""
     with Progress(
         TextColumn(text, markup=False),
@@ -250,7 +250,8 @@ def _bar(console: Console, text: str) -> Iterator[Told]:
 
 
 @contextmanager
-def _interruptible(console: Console) -> Iterator[None]:
+def interruptible(console: Console) -> Iterator[None]:
+    """End with a word where Ctrl-C is pressed."""
     try:
         yield
     except KeyboardInterrupt:

@@ -9,7 +9,14 @@ from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.acquisition.bus_process import ChildProcess, RemoteObjects, ScanConfig, scan_command
+from ocmm_core.acquisition.bus_process import (
+    ChildProcess,
+    MaintenanceConfig,
+    RemoteObjects,
+    ScanConfig,
+    maintenance_command,
+    scan_command,
+)
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
 from ocmm_core.camera import CameraModel, Rig, load_rig
 from ocmm_core.cli.terminal import make_console
@@ -27,7 +34,7 @@ from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
 from ocmm_core.fieldbus.wire import ScannedDevice, decode_scan
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import scan_virtual
+from ocmm_core.simulation.bus import maintain_virtual, scan_virtual
 
 _START_S = 60.0
 """The bus process gives up by itself where starting is of no use."""
@@ -133,6 +140,25 @@ def scan(source: str, rig_path: Path, *, force: bool = False) -> tuple[ScannedDe
         command = scan_command()
         first_lines = ScanConfig(interface=named.value, force=force).to_json()
     return decode_scan(_ask(command, first_lines))
+
+
+def maintenance_of(
+    source: str, rig_path: Path, serial: int, alias: int, firmware: str, *, force: bool = False
+) -> tuple[list[str], bytes]:
+    """Return the command that changes a camera, and its input; errors as `scan`."""
+    named = source_of(source)
+    if not _may_scan(named.spec):
+        what = "whose bus is private" if named.spec.on_bus else _NO_BUS
+        raise _wrong_source(source, what, [spec for spec in SOURCES if _may_scan(spec)])
+    config = MaintenanceConfig(
+        interface=named.value, force=force, serial=serial, alias=alias, firmware=firmware
+    )
+    if named.spec.segment is None:
+        return maintenance_command(), config.to_json()
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
+    return maintain_virtual(
+        named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path)), config
+    )
 
 
 def _ask(command: list[str], first_lines: bytes) -> bytes:

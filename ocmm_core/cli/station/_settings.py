@@ -85,8 +85,12 @@ def set_command(
     """Change one setting; a window that is open takes it at its next start."""
     spec = spec_of(key)
     given = value_of_text(spec, value)
-    notes = SettingsStore.of_this_user().change({key: given}, Scope.STATION if station else None)
-    _tell(notes)
+    store = SettingsStore.of_this_user()
+    _tell(store.change({key: given}, Scope.STATION if station else None))
+    if spec.section == "report":
+        from ocmm_core.export.report import use_head
+
+        use_head(store.load().settings, store.user.path.parent)
     make_console(soft_wrap=True).print(
         f"{key} = {text_of(given) or '-'}", highlight=False, markup=False
     )

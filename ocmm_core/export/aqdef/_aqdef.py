@@ -75,10 +75,11 @@ def _differences(
         found = read_transfer(files[name])
     except (StorageError, UnicodeDecodeError) as error:
         return [f"{name}: {error}"]
+    texts = found.texts()
     different = [
         f"{name}: {line.key}/{line.index} is not {line.text!r}."
         for line in head_lines(jobs, units)
-        if found.text(line.key, line.index) != line.text
+        if texts.get((line.key, line.index)) != line.text
     ]
     serials = [line.text for line in found.lines if line.key == "K0014"]
     wanted = [fitted("K0014", data.head.serial) for data in jobs]

@@ -43,10 +43,12 @@ class TransferFile:
 
     def text(self, key: str, index: int = 0) -> str | None:
         """Return the first text of a key; None where there is none."""
-        for line in self.lines:
-            if (line.key, line.index) == (key, index):
-                return line.text
-        return None
+        return self.texts().get((key, index))
+
+    def texts(self) -> dict[tuple[str, int], str]:
+        """Return the first text of every key and index; for whoever asks for many."""
+        # From the end, so that the first one is what stays.
+        return {(line.key, line.index): line.text for line in reversed(self.lines)}
 
 
 def read_transfer(content: bytes) -> TransferFile:

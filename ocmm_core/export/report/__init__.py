@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ocmm_core.export.report._elements import Element
     from ocmm_core.export.report._exporter import Exporter, ReportFormat
     from ocmm_core.export.report._head import head_table
-    from ocmm_core.export.report._headed import headed_template
+    from ocmm_core.export.report._headed import use_head
     from ocmm_core.export.report._json_file import JSON
     from ocmm_core.export.report._json_schema import ReportFile, read_report
     from ocmm_core.export.report._names import (
@@ -101,7 +101,7 @@ else:
             "Instrument ReportData ReportedFeature ReportedResult report_data report_of_job"
         ),
         _tables="Cell Number Table Units features_table points_table report_table",
-        _headed="headed_template",
+        _headed="use_head",
         _template=(
             "SECTIONS Paper Particulars ReportTemplate Section load_paper plain_paper "
             "standard_template"
@@ -140,7 +140,6 @@ __all__ = [
     "features_table",
     "given_with",
     "head_table",
-    "headed_template",
     "keep_given",
     "keep_template",
     "load_paper",
@@ -164,4 +163,5 @@ __all__ = [
     "statements",
     "station_template",
     "template_in_use",
+    "use_head",
 ]

@@ -8,30 +8,39 @@ from pathlib import Path
 
 from ocmm_core.documents import LARGEST_DOCUMENT, read_bytes, read_text, write_atomic
 from ocmm_core.errors import StorageError
-from ocmm_core.export.report._template import load_paper, standard_template
+from ocmm_core.export.report._papers import keep_template, template_in_use
+from ocmm_core.export.report._template import load_paper
 from ocmm_core.settings import Settings, toml_text
 
 _FOLDER = "report-head"
 _LARGEST_LOGO = 4 << 20
 
 
-def headed_template(settings: Settings, folder: Path) -> Path | None:
-    """Return the template that reports of this station begin with; None for the plain one.
+def use_head(settings: Settings, folder: Path) -> Path | None:
+    """Let every report of this station begin with the head that the settings say.
 
-    Where the settings say no laboratory, address or logo, it is their template as it is. Else a
-    copy of it with that head is written below ``folder``, with the logo beside it.
+    Laboratory, address and logo are put into the template of the settings, or into the one in use,
+    and the result is kept for every route to a report (`keep_template`). Where the settings say
+    nothing of it, the template in use stays as it is, and None is returned.
+
+    Parameters
+    ----------
+    settings
+        Their part ``report``.
+    folder
+        Where the template with its head is written, with the logo beside it.
 
     Raises
     ------
     InputError
         The template or the logo cannot be used.
     StorageError
-        The copy cannot be written.
+        It cannot be written.
     """
     base = settings.report_template
     if not (settings.report_laboratory or settings.report_address or settings.report_logo):
-        return base
-    source = base or standard_template()
+        return None if base is None else keep_template(base)
+    source = base or template_in_use()
     paper = load_paper(source)
     data = tomllib.loads(read_text(source, LARGEST_DOCUMENT))
     laboratory = data.setdefault("laboratory", {})
@@ -59,5 +68,4 @@ def headed_template(settings: Settings, folder: Path) -> Path | None:
             f"{made}: the head of the report cannot be written ({error.strerror}).",
             "Give this user the right to write there; reports have the plain head until then.",
         ) from error
-    load_paper(path)
-    return path
+    return keep_template(path)

@@ -5,8 +5,8 @@ In: nothing but the tables here. Out: what master, software camera, ESI file and
 Read `_camera_objects` (the object dictionary) with `_object_entries` and `_profile_objects`,
 `_camera_slave` (process data and configuration), `_input_layout` (the header by the revision of a
 camera, and whose input it is), `_controller` (EEPROM and clock), `_identity` (which device is which
-camera), `_intrinsics` (the block of data in a camera), `_diagnosis`, `_esi`, and `_object_page`,
-which writes docs/camera_objects.md.
+camera), `_intrinsics` (the block of data in a camera), `_firmware` (its file), `_diagnosis`,
+`_esi`, and `_object_page` with `_page_of_the_wire`, which writes docs/camera_objects.md.
 It must not know sockets, cycles or the virtual rig.
 """
 
@@ -90,6 +90,7 @@ if TYPE_CHECKING:
         ClockMode,
     )
     from ocmm_core.fieldbus.device._diagnosis import DATA_BYTES, DiagnosisMessage
+    from ocmm_core.fieldbus.device._firmware import Firmware
     from ocmm_core.fieldbus.device._identity import (
         CameraIdentity,
         FoundDevice,
@@ -114,6 +115,7 @@ if TYPE_CHECKING:
         CHUNK_BYTES,
         CONFIGURATION,
         COUNTERS,
+        IDENTIFY,
         INFORMATION,
         MAX_BLACK_FRAMES,
         NOTE_BYTES,
@@ -146,6 +148,7 @@ else:
             "SII_CONFIGURATION ClockMode"
         ),
         _diagnosis="DATA_BYTES DiagnosisMessage",
+        _firmware="Firmware",
         _identity="CameraIdentity FoundDevice assign check_sensor",
         _input_layout=(
             "DATA_CRC DATA_CRC_AT Header INPUT_LAYOUTS InputLayout NEWEST_LAYOUT NO_MARK data_mark"
@@ -154,8 +157,8 @@ else:
         _object_entries="DictionaryObject ObjectEntry",
         _profile_objects=(
             "BLACK_IMAGE BlackCommand BlackImage CALIBRATION CHUNK_BYTES CONFIGURATION COUNTERS "
-            "INFORMATION MAX_BLACK_FRAMES NOTE_BYTES SNAPSHOT SnapshotCommand VERSIONS WINDOWS "
-            "Work"
+            "IDENTIFY INFORMATION MAX_BLACK_FRAMES NOTE_BYTES SNAPSHOT SnapshotCommand VERSIONS "
+            "WINDOWS Work"
         ),
     )
 
@@ -183,6 +186,7 @@ __all__ = [
     "HISTORY",
     "HISTORY_FIRST",
     "HISTORY_MESSAGES",
+    "IDENTIFY",
     "IDENTITY",
     "IDENTITY_SERIAL",
     "INFORMATION",
@@ -242,6 +246,7 @@ __all__ = [
     "DictionaryObject",
     "ErrorCode",
     "ErrorRegister",
+    "Firmware",
     "FoundDevice",
     "Header",
     "InputLayout",

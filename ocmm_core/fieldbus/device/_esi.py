@@ -5,6 +5,7 @@ Generated from the table of the objects by ``python -m ocmm_core.fieldbus.device
 
 from __future__ import annotations
 
+import struct
 from xml.etree import ElementTree
 
 from ocmm_core.fieldbus.device._camera_objects import (
@@ -16,6 +17,9 @@ from ocmm_core.fieldbus.device._camera_objects import (
 from ocmm_core.fieldbus.device._camera_slave import (
     DEVICE_NAME,
     INPUT_PDOS,
+    MAILBOX_BYTES,
+    MAILBOX_IN_START,
+    MAILBOX_OUT_START,
     OUTPUT_PDO,
     PRODUCT_CODE,
     REVISION,
@@ -38,6 +42,12 @@ from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEn
 ESI_FILE = ("ethercat", "ocmm_camera.xml")
 """Where it is in the resources."""
 
+_BOOTSTRAP = (
+    struct.pack("<HHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
+    .hex()
+    .upper()
+)
+"""Mailboxes in BOOT: where they always are."""
 _ENGLISH = "1033"
 _COUNT_BITS = 16
 """Entry 0 takes so many bits in a record."""
@@ -84,10 +94,12 @@ def esi_document() -> bytes:
         SdoInfo="1", PdoAssign="0", PdoConfig="0", CompleteAccess="1", SegmentedSdo="1",
         DiagHistory="1",
     )  # fmt: skip
+    _add(mailbox, "FoE")
     _add_clock(device)
     eeprom = _add(device, "Eeprom")
     _add(eeprom, "ByteSize", str(SII_BYTES))
     _add(eeprom, "ConfigData", SII_CONFIGURATION.hex().upper())
+    _add(eeprom, "BootStrap", _BOOTSTRAP)
     ElementTree.indent(root, "  ")
     text = ElementTree.tostring(root, "unicode")
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'.encode()

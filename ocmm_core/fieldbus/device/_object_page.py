@@ -41,6 +41,7 @@ from ocmm_core.fieldbus.device._controller import CONTROLLERS, SYNC_PULSE_NS
 from ocmm_core.fieldbus.device._diagnosis import MESSAGE_BYTES
 from ocmm_core.fieldbus.device._esi import ESI_FILE, esi_document, type_name
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
+from ocmm_core.fieldbus.device._page_of_the_wire import SII_WORDS, WIRE
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "camera_objects.md"
 """Where the page is in the repository."""
@@ -121,6 +122,8 @@ Snapshot: write the region to 0x8030:01 to :04 (zero width or height: the whole 
 :05; wait until :06 is 2 (done). Then, until the total of :08 is there: write the offset to :09 and
 read a chunk from :0A. Compare the CRC-32 of all bytes with :0B, and write 2 to :05.
 
+Identify: write the seconds to 0x8040:01; the status light blinks twice a second for so long.
+
 Intrinsics: write the block to 0x8010:01, read it back, and compare SHA-256 (:03). The camera
 refuses a damaged block and one of another serial number. The block (100 bytes): letters `OCIN`,
 version UINT 1, reserved UINT 0, serial number UDINT, date ULINT (s since 1970 UTC), width and
@@ -159,6 +162,7 @@ def object_page() -> str:
             _eeprom(),
             _FLOW,
             _COMMANDS,
+            WIRE,
             _ERRORS,
             _table(("Code", "Meaning"), ((f"{c:#06x}", text) for c, text in ERROR_TEXTS.items())),
             "Error register (0x1001):\n",
@@ -226,6 +230,8 @@ def _eeprom() -> str:
             "an ET1100 makes SYNC0 an input, and without bit 10 of word 0 it gives none out. The\n"
             "file has the words of the first row; with another controller take those of its row.\n",
             _table(titles, rows),
+            "All words (ETG.2010):\n",
+            _table(("Word", "Content"), SII_WORDS),
         )
     )
 

@@ -29,6 +29,7 @@ WINDOWS = 0x8001
 CALIBRATION = 0x8010
 BLACK_IMAGE = 0x8020
 SNAPSHOT = 0x8030
+IDENTIFY = 0x8040
 INFORMATION = 0x9000
 VERSIONS = 0x9010
 COUNTERS = 0xA000
@@ -103,6 +104,7 @@ def profile_objects(serial: int, layout: InputLayout) -> dict[int, DictionaryObj
         CALIBRATION: _calibration(),
         BLACK_IMAGE: _black_image(),
         SNAPSHOT: _snapshot(),
+        IDENTIFY: _identify(),
         INFORMATION: _information(serial),
         VERSIONS: record(
             "Versions",
@@ -220,6 +222,18 @@ def _snapshot() -> DictionaryObject:
             number("Picture height", DataType.UINT, unit="px", live=True),
         ],
         "A raw picture as the sensor sees it, read in chunks.",
+    )  # fmt: skip
+
+
+def _identify() -> DictionaryObject:
+    return record(
+        "Identify",
+        [
+            number("Seconds", DataType.UINT, unit="s", access=Access.WRITE, low=0, high=600,
+                   text="The camera blinks for so long; 0 ends it."),
+            number("Left", DataType.UINT, unit="s", text="0: it does not blink.", live=True),
+        ],
+        "Lets people find the camera: its status light blinks twice a second.",
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.fieldbus.objects._camera_client import (
+        blink,
         clear_error_history,
         read_error_history,
         read_intrinsics,
@@ -32,10 +33,16 @@ if TYPE_CHECKING:
         take_snapshot,
     )
     from ocmm_core.fieldbus.objects._emergency import Emergency
+    from ocmm_core.fieldbus.objects._foe import FIRMWARE_NAME, FoeWrite
     from ocmm_core.fieldbus.objects._mailbox_line import (
         SYNC_MANAGER_BYTES,
         SYNC_MANAGERS,
         MailboxAreas,
+    )
+    from ocmm_core.fieldbus.objects._maintenance import (
+        find_camera,
+        update_firmware,
+        write_alias,
     )
     from ocmm_core.fieldbus.objects._object_access import ObjectAccess, Progress
     from ocmm_core.fieldbus.objects._objects import ObjectService, RequestPort
@@ -57,12 +64,16 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _camera_client="clear_error_history read_error_history read_intrinsics write_intrinsics",
+        _camera_client=(
+            "blink clear_error_history read_error_history read_intrinsics write_intrinsics"
+        ),
         _camera_pictures=(
             "BlackImageState clear_black_image load_black_image measure_black_image "
             "read_black_image store_black_image take_snapshot"
         ),
         _emergency="Emergency",
+        _foe="FIRMWARE_NAME FoeWrite",
+        _maintenance="find_camera update_firmware write_alias",
         _mailbox_line="MailboxAreas SYNC_MANAGERS SYNC_MANAGER_BYTES",
         _object_access="ObjectAccess Progress",
         _objects="ObjectService RequestPort",
@@ -75,6 +86,7 @@ else:
     )
 
 __all__ = [
+    "FIRMWARE_NAME",
     "MAX_EEPROM_WORDS",
     "MAX_LINE_BYTES",
     "MAX_VALUE_BYTES",
@@ -85,6 +97,7 @@ __all__ = [
     "CancelRequest",
     "EepromRequest",
     "Emergency",
+    "FoeWrite",
     "MailboxAreas",
     "ObjectAccess",
     "ObjectReply",
@@ -94,12 +107,14 @@ __all__ = [
     "Request",
     "RequestPort",
     "Thermometer",
+    "blink",
     "clear_black_image",
     "clear_error_history",
     "coe_content",
     "decode_reply",
     "decode_request",
     "encode_line",
+    "find_camera",
     "load_black_image",
     "measure_black_image",
     "read_black_image",
@@ -107,5 +122,7 @@ __all__ = [
     "read_intrinsics",
     "store_black_image",
     "take_snapshot",
+    "update_firmware",
+    "write_alias",
     "write_intrinsics",
 ]

@@ -13,6 +13,7 @@ from ocmm_core.fieldbus.device import (
     HISTORY,
     HISTORY_FIRST,
     HISTORY_MESSAGES,
+    IDENTIFY,
     IDENTITY,
     INFORMATION,
     NOTE_BYTES,
@@ -127,6 +128,12 @@ def read_error_history(access: ObjectAccess) -> tuple[DiagnosisMessage, ...]:
     )
     contents = (access.read(HISTORY, place, room=STRING_BYTES) for place in order)
     return tuple(DiagnosisMessage.decode(content) for content in contents if content)
+
+
+def blink(access: ObjectAccess, seconds: int) -> int:
+    """Let the camera blink for so long, 0 to 600 s; return how long it says it will."""
+    access.write(IDENTIFY, 1, seconds.to_bytes(2, "little"))
+    return read_number(access, IDENTIFY, 2, 2)
 
 
 def clear_error_history(access: ObjectAccess) -> None:

@@ -35,11 +35,14 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
     from ocmm_core.fieldbus.wire._port import Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
+        Exchange,
         RawLine,
         ScannedDevice,
         decode_scan,
         encode_scan,
+        read_words,
         scan_devices,
+        write_word,
     )
     from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
     from ocmm_core.fieldbus.wire._sockets import LinkWatch
@@ -54,7 +57,10 @@ else:
         _mapping="check_mapping",
         _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
         _port="Passage Port",
-        _scan="RawLine ScannedDevice decode_scan encode_scan scan_devices",
+        _scan=(
+            "Exchange RawLine ScannedDevice decode_scan encode_scan read_words scan_devices "
+            "write_word"
+        ),
         _service="Job ServiceChannel",
         _tally="OWN_TOKEN",
         _sockets="LinkWatch",
@@ -69,6 +75,7 @@ __all__ = [
     "Command",
     "Datagram",
     "EepromRead",
+    "Exchange",
     "HostTime",
     "Job",
     "LinkWatch",
@@ -89,5 +96,7 @@ __all__ = [
     "has_passed",
     "is_virtual_cable",
     "is_virtual_interface",
+    "read_words",
     "scan_devices",
+    "write_word",
 ]

@@ -27,7 +27,7 @@ from ocmm_core.fieldbus.wire._sockets import listen, receive
 
 _TYPE, _AL_STATUS = 0x0000, 0x0130
 _EEPROM_OWNER, _EEPROM_CONTROL = 0x0500, 0x0502
-_READ, _BUSY, _ERRORS = 0x0100, 0x8000, 0x7800
+_READ, _WRITE, _BUSY, _ERRORS = 0x0100, 0x0201, 0x8000, 0x7800
 _EEPROM_REQUEST = struct.Struct("<HI")
 _EEPROM_ANSWER = struct.Struct("<HI4s")
 _ALIAS_WORD, _IDENTITY_WORD, _SERIAL_WORD = 4, 8, 14
@@ -81,6 +81,36 @@ def stored_serial(exchange: Exchange, position: int) -> int:
     ask = _asking(exchange, position)
     ask(Command.APWR, _EEPROM_OWNER, b"\x00")
     return int(struct.unpack("<I", _read_eeprom(ask, position, _SERIAL_WORD))[0])
+
+
+def read_words(exchange: Exchange, position: int, word: int, words: int) -> bytes:
+    """Return words of the EEPROM of the device at a position, 0 first; errors as above."""
+    ask = _asking(exchange, position)
+    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
+    content = b"".join(_read_eeprom(ask, position, each) for each in range(word, word + words, 2))
+    return content[: 2 * words]
+
+
+def write_word(exchange: Exchange, position: int, word: int, value: int) -> None:
+    """Write a word of the EEPROM of the device at a position, 0 first.
+
+    Raises
+    ------
+    BusError
+        It does not take it.
+    """
+    ask = _asking(exchange, position)
+    ask(Command.APWR, _EEPROM_OWNER, b"\x00")
+    # Address and value first, then the command with the bit that allows writing.
+    ask(Command.APWR, _EEPROM_CONTROL + 2, struct.pack("<IH", word, value))
+    ask(Command.APWR, _EEPROM_CONTROL, struct.pack("<H", _WRITE))
+    for _ in range(_POLLS):
+        (status,) = struct.unpack("<H", ask(Command.APRD, _EEPROM_CONTROL, bytes(2)))
+        if not status & _BUSY:
+            if status & _ERRORS:
+                break
+            return
+    raise _lost(position, f"does not let its EEPROM be written (word {word})")
 
 
 class RawLine:

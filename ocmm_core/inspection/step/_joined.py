@@ -28,6 +28,8 @@ EDGE_MM = 1.0
 _HOLLOW = -0.1
 """An edge is one that falls away where the normal beyond it leans back by more than this."""
 _SAME_AXIS, _MOST_AXES = np.cos(np.radians(1.0)), 40
+_SHORT_MM = 5.0
+"""Half the length of a stretch of an edge up to which it is found by its middle."""
 _SPARE = 2
 """So many times the usual points are placed, for who wants more."""
 
@@ -140,9 +142,10 @@ def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> l
     """
     group_of = {index: number for number, group in enumerate(groups) for index in group}
     owners = [(i, rim) for i, one in enumerate(faces) for rim in one.rims]
-    kept: list[list[Float]] = [[np.empty((0, 2, 3)), np.empty((0, 2, 3))] for _ in faces]
+    none = np.empty((0, 2, 3))
+    kept: list[tuple[list[Float], list[Float]]] = [([none], [none]) for _ in faces]
     if not owners:
-        return kept
+        return [[none, none] for _ in faces]
     marks = np.array([_mark(rim) for _, rim in owners])
     for number, near in enumerate(cKDTree(marks).query_ball_point(marks, _SAME_MM)):
         index, rim = owners[number]
@@ -153,9 +156,8 @@ def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> l
             _falls_away(faces[index], rim, owners[other][1]) for other in beyond
         )
         stretches = np.stack([rim.line[:-1], rim.line[1:]], axis=1)
-        place = 0 if falls else 1
-        kept[index][place] = np.concatenate([kept[index][place], stretches])
-    return kept
+        kept[index][0 if falls else 1].append(stretches)
+    return [[np.concatenate(falls), np.concatenate(rises)] for falls, rises in kept]
 
 
 def _falls_away(face: RawFace, rim: Rim, beyond: Rim) -> bool:
@@ -190,8 +192,8 @@ def _surface(
     places = places[_ball_fits(face, places, ball_radius)]
     falls = np.concatenate([both[0] for both in hollow])
     rises = np.concatenate([both[1] for both in hollow])
-    to_falls, to_rises = _distances(places, falls), _distances(places, rises)
     wide = ball_radius + EDGE_MM
+    to_falls, to_rises = _distances(places, falls, wide), _distances(places, rises, wide)
     free = places[np.minimum(to_falls, to_rises) >= wide]
     if len(free) < wanted:
         free = places[(to_falls >= EDGE_MM) & (to_rises >= wide)]
@@ -265,13 +267,34 @@ def _turn(face: StepFace, places: Float) -> float:
     return float(gaps[~wide].sum() + step * np.count_nonzero(wide))
 
 
-def _distances(places: Float, stretches: Float) -> Float:
-    """Return how far places (n, 3) are from the nearest of stretches (m, 2, 3), mm."""
+def _distances(places: Float, stretches: Float, far: float) -> Float:
+    """Return how far places (n, 3) are from the nearest of stretches (m, 2, 3), mm.
+
+    What is farther than ``far`` is infinitely far. Long stretches are tried one by one; of short
+    ones, of which a face with many holes has many, those whose middles a tree finds near enough.
+    """
     nearest = np.full(len(places), np.inf)
-    for start, end in stretches:
-        along = end - start
-        length = float(along @ along)
-        arms = places - start
-        share = np.clip(arms @ along / length, 0.0, 1.0) if length > 0.0 else np.zeros(len(places))
-        nearest = np.minimum(nearest, np.linalg.norm(arms - share[:, None] * along, axis=1))
-    return nearest
+    halves = 0.5 * np.linalg.norm(stretches[:, 1] - stretches[:, 0], axis=1)
+    is_short = halves <= _SHORT_MM
+    for start, end in stretches[~is_short]:
+        nearest = np.minimum(nearest, _apart(places, start[None], end[None]))
+    short = stretches[is_short]
+    if len(short):
+        reach = far + float(halves[is_short].max())
+        found = cKDTree(short.mean(axis=1)).query_ball_point(places, reach)
+        counts = np.array([len(one) for one in found])
+        row = np.repeat(np.arange(len(places)), counts)
+        near = np.fromiter((n for one in found for n in one), np.int64, int(counts.sum()))
+        apart = _apart(places[row], short[near, 0], short[near, 1])
+        np.minimum.at(nearest, row, apart)
+    return np.where(nearest <= far, nearest, np.inf)
+
+
+def _apart(places: Float, starts: Float, ends: Float) -> Float:
+    """Return how far places are from stretches, each from its own or all from one, mm."""
+    along = ends - starts
+    squares = np.sum(along * along, axis=1)
+    arms = places - starts
+    share = np.clip(np.sum(arms * along, axis=1) / np.where(squares > 0.0, squares, np.inf), 0, 1)
+    apart: Float = np.linalg.norm(arms - share[:, None] * along, axis=1)
+    return apart

@@ -256,15 +256,24 @@ def _grid(surface: Any, low: Float, high: Float, count: int) -> Float:
 
 
 def _inside(grid: Float, loops: Float) -> Any:
-    """Return which pairs lie inside closed loops: a ray from there crosses them an odd time."""
-    crossed = np.zeros(len(grid), dtype=np.int64)
-    for (u0, v0), (u1, v1) in loops:
-        if v0 == v1:
-            continue
-        spans = (grid[:, 1] >= min(v0, v1)) & (grid[:, 1] < max(v0, v1))
-        at = u0 + (u1 - u0) * (grid[:, 1] - v0) / (v1 - v0)
-        crossed += spans & (at > grid[:, 0])
-    return crossed % 2 == 1
+    """Return which pairs lie inside closed loops: a ray from there crosses them an odd time.
+
+    The places of a grid share few heights. On each the crossings are found once and sorted, and how
+    many lie beyond a place is looked up: the time grows with places and edges, not with both
+    together.
+    """
+    (u0, v0), (u1, v1) = loops[:, 0].T, loops[:, 1].T
+    slope = (u1 - u0) / np.where(v1 != v0, v1 - v0, np.inf)
+    low, high = np.minimum(v0, v1), np.maximum(v0, v1)
+    heights, row_of = np.unique(grid[:, 1], return_inverse=True)
+    inside = np.zeros(len(grid), dtype=np.bool_)
+    for row, height in enumerate(heights.tolist()):
+        spans = (height >= low) & (height < high)
+        crossings = np.sort(u0[spans] + slope[spans] * (height - v0[spans]))
+        own = row_of == row
+        beyond = len(crossings) - np.searchsorted(crossings, grid[own, 0], side="right")
+        inside[own] = beyond % 2 == 1
+    return inside
 
 
 def _face(surface: Any, reverse: bool) -> StepFace | None:

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         CAMERA_INTERFACE,
         HOST_INTERFACE,
         VirtualBus,
+        maintain_virtual,
         namespace_command,
         scan_virtual,
     )
@@ -63,7 +64,10 @@ else:
         _named_rig="RigStatus named_rig rig_down rig_status rig_up",
         _network="make_link set_link",
         _proxy="LineTricks ProxyConfig kind_of",
-        _virtual_bus="CAMERA_INTERFACE HOST_INTERFACE VirtualBus namespace_command scan_virtual",
+        _virtual_bus=(
+            "CAMERA_INTERFACE HOST_INTERFACE VirtualBus maintain_virtual namespace_command "
+            "scan_virtual"
+        ),
         _wire="Wire",
     )
 
@@ -99,6 +103,7 @@ __all__ = [
     "Way",
     "Wire",
     "kind_of",
+    "maintain_virtual",
     "make_link",
     "named_rig",
     "namespace_command",

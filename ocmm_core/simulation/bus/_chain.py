@@ -11,12 +11,13 @@ follows its port 0).
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from ocmm_core.camera import CameraModel
 from ocmm_core.fieldbus.described import DeviceDescription
 from ocmm_core.fieldbus.device import CameraIdentity
 from ocmm_core.simulation.described_slave import DescribedCamera
+from ocmm_core.simulation.firmware import FirmwareBanks
 from ocmm_core.simulation.slave import (
     SENSOR_PX,
     CameraFrames,
@@ -24,6 +25,7 @@ from ocmm_core.simulation.slave import (
     ClockPattern,
     Segment,
     SoftwareCamera,
+    checksum_of_configuration,
 )
 
 
@@ -89,6 +91,7 @@ class Unit:
         self._provider = provider
         self.boots = boots
         self._store = CameraStore()
+        self._banks = FirmwareBanks()
         self.powered = self.plugged = True
         self.muted = self.broken_behind = False
         self.described: DescribedCamera | None = None
@@ -109,6 +112,7 @@ class Unit:
                 self._device, self._lens,
             )  # fmt: skip
             self.described.esc.clock.jump(clock_ns)
+        self._banks.start()
         self.camera = SoftwareCamera(
             self.sees,
             self.identity.serial,
@@ -116,6 +120,7 @@ class Unit:
             self._provider,
             self.boots,
             self._store,
+            banks=self._banks,
             sensor=(
                 self.identity.sensor,
                 self.identity.width or SENSOR_PX,
@@ -123,9 +128,16 @@ class Unit:
             ),
         )
         self.camera.esc.clock.jump(clock_ns)
+        self.camera.esc.eeprom_written = self._keep_alias
         if isinstance(self._provider, ClockPattern):
             self._provider.watch(self.sees, self.camera.esc, self.camera.buffer, self.boots)
         return self.camera
+
+    def _keep_alias(self, eeprom: bytes) -> None:
+        """Remember the alias in the EEPROM: the controller loads it when it is switched on."""
+        alias = int.from_bytes(eeprom[8:10], "little")
+        if checksum_of_configuration(eeprom[:14]) == eeprom[14]:
+            self.identity = replace(self.identity, alias=alias)
 
 
 class Chain:

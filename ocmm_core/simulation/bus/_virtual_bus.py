@@ -22,8 +22,10 @@ from ocmm_core.acquisition.bus_process import (
     CAMERA_PRIORITY,
     BusConfig,
     ChildProcess,
+    MaintenanceConfig,
     ScanConfig,
     bus_command,
+    maintenance_command,
     read_first_line,
     scan_command,
     take_priority,
@@ -37,7 +39,7 @@ from ocmm_core.simulation.bus._network import make_link, run, tool
 HOST_INTERFACE = "ocmm-host"
 CAMERA_INTERFACE = "ocmm-cameras"
 _MODULE = "ocmm_core.simulation.bus._virtual_bus"
-_SCAN = "scan"
+_SCAN, _MAINTAIN = "scan", "maintain"
 _STOP_S = 2.0
 _FAREWELL_S = 10.0
 """A bus process that ends has so long with its cameras."""
@@ -117,10 +119,19 @@ def scan_virtual(segment: SegmentConfig) -> tuple[list[str], bytes]:
     return command, cameras.to_json() + ScanConfig(interface=HOST_INTERFACE).to_json()
 
 
+def maintain_virtual(segment: SegmentConfig, config: MaintenanceConfig) -> tuple[list[str], bytes]:
+    """Return the command that changes a software camera on a virtual cable, and its input."""
+    cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
+    command = [*namespace_command(), sys.executable, "-m", _MODULE, _MAINTAIN]
+    told = msgspec.structs.replace(config, interface=HOST_INTERFACE)
+    return command, cameras.to_json() + told.to_json()
+
+
 def main() -> None:
     """Run inside the namespace: make the cable, start who looks at the cameras, be the cameras."""
     try:
-        command = scan_command() if sys.argv[1:] == [_SCAN] else bus_command()
+        what = sys.argv[1] if sys.argv[1:] else ""
+        command = {_SCAN: scan_command, _MAINTAIN: maintenance_command}.get(what, bus_command)()
         sys.exit(_run(read_first_line(sys.stdin.fileno()), command))
     except OcmmError as error:
         sys.stderr.write(f"{error}\n")

@@ -12,6 +12,7 @@ from ocmm_core.errors import BusError, OcmmError, StorageError
 from ocmm_core.fieldbus.device import (
     CALIBRATION,
     CONFIGURATION,
+    IDENTIFY,
     INFORMATION,
     CameraConfig,
     CameraMode,
@@ -34,7 +35,7 @@ _CHECK_NS = 1_000_000_000
 _HOUR_NS = 3600 * 1_000_000_000
 _BLOB, _LENGTH, _SHA, _CRC, _NOTE = range(1, 6)
 _MODE = 4
-_SENSOR, _WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(1, 6)
+_WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(2, 6)
 
 
 class Electronics:
@@ -84,6 +85,7 @@ class Electronics:
         self._black = BlackImages(self._sensor, camera, store, darken, self._failed)
         self._snapshots = Snapshots(self._sensor, camera, (SENSOR_PX, SENSOR_PX), self._failed)
         self._hot = self._failing = False
+        self._now_ns = self._blinks_until_ns = 0
         self._checked_ns: int | None = None
         self._powered_ns = 0
         self._intrinsics = self._stored(_INTRINSICS_NAME)
@@ -111,6 +113,7 @@ class Electronics:
 
     def work(self, now_ns: int) -> bool:
         """Go on with what takes time; say whether something was done."""
+        self._now_ns = now_ns
         if self._checked_ns is None or now_ns - self._checked_ns >= _CHECK_NS:
             self._powered_ns += 0 if self._checked_ns is None else now_ns - self._checked_ns
             self._checked_ns = now_ns
@@ -121,6 +124,7 @@ class Electronics:
         """Return how to read the entries."""
         return {
             **self._diagnosis.live(),
+            (IDENTIFY, 2): lambda: struct.pack("<H", self._blinks_for()),
             **self._black.live(),
             **self._snapshots.live(),
             (CALIBRATION, _BLOB): lambda: self._intrinsics,
@@ -130,7 +134,6 @@ class Electronics:
             ),
             (CALIBRATION, _CRC): lambda: struct.pack("<I", zlib.crc32(self._intrinsics)),
             (CALIBRATION, _NOTE): lambda: self._note,
-            (INFORMATION, _SENSOR): lambda: struct.pack("<I", self._told_sensor[0]),
             (INFORMATION, _WIDTH): lambda: struct.pack("<H", self._told_sensor[1]),
             (INFORMATION, _HEIGHT): lambda: struct.pack("<H", self._told_sensor[2]),
             (INFORMATION, _TEMPERATURE): lambda: struct.pack("<h", round(10 * self._celsius())),
@@ -141,12 +144,19 @@ class Electronics:
         """Return what writing the entries does."""
         return {
             **self._diagnosis.written(),
+            (IDENTIFY, 1): self._blink,
             **self._black.written(),
             **self._snapshots.written(),
             (CONFIGURATION, _MODE): self._check_mode,
             (CALIBRATION, _BLOB): self._keep_intrinsics,
             (CALIBRATION, _NOTE): self._keep_note,
         }
+
+    def _blink(self, value: bytes) -> None:
+        self._blinks_until_ns = self._now_ns + int.from_bytes(value, "little") * 1_000_000_000
+
+    def _blinks_for(self) -> int:
+        return max(0, -(-(self._blinks_until_ns - self._now_ns) // 1_000_000_000))
 
     def _check_mode(self, value: bytes) -> None:
         if value[0] == CameraMode.CORRECTED and not self._intrinsics:

@@ -19,6 +19,7 @@ from ocmm_core.fieldbus.device import (
     SYNC_MANAGERS,
 )
 from ocmm_core.simulation.slave._registers import (
+    AL_BOOT_MAILBOX,
     AL_CONTROL,
     AL_INPUTS,
     AL_INVALID_CHANGE,
@@ -122,6 +123,10 @@ class Esc:
         The free-running clock.
     mapping_changed
         Called whenever logical addresses may reach other memory than before.
+    can_boot
+        It has the state BOOT.
+    eeprom_written
+        Called with the whole EEPROM after a word of it was written.
     spoil
         Fault: called with the memory after the application renewed its inputs.
     """
@@ -136,7 +141,9 @@ class Esc:
         self.sync_managers = tuple(sync_managers)
         self.memory = bytearray(_MEMORY_BYTES)
         self.now_ns = 0
+        self.can_boot = False
         self.mapping_changed: Callable[[], object] = lambda: None
+        self.eeprom_written: Callable[[bytes], object] = lambda _content: None
         self.spoil: Callable[[bytearray], object] | None = None
         self._sii = bytearray(sii)
         self.clock = SlaveClock(clock_offset_ns)
@@ -323,7 +330,14 @@ class Esc:
 
     def _refusal(self, current: int, request: int) -> int:
         if request == BOOT:
-            return AL_NO_BOOT
+            if not self.can_boot:
+                return AL_NO_BOOT
+            if current not in (INIT, BOOT):
+                return AL_INVALID_CHANGE
+            fits = self._sm_fits(SM_MAILBOX_OUT) and self._sm_fits(SM_MAILBOX_IN)
+            return 0 if fits else AL_BOOT_MAILBOX
+        if current == BOOT and request != INIT:
+            return AL_INVALID_CHANGE
         if request not in (INIT, PREOP, SAFEOP, OP):
             return AL_UNKNOWN_STATE
         if request <= current:
@@ -360,6 +374,7 @@ class Esc:
         elif command & 0x0700 == 0x0200:
             if command & 1 and at + 2 <= len(self._sii):
                 self._sii[at : at + 2] = self.memory[EEPROM_DATA : EEPROM_DATA + 2]
+                self.eeprom_written(bytes(self._sii))
             else:
                 error = 0x2000
         self._set(EEPROM_CONTROL, "<H", _EEPROM_64_BIT | error)

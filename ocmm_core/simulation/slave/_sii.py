@@ -27,7 +27,8 @@ from ocmm_core.fieldbus.device import (
 from ocmm_core.fieldbus.device import INPUT_START as INPUT_START
 from ocmm_core.fieldbus.device import SYNC_MANAGERS as SYNC_MANAGERS
 
-_PROTOCOL_COE = 0x0004
+_PROTOCOLS = 0x000C
+"""CoE, and FoE for firmware."""
 _COE_DETAILS = 0x23
 """SDO, SDO information and complete access; neither assignment nor mapping can be changed."""
 _CATEGORY_STRINGS, _CATEGORY_GENERAL, _CATEGORY_FMMU = 10, 30, 40
@@ -53,14 +54,16 @@ def sii_image(serial: int, alias: int, layout: InputLayout = NEWEST_LAYOUT) -> b
     struct.pack_into("<H", head, 8, alias)
     head += struct.pack("<H", checksum_of_configuration(head))
     head += struct.pack("<IIII", VENDOR_ID, PRODUCT_CODE, layout.revision, serial)
-    head += bytes(8 + 8)
+    head += bytes(8)
+    # In BOOT the mailboxes are where they always are.
+    head += struct.pack("<HHHH", MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
     head += struct.pack(
         "<HHHHH",
         MAILBOX_OUT_START,
         MAILBOX_BYTES,
         MAILBOX_IN_START,
         MAILBOX_BYTES,
-        _PROTOCOL_COE,
+        _PROTOCOLS,
     )
     head = head.ljust(0x7C, b"\x00")
     head += struct.pack("<HH", SII_BYTES * 8 // 1024 - 1, 1)
@@ -104,8 +107,8 @@ def _general(strings: _Strings) -> bytes:
     group, name = strings.number(DEVICE_GROUP), strings.number(DEVICE_NAME)
     # Group, picture, order number, name, a reserved byte, details of CoE.
     head = struct.pack("<BBBBBB", group, 0, name, name, 0, _COE_DETAILS)
-    # FoE, EoE, three reserved, flags, current on the E-bus (int16): none of them.
-    head += bytes(8)
+    # FoE; EoE, three reserved, flags, current on the E-bus (int16): none of them.
+    head += bytes([1]) + bytes(7)
     # The group once more, a reserved byte, then at byte 16 the ports, a nibble each.
     head += struct.pack("<BBH", group, 0, PHYSICAL_PORTS)
     return head.ljust(32, b"\x00")

@@ -14,6 +14,7 @@ from ocmm_core.fieldbus.device import (
     DATA_CRC,
     DATA_CRC_AT,
     HEADER_STRUCT,
+    INFORMATION,
     INPUT_DTYPE,
     INPUT_START,
     INPUT_SYNC,
@@ -32,6 +33,7 @@ from ocmm_core.fieldbus.device import (
     SYNC_MISSED,
     SYNC_MODE,
     TIMESTAMP,
+    VERSIONS,
     WINDOWS,
     CameraConfig,
     CameraMode,
@@ -44,6 +46,7 @@ from ocmm_core.fieldbus.device import (
     Window,
     object_dictionary,
 )
+from ocmm_core.simulation.firmware import FirmwareBanks, FoeServer
 from ocmm_core.simulation.slave._coe import CoeServer
 from ocmm_core.simulation.slave._diagnosis import Diagnosis
 from ocmm_core.simulation.slave._electronics import Electronics
@@ -53,6 +56,7 @@ from ocmm_core.simulation.slave._frame_buffer import FrameBuffer
 from ocmm_core.simulation.slave._pattern import CameraFrames
 from ocmm_core.simulation.slave._registers import (
     AL_STATUS_CODE,
+    BOOT,
     INIT,
     OP,
     PREOP,
@@ -71,6 +75,8 @@ _SYNC_CODES = (0x001A, 0x002C, *range(0x0030, 0x0038))
 """AL status codes of falls that the clock signal caused."""
 _LOST_LINKS = slice(0x0310, 0x0314)
 _SYNC0_MODE = 2
+_FOE, _MAILBOX_HEAD = 4, 6
+_SOFTWARE_VERSION = 0x100A
 # Plain numbers: flags of an enumeration cost more than the frame that they go with.
 _OPERATIONAL, _SYNCHRONISED = int(CameraStatus.OPERATIONAL), int(CameraStatus.SYNCHRONISED)
 _OVERRUN, _DARK = int(CameraStatus.OVERRUN), int(CameraStatus.DARK)
@@ -95,7 +101,9 @@ class SoftwareCamera:
     layout
         Of its inputs, and by that its revision.
     sensor
-        Serial number and size, px, that it tells of its sensor.
+        Serial number and size, px, that it tells of its sensor; 0: the camera's own number.
+    banks
+        Its firmware; the same ones for a camera that is switched on again.
 
     Attributes
     ----------
@@ -117,6 +125,7 @@ class SoftwareCamera:
         store: CameraStore | None = None,
         layout: InputLayout = NEWEST_LAYOUT,
         sensor: tuple[int, int, int] = (0, SENSOR_PX, SENSOR_PX),
+        banks: FirmwareBanks | None = None,
     ) -> None:
         self._layout = layout
         self._crc_begin = layout.crc_begin(serial)
@@ -131,6 +140,9 @@ class SoftwareCamera:
         self._period_override = 0
         self._outputs_ns = 0
         self._missed = 0
+        self._banks = banks or FirmwareBanks()
+        self.foe = FoeServer(self._banks, MAILBOX_BYTES, lambda: self.esc.state == BOOT)
+        self.esc.can_boot = True
         self._diagnosis = Diagnosis(lambda: self.esc.system_time_ns, self._send_emergency)
         self.electronics = Electronics(
             index, serial, provider, store or CameraStore(), self._diagnosis, self._darken, sensor
@@ -142,6 +154,9 @@ class SoftwareCamera:
             self.electronics.written(),
             lambda: self.esc.state <= PREOP,
         )
+        self._tell_version()
+        if sensor[0]:
+            self.coe.set_value(INFORMATION, 1, struct.pack("<I", sensor[0]))
 
     @property
     def period_override(self) -> int:
@@ -156,7 +171,13 @@ class SoftwareCamera:
 
     def answer(self, mailbox: bytes) -> bytes | None:
         """Return the answer to a mailbox; see `Application`."""
-        return None if self.mailbox_hangs else self.coe.answer(mailbox)
+        if self.mailbox_hangs:
+            return None
+        if len(mailbox) >= _MAILBOX_HEAD and mailbox[5] & 0x0F == _FOE:
+            (length,) = struct.unpack_from("<H", mailbox)
+            return self.foe.answer(mailbox[_MAILBOX_HEAD : _MAILBOX_HEAD + length])
+        # In BOOT there is nothing but files.
+        return None if self._state == BOOT else self.coe.answer(mailbox)
 
     def emergency(
         self, code: int, register: int = ErrorRegister.GENERIC, data: bytes = b""
@@ -169,6 +190,11 @@ class SoftwareCamera:
         before, self._state = self._state, state
         if state == INIT:
             self.coe.reset()
+            self.foe.reset()
+            if before == BOOT:
+                self._start_firmware()
+        if state == PREOP:
+            self._banks.confirm()
         if before == OP and state == SAFEOP and not self.esc.memory[WATCHDOG_STATUS] & 1:
             communication = ErrorRegister.GENERIC | ErrorRegister.COMMUNICATION
             self.emergency(ErrorCode.WATCHDOG, communication)
@@ -236,6 +262,16 @@ class SoftwareCamera:
         """Fault: let another PDO stand at a position of the input assignment."""
         value = struct.pack("<H", mapping_index)
         self.coe.set_value(SM_ASSIGNMENT + SM_INPUTS, position, value)
+
+    def _start_firmware(self) -> None:
+        """Start anew with the bank that is due, as a camera does that leaves BOOT."""
+        self._banks.start()
+        self._tell_version()
+
+    def _tell_version(self) -> None:
+        version = self._banks.version.encode("ascii")
+        self.coe.set_value(_SOFTWARE_VERSION, 0, version)
+        self.coe.set_value(VERSIONS, 1, version)
 
     def _start_exposures(self, state: int) -> None:
         """Put the configuration in force and begin; refuse one that contradicts itself."""

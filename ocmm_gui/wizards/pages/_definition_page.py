@@ -80,12 +80,12 @@ class DefinitionPage(QWidget):
             key: self._button(text, tip, keys, call)
             for key, text, tip, keys, call in (
                 ("leave", tr("Leave"), tr("Back; unsaved changes are lost"), "Esc", self._leave),
-                ("import", tr("Import"), tr("Start from another document"), "F4", self._ask_import),
+                ("import", tr("Import"), tr("Start from another document"), "F9", self._ask_import),
                 ("measured", tr("As measured"), tr("Use the LEDs of the active calibration"), "F7",
                  self._take_measured),
-                ("add", tr("Add LED"), tr("Add an LED, copying the last one"), "F5", self._add),
+                ("add", tr("Add LED"), tr("Add an LED, copying the last one"), "F10", self._add),
                 ("remove", tr("Remove LED"), tr("Remove the selected LED"), "F6", self._remove),
-                ("save", tr("Save"), tr("Save as a new document"), "F2", self._save),
+                ("save", tr("Save"), tr("Save as a new document"), "F8", self._save),
             )
         }  # fmt: skip
         self.buttons["save"].setProperty("role", "primary")

@@ -46,7 +46,7 @@ CRC = CameraConfig().crc()
 
 
 def lens() -> CameraModel:
-    return load_rig(resource("rigs", "thesis_bus.toml")).cameras[0]
+    return load_rig(resource("rigs", "thesis.toml")).cameras[0]
 
 
 def thesis_bytes(camera: CameraModel, uv: np.ndarray) -> bytes:

@@ -80,7 +80,7 @@ def test_what_is_no_ethercat_frame_is_left_alone() -> None:
     [
         (reg.OP, reg.AL_INVALID_CHANGE),
         (reg.SAFEOP, reg.AL_INVALID_CHANGE),
-        (reg.BOOT, reg.AL_NO_BOOT),
+        (reg.BOOT, reg.AL_BOOT_MAILBOX),
         (7, reg.AL_UNKNOWN_STATE),
         (reg.PREOP, reg.AL_MAILBOX),
     ],

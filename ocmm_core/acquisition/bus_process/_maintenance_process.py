@@ -1,0 +1,132 @@
+"""Changing a camera for good, in a process of its own, which has the rights that this needs.
+
+It reads one line of JSON from standard input and writes lines of JSON: progress, and at the end
+what was done. The bus must not be in operation.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process._commands import read_first_line
+from ocmm_core.acquisition.bus_process._launch import bus_command
+from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError, InternalError
+from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.fieldbus.objects import update_firmware, write_alias
+from ocmm_core.fieldbus.wire import RawLine, check_interface
+
+_MODULE = "ocmm_core.acquisition.bus_process._maintenance_process"
+_TELL_S = 0.1
+EXIT_FAILED = 2
+
+
+class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """What to do to which camera.
+
+    Attributes
+    ----------
+    interface, force
+        As in `ScanConfig`.
+    serial
+        Of the camera.
+    alias
+        Station alias to store; 0: none.
+    firmware
+        File to send; empty: none.
+    """
+
+    interface: str
+    force: bool = False
+    serial: int
+    alias: int = 0
+    firmware: str = ""
+
+    def to_json(self) -> bytes:
+        """Return the configuration as one line of JSON."""
+        return msgspec.json.encode(self) + b"\n"
+
+
+class MaintenanceNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How far it is, or what was done.
+
+    Attributes
+    ----------
+    done, total
+        Bytes.
+    words
+        What was done, at the end; empty before.
+    """
+
+    done: int = 0
+    total: int = 0
+    words: str = ""
+
+
+def maintenance_command() -> list[str]:
+    """Return the command that does it, with the interpreter of the bus process."""
+    return [*bus_command()[:-1], _MODULE]
+
+
+def main() -> None:
+    """Do it; see the module."""
+    try:
+        give_up_all_but(NEEDED)
+        _run(read_first_line(sys.stdin.fileno()))
+    except Exception as error:
+        told = contained(error, "The maintenance of a camera")
+        sys.stderr.write(f"{told}\n")
+        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+
+
+def _run(content: bytes) -> None:
+    try:
+        config = msgspec.json.decode(content, type=MaintenanceConfig)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError(
+            "bus.maintenance",
+            f"Invalid request: {error}.",
+            "Use the commands 'ocmm camera'.",
+        ) from error
+    image = read_bytes(Path(config.firmware)) if config.firmware else b""
+    check_interface(config.interface, force=config.force)
+    line = RawLine(config.interface)
+    told_s = 0.0
+
+    def tell(done: int, total: int) -> None:
+        nonlocal told_s
+        if time.monotonic() - told_s > _TELL_S or done == total:
+            told_s = time.monotonic()
+            _say(MaintenanceNews(done=done, total=total))
+
+    try:
+        words = []
+        if config.alias:
+            before = write_alias(line.exchange, config.serial, config.alias)
+            words.append(
+                f"The camera with serial number {config.serial} stores the alias {config.alias} "
+                f"(before: {before}). Switch it off and on."
+            )
+        if image:
+            firmware = update_firmware(line.exchange, config.serial, image, tell)
+            words.append(
+                f"The camera with serial number {config.serial} runs the firmware "
+                f"{firmware.version}."
+            )
+    finally:
+        line.close()
+    _say(MaintenanceNews(words=" ".join(words) or "Nothing was to be done."))
+
+
+def _say(news: MaintenanceNews) -> None:
+    sys.stdout.buffer.write(msgspec.json.encode(news) + b"\n")
+    sys.stdout.buffer.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,151 @@
+"""``ocmm camera``: the alias, the errors, the blinking and the firmware of one camera."""
+
+from __future__ import annotations
+
+import subprocess
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+
+from ocmm_core.cli.bus._camera import bar, interruptible
+from ocmm_core.cli.bus._options import BusOption, CameraArgument
+from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
+from ocmm_core.composition import RECOMMENDED_RIG
+from ocmm_core.errors import BusError
+
+camera_app = typer.Typer(
+    no_args_is_help=True,
+    help="Maintain one camera: alias, errors, identification, firmware.\n\n'alias' and 'firmware' "
+    "need a bus that nobody uses and leave it in INIT.",
+)
+
+
+@camera_app.command()
+def alias(
+    camera: CameraArgument,
+    value: Annotated[int, typer.Argument(min=1, max=65535, help="New station alias.")],
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Store a station alias in the EEPROM of a camera; it is in force after power-on.
+
+    Distinct aliases and the serial numbers together tell cameras that were swapped.
+    """
+    _maintain(source, rig, camera, alias_value=value, force=force)
+
+
+@camera_app.command()
+def firmware(
+    camera: CameraArgument,
+    file: Annotated[Path, typer.Argument(help="Firmware, signed by the maker of the camera.")],
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Send firmware to a camera and start it.
+
+    The camera takes only what its maker signed, writes it beside the one that runs, and goes back
+    to that where the new one does not start. An interrupted update changes nothing.
+    """
+    from ocmm_core.documents import read_bytes
+    from ocmm_core.fieldbus.device import Firmware
+
+    # What is no firmware is refused before anybody is disturbed.
+    found = Firmware.read(read_bytes(file))
+    make_console().print(f"Firmware {found.version}, {len(found.content)} bytes", highlight=False)
+    _maintain(source, rig, camera, image=file, force=force)
+
+
+@camera_app.command()
+def clear(
+    camera: CameraArgument,
+    *,
+    source: BusOption,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Let a camera forget its errors, and say how many there were."""
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import clear_error_history, read_error_history
+
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        access = bus.objects(camera)
+        count = len(read_error_history(access))
+        clear_error_history(access)
+        left = len(read_error_history(access))
+    make_console().print(
+        f"Camera '{camera}' forgot {count} error(s); {left} left.", highlight=False
+    )
+    raise typer.Exit(1 if left else 0)
+
+
+@camera_app.command()
+def identify(
+    camera: CameraArgument,
+    *,
+    source: BusOption,
+    seconds: Annotated[
+        int, typer.Option("--seconds", min=1, max=600, help="How long it blinks.")
+    ] = 20,
+    rig: RigOption = RECOMMENDED_RIG,
+    force: ForceOption = False,
+) -> None:
+    """Let a camera blink, to find it in the machine."""
+    from ocmm_core.cli.bus._session import open_bus
+    from ocmm_core.fieldbus.objects import blink
+
+    with open_bus(source, rig, camera=camera, force=force) as bus:
+        left = blink(bus.objects(camera), seconds)
+    make_console().print(f"Camera '{camera}' blinks for {left} s.", highlight=False)
+
+
+def _maintain(
+    source: str,
+    rig: Path,
+    camera: str,
+    *,
+    alias_value: int = 0,
+    image: Path | None = None,
+    force: bool = False,
+) -> None:
+    """Let the process with the rights do it; show how far it is."""
+    from ocmm_core.acquisition.bus_process import MaintenanceNews
+    from ocmm_core.camera import load_rig
+    from ocmm_core.cli.bus._session import camera_of, maintenance_of
+
+    serial = camera_of(load_rig(rig), camera).serial
+    firmware_path = "" if image is None else str(image.absolute())
+    command, first_lines = maintenance_of(
+        source, rig, serial, alias_value, firmware_path, force=force
+    )
+    console = make_console()
+    words = ""
+    with (
+        subprocess.Popen(  # noqa: S603 - our own interpreter and modules, no shell
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE
+        ) as process,
+        interruptible(console),
+    ):
+        if process.stdin is None or process.stdout is None or process.stderr is None:
+            raise BusError("bus.maintenance", "The process does not start.", "Try again.")
+        process.stdin.write(first_lines)
+        process.stdin.flush()
+        with bar(console, "Sending") as told:
+            for line in process.stdout:
+                news = msgspec.json.decode(line, type=MaintenanceNews)
+                words = news.words or words
+                told(news.done, news.total)
+        complaint = process.stderr.read().decode("utf-8", errors="replace").strip()
+    if process.returncode or not words:
+        lines = complaint.splitlines()
+        raise BusError(
+            "bus.maintenance",
+            lines[-1] if lines else f"Nothing was changed (code {process.returncode}).",
+            "Then repeat the command; the firmware that the camera had still runs.",
+        )
+    console.print(words, highlight=False)

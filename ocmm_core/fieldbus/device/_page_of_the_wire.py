@@ -1,0 +1,99 @@
+"""What the page of the camera's objects says about the wire: words, deadlines and limits."""
+
+from __future__ import annotations
+
+from ocmm_core.fieldbus.device._camera_slave import (
+    DEFAULT_FRAME_PERIOD_NS,
+    MAILBOX_BYTES,
+    MAILBOX_IN_START,
+    MAILBOX_OUT_START,
+    PRODUCT_CODE,
+    REVISION,
+    SYNC0_NS,
+    SYNC1_NS,
+    VENDOR_ID,
+)
+from ocmm_core.fieldbus.device._controller import SII_BYTES, SYNC_PULSE_NS
+
+SII_WORDS = (
+    ("0x00 to 0x02", "Connection, pins and pulse of the controller: the next table."),
+    ("0x03", "0 (further connection)."),
+    ("0x04", "Station alias; loaded at power-on into register 0x0012."),
+    ("0x05 to 0x06", "0."),
+    ("0x07", "Low byte: CRC-8 (polynomial 0x07, start 0xFF) of words 0 to 6; high byte 0."),
+    ("0x08 to 0x09", f"Vendor, {VENDOR_ID:#010x}."),
+    ("0x0A to 0x0B", f"Product, {PRODUCT_CODE:#010x}."),
+    ("0x0C to 0x0D", f"Revision, {REVISION:#010x}."),
+    ("0x0E to 0x0F", "Serial number: the same as 0x1018:04, or the camera is refused."),
+    ("0x10 to 0x13", "0."),
+    ("0x14 to 0x17", f"Mailboxes in BOOT: {MAILBOX_OUT_START:#06x}, {MAILBOX_BYTES}, "
+                     f"{MAILBOX_IN_START:#06x}, {MAILBOX_BYTES}."),
+    ("0x18 to 0x1B", "Mailboxes in the other states: the same."),
+    ("0x1C", "Protocols: 0x000C, CoE and FoE."),
+    ("0x3E", f"Size: {SII_BYTES * 8 // 1024 - 1} (kbit less one)."),
+    ("0x3F", "Version: 1."),
+    ("from 0x40", "Categories: strings (10), general (30), FMMU (40: outputs, inputs), sync "
+                  "managers (41), 13 TxPDO (50), RxPDO (51), clock (60); 0xFFFF at the end."),
+)  # fmt: skip
+
+WIRE = f"""\
+## Controller: FMMUs, watchdog, clock signals
+
+At least two FMMUs: one writes the outputs, one reads the inputs, whole bytes each. A master may use
+a third for the state of the mailbox; the camera needs none.
+
+Watchdog of the outputs: divider 0x0400 is 2498 and time 0x0420 is 1000 at power-on, so that 100 ms
+without outputs end OP: SAFEOP with AL status code 0x001B, emergency 0x8130, one more in 0x0442 and
+0xA000:02. The exposures go on, and no frame is lost that the buffer (1024 frames) can hold.
+
+SYNC0 (every {SYNC0_NS} ns by default) begins an exposure. SYNC1 comes {SYNC1_NS} ns after the last
+SYNC0 of a bus cycle; the camera needs it for nothing, and a master may leave it out. A pulse is
+{SYNC_PULSE_NS} ns long. A period below 50000 ns is refused with AL status code 0x0030.
+
+Latch time: a frame is readable one period after its exposure began. Inputs are put together when
+the master reads them, or on an event just before; the master reads 100 us after the last exposure
+of a block has ended, and what is not ready then comes with the next cycle.
+
+## Deadlines and limits of the master
+
+| What | Limit |
+| --- | --- |
+| Answer to an SDO request while the bus is brought up | 80 ms, asked twice |
+| Progress of an SDO transfer in operation | 500 ms, begun again up to four times |
+| Change of state in a bring-up | 1 s |
+| Way back from SAFEOP to OP | 500 ms, then everything begins anew |
+| Answer to the request to write a file (a bank is erased) | 10 s |
+| Answer to a packet of a file | 2 s |
+| Change of state to and from BOOT | 5 s |
+| Answer to a process data frame | 70 % of the bus cycle |
+| First exposure after it was programmed | 60 ms |
+
+Clock: before SAFEOP, register 0x092C of each camera must be below 1 us in 20 readings in a row,
+within 3 s. In operation more than 20 us refuse the cycle, and the exposures begin anew. A reference
+clock that drifts by more than 500 ppm against the computer is told. The first camera of the wire is
+the reference; its clock has to count 64 bits.
+
+Ring: with a redundancy cable frames come in at port 0 and at the last port. The processing unit
+follows port 0: what comes in at port 1 passes unchanged. A port without link closes its loop, which
+the controller does by itself; the firmware needs to do nothing.
+
+## BOOT and firmware
+
+INIT to BOOT with the mailboxes of words 0x14 to 0x17; from BOOT only back to INIT. In BOOT there is
+FoE and no CoE. A file named `firmware` is written, none is read. Whole packets have
+{MAILBOX_BYTES - 12} bytes; a shorter one, and be it empty, is the last. A packet that comes again
+is acknowledged again. Errors: 0x8001 no such file, 0x8002 reading, 0x8003 too large, 0x8004 not in
+BOOT, 0x8005 packet number, 0x8009 not for this camera or not signed by its maker.
+
+The file: letters `OCFW`, version UINT 1, bytes of the version text UINT, product UDINT, lowest and
+highest revision UDINT each, bytes of the content UDINT, SHA-256 of the content, version text
+(ASCII), content, and an Ed25519 signature (64 bytes) over all before it, which the camera checks
+with the key of its maker.
+
+It is written into the bank that does not run. One record with its own check sum then names that
+bank; leaving BOOT starts it on trial. Reaching PREOP confirms it. Switched off before that, the
+camera starts the old one again. So a loss of power at any moment leaves a camera that starts.
+
+With exposures every {DEFAULT_FRAME_PERIOD_NS} ns nothing of this disturbs measuring: it needs a bus
+that is not in operation.
+"""

@@ -1,0 +1,85 @@
+"""Sending firmware by FoE, without a clock and without a wire (ETG.1000.6, 5.8)."""
+
+from __future__ import annotations
+
+import struct
+
+from ocmm_core.errors import BusError
+
+MAILBOX_FOE = 4
+_WRITE, _DATA, _ACK, _ERROR, _BUSY = 2, 3, 4, 5, 6
+_HEAD = struct.Struct("<BBI")
+_MAILBOX_HEAD = struct.Struct("<HHBB")
+FIRMWARE_NAME = b"firmware"
+"""What a camera calls its firmware."""
+
+
+class FoeWrite:
+    """One file on its way to a camera.
+
+    Parameters
+    ----------
+    name
+        Of the file, as the camera knows it.
+    content
+        The whole file.
+    mailbox_bytes
+        Size of one mailbox, head included.
+    """
+
+    def __init__(self, name: bytes, content: bytes, mailbox_bytes: int) -> None:
+        self._name = name
+        self._content = content
+        self._room = mailbox_bytes - _MAILBOX_HEAD.size - _HEAD.size
+        self._number = 0
+        self.done = False
+
+    @property
+    def progress(self) -> tuple[int, int]:
+        """Return how many bytes of how many the camera has."""
+        sent = max(0, self._number - 1) * self._room
+        return min(sent, len(self._content)), len(self._content)
+
+    def request(self, counter: int) -> bytes:
+        """Return the mailbox that is due."""
+        if self._number == 0:
+            content = _HEAD.pack(_WRITE, 0, 0) + self._name
+        else:
+            # A last packet is shorter than a whole one, and be it empty.
+            begin = (self._number - 1) * self._room
+            part = self._content[begin : begin + self._room]
+            content = _HEAD.pack(_DATA, 0, self._number) + part
+        head = _MAILBOX_HEAD.pack(len(content), 0, 0, counter << 4 | MAILBOX_FOE)
+        return head + content
+
+    def answer(self, mailbox: bytes) -> None:
+        """Take the camera's answer.
+
+        Raises
+        ------
+        BusError
+            It refuses, or its answer is none.
+        """
+        length, _address, _channel, kind = _MAILBOX_HEAD.unpack_from(mailbox.ljust(6, b"\x00"))
+        body = mailbox[_MAILBOX_HEAD.size : _MAILBOX_HEAD.size + length]
+        if kind & 0x0F != MAILBOX_FOE or len(body) < _HEAD.size:
+            raise _refused("its answer is no answer to a file")
+        operation, _reserved, number = _HEAD.unpack_from(body)
+        if operation == _BUSY:
+            return
+        if operation == _ERROR:
+            text = body[_HEAD.size :].split(b"\x00")[0].decode("ascii", errors="replace")
+            raise _refused(f"{text or 'no reason'} (code {number:#06x})")
+        if operation != _ACK or number != self._number:
+            raise _refused(f"it acknowledges packet {number} instead of {self._number}")
+        sent = max(0, self._number - 1) * self._room + (self._room if self._number else 0)
+        self.done = self._number > 0 and sent > len(self._content)
+        self._number += 1
+
+
+def _refused(why: str) -> BusError:
+    return BusError(
+        "bus.firmware",
+        f"The camera does not take the firmware: {why}.",
+        "Its old firmware still runs. Check the file, then repeat the update.",
+    )

@@ -1,0 +1,227 @@
+"""What changes a camera for good: its station alias, and its firmware. The bus is not in operation.
+
+Both are done with datagrams over an idle wire, one after the other, and each is looked at again
+before it counts: the alias is read back from the EEPROM, and of the firmware the camera that comes
+back says which it runs.
+"""
+
+from __future__ import annotations
+
+import struct
+import time
+from collections.abc import Callable
+
+from ocmm_core.errors import BusError, InputError
+from ocmm_core.fieldbus.device import (
+    MAILBOX_BYTES,
+    MAILBOX_IN_START,
+    MAILBOX_OUT_START,
+    SM_MAILBOX_IN,
+    SM_MAILBOX_OUT,
+    SYNC_MANAGERS,
+    Firmware,
+)
+from ocmm_core.fieldbus.objects._foe import FIRMWARE_NAME, FoeWrite
+from ocmm_core.fieldbus.objects._mailbox_line import SYNC_MANAGERS as _SYNC_MANAGER_REGISTERS
+from ocmm_core.fieldbus.wire import (
+    PREOP,
+    Command,
+    Datagram,
+    Exchange,
+    ScannedDevice,
+    read_words,
+    scan_devices,
+    write_word,
+)
+
+_AL_CONTROL, _AL_STATUS, _ALIAS_REGISTER = 0x0120, 0x0130, 0x0012
+_INIT, _BOOT = 1, 3
+_ACKNOWLEDGE = 0x10
+_SM_STATUS_IN = 0x080D
+_FULL = 0x08
+_ALIAS_WORD, _SUM_WORD, _HEAD_WORDS = 4, 7, 7
+_STATE_S, _ANSWER_S, _ERASE_S = 5.0, 2.0, 10.0
+_POLL_S = 0.002
+_TRIES = 5
+
+Told = Callable[[int, int], None]
+"""Is told how many bytes of how many are done."""
+
+
+def find_camera(exchange: Exchange, serial: int) -> tuple[int, ScannedDevice]:
+    """Return the place on the wire, 0 first, of the camera with a serial number, and what it says.
+
+    Raises
+    ------
+    BusError
+        It is not there, or two have the number.
+    """
+    devices = scan_devices(exchange)
+    places = [n for n, each in enumerate(devices) if each.device.serial == serial]
+    if len(places) != 1:
+        there = ", ".join(str(each.device.serial) for each in devices) or "none"
+        raise BusError(
+            "bus.camera_missing" if not places else "bus.duplicate",
+            f"{len(places) or 'No'} cameras on the bus have the serial number {serial}; "
+            f"found: {there}.",
+            "Connect the camera, or give the rig that it belongs to.",
+        )
+    return places[0], devices[places[0]]
+
+
+def write_alias(exchange: Exchange, serial: int, alias: int) -> int:
+    """Store a station alias in the EEPROM of a camera; return the one before.
+
+    It is in force after the camera was switched off and on. The check sum over the first words of
+    the EEPROM is written with it: without it a controller takes none of them.
+
+    Raises
+    ------
+    InputError
+        The alias is not 1 to 65535.
+    BusError
+        The camera is not there, another one has that alias, or its EEPROM did not keep it.
+    """
+    if not 1 <= alias <= 0xFFFF:
+        raise InputError(
+            "bus.alias_value", f"The alias {alias} is not 1 to 65535.", "Give such a number."
+        )
+    place, found = find_camera(exchange, serial)
+    for number, other in enumerate(scan_devices(exchange)):
+        if number != place and other.device.alias == alias:
+            raise BusError(
+                "bus.duplicate",
+                f"The camera with serial number {other.device.serial} has the alias {alias}.",
+                "Give each camera its own alias.",
+            )
+    head = bytearray(read_words(exchange, place, 0, _HEAD_WORDS))
+    struct.pack_into("<H", head, 2 * _ALIAS_WORD, alias)
+    # The sum first: with a wrong one the controller keeps what it has until both are there.
+    write_word(exchange, place, _SUM_WORD, _check_sum(bytes(head)))
+    write_word(exchange, place, _ALIAS_WORD, alias)
+    stored = read_words(exchange, place, 0, _HEAD_WORDS + 1)
+    if stored[: 2 * _HEAD_WORDS] != bytes(head) or stored[2 * _SUM_WORD] != _check_sum(bytes(head)):
+        raise BusError(
+            "bus.eeprom",
+            f"The EEPROM of the camera with serial number {serial} did not keep the alias {alias}.",
+            "Repeat the command; if it happens again, have the camera repaired.",
+        )
+    return found.device.alias
+
+
+def update_firmware(
+    exchange: Exchange, serial: int, image: bytes, told: Told = lambda _done, _total: None
+) -> Firmware:
+    """Send firmware to a camera and bring it to PREOP with it, which makes it stay.
+
+    The camera writes it beside the one that runs. Where the transfer is interrupted, by the cable
+    or the power, the old one runs at the next start; where the new one does not reach PREOP, too.
+
+    Parameters
+    ----------
+    exchange
+        See `RawLine`.
+    serial
+        Of the camera.
+    image
+        The whole file.
+    told
+        Progress.
+
+    Raises
+    ------
+    InputError
+        The file is none, is damaged, or is for another device.
+    BusError
+        The camera is not there, refuses, or does not come back.
+    """
+    firmware = Firmware.read(image)
+    place, found = find_camera(exchange, serial)
+    firmware.check_for(found.device.product, found.device.revision)
+    _go(exchange, place, _INIT)
+    _set_mailboxes(exchange, place)
+    _go(exchange, place, _BOOT)
+    transfer = FoeWrite(FIRMWARE_NAME, image, MAILBOX_BYTES)
+    counter = 1
+    try:
+        while not transfer.done:
+            transfer.answer(_ask(exchange, place, transfer.request(counter)))
+            counter = counter % 7 + 1
+            told(*transfer.progress)
+    finally:
+        _go(exchange, place, _INIT)
+    # It starts anew with what it got; only a master that can use it makes it stay.
+    _set_mailboxes(exchange, place)
+    _go(exchange, place, PREOP)
+    _go(exchange, place, _INIT)
+    told(len(image), len(image))
+    return firmware
+
+
+def _go(exchange: Exchange, place: int, state: int) -> None:
+    """Bring a camera to a state."""
+    target = -place & 0xFFFF
+    control = (state | _ACKNOWLEDGE).to_bytes(2, "little")
+    exchange(Datagram(Command.APWR, target, _AL_CONTROL, control))
+    deadline = time.monotonic() + _STATE_S
+    status = code = 0
+    while time.monotonic() < deadline:
+        answer = exchange(Datagram(Command.APRD, target, _AL_STATUS, bytes(6))).data
+        status, code = answer[0], int.from_bytes(answer[4:6], "little")
+        if status == state:
+            return
+        time.sleep(_POLL_S)
+    raise BusError(
+        "bus.state",
+        f"The camera at position {place + 1} does not reach the state {state} (it is in "
+        f"{status:#04x}, AL status {code:#06x}).",
+        "Power-cycle the camera; its old firmware still runs. Then repeat the command.",
+    )
+
+
+def _set_mailboxes(exchange: Exchange, place: int) -> None:
+    target = -place & 0xFFFF
+    for number in (SM_MAILBOX_OUT, SM_MAILBOX_IN):
+        content = struct.pack("<HHBBBB", *SYNC_MANAGERS[number][:5], 0)
+        register = _SYNC_MANAGER_REGISTERS + 8 * number
+        exchange(Datagram(Command.APWR, target, register, content))
+
+
+def _ask(exchange: Exchange, place: int, mailbox: bytes) -> bytes:
+    """Write a mailbox and return the camera's answer."""
+    target = -place & 0xFFFF
+    content = mailbox.ljust(MAILBOX_BYTES, b"\x00")
+    for _ in range(_TRIES):
+        if exchange(Datagram(Command.APWR, target, MAILBOX_OUT_START, content)).working_counter:
+            break
+    else:
+        raise _silent(place)
+    # The first answer comes after a bank was erased.
+    deadline = time.monotonic() + (_ERASE_S if mailbox[6] == 2 else _ANSWER_S)
+    while time.monotonic() < deadline:
+        status = exchange(Datagram(Command.APRD, target, _SM_STATUS_IN, bytes(1)))
+        if status.working_counter and status.data[0] & _FULL:
+            question = Datagram(Command.APRD, target, MAILBOX_IN_START, bytes(MAILBOX_BYTES))
+            answer = exchange(question)
+            if answer.working_counter:
+                return answer.data
+        time.sleep(_POLL_S)
+    raise _silent(place)
+
+
+def _silent(place: int) -> BusError:
+    return BusError(
+        "bus.firmware",
+        f"The camera at position {place + 1} stopped answering during the update.",
+        "Check cable and power. Its old firmware still runs; then repeat the update.",
+    )
+
+
+def _check_sum(content: bytes) -> int:
+    """Return the CRC-8 of the first 14 bytes of an EEPROM (ETG.2010, table 2)."""
+    crc = 0xFF
+    for byte in content:
+        crc ^= byte
+        for _ in range(8):
+            crc = (crc << 1 ^ 0x07 if crc & 0x80 else crc << 1) & 0xFF
+    return crc

@@ -1,0 +1,175 @@
+"""Two banks of firmware, of which one always runs: memory that a loss of power cannot spoil.
+
+A page is erased and written in pieces; a loss of power leaves a piece half written. So new firmware
+goes into the bank that does not run, and only when all of it is there and its signature is right
+one record, of a single piece with its own check sum, names it. It then runs on trial: the camera
+confirms it when a master has brought it to PREOP. Without that the next start goes back.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+import zlib
+from collections.abc import Callable
+
+from cryptography.hazmat.primitives.asymmetric.ed25519 import Ed25519PrivateKey
+
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.device import PRODUCT_CODE, REVISION, Firmware
+
+_PIECE = 256
+_BANK_BYTES = 1 << 20
+_RECORD = struct.Struct("<IBBB")
+"""Number of the record, bank that runs, whether on trial, how often it was started so."""
+_CRC = struct.Struct("<I")
+_TRIALS = 1
+
+
+class PowerLossError(Exception):
+    """The power went while memory was written."""
+
+
+def maker_key() -> Ed25519PrivateKey:
+    """Return the key of the maker of software cameras; everybody has it, so it proves nothing."""
+    return Ed25519PrivateKey.from_private_bytes(hashlib.sha256(b"OCMM software camera").digest())
+
+
+MAKER = maker_key().public_key()
+FACTORY = Firmware("3.0.0", PRODUCT_CODE, (REVISION, REVISION), b"factory" * 64).signed(maker_key())
+
+
+class FirmwareBanks:
+    """The firmware memory of one camera; it outlives the power.
+
+    Parameters
+    ----------
+    written
+        Called before each piece; raises `PowerLossError` to play a loss of power in the middle of
+        it.
+
+    Attributes
+    ----------
+    version
+        Of the firmware that runs; known after `start`.
+    """
+
+    def __init__(self, written: Callable[[], object] = lambda: None) -> None:
+        self.written = written
+        self._banks = [bytearray(b"\xff" * _BANK_BYTES) for _ in range(2)]
+        self._records = [bytearray(_RECORD.size + _CRC.size) for _ in range(2)]
+        self._banks[0][: len(FACTORY)] = FACTORY
+        self._records[0][:] = _sealed(1, 0, 0, 0)
+        self._sizes = [len(FACTORY), 0]
+        self._running = 0
+        self._at = 0
+        self.version = ""
+        self.start()
+
+    def start(self) -> None:
+        """Start the camera: choose the bank that runs, and leave one that failed on trial."""
+        number, bank, trial, starts = self._newest()
+        if trial and (starts >= _TRIALS or self._firmware(bank) is None):
+            bank, trial = 1 - bank, 0
+            self._note(number + 1, bank, 0, 0)
+        elif trial:
+            self._note(number + 1, bank, 1, starts + 1)
+        found = self._firmware(bank)
+        if found is None:
+            # The bank that is named was whole when it was named; memory has aged since.
+            bank = 1 - bank
+            found = self._firmware(bank)
+        if found is None:
+            raise InputError(
+                "firmware.dead", "Neither bank holds firmware.", "Have the camera repaired."
+            )
+        self._running = bank
+        self.version = found.version
+
+    @property
+    def on_trial(self) -> bool:
+        """Return whether the firmware that runs is not confirmed yet."""
+        return bool(self._newest()[2])
+
+    def confirm(self) -> None:
+        """Keep the firmware that runs: a master has brought the camera to PREOP with it."""
+        number, bank, trial, _starts = self._newest()
+        if trial and bank == self._running:
+            self._note(number + 1, bank, 0, 0)
+
+    def begin(self) -> None:
+        """Begin to write new firmware into the bank that does not run."""
+        self._at = 0
+        bank = self._banks[1 - self._running]
+        for at in range(0, _BANK_BYTES, _BANK_BYTES // 16):
+            self._spoil(bank, at, _PIECE)
+            bank[at : at + _BANK_BYTES // 16] = b"\xff" * (_BANK_BYTES // 16)
+
+    def write(self, content: bytes) -> bool:
+        """Write the next bytes; say whether there was room."""
+        bank = self._banks[1 - self._running]
+        if self._at + len(content) > _BANK_BYTES:
+            return False
+        for at in range(0, len(content), _PIECE):
+            piece = content[at : at + _PIECE]
+            self._spoil(bank, self._at, len(piece))
+            bank[self._at : self._at + len(piece)] = piece
+            self._at += len(piece)
+        return True
+
+    def finish(self) -> Firmware:
+        """Check what was written, and let the next start run it on trial.
+
+        Raises
+        ------
+        InputError
+            It is no firmware for this camera, or not signed by its maker; the old one stays.
+        """
+        other = 1 - self._running
+        image = bytes(self._banks[other][: self._at])
+        found = Firmware.read(image, MAKER)
+        found.check_for()
+        self._sizes[other] = self._at
+        self._note(self._newest()[0] + 1, other, 1, 0)
+        return found
+
+    def _firmware(self, bank: int) -> Firmware | None:
+        """Return what a bank holds, or None where it is not whole or not signed."""
+        try:
+            return Firmware.read(bytes(self._banks[bank][: self._sizes[bank]]), MAKER)
+        except InputError:
+            return None
+
+    def _newest(self) -> tuple[int, int, int, int]:
+        found = [each for each in map(_unsealed, self._records) if each is not None]
+        return max(found)
+
+    def _note(self, number: int, bank: int, trial: int, starts: int) -> None:
+        """Write a record over the older one; the other stays until it is whole."""
+        known = [_unsealed(each) for each in self._records]
+        older = min(range(2), key=lambda place: known[place] or (-1, 0, 0, 0))
+        record = self._records[older]
+        self._spoil(record, 0, len(record))
+        record[:] = _sealed(number, bank, trial, starts)
+
+    def _spoil(self, memory: bytearray, at: int, size: int) -> None:
+        """Play a loss of power: half of the piece is neither old nor new."""
+        try:
+            self.written()
+        except PowerLossError:
+            half = max(1, size // 2)
+            memory[at : at + half] = b"\xa5" * half
+            raise
+
+
+def _sealed(number: int, bank: int, trial: int, starts: int) -> bytes:
+    content = _RECORD.pack(number, bank, trial, starts)
+    return content + _CRC.pack(zlib.crc32(content))
+
+
+def _unsealed(record: bytearray) -> tuple[int, int, int, int] | None:
+    content = bytes(record[: _RECORD.size])
+    if _CRC.pack(zlib.crc32(content)) != bytes(record[_RECORD.size :]) or not any(record):
+        return None
+    number, bank, trial, starts = _RECORD.unpack(content)
+    return number, bank, trial, starts
