@@ -711,8 +711,9 @@ class _BookWatch:
         return False
 
     def _recoveries(self) -> int:
-        report = b"" if self._rig.ring is None else self._rig.ring.report()
-        return decode_report(report).recoveries if report else 0
+        content = b"" if self._rig.ring is None else self._rig.ring.report()
+        report = decode_report(content) if content else None
+        return 0 if report is None else report.recoveries
 
     def end(self, *, kill: bool = False) -> None:
         """Kill the bus process, or ask it to end; its books must still be whole."""

@@ -24,9 +24,9 @@ _CORE_MM, _CORE = 2.0, 0.25
 """So near, and no farther than this share of its reach, a point counts without another one."""
 _SURROUNDED = 0.5
 """The mean direction to points all round is short; that to points on one side has length one."""
-_FINE = 6.0
+_FINE = 4.0
 """So many triangles go from a point to where its colour ends."""
-_MOST_TRIANGLES = 120_000
+_MOST_TRIANGLES = 60_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -87,7 +87,7 @@ def value_field(
     groups = group_of_face[faces]
     reaches, rounds = _reaches(points, groups)
     rows = np.isin(group_of_face[mesh.triangle_faces], groups)
-    edges = np.minimum(reaches / _FINE, _CORE_MM / 3.0)
+    edges = np.minimum(reaches / _FINE, _CORE_MM / 2.0)
     fined, parents = finer(mesh, rows, points, float(reaches.max()), edges, _MOST_TRIANGLES)
     own = replace(fined, origins=np.arange(len(fined.vertices)))
     count = len(own.vertices)

@@ -52,9 +52,9 @@ class PaperForm(QWidget):
             rows.addRow(caption(tr(title), field), field)
             field.textEdited.connect(lambda _text: self._on_typed())
             field.left.connect(self.left)
-        self.fault = sentence_label(tr("Fault of the template"), 13)
+        # The sheet puts it where there is room for a sentence.
+        self.fault = sentence_label(tr("Fault of the template"), 15)
         self.fault.hide()
-        rows.addRow(self.fault)
         self._job: Path | None = None
         self._kept = Particulars()
         self._typed = False

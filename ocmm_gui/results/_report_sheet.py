@@ -123,6 +123,7 @@ class ReportSheet(Sheet):
         self.shown.addWidget(self.text)
         self.shown.addWidget(self.pages)
         right = QVBoxLayout()
+        right.addWidget(self.paper.fault)
         right.addWidget(self.shown, 1)
         where = QHBoxLayout()
         where.addWidget(caption(tr("Folder"), self.folder))

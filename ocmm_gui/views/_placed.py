@@ -6,7 +6,7 @@ import contextlib
 import threading
 
 import numpy as np
-from PySide6.QtCore import QObject, Signal
+from PySide6.QtCore import QObject, QTimer, Signal
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import Target
@@ -35,6 +35,7 @@ _ACTIVE_SHARE = 0.55
 """Faces of the feature that is measured have so much of the colour of what is marked."""
 _ALIGNED_MM, _ROUGH_MM = 1.0, 8.0
 """So deep in the part a measured point may seem to lie, and is still drawn over it."""
+_REST_MS = 250
 _NO_PLACES = np.empty((0, 3))
 
 
@@ -56,6 +57,12 @@ class PlacedScene(PartDrawing):
         self._made_for: FieldRequest | None = None
         self._field: tuple[ValueField, RenderMesh] | None = None
         self._shaded: tuple[Colours, Theme, Colours] | None = None
+        self._makes = False
+        # Points come one after another while somebody touches: the colours follow when he rests.
+        self._soon = QTimer(self)
+        self._soon.setSingleShot(True)
+        self._soon.setInterval(_REST_MS)
+        self._soon.timeout.connect(self._begin_field)
         self._field_made.connect(self._keep_field)
 
     def place(self, placed: PlacedPart | None) -> None:
@@ -78,15 +85,23 @@ class PlacedScene(PartDrawing):
         The colours of before stay until the others are made, in a thread of their own.
         """
         wanted = field_request(picture, self._placed)
-        whole, placed = self.mesh, self._placed
-        if wanted is None or whole is None or placed is None:
+        if wanted is None or self.mesh is None:
             self._wanted = self._field = None
+            self._soon.stop()
         elif not wanted.is_like(self._wanted):
             self._wanted = wanted
-            threading.Thread(
-                target=self._make_field, args=(whole, placed.model, wanted), name="part-colours",
-                daemon=True,
-            ).start()  # fmt: skip
+            self._soon.start()
+
+    def _begin_field(self) -> None:
+        """Make the colours that are wanted now, if none are being made: one thread at a time."""
+        whole, placed, wanted = self.mesh, self._placed, self._wanted
+        if self._makes or whole is None or placed is None or wanted is None:
+            return
+        self._makes = True
+        threading.Thread(
+            target=self._make_field, args=(whole, placed.model, wanted), name="part-colours",
+            daemon=True,
+        ).start()  # fmt: skip
 
     @property
     def reach_mm(self) -> float | None:
@@ -105,18 +120,24 @@ class PlacedScene(PartDrawing):
 
     def _make_field(self, whole: RenderMesh, model: PartModel, wanted: FieldRequest) -> None:
         made = None
-        # Without memory, or with places that nothing can be computed from, it stays grey.
-        with contextlib.suppress(MemoryError, ValueError):
+        try:
             field = make_field(whole, model, wanted)
             made = None if field is None else (field, coarser(field.mesh, MOVING_TRIANGLES))
-        with contextlib.suppress(RuntimeError):
-            self._field_made.emit(wanted, made)
+        except (MemoryError, ValueError):
+            # Without memory, or with places that nothing can be computed from, it stays grey.
+            pass
+        finally:
+            with contextlib.suppress(RuntimeError):
+                self._field_made.emit(wanted, made)
 
     def _keep_field(self, wanted: FieldRequest, made: tuple[ValueField, RenderMesh] | None) -> None:
+        self._makes = False
         if wanted is self._wanted:
             self._field, self._made_for = made, wanted
             self._shaded = None
             self.changed.emit()
+        else:
+            self._begin_field()
 
     def _dressed(
         self, mesh: RenderMesh, colours: Colours, theme: Theme, mode: RenderMode, *, moving: bool

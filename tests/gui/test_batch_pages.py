@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -15,6 +16,10 @@ from ocmm_gui.results import CompareSheet
 from tests.core.export.test_batch_table import COMPARISON, trend
 from tests.gui.pdf_texts import texts
 from tests.host import HANG_MS
+
+
+def _told(sheet: CompareSheet, path: Path) -> bool:
+    return str(path) in sheet.about()
 
 
 def said(found: Comparison) -> str:
@@ -74,6 +79,6 @@ def test_the_sheet_writes_table_or_pages_by_the_name_of_the_file(
     for name, start in (("b.csv", b"\xef\xbb\xbf"), ("b.PDF", b"%PDF")):
         path = tmp_path / name
         sheet.target.given.emit(path)
-        qtbot.waitUntil(lambda path=path: str(path) in sheet.about(), timeout=HANG_MS)
+        qtbot.waitUntil(partial(_told, sheet, path), timeout=HANG_MS)
         assert path.read_bytes().startswith(start)
     sheet.close_work()

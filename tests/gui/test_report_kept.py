@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.export.report import Particulars, given_with, keep_given, template_in_use
@@ -32,12 +33,12 @@ def test_the_form_keeps_with_the_job_and_follows_its_template(
     job = bench.bridge.station.job.path
     keep_given(job, Particulars(customer="Kept AG", remarks=("As agreed.",)))
     sheet = bench.window.sheets.report
-    qtbot.keyClick(bench.window, KEY.Key_F3)
-    qtbot.keyClick(bench.window.sheets.results, KEY.Key_F8)
+    QTest.keyClick(bench.window, KEY.Key_F3)
+    QTest.keyClick(bench.window.sheets.results, KEY.Key_F8)
     qtbot.waitUntil(sheet.isVisible, timeout=PATIENCE_MS)
     form = sheet.paper
     assert form.fields["customer"].text() == "Kept AG"
-    qtbot.keyClicks(form.fields["drawing"], "D-77")
+    QTest.keyClicks(form.fields["drawing"], "D-77")
     qtbot.waitUntil(lambda: given_with(job).drawing == "D-77", timeout=PATIENCE_MS)
     # What has no field here is not lost.
     assert given_with(job) == Particulars(
@@ -48,10 +49,10 @@ def test_the_form_keeps_with_the_job_and_follows_its_template(
     lab.write_text(TEMPLATE, encoding="utf-8")
     told: list[object] = []
     sheet.failed.connect(told.append)
-    qtbot.keyClicks(form.fields["template"], str(lab)[:-2])
+    QTest.keyClicks(form.fields["template"], str(lab)[:-2])
     qtbot.waitUntil(form.fault.isVisible, timeout=PATIENCE_MS)
     assert told == []
-    qtbot.keyClicks(form.fields["template"], str(lab)[-2:])
+    QTest.keyClicks(form.fields["template"], str(lab)[-2:])
     qtbot.waitUntil(lambda: not form.fault.isVisible(), timeout=PATIENCE_MS)
     assert form.paper().template.laboratory.name == "Laboratory of the shop"
     # Whoever edits the file sees it here.

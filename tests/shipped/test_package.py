@@ -230,7 +230,7 @@ def test_a_program_of_the_package_starts_parts_of_ocmm_and_nothing_else(tmp_path
         )  # fmt: skip
 
     window = said("-I", "-m", "ocmm_gui", "--help")
-    assert "usage: ocmm-window" in window.stdout, window.stderr
+    assert "usage: ocmm window" in window.stdout, window.stderr
     assert said("--version").stdout.startswith("ocmm ")
     for words in (("-m", "mine"), ("-c", "print('mine')"), ("mine.py",)):
         refused = said(*words)

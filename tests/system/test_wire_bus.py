@@ -104,7 +104,7 @@ def test_cameras_that_are_not_those_of_the_rig_are_refused_by_name() -> None:
     assert "alias of 'right'" in seen["swapped"][1]
     assert "0x1c13:03" in seen["mapping"][1]
     assert "'right' has a sensor of 2048 x 2048 px" in seen["sensor"][1]
-    assert "sensor with serial number 0" in seen["sensor exchanged"][1]
+    assert "sensor with serial number 1002" in seen["sensor exchanged"][1]
     assert "4711 in its object 0x1018 and 1002 in its EEPROM" in seen["two serials"][1]
     # A refused bus leaves no socket open.
     assert {answer[2] for answer in seen.values()} == {"0"}

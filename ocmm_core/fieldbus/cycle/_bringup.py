@@ -13,6 +13,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import dataclass
 
+from ocmm_core.camera import CameraModel
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.cycle._health import Schedule
 from ocmm_core.fieldbus.cycle._watch import TIME_DIFFERENCE
@@ -254,7 +255,8 @@ def bring_up(settings: BusSettings, session: Session, host_time: HostTime) -> It
     session.schedule = Schedule(start_ns, settings.frame_period_ns, config.crc())
     if device is not None and image is not None:
         timing = Timing(start_ns, settings.frame_period_ns, config.crc())
-        lenses = [lens.model() for lens in settings.lenses] or [None] * len(settings.cameras)
+        lenses: list[CameraModel | None] = [lens.model() for lens in settings.lenses]
+        lenses = lenses or [None] * len(settings.cameras)
         session.translators = tuple(
             InputTranslator(device, image, camera.serial, lens, timing)
             for camera, lens in zip(settings.cameras, lenses, strict=True)

@@ -113,8 +113,8 @@ def _check(path: Path, device: DeviceDescription) -> None:
     image = ProcessImage(device)
     _check_roles(path, device, image)
     _check_memory(path, device, image)
-    for value in device.start_up:
-        _check_places(path, "start_up", value.index)
+    for each in device.start_up:
+        _check_places(path, "start_up", each.index)
 
 
 def _check_places(path: Path, field: str, index: int) -> None:

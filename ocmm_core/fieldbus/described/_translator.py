@@ -195,7 +195,7 @@ class InputTranslator:
         count, slots = device.exposures, device.slots
         xy = np.stack([self._image.numbers(content, role) for role in (Role.X, Role.Y)], axis=-1)
         most = _SPOT_LIMIT_MM if device.is_corrected else _SPOT_LIMIT_PX
-        seen = (np.abs(xy) * device.step < most).all(axis=-1)
+        seen: NDArray[np.bool_] = np.all(np.abs(xy) * device.step < most, axis=-1)
         if not device.has(Role.VALID) and not device.has(Role.INTENSITY):
             seen &= (xy != 0.0).any(axis=-1)
         if device.has(Role.INTENSITY):

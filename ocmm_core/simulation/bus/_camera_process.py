@@ -17,6 +17,7 @@ from typing import Literal
 import msgspec
 
 from ocmm_core.acquisition.bus_process import CAMERA_PRIORITY, take_priority
+from ocmm_core.camera import CameraModel
 from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError, InternalError
 from ocmm_core.failure import EXIT_INTERNAL, contained
@@ -124,7 +125,8 @@ def make_wire(config: SegmentConfig) -> Wire:
     for camera in sees:
         # The first call may compile code, which takes longer than a master waits.
         provider.camera_frames(camera, 0, CHUNK_FRAMES)
-    lenses = [lens.model() for lens in config.lenses] or [None] * len(sees)
+    lenses: list[CameraModel | None] = [lens.model() for lens in config.lenses]
+    lenses = lenses or [None] * len(sees)
     units = [
         Unit(camera, identity, provider, config.switched_on, config.device, lens)
         for camera, identity, lens in zip(sees, config.cameras, lenses, strict=True)

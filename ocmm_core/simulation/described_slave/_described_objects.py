@@ -94,12 +94,12 @@ def described_dictionary(
             objects[index] = _record("Mapping", [_number(4, one.mapping) for one in entries])
     for each in device.start_up:
         known = objects.get(each.index)
-        entries = dict(known.entries) if known is not None else {}
-        entries[each.sub] = ObjectEntry(
+        settings = dict(known.entries) if known is not None else {}
+        settings[each.sub] = ObjectEntry(
             "Setting", _BY_SIZE[len(each.content)], bytes(len(each.content)), writable=True
         )
-        entries[0] = _number(1, max(entries))
-        objects[each.index] = DictionaryObject("Settings", dict(sorted(entries.items())), True)
+        settings[0] = _number(1, max(settings))
+        objects[each.index] = DictionaryObject("Settings", dict(sorted(settings.items())), True)
     return dict(sorted(objects.items()))
 
 

@@ -35,7 +35,7 @@ _CHECK_NS = 1_000_000_000
 _HOUR_NS = 3600 * 1_000_000_000
 _BLOB, _LENGTH, _SHA, _CRC, _NOTE = range(1, 6)
 _MODE = 4
-_SENSOR, _WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(1, 6)
+_WIDTH, _HEIGHT, _TEMPERATURE, _HOURS = range(2, 6)
 
 
 class Electronics:
@@ -134,7 +134,6 @@ class Electronics:
             ),
             (CALIBRATION, _CRC): lambda: struct.pack("<I", zlib.crc32(self._intrinsics)),
             (CALIBRATION, _NOTE): lambda: self._note,
-            (INFORMATION, _SENSOR): lambda: struct.pack("<I", self._told_sensor[0]),
             (INFORMATION, _WIDTH): lambda: struct.pack("<H", self._told_sensor[1]),
             (INFORMATION, _HEIGHT): lambda: struct.pack("<H", self._told_sensor[2]),
             (INFORMATION, _TEMPERATURE): lambda: struct.pack("<h", round(10 * self._celsius())),

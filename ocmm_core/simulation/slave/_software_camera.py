@@ -14,6 +14,7 @@ from ocmm_core.fieldbus.device import (
     DATA_CRC,
     DATA_CRC_AT,
     HEADER_STRUCT,
+    INFORMATION,
     INPUT_DTYPE,
     INPUT_START,
     INPUT_SYNC,
@@ -100,7 +101,7 @@ class SoftwareCamera:
     layout
         Of its inputs, and by that its revision.
     sensor
-        Serial number and size, px, that it tells of its sensor.
+        Serial number and size, px, that it tells of its sensor; 0: the camera's own number.
     banks
         Its firmware; the same ones for a camera that is switched on again.
 
@@ -154,6 +155,8 @@ class SoftwareCamera:
             lambda: self.esc.state <= PREOP,
         )
         self._tell_version()
+        if sensor[0]:
+            self.coe.set_value(INFORMATION, 1, struct.pack("<I", sensor[0]))
 
     @property
     def period_override(self) -> int:
@@ -170,7 +173,7 @@ class SoftwareCamera:
         """Return the answer to a mailbox; see `Application`."""
         if self.mailbox_hangs:
             return None
-        if mailbox[5] & 0x0F == _FOE:
+        if len(mailbox) >= _MAILBOX_HEAD and mailbox[5] & 0x0F == _FOE:
             (length,) = struct.unpack_from("<H", mailbox)
             return self.foe.answer(mailbox[_MAILBOX_HEAD : _MAILBOX_HEAD + length])
         # In BOOT there is nothing but files.
