@@ -185,7 +185,6 @@ class AcceptanceSession:
     def notes(self) -> tuple[str, ...]:
         """Return what of the advice could not be followed, and what only warns."""
         notes: tuple[str, ...] = self.state.begun.notes
-        notes: tuple[str, ...] = self.state.begun.notes
         return notes
 
     @property
