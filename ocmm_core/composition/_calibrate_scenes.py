@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -198,15 +198,8 @@ def _motion(rig: Rig, true: tuple[CameraModel, ...]) -> RigidTransform:
     corners = np.array([[(low, high)[bit][axis] for axis, bit in enumerate(bits)]
                         for bits in np.ndindex(2, 2, 2)])  # fmt: skip
     spots = np.stack([project(camera, corners) for camera in rig.cameras])
-    located = triangulate(_with(rig, true), spots)
+    located = triangulate(replace(rig, cameras=true), spots)
     return RigidTransform(*rigid_fit(corners, located))
-
-
-def _with(rig: Rig, cameras: tuple[CameraModel, ...]) -> Rig:
-    return Rig(
-        rig.name, cameras, rig.aliases, rig.frame_rate_hz, rig.noise, rig.volume_world,
-        rig.parameter_covariance, rig.identity,
-    )  # fmt: skip
 
 
 def _normals() -> Points3:

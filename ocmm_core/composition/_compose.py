@@ -24,11 +24,13 @@ from ocmm_core.composition._feeds import StationRequest, written_folders
 from ocmm_core.composition._sources import make_feed
 from ocmm_core.documents import digest
 from ocmm_core.errors import InputError, OcmmError, StorageError
+from ocmm_core.fieldbus.described import refuse_unproven, resting_doubt_mm
 from ocmm_core.inspection.archive import previous_part_pose, require_new_serial
 from ocmm_core.inspection.evaluation import JobHeader, SessionOptions, open_plan
 from ocmm_core.inspection.plan import Plan, load_plan, stored_plan
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
 from ocmm_core.leftovers import clear_leftovers
+from ocmm_core.measuring import PointOptions
 from ocmm_core.simulation.scene import Missing, VirtualRig
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
 from ocmm_core.storage import JobFile, make_head
@@ -97,6 +99,10 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
     made = probe.records.calibration if probe.records is not None else None
     climate = climate_in_use(request.climate, plan, probe.body, made)
     calibration = calibration_of(request)
+    device = calibration.device
+    if device is not None:
+        # Before cameras are looked for; the station asks again for each job.
+        refuse_unproven(device, allowed=plan.cameras == "unproven")
     feed = make_feed(request, plan if begun is None else open_plan(plan, begun), calibration.rig)
     try:
         _check_slots(probe.body, reference, feed.description)
@@ -126,6 +132,9 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
             feed.ring,
             StationOptions(
                 session=SessionOptions(
+                    point=PointOptions(
+                        untimed_mm=0.0 if device is None else resting_doubt_mm(device)
+                    ),
                     climate=climate.climate,
                     contact=climate.contact,
                     reference=reference,

@@ -44,6 +44,10 @@ class PointOptions:
         The approach direction is taken where the ball was this far from the contact.
     max_uncertainty
         Largest expanded uncertainty (k = 2) of a point, mm.
+    untimed_mm
+        So far a resting ball may be off along each axis, because the cameras do not know better
+        when they exposed (`fieldbus.described.resting_doubt_mm`); uniform, so that a third of its
+        square is added to the variance of each point.
     """
 
     window_s: float = 0.25
@@ -51,6 +55,7 @@ class PointOptions:
     min_share: float = 0.8
     approach_mm: float = 2.0
     max_uncertainty: float = 0.15
+    untimed_mm: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,7 +69,7 @@ class StablePoint:
     tip_world
         (3,), mm.
     random_covariance
-        (3, 3), mm^2, of the average; ``motion_covariance`` is a part of it.
+        (3, 3), mm^2, of the average; ``motion_covariance`` and ``untimed_mm`` are parts of it.
     motion_covariance
         (3, 3), mm^2: of a motion of the ball that was too small to be refused or to be told.
     rotation_world_from_probe
@@ -159,7 +164,7 @@ def average(
         last_frame=int(window.counter[keep[-1]]),
         n_frames=len(keep),
         tip_world=window.tip_world[keep].mean(axis=0),
-        random_covariance=random + still.covariance,
+        random_covariance=random + still.covariance + np.eye(3) * options.untimed_mm**2 / 3.0,
         motion_covariance=still.covariance,
         rotation_world_from_probe=_mean_rotation(window.rotation_world_from_probe[keep]),
         spots=window.uv[keep].mean(axis=0),

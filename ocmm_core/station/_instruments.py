@@ -138,6 +138,7 @@ class Instruments:
         job.session.conditions.note_climate()
         job.session.conditions.note_limits()
         job.session.conditions.note_origin(simulated=self.simulated)
+        job.session.conditions.note_cameras(self._gear.calibration.camera_doubts)
 
     def watch_cameras(self, track: TrackBlock) -> None:
         """Let the monitor see the frames; what it holds back is told as a change of the job."""

@@ -9,6 +9,7 @@ from pathlib import Path
 
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
 from ocmm_core.camera import Rig
+from ocmm_core.fieldbus.described import refuse_unproven
 from ocmm_core.inspection.evaluation import SessionOptions
 from ocmm_core.inspection.plan import Plan, climate_for, part_of_plan
 from ocmm_core.inspection.session import InspectionSession
@@ -100,7 +101,16 @@ class OpenJob:
 
 
 def open_job(file: JobFile, use: PlanInUse, gear: Gear) -> OpenJob:
-    """Return a job that can be measured; errors as `InspectionSession` and `ChangeWatch`."""
+    """Return a job that can be measured; errors as `InspectionSession` and `ChangeWatch`.
+
+    Raises
+    ------
+    InputError
+        Its plan does not allow cameras that cannot prove the age of their data.
+    """
+    device = gear.calibration.device
+    if device is not None:
+        refuse_unproven(device, allowed=use.plan.cameras == "unproven")
     session = InspectionSession(use.plan, gear.rig, gear.body, file, use.options)
     changes = ChangeWatch(gear.calibration, gear.body, session, file)
     return OpenJob(file, session, use, changes, ProbeWatch(gear.probe, session, file, gear.pause))

@@ -86,6 +86,10 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
         "part": (later("Part"), later("Name of the part")),
         "rule": (later("Decision rule"), later("Decision rule")),
         "compensation": (later("Probe side by"), later("How the probe side is found")),
+        "cameras": (
+            later("Cameras"),
+            later("unproven: also such that cannot prove the age of their data"),
+        ),
         "material": (later("Material"), later("Needed to report results at 20 °C; or empty")),
     },
     "Material": {

@@ -95,7 +95,7 @@ def title(canvas: Canvas, data: ReportData) -> None:
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn
         canvas.text(line, Style(34.0, bold=True, colour=INK.bad if fails else plain))
-    for note in (data.view.unproven, *data.notes):
+    for note in (data.view.unproven, *data.view.camera_doubts, *data.notes):
         if note:
             canvas.skip(6.0)
             canvas.text(f"! {note}", Style(32.0, bold=True, colour=INK.bad))

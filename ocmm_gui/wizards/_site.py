@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TypeVar
 
 from ocmm_core.calibration.probe_design import require_temperature
-from ocmm_core.calibration.records import CalibrationStore, rig_from_record
+from ocmm_core.calibration.records import CalibrationStore, rig_in_force
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.tracking import ProbeBody
@@ -242,7 +242,7 @@ def store_of(site: WizardSite, subject: Subject) -> Path | None:
 def running_rig(site: WizardSite) -> Rig:
     """Return the rig with the calibration in force, or what is measured with before the first."""
     record = None if site.store is None else CalibrationStore(site.store).active()
-    return site.rig if record is None else rig_from_record(record)
+    return site.rig if record is None else rig_in_force(record, site.rig)
 
 
 def named(values: Mapping[str, str]) -> str:

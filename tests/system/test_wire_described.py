@@ -120,14 +120,17 @@ def test_the_camera_of_the_thesis_measures_within_u(
     private_network()
     # Beside the rig that names it.
     path = rig_with(with_button(tmp_path).name, tmp_path)
+    plan = tmp_path / "plan.toml"
+    plan.write_text(f'cameras = "unproven"\n{PLAN.read_text()}')
     request = StationRequest(
-        plan=PLAN, out=tmp_path / "wired", rig=path, source="ethercat:virtual", seed=4
+        plan=plan, out=tmp_path / "wired", rig=path, source="ethercat:virtual", seed=4
     )
     built = build_station(request)
     assert built.virtual is not None
     view = run_job(built, tmp_path / "wired", make_console())
     truth = true_values(built.station.job.plan, built.virtual.part)
     assert view.complete
+    assert len(view.camera_doubts) == 5
     for each in view.characteristics:
         assert each.measured is not None
         assert each.uncertainty is not None

@@ -116,7 +116,7 @@ def build_outcome(
     Parameters
     ----------
     rig
-        That was calibrated: its name, aliases, frame rate and noise.
+        That was calibrated: its name, aliases, sensors, kind of camera, frame rate and noise.
     before
         The rig with the calibration in force; None where there is none.
     """
@@ -134,8 +134,10 @@ def build_outcome(
         frame_rate_hz=rig.frame_rate_hz,
         noise=rig.noise,
         cameras=tuple(
-            entry_of(camera, alias)
-            for camera, alias in zip(found.cameras, rig.aliases, strict=True)
+            entry_of(camera, alias, sensor, rig.device)
+            for camera, alias, sensor in zip(
+                found.cameras, rig.aliases, rig.sensors or (0,) * len(rig.aliases), strict=True
+            )
         ),
         covariance=tuple(tuple(row) for row in _symmetric(found.covariance).tolist()),
         volume_min=_vector(low),

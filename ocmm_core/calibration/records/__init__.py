@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         open_calibration,
         open_design,
         require_record,
+        rig_in_force,
         store_folder,
     )
     from ocmm_core.calibration.records._overview import (
@@ -118,7 +119,7 @@ else:
         _history="CalibrationStore",
         _in_use=(
             "CalibrationInUse CalibrationView default_folder open_calibration open_design "
-            "require_record store_folder"
+            "require_record rig_in_force store_folder"
         ),
         _overview="CalibrationOverview ProbeOverview TipState overview probe_overview",
         _probe_in_use=(
@@ -215,6 +216,7 @@ __all__ = [
     "require_records",
     "rests_on",
     "rig_from_record",
+    "rig_in_force",
     "same_serial",
     "save",
     "seal",

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from datetime import datetime
+from itertools import zip_longest
 from pathlib import Path
 
 import platformdirs
@@ -28,6 +29,7 @@ from ocmm_core.calibration.records._usable import (
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import read_text
 from ocmm_core.errors import CalibrationError, OcmmError
+from ocmm_core.fieldbus.described import DeviceDescription, doubt_sentences, load_device
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,11 +66,19 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
         The complete text that it comes from, for the job file; its SHA-256 is ``rig.identity``.
     record
         The record it comes from; None where it comes from the rig document.
+    device
+        What the cameras are where a file describes them; None where they are ours.
     """
 
     rig: Rig
     rig_text: str
     record: CameraRecord | None = None
+    device: DeviceDescription | None = None
+
+    @property
+    def camera_doubts(self) -> tuple[str, ...]:
+        """Return what the cameras cannot prove, in sentences; empty where they are ours."""
+        return () if self.device is None else doubt_sentences(self.device)
 
     @property
     def is_design(self) -> bool:
@@ -83,6 +93,7 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
             rig=self.rig.name,
             identity=self.rig.identity,
             uncalibrated=self.uncalibrated,
+            warnings=self.camera_doubts,
             record=self.record,
         )
 
@@ -126,8 +137,9 @@ def open_design(document: Path, *, uncalibrated: bool = False) -> CalibrationInU
     InputError
         The document cannot be used.
     """
-    text = read_text(document)
-    return CalibrationInUse(load_rig(document), text, uncalibrated=uncalibrated)
+    text, rig = read_text(document), load_rig(document)
+    device = load_device(rig.device) if rig.device else None
+    return CalibrationInUse(rig, text, device=device, uncalibrated=uncalibrated)
 
 
 def open_calibration(
@@ -165,7 +177,7 @@ def open_calibration(
         record = store.active()
         if record is None:
             return replace(design, fault=(CalibrationStatus.NONE, _never(design.rig)))
-        rig = rig_from_record(record)
+        rig = rig_in_force(record, design.rig)
     except OcmmError as error:
         return replace(design, fault=(CalibrationStatus.UNUSABLE, blocker_of(error)))
     if record.rig != design.rig.name:
@@ -175,9 +187,36 @@ def open_calibration(
         return replace(
             design, fault=(CalibrationStatus.UNUSABLE, _others(document, design.rig, rig))
         )
-    # How fast the cameras run is no matter of calibration.
-    rig = replace(rig, frame_rate_hz=design.rig.frame_rate_hz)
     return replace(design, rig=rig, rig_text=canonical(record).decode("utf-8"), record=record)
+
+
+def rig_in_force(record: CameraRecord, design: Rig) -> Rig:
+    """Return the rig of a record with what its document alone says.
+
+    How fast the cameras run and what they are is no matter of calibration, and records of versions
+    without described cameras do not say it. Sensors are those that were calibrated, and those of
+    the document where the record has none.
+
+    Parameters
+    ----------
+    record
+        Of the cameras.
+    design
+        The rig as its document describes it.
+
+    Raises
+    ------
+    CalibrationError
+        As `rig_from_record`.
+    """
+    rig = rig_from_record(record)
+    pairs = zip_longest(rig.sensors, design.sensors, fillvalue=0)
+    return replace(
+        rig,
+        frame_rate_hz=design.frame_rate_hz,
+        device=design.device,
+        sensors=tuple(calibrated or of_document for calibrated, of_document in pairs),
+    )
 
 
 def require_record(in_use: CalibrationInUse) -> CameraRecord:

@@ -162,7 +162,7 @@ def judge(in_use: InUse[S, V], now: datetime) -> V:
         doubt = Blocker(found.reason, found.remedy)
         return replace(view, word=word, blocker=doubt, since_utc=found.since_utc)
     warnings = (f"{found.reason} {found.remedy}",) if found.reason else ()
-    return replace(view, word=word, warnings=warnings)
+    return replace(view, word=word, warnings=(*view.warnings, *warnings))
 
 
 def replaced_in(store: RecordStore[Any], otherwise: Blocker) -> Blocker:

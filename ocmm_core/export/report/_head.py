@@ -54,9 +54,15 @@ def head_table(data: ReportData) -> Table:
         ("Reported at 20 C", "yes" if view.at_20_c else "no"),
         ("Measured with", f"OCMM {head.software_version}"),
         ("Reported with", f"OCMM {data.written_by}"),
-        *((f"Doubt {index}", clean_text(note)) for index, note in enumerate(data.notes, start=1)),
+        *_numbered("Cameras", view.camera_doubts),
+        *_numbered("Doubt", data.notes),
     ]
     return Table("Job", ("Item", "Value"), tuple(pairs))
+
+
+def _numbered(title: str, sentences: Sequence[str]) -> Iterator[tuple[str, str]]:
+    for index, sentence in enumerate(sentences, start=1):
+        yield f"{title} {index}", clean_text(sentence)
 
 
 def _named(title: str, kind: str, names: Sequence[str]) -> Iterator[tuple[str, str]]:

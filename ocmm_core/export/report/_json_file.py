@@ -139,6 +139,7 @@ def _file(data: ReportData) -> ReportFile:
             points_held_back=tuple(view.held),
             points_taken_back=tuple(data.annulled),
             doubts=data.notes,
+            camera_doubts=view.camera_doubts,
         ),
         decision_rule=data.plan.rule,
         temperature=view.temperature,

@@ -56,6 +56,7 @@ class JobPart(_Part, frozen=True, kw_only=True):
     points_held_back: tuple[int, ...]
     points_taken_back: tuple[int, ...]
     doubts: tuple[str, ...]
+    camera_doubts: tuple[str, ...] = ()
 
 
 class SealPart(_Part, frozen=True, kw_only=True):
@@ -197,10 +198,10 @@ class PaperFactPart(_Part, frozen=True, kw_only=True):
 class ReportFile(_Part, frozen=True, kw_only=True):
     """The whole file.
 
-    ``state`` has what the report must not be taken for: SIMULATED, INCOMPLETE, IN DOUBT or
-    UNCALIBRATED. ``head`` is what the report says of laboratory, customer, item, measurement and
-    instruments; "not stated" where nobody knows. These, ``part_verdict`` and ``seal`` are missing
-    in files of versions that did not say them.
+    ``state`` has what the report must not be taken for: SIMULATED, CAMERAS UNPROVEN, INCOMPLETE,
+    IN DOUBT or UNCALIBRATED. ``head`` is what the report says of laboratory, customer, item,
+    measurement and instruments; "not stated" where nobody knows. These, ``part_verdict`` and
+    ``seal`` are missing in files of versions that did not say them.
     """
 
     schema: str

@@ -159,6 +159,7 @@ def plan_deviations(data: ReportData) -> tuple[str, ...]:
     told = [*data.paper.given.deviations]
     if data.view.simulated:
         told.append(f"SIMULATED: {NO_REAL_PART}")
+    told += data.view.camera_doubts
     skipped = [item.name for item in data.features if item.seen.skipped]
     for names, words in (
         (skipped, "Skipped"),

@@ -217,8 +217,8 @@ class ReportData:
     def states(self) -> tuple[str, ...]:
         """Return what stands on every page, sheet and file; empty where nothing has to.
 
-        SIMULATED and INCOMPLETE (`job_states`), and why nothing is proven: IN DOUBT where something
-        speaks against the file, else UNCALIBRATED.
+        SIMULATED, CAMERAS UNPROVEN and INCOMPLETE (`job_states`), and why nothing is proven: IN
+        DOUBT where something speaks against the file, else UNCALIBRATED.
         """
         if self.notes:
             return (*job_states(self.view), "IN DOUBT")

@@ -29,7 +29,13 @@ if TYPE_CHECKING:
     )
     from ocmm_core.fieldbus.described._lens import corrected_from_pixels, pixels_from_corrected
     from ocmm_core.fieldbus.described._process_image import ProcessImage
-    from ocmm_core.fieldbus.described._proof import Doubt, doubts_of, refuse_unproven
+    from ocmm_core.fieldbus.described._proof import (
+        Doubt,
+        doubt_sentences,
+        doubts_of,
+        refuse_unproven,
+        resting_doubt_mm,
+    )
     from ocmm_core.fieldbus.described._translator import InputTranslator, Timing
 else:
     __getattr__ = door(
@@ -38,7 +44,7 @@ else:
         _device_file="Clock DeviceDescription Entry ProcessObject Role Sends StartUp",
         _lens="corrected_from_pixels pixels_from_corrected",
         _process_image="ProcessImage",
-        _proof="Doubt doubts_of refuse_unproven",
+        _proof="Doubt doubt_sentences doubts_of refuse_unproven resting_doubt_mm",
         _translator="InputTranslator Timing",
     )
 
@@ -55,8 +61,10 @@ __all__ = [
     "StartUp",
     "Timing",
     "corrected_from_pixels",
+    "doubt_sentences",
     "doubts_of",
     "load_device",
     "pixels_from_corrected",
     "refuse_unproven",
+    "resting_doubt_mm",
 ]

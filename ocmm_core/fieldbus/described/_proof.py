@@ -23,11 +23,15 @@ class Doubt:
         For people: what is missing and what follows from it.
     costs_mm
         What it can add to the place of a resting ball, mm; 0: nothing.
+    of_age
+        Nothing in the data proves how old they are or in which order they came: a plan has to
+        allow such cameras.
     """
 
     code: str
     words: str
     costs_mm: float = 0.0
+    of_age: bool = False
 
 
 def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:
@@ -43,6 +47,7 @@ def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:
             Doubt(
                 "device.no_counter",
                 "no counter: old data are noticed only where they repeat to the last bit",
+                of_age=True,
             )
         )
     if not device.has(Role.VALID) and not device.has(Role.INTENSITY):
@@ -57,6 +62,7 @@ def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:
                 f"no common clock: the time of an exposure is known within "
                 f"{device.doubt_ns * 1e-6:.3g} ms, a resting ball within {cost * 1e3:.2g} µm",
                 cost,
+                of_age=True,
             )
         )
     elif not device.has(Role.TIME):
@@ -64,6 +70,7 @@ def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:
             Doubt(
                 "device.no_time",
                 "no time of exposure: which exposure it was is worked out from the bus clock",
+                of_age=True,
             )
         )
     if device.is_corrected:
@@ -77,26 +84,45 @@ def doubts_of(device: DeviceDescription) -> tuple[Doubt, ...]:
     return tuple(found)
 
 
-def refuse_unproven(device: DeviceDescription, allowed_mm: float) -> None:
-    """Refuse a camera whose doubts cost more than a plan allows.
+def doubt_sentences(device: DeviceDescription) -> tuple[str, ...]:
+    """Return what a camera of this description cannot prove, in sentences that name it."""
+    return tuple(f"Cameras '{device.name}': {doubt.words}." for doubt in doubts_of(device))
+
+
+def resting_doubt_mm(device: DeviceDescription) -> float:
+    """Return how far a ball at rest may be from where these cameras say, mm.
+
+    With an exposure that was at t + d instead of t, |d| <= ``doubt_ns``, a ball of the speed v is
+    off by v d. The mean over the window of a touch is off by the mean speed times d alone, and what
+    moved by more than 0.01 mm in 0.25 s was refused: 0.04 mm/s. `REST_SPEED` is fifty times that.
+    So much is needed where each camera is wrong by itself: two rays at the angle a that are off
+    by +s and -s cross s / tan(a / 2) away, 11 s where cameras see each other at 10 degrees.
+    """
+    return sum(doubt.costs_mm for doubt in doubts_of(device))
+
+
+def refuse_unproven(device: DeviceDescription, *, allowed: bool) -> None:
+    """Refuse cameras that cannot prove the age or the order of their data, unless allowed.
 
     Parameters
     ----------
     device
-        The camera.
-    allowed_mm
-        How much the doubts of the cameras may add to the place of a ball, mm.
+        What the cameras are.
+    allowed
+        The plan allows them (`cameras = "unproven"`).
 
     Raises
     ------
     InputError
-        They cost more.
+        They cannot prove it, and the plan does not allow that.
     """
-    cost = sum(doubt.costs_mm for doubt in doubts_of(device))
-    if cost > allowed_mm:
+    missing = [doubt.words for doubt in doubts_of(device) if doubt.of_age]
+    if missing and not allowed:
         raise InputError(
             "device.unproven",
-            f"The camera '{device.name}' cannot tell the time of its exposures well enough: that "
-            f"costs {cost * 1e3:.2g} µm, but only {allowed_mm * 1e3:.2g} µm are allowed.",
-            "Use cameras with a distributed clock.",
+            f"The cameras '{device.name}' cannot prove how old their data are or in which order "
+            f"they came ({'; '.join(missing)}), and the plan does not allow such cameras.",
+            "Measure with cameras that send a counter and the time of exposure. Whether a part may "
+            "be measured without them is for who is responsible for the plan to decide: field "
+            "'cameras' of the plan.",
         )

@@ -178,7 +178,8 @@ def _check_kind(position: int, device: FoundDevice) -> None:
             f"program reads {known}.",
             "Install a newer version of this program."
             if newer
-            else "Have newer firmware installed in the camera by its maker.",
+            else "Get newer firmware from the maker of the camera and install it: ocmm camera "
+            "firmware CAMERA FILE --source ethercat:INTERFACE",
         )
 
 

@@ -190,7 +190,8 @@ class SdoTransfer(ABC):
             "bus.refused",
             f"Object {self.index:#06x}:{self.sub:02x} was refused by the camera: {text} "
             f"({code:#010x}).",
-            "Check the object and its value; install the firmware that matches this program.",
+            "Check the object and its value; where the camera is too old for it, install newer "
+            "firmware: ocmm camera firmware CAMERA FILE",
         )
 
     def _unfit(self, why: str) -> BusError:

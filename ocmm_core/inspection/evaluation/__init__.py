@@ -43,6 +43,7 @@ if TYPE_CHECKING:
         INCOMPLETE,
         NO_REAL_PART,
         SIMULATED,
+        UNPROVEN_CAMERAS,
         job_states,
         part_line,
         state_lines,
@@ -107,7 +108,9 @@ else:
         _guidance=(
             "FAR_MM Whereabouts aligned_nominals cue place_of_nominals targets_of whereabouts"
         ),
-        _job_messages="INCOMPLETE NO_REAL_PART SIMULATED job_states part_line state_lines",
+        _job_messages=(
+            "INCOMPLETE NO_REAL_PART SIMULATED UNPROVEN_CAMERAS job_states part_line state_lines"
+        ),
         _options=(
             "FOR_COMPARISON LIMITS_EVENT SessionOptions limits_text methods_used with_stored_limits"
         ),
@@ -135,6 +138,7 @@ __all__ = [
     "RESUMED",
     "SIMULATED",
     "STANDING_EVENT",
+    "UNPROVEN_CAMERAS",
     "Coverage",
     "DeletedPoint",
     "EvaluatedJob",

@@ -1,7 +1,8 @@
 """What stands on every page, sheet and file of a job before anything else, in words.
 
-States say what a job must not be taken for: a real part, a complete measurement. They come from the
-job itself (`JobView.simulated`, `JobView.part_verdict`), so that nothing can say less than another.
+States say what a job must not be taken for: a real part, proven data, a complete measurement. They
+come from the job itself (`JobView.simulated`, `JobView.camera_doubts`, `JobView.part_verdict`), so
+that nothing can say less than another.
 """
 
 from __future__ import annotations
@@ -9,20 +10,31 @@ from __future__ import annotations
 from ocmm_core.inspection.evaluation._view import JobView
 
 SIMULATED = "SIMULATED"
+UNPROVEN_CAMERAS = "CAMERAS UNPROVEN"
+"""Cameras that a file describes, and that cannot prove all that ours do."""
+
 INCOMPLETE = "INCOMPLETE"
 NO_REAL_PART = "No real part was measured."
 
 
 def job_states(view: JobView) -> tuple[str, ...]:
     """Return the states of a job, the one that matters most first; empty for a real, whole one."""
-    states = ((SIMULATED, view.simulated), (INCOMPLETE, not view.part_verdict.complete))
+    states = (
+        (SIMULATED, view.simulated),
+        (UNPROVEN_CAMERAS, bool(view.camera_doubts)),
+        (INCOMPLETE, not view.part_verdict.complete),
+    )
     return tuple(word for word, holds in states if holds)
 
 
 def state_lines(view: JobView) -> tuple[str, ...]:
     """Return a line for every state, e.g. ``SIMULATED: No real part was measured.``."""
     missing = ", ".join(view.part_verdict.missing)
-    words = {SIMULATED: NO_REAL_PART, INCOMPLETE: f"Missing: {missing}."}
+    words = {
+        SIMULATED: NO_REAL_PART,
+        UNPROVEN_CAMERAS: " ".join(view.camera_doubts),
+        INCOMPLETE: f"Missing: {missing}.",
+    }
     return tuple(f"{state}: {words[state]}" for state in job_states(view))
 
 

@@ -62,7 +62,7 @@ class SessionOptions:
     method: Method = "gauss-newton"
 
 
-class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True, omit_defaults=True):
     """Limits as they are written down; lengths in mm, times in s."""
 
     max_form: float
@@ -72,6 +72,7 @@ class _Written(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     approach_mm: float
     max_uncertainty: float
     method: Method
+    untimed_mm: float = 0.0
 
 
 def limits_text(options: SessionOptions) -> str:

@@ -312,6 +312,8 @@ class JobView:
         nothing else here.
     simulated
         Some of it came from a virtual rig: every screen, page and file says so.
+    camera_doubts
+        What its cameras could not prove, in sentences; every page and file says so.
     placed_part
         The nominal part by the CAD model of the plan; None where the plan names none.
     part_verdict
@@ -340,6 +342,7 @@ class JobView:
     redo: str = ""
     looked_at: str = ""
     simulated: bool = False
+    camera_doubts: tuple[str, ...] = ()
     placed_part: PlacedPart | None = None
     part_verdict: PartVerdict = field(init=False)
     _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)

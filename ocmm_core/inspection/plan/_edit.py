@@ -21,7 +21,7 @@ from ocmm_core.tolerances.zones import Characteristic
 
 Item = TypeVar("Item")
 
-HEAD_FIELDS = ("name", "part", "rule", "compensation", "material")
+HEAD_FIELDS = ("name", "part", "rule", "compensation", "cameras", "material")
 """What a plan says besides its lists and its alignment."""
 
 EDITED = Path("the plan")

@@ -82,6 +82,9 @@ class Plan(Document, frozen=True, kw_only=True):
     model
         The CAD model whose frame is that of the nominals; it is shown, and nothing is computed of
         it.
+    cameras
+        ``"proven"``: only cameras whose data prove their age and order; ``"unproven"``: also such
+        that do not, knowingly.
     """
 
     name: str
@@ -94,6 +97,7 @@ class Plan(Document, frozen=True, kw_only=True):
     material: Material | None = None
     compensation: Literal["approach", "pulled", "shank", "nominal"] = "approach"
     model: CadModel | None = None
+    cameras: Literal["proven", "unproven"] = "proven"
 
     @classmethod
     def completed(cls, data: dict[str, Any]) -> dict[str, Any]:

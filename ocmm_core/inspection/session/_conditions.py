@@ -6,6 +6,8 @@ proves nothing holds for good.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from ocmm_core.errors import MeasuringError
 from ocmm_core.inspection.evaluation import (
     FOR_COMPARISON,
@@ -19,6 +21,7 @@ from ocmm_core.measuring import CLIMATE_EVENT, Climate, climate_of_text, record_
 
 _CALIBRATION, _PROBE, _UNCALIBRATED = "calibration", "probe", "uncalibrated"
 _SIMULATED = "simulated"
+_CAMERAS = "cameras"
 """Kinds of events of the job file."""
 
 
@@ -68,6 +71,20 @@ class Conditions:
                 self._store(
                     _SIMULATED, "Points come from a virtual rig: no real part was measured."
                 )
+                self._ledger.view = None
+
+    @property
+    def camera_doubts(self) -> tuple[str, ...]:
+        """Return what cameras of the job could not prove, in sentences; once is for good."""
+        return tuple(self._last.get(_CAMERAS, "").splitlines())
+
+    def note_cameras(self, doubts: Sequence[str]) -> None:
+        """Store what the cameras cannot prove, for good; nothing where it is known."""
+        with self._ledger.lock:
+            known = self.camera_doubts
+            told = tuple(dict.fromkeys((*known, *doubts)))
+            if told != known:
+                self._store(_CAMERAS, "\n".join(told))
                 self._ledger.view = None
 
     def note_calibration(self, calibration: str, probe: str, unproven: str) -> None:

@@ -61,6 +61,8 @@ class JobState:
         What these would take back, in words.
     simulated
         Some of it came from a virtual rig.
+    camera_doubts
+        What its cameras could not prove, in sentences.
     part
         The nominal part; None where the job has none.
     """
@@ -76,6 +78,7 @@ class JobState:
     undo: str
     redo: str
     simulated: bool
+    camera_doubts: tuple[str, ...] = ()
     part: PartModel | None = None
 
 
@@ -132,6 +135,7 @@ def view_of(
         undo=state.undo,
         redo=state.redo,
         simulated=state.simulated,
+        camera_doubts=state.camera_doubts,
         placed_part=cache.known(
             "part", (state.part, place, rig), lambda: placed(state.part, place, rig)
         ),

@@ -233,5 +233,6 @@ class InspectionSession:
             undo=step.words if step is not None else "",
             redo=undone.words if undone is not None else "",
             simulated=self.conditions.simulated,
+            camera_doubts=self.conditions.camera_doubts,
             part=self.part.model,
         )

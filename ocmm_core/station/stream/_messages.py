@@ -21,7 +21,8 @@ message has ``v`` (version of this form) and ``type``:
     The job was evaluated after a change: ``job``, ``after`` (holds everything up to this ``seq``),
     ``part`` (word of the verdict on the part), ``verdict`` (the same in the words of the
     characteristics), ``complete``, ``missing``, ``not_conform``, ``not_proven`` (names),
-    ``simulated``, ``unproven``, ``features`` (``name``, ``state``, ``verdict``, ``deciding``),
+    ``simulated``, ``unproven``, ``camera_doubts`` (what the cameras cannot prove, sentences),
+    ``features`` (``name``, ``state``, ``verdict``, ``deciding``),
     ``characteristics`` (``name``, ``verdict``), and ``reason``: why there is no verdict, where
     ``part`` is null.
 ``pose``
@@ -158,6 +159,7 @@ def verdict_line(view: JobView, after: int) -> bytes:
         job=view.job, after=after, part=part.word.value, verdict=_word(part.verdict),
         complete=part.complete, missing=part.missing, not_conform=part.failing,
         not_proven=part.unproven, simulated=view.simulated, unproven=view.unproven,
+        camera_doubts=view.camera_doubts,
         features=[_feature(item, view.verdict_of(item.name)) for item in view.features],
         characteristics=[
             {"name": item.name, "verdict": item.verdict.value} for item in view.characteristics

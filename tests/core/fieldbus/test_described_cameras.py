@@ -27,6 +27,7 @@ from ocmm_core.fieldbus.described import (
     load_device,
     pixels_from_corrected,
     refuse_unproven,
+    resting_doubt_mm,
 )
 from ocmm_core.fieldbus.device import (
     FRAME_DTYPE,
@@ -221,13 +222,15 @@ def test_what_a_camera_cannot_prove_is_said_and_costs_or_is_refused() -> None:
         "device.no_check_sum", "device.no_counter", "device.no_validity", "device.no_time",
         "device.corrected",
     }  # fmt: skip
-    refuse_unproven(THESIS, 0.0)
     costs = {doubt.code: doubt.costs_mm for doubt in doubts_of(PLAIN)}
     # A ball that rests moves slower than 2 mm/s: half a millisecond is 1 µm.
     assert costs["device.arrival_time"] == pytest.approx(0.001)
-    refuse_unproven(PLAIN, 0.001)
-    with pytest.raises(InputError, match=r"costs 1 µm, but only 0\.5 µm"):
-        refuse_unproven(PLAIN, 0.0005)
+    assert resting_doubt_mm(PLAIN) == costs["device.arrival_time"]
+    assert resting_doubt_mm(THESIS) == 0.0
+    for device, why in ((THESIS, "no counter.*no time of exposure"), (PLAIN, "no common clock")):
+        refuse_unproven(device, allowed=True)
+        with pytest.raises(InputError, match=why):
+            refuse_unproven(device, allowed=False)
 
 
 def changed(tmp_path: Path, name: str, old: str, new: str) -> Path:

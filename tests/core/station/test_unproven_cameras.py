@@ -1,0 +1,135 @@
+"""Cameras that cannot prove the age of their data: refused, or measured knowingly and said so."""
+
+from __future__ import annotations
+
+import io
+import json
+from datetime import UTC, datetime
+from pathlib import Path
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from ocmm_core.calibration.records import judge, open_design
+from ocmm_core.cli.measure import run_job
+from ocmm_core.composition import StationRequest, build_station
+from ocmm_core.documents import resource
+from ocmm_core.errors import InputError
+from ocmm_core.export.report import report_of_job
+from ocmm_core.export.report._head import head_table
+from ocmm_core.fieldbus.described import doubts_of, load_device, resting_doubt_mm
+from ocmm_core.inspection.archive import reopen_job
+from ocmm_core.inspection.evaluation import JobHeader, state_lines
+from ocmm_core.inspection.plan import load_plan, save_plan
+
+PLAN = resource("plans", "quick.toml")
+DOUBTS = (
+    "Cameras 'Plain spots': no check sum: inputs of two cameras that change places are not noticed "
+    "by the bus.",
+    "Cameras 'Plain spots': no common clock: the time of an exposure is known within 0.5 ms, a "
+    "resting ball within 1 µm.",
+)
+
+
+def rig_of(folder: Path, device: str = "plain-spots") -> Path:
+    text = resource("rigs", "recommended.toml").read_text()
+    path = folder / "rig.toml"
+    path.write_text(
+        text.replace("\nheight_px = 2048\n", f'\nheight_px = 2048\ndevice = "{device}"\n')
+    )
+    assert path.read_text().count("device =") == 2
+    return path
+
+
+def allowing(folder: Path) -> Path:
+    path = folder / "allowing.toml"
+    path.write_text(f'cameras = "unproven"\n{PLAN.read_text()}')
+    return path
+
+
+def request(folder: Path, plan: Path, rig: Path) -> StationRequest:
+    return StationRequest(plan=plan, out=folder / "out", rig=rig, source="simulated", seed=4)
+
+
+def test_only_what_has_no_age_or_order_needs_the_leave_of_a_plan() -> None:
+    def needs(device: str) -> set[str]:
+        return {doubt.code for doubt in doubts_of(load_device(device)) if doubt.of_age}
+
+    assert needs("thesis-camera") == {"device.no_counter", "device.no_time"}
+    assert needs("plain-spots") == {"device.arrival_time"}
+
+
+@pytest.mark.parametrize(
+    ("device", "why"), [("thesis-camera", "no counter"), ("plain-spots", "no common clock")]
+)
+def test_a_plan_that_does_not_say_so_does_not_measure_with_them(
+    device: str, why: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=why) as caught:
+        build_station(request(tmp_path, PLAN, rig_of(tmp_path, device)))
+    assert caught.value.code == "device.unproven"
+    assert "field 'cameras' of the plan" in caught.value.remedy
+    assert not (tmp_path / "out").exists()
+
+
+def test_no_later_job_of_the_station_gets_round_the_rule(tmp_path: Path) -> None:
+    built = build_station(request(tmp_path, allowing(tmp_path), rig_of(tmp_path)))
+    station = built.station
+    try:
+        with pytest.raises(InputError, match="no common clock"):
+            station.jobs.change_plan(PLAN, JobHeader("operator", "", "2"))
+        assert station.job.plan.cameras == "unproven"
+    finally:
+        station.close()
+
+
+def test_the_rule_is_kept_where_a_plan_is_written(tmp_path: Path) -> None:
+    plan = load_plan(allowing(tmp_path))
+    assert plan.cameras == "unproven"
+    save_plan(plan, tmp_path / "again.toml")
+    assert load_plan(tmp_path / "again.toml").cameras == "unproven"
+    assert load_plan(PLAN).cameras == "proven"
+
+
+def test_the_calibration_in_use_says_what_the_cameras_cannot_prove(tmp_path: Path) -> None:
+    view = judge(open_design(rig_of(tmp_path)), datetime.now(UTC))
+    assert view.warnings == DOUBTS
+    assert (
+        judge(open_design(resource("rigs", "recommended.toml")), datetime.now(UTC)).warnings == ()
+    )
+
+
+def test_measured_knowingly_job_and_report_say_it_and_it_costs_u(tmp_path: Path) -> None:
+    told = io.StringIO()
+    covariances = []
+    for name, plan, rig in (
+        ("ours", PLAN, resource("rigs", "recommended.toml")),
+        ("described", allowing(tmp_path), rig_of(tmp_path)),
+    ):
+        folder = tmp_path / name
+        built = build_station(request(folder, plan, rig))
+        view = run_job(built, folder / "out", Console(file=told, width=400), formats=["json"])
+        assert view.complete
+        job = reopen_job(built.job_path)
+        assert job.doubts == ()
+        covariances.append([point.random_covariance for point in job.points])
+        assert job.view.camera_doubts == view.camera_doubts
+    assert [told.getvalue().count(doubt) for doubt in DOUBTS] == [1, 1]
+    assert view.camera_doubts == DOUBTS
+    # The same touches: what differs is the doubt of time, uniform within 1 µm along each axis.
+    cost = resting_doubt_mm(load_device("plain-spots"))
+    assert cost == pytest.approx(0.001)
+    for ours, theirs in zip(*covariances, strict=True):
+        np.testing.assert_allclose(theirs - ours, np.eye(3) * cost**2 / 3.0, rtol=0, atol=1e-12)
+
+    assert state_lines(job.view)[1] == f"CAMERAS UNPROVEN: {' '.join(DOUBTS)}"
+    data = report_of_job(job)
+    assert data.states == ("SIMULATED", "CAMERAS UNPROVEN")
+    assert data.stem.endswith("_SIMULATED_CAMERAS_UNPROVEN")
+    rows = {row[0]: row[1] for row in head_table(data).rows}
+    assert (rows["Cameras 1"], rows["Cameras 2"]) == DOUBTS
+    (written,) = (tmp_path / "described").rglob("*_CAMERAS_UNPROVEN.json")
+    report = json.loads(written.read_text())
+    assert report["state"] == ["SIMULATED", "CAMERAS UNPROVEN"]
+    assert tuple(report["job"]["camera_doubts"]) == DOUBTS
