@@ -16,8 +16,7 @@ from ocmm_core.cli.measure import run_job
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.export.report import report_of_job
-from ocmm_core.export.report._head import head_table
+from ocmm_core.export.report import head_table, report_of_job
 from ocmm_core.fieldbus.described import doubts_of, load_device, resting_doubt_mm
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobHeader, state_lines
