@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from itertools import combinations, product
 
+import msgspec
 import numpy as np
 
 from ocmm_core.acceptance._procedure import (
@@ -292,7 +293,8 @@ def plan_long_stylus(stage: Stage, numbers: LongStylusTest) -> Planned:
     CalibrationError
         As `plan_e0`, or the stylus is too short.
     """
-    stylus = stage.instrument.stylus
+    said = stage.instrument.stylus
+    stylus = 0.0 if isinstance(said, msgspec.UnsetType) else said
     if stylus < numbers.stylus:
         raise CalibrationError(
             "acceptance.stylus_short",

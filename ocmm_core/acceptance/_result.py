@@ -146,9 +146,7 @@ class UsedArtefact(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fie
     identity: str
 
 
-class Instrument(
-    msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True, omit_defaults=True
-):
+class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """What was tested.
 
     Attributes
@@ -172,7 +170,8 @@ class Instrument(
     away
         Unit vector from the cameras to the middle of the volume.
     stylus
-        From the ball to the nearest LED, mm; zero where nobody said.
+        From the ball to the nearest LED, mm; a record from before it was asked for has none, and
+        keeps its hash.
     """
 
     rig: str
@@ -189,7 +188,7 @@ class Instrument(
     software: str
     simulated: bool
     away: Vector3 = (0.0, 1.0, 0.0)
-    stylus: float = 0.0
+    stylus: float | msgspec.UnsetType = msgspec.UNSET
 
 
 class PlannedPosition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

@@ -184,7 +184,8 @@ class AcceptanceSession:
     @property
     def notes(self) -> tuple[str, ...]:
         """Return what of the advice could not be followed, and what only warns."""
-        return self.state.begun.notes
+        notes: tuple[str, ...] = self.state.begun.notes
+        return notes
 
     @property
     def current(self) -> int:
@@ -292,8 +293,6 @@ class AcceptanceSession:
     def torn(self) -> bool:
         """Return whether a line was being written when the program stopped; it is not there."""
         return self._chain.torn
-
-    # The file.
 
     def _append(self, event: log.Event) -> None:
         self._chain.append(log.Line(event))

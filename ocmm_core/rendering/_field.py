@@ -78,6 +78,9 @@ def value_field(
     kept = np.isfinite(points).all(axis=1) & np.isfinite(values)
     points, values = points[kept], values[kept]
     fine = np.asarray(good, dtype=bool)[kept]
+    if not np.isfinite(mesh.vertices).all():
+        # Nobody knows what is near to a place that is no place.
+        return None
     faces = _faces_of(mesh, points)
     on = faces >= 0
     points, values, fine, faces = points[on], values[on], fine[on], faces[on]

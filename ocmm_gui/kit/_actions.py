@@ -220,7 +220,7 @@ ACTIONS = (
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
         "start", later("Home"),
-        later("Leave the job for the Start page; no point is lost"), ("Ctrl+Home",), mode=None,
+        later("Leave the job for the Start page; no point is lost"), ("Ctrl+H",), mode=None,
     ),
     ActionInfo(
         "settings", later("Settings"), later("Cameras, probe, folders, temperatures, sounds, keys"),

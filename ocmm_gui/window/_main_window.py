@@ -473,5 +473,5 @@ class MainWindow(QMainWindow):
         """Say who measures here, before somebody wonders why points come by themselves."""
         self._notices.warn(
             tr("SIMULATED: a robot hand measures a virtual part. No number is of a real part."),
-            tr("Z pauses it, Ctrl+Home goes to the Start page."),
+            tr("Z pauses it, Ctrl+H goes to the Start page."),
         )

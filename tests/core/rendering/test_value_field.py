@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -140,3 +142,5 @@ def test_hostile_numbers_colour_nothing_or_what_they_are() -> None:
     large = value_field(wide, grid(), np.zeros(25), [True] * 25, [""] * 6)
     assert large is not None
     assert len(large.mesh.triangles) < 250_000
+    lost = replace(block(), vertices=np.where(block().vertices > 45.0, np.nan, block().vertices))
+    assert value_field(lost, grid(), np.zeros(25), [True] * 25, [""] * 6) is None
