@@ -32,6 +32,8 @@ from ocmm_core.errors import InputError, OcmmError
 SESSIONS, RECORDS = "sessions", "records"
 """Folders in that of the tests."""
 MOST_SHOWN, _NEWEST = 200, 4
+MOST_READ = 100
+"""Sessions that are read at most, the newest: each takes milliseconds for its hashes."""
 _TEXTS = (
     "id", "name", "maker", "serial", "laboratory", "certificate", "certificate_sha256", "due_utc",
     "supports", "source",
@@ -151,8 +153,10 @@ def offered_artefacts(
     return tuple(sorted(offers, key=lambda one: bool(one.refusal)))
 
 
-def open_tests(folder: Path, instrument: Instrument) -> tuple[OpenTest, ...]:
+def open_tests(folder: Path, instrument: Instrument, most: int = MOST_READ) -> tuple[OpenTest, ...]:
     """Return the tests of a folder that are not finished, the newest first.
+
+    Where there are more sessions than are read, a last one says so.
 
     Parameters
     ----------
@@ -160,10 +164,12 @@ def open_tests(folder: Path, instrument: Instrument) -> tuple[OpenTest, ...]:
         Of the tests.
     instrument
         As it is now: a test of another one cannot go on.
+    most
+        So many of the newest sessions are read at most.
     """
     found = []
     paths = sorted((folder / SESSIONS).glob("*.chain"), key=_made, reverse=True)
-    for index, path in enumerate(paths):
+    for index, path in enumerate(paths[:most]):
         try:
             session = AcceptanceSession.resume(path)
         except OcmmError as error:
@@ -181,6 +187,12 @@ def open_tests(folder: Path, instrument: Instrument) -> tuple[OpenTest, ...]:
         one = OpenTest(path, title, begun.made_by, begun.utc, done, wanted)
         changed = _changed(begun.instrument, instrument)
         found.append(replace(one, blocker=changed) if changed else one)
+    if len(paths) > most:
+        why = (
+            f"{len(paths) - most} older sessions were not looked at. To go on with one of them, "
+            f"begin it again, or move finished ones out of {folder / SESSIONS}."
+        )
+        found.append(OpenTest(folder / SESSIONS, "Older tests", "", "", 0, 0, why))
     return tuple(found)
 
 

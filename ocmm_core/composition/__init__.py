@@ -20,15 +20,15 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.composition._acceptance_bench import AcceptanceBench, Conditions
+    from ocmm_core.composition._acceptance_bench import AcceptanceBench, Conditions, TestsMade
     from ocmm_core.composition._acceptance_scenes import (
         VirtualHand,
-        acceptance_feed,
         collect_acceptance,
         scenes_of_acceptance,
     )
     from ocmm_core.composition._acceptance_site import (
         AcceptanceSite,
+        acceptance_feed,
         artefacts_used_before,
         default_test_folder,
         instrument_of,
@@ -83,11 +83,11 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _acceptance_bench="AcceptanceBench Conditions",
-        _acceptance_scenes="VirtualHand acceptance_feed collect_acceptance scenes_of_acceptance",
+        _acceptance_bench="AcceptanceBench Conditions TestsMade",
+        _acceptance_scenes="VirtualHand collect_acceptance scenes_of_acceptance",
         _acceptance_site=(
-            "AcceptanceSite artefacts_used_before default_test_folder instrument_of named_artefact "
-            "open_test_site require_recorded tests_folder"
+            "AcceptanceSite acceptance_feed artefacts_used_before default_test_folder "
+            "instrument_of named_artefact open_test_site require_recorded tests_folder"
         ),
         _calibrate_scenes=(
             "VirtualSite scene_of_tip scenes_of_known_points scenes_of_relocation "
@@ -134,6 +134,7 @@ __all__ = [
     "StateLine",
     "StationRequest",
     "StationState",
+    "TestsMade",
     "VirtualHand",
     "VirtualSite",
     "acceptance_feed",

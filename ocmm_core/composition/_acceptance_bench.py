@@ -74,6 +74,28 @@ class Conditions:
 
 
 @dataclass(frozen=True, slots=True)
+class TestsMade:
+    """What a folder of tests holds.
+
+    Attributes
+    ----------
+    finished, unread
+        As `finished_tests`.
+    unfinished
+        As `open_tests`.
+    chart
+        Of the artefact of the last interim check; None where there was none.
+    """
+
+    __test__ = False
+
+    finished: tuple[FinishedTest, ...]
+    unread: tuple[str, ...]
+    unfinished: tuple[OpenTest, ...]
+    chart: InterimChart | None
+
+
+@dataclass(frozen=True, slots=True)
 class AcceptanceBench:
     """Where the tests of a station are made.
 
@@ -202,9 +224,22 @@ class AcceptanceBench:
         """Return the tests that were begun and have no stored verdict."""
         return open_tests(self.tests(), self.instrument(now))
 
-    def finished(self) -> tuple[tuple[FinishedTest, ...], tuple[str, ...]]:
-        """Return the stored records, and why others cannot be read."""
-        return finished_tests(self.tests())
+    def made(self, now: datetime) -> TestsMade:
+        """Return what was made and begun; it reads files for seconds where there are many.
+
+        Raises
+        ------
+        OcmmError
+            As `instrument`, or a line of the interim checks was changed.
+        """
+        finished, unread = finished_tests(self.tests())
+        checked = [
+            one.record.artefacts[0]
+            for one in finished
+            if "Interim_L" in one.record.procedure.limits and one.record.artefacts
+        ]
+        chart = self.chart(checked[0], now) if checked else None
+        return TestsMade(finished, unread, self.unfinished(now), chart)
 
     def hand(
         self, procedure: AcceptanceProcedure, failed: Callable[[OcmmError], None]

@@ -24,10 +24,10 @@ from ocmm_core.calibration.guided import (
     to_spots,
 )
 from ocmm_core.camera import Rig
+from ocmm_core.composition._acceptance_site import acceptance_feed
 from ocmm_core.composition._calibrate_scenes import VirtualSite
 from ocmm_core.composition._feeds import Feed
-from ocmm_core.composition._sources import source_of
-from ocmm_core.errors import CalibrationError, InputError, OcmmError
+from ocmm_core.errors import CalibrationError, OcmmError
 from ocmm_core.failure import contained
 from ocmm_core.geometry import Float, unit
 from ocmm_core.simulation.calibration_scenes import Scene, TouchSeats, TouchSphere, TouchWithTip
@@ -114,27 +114,6 @@ def _rest(point: Float, handles: Sequence[Float], seed: int) -> TouchWithTip:
         centre=(0.0, 0.0, 0.0), diameter=10.0, normals=(), cone=_vector(point),
         handles=tuple(_vector(one) for one in handles), seed=seed,
     )  # fmt: skip
-
-
-def acceptance_feed(
-    site: VirtualSite, source: str, scenes: tuple[Scene, ...], speed: float
-) -> tuple[Feed, int]:
-    """Return the virtual rig with scenes and how many frames it shows.
-
-    Raises
-    ------
-    InputError
-        The source plays no scenes.
-    """
-    make = source_of(source).spec.scenes
-    if make is None:
-        raise InputError(
-            "acceptance.source",
-            f"The source is {source!r}, which plays no scenes of an acceptance test.",
-            "Give 'simulated', a recording (replay:FILE), or cameras.",
-        )
-    script = site.script(scenes)
-    return make(script, speed), script.build().n_frames
 
 
 def collect_acceptance(

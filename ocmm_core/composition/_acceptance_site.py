@@ -32,16 +32,19 @@ from ocmm_core.calibration.records import (
     load_bar,
     load_sphere,
 )
+from ocmm_core.composition._calibrate_scenes import VirtualSite
 from ocmm_core.composition._calibration_choice import (
     checked_for_replay,
     checked_probe_for_replay,
     choose_calibration,
     choose_probe,
 )
-from ocmm_core.composition._sources import VIRTUAL_NAMES, Origin, origin_of
+from ocmm_core.composition._feeds import Feed
+from ocmm_core.composition._sources import VIRTUAL_NAMES, Origin, origin_of, source_of
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.geometry import Float, unit
+from ocmm_core.simulation.calibration_scenes import Scene
 
 SHIPPED = {
     "bar": ("artefacts", "verification_bar.toml"),
@@ -217,3 +220,24 @@ def artefacts_used_before(
 def _vector(values: Float) -> tuple[float, float, float]:
     x, y, z = (float(value) for value in values)
     return x, y, z
+
+
+def acceptance_feed(
+    site: VirtualSite, source: str, scenes: tuple[Scene, ...], speed: float
+) -> tuple[Feed, int]:
+    """Return the virtual rig with scenes and how many frames it shows.
+
+    Raises
+    ------
+    InputError
+        The source plays no scenes.
+    """
+    make = source_of(source).spec.scenes
+    if make is None:
+        raise InputError(
+            "acceptance.source",
+            f"The source is {source!r}, which plays no scenes of an acceptance test.",
+            "Give 'simulated', a recording (replay:FILE), or cameras.",
+        )
+    script = site.script(scenes)
+    return make(script, speed), script.build().n_frames

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from PySide6.QtWidgets import QGridLayout, QWidget
 
 from ocmm_core.acceptance import ARTEFACT_KINDS, ArtefactEntry
+from ocmm_gui.acceptance._start_parts import kind_word
 from ocmm_gui.kit import ChoiceBox, FormField, caption, form_field, later, tr
 
 _FIELDS = (
@@ -37,7 +38,7 @@ class ArtefactForm(QWidget):
         super().__init__()
         self.setAccessibleName(tr("Artefact"))
         self.kind = ChoiceBox(
-            tr("Kind"), tr("What the artefact is"), [tr(one) for one in ARTEFACT_KINDS]
+            tr("Kind"), tr("What the artefact is"), [kind_word(one) for one in ARTEFACT_KINDS]
         )
         self.fields: dict[str, FormField] = {}
         self._read: dict[str, str] = {}

@@ -16,6 +16,7 @@ from ocmm_core.documents import read_bytes
 from ocmm_core.errors import InputError
 from ocmm_core.export.certificate import artefact_fields, read_dcc
 from ocmm_gui.acceptance._artefact_form import ArtefactForm
+from ocmm_gui.acceptance._start_parts import kind_word
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -193,7 +194,7 @@ class ArtefactSheet(WorkSheet):
             self.table.show_words(
                 row,
                 (
-                    one.id, tr(one.kind), one.serial, f"{1e3 * one.expanded:.2f}",
+                    one.id, kind_word(one.kind), one.serial, f"{1e3 * one.expanded:.2f}",
                     f"{one.certificate}, {one.laboratory}", one.due_utc[:10],
                     f"▲ {words}" if refused else words,
                 ),

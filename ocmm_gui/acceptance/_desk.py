@@ -10,16 +10,23 @@ import numpy as np
 from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import QStackedWidget, QWidget
 
-from ocmm_core.acceptance import AcceptanceProcedure, GuidedAcceptanceView, ProcedureOffer
+from ocmm_core.acceptance import (
+    AcceptanceProcedure,
+    GuidedAcceptanceView,
+    OpenTest,
+    ProcedureOffer,
+)
 from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.composition import AcceptanceBench, Conditions
 from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.failure import contained
 from ocmm_core.geometry import unit
 from ocmm_gui.acceptance._measure_page import MeasurePage
-from ocmm_gui.acceptance._start_page import AcceptanceStart, limits_text
+from ocmm_gui.acceptance._start_page import AcceptanceStart
+from ocmm_gui.acceptance._start_parts import limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
 from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, Themed, later, tr
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, Themed, Worker, later, tr
 from ocmm_gui.wizards import DirectCalculation, Runner, WizardDriver, temperature
 from ocmm_gui.wizards.parts import (
     VERDICT_ENDS,
@@ -84,6 +91,9 @@ class AcceptanceDesk(QStackedWidget):
         self._tap, self._who, self._clock = tap, who, clock
         self._theme = THEMES[DEFAULT_THEME]
         self.procedures: tuple[ProcedureOffer, ...] = ()
+        # Every session is read with its hashes, and the disk may be slow.
+        self._lists = Worker("ocmm-tests-open", self)
+        self._asked = 0
         self.runner: Runner | None = None
         self.start = AcceptanceStart()
         self.addWidget(self.start)
@@ -100,21 +110,44 @@ class AcceptanceDesk(QStackedWidget):
         now, trouble = self._clock(), ""
         try:
             self.procedures = self.bench.procedures(now)
-            unfinished = self.bench.unfinished(now)
         except OcmmError as error:
-            self.procedures, unfinished = (), ()
+            self.procedures = ()
             trouble = f"{error.what} {error.remedy}"
         proposals = {"who": self._who()}
         if self.bench.is_virtual:
             proposals["temperature"] = f"{_USUAL_C:g}"
-        self.start.ask(self.procedures, unfinished, proposals, first)
+        self.start.ask(self.procedures, proposals, first)
         if trouble:
             self.start.show_trouble(trouble)
+        self._read_unfinished(now)
+
+    def _read_unfinished(self, now: datetime) -> None:
+        """Read the tests that can go on, and show them when they come."""
+        self._asked += 1
+        asked = self._asked
+
+        def done(found: tuple[OpenTest, ...]) -> None:
+            # Opened again meanwhile: a later answer comes.
+            if asked == self._asked:
+                self.start.show_unfinished(found)
+
+        def failed(error: Exception) -> None:
+            told = contained(error, tr("Unfinished tests"), tr("Nothing was changed."))
+            if asked == self._asked:
+                self.start.show_unfinished(())
+                self.start.show_trouble(f"{told.what} {told.remedy}")
+
+        self._lists.do(lambda: self.bench.unfinished(now), done, failed)
 
     def leave(self) -> None:
         """End what runs and give the window back; the test can be resumed."""
         self.close_runner()
         self.left.emit()
+
+    def close_work(self) -> None:
+        """End what runs and read no more lists; call it before the window goes."""
+        self.close_runner()
+        self._lists.close(0.0)
 
     def close_runner(self) -> bool:
         """End what runs within bounded time and say whether it ended."""

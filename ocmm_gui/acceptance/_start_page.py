@@ -5,21 +5,26 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from PySide6.QtCore import QSize, Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtGui import QKeySequence, QShortcut
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QHeaderView,
     QLineEdit,
-    QListWidget,
-    QListWidgetItem,
-    QPushButton,
     QVBoxLayout,
     QWidget,
 )
 
 from ocmm_core.acceptance import ArtefactOffer, OpenTest, ProcedureOffer
+from ocmm_gui.acceptance._start_parts import (
+    ROW_PX,
+    add_line,
+    caption_of,
+    choice_list,
+    kind_word,
+    large_button,
+)
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -52,11 +57,7 @@ _CONDITIONS = (
     (later("as found"), "as found"),
     (later("after adjustment"), "after adjustment"),
 )
-_ROLES = {
-    "bar": later("length bar"), "sphere": later("sphere"), "block": later("gauge block"),
-    "plate": later("plate"), "dumbbell": later("dumbbell"), "cone": later("cone"),
-}  # fmt: skip
-_ROW_PX, _SIDE_PX = 34, 400
+_SIDE_PX = 400
 
 
 class AcceptanceStart(QWidget):
@@ -88,40 +89,42 @@ class AcceptanceStart(QWidget):
         self.table.setWordWrap(False)
         self.table.itemSelectionChanged.connect(self._choose)
         self.limits = sentence_label(tr("Limits of the procedure"), 14)
-        self.artefacts = _list(tr("Artefacts"))
+        self.artefacts = choice_list(tr("Artefacts"))
         self.artefacts.currentRowChanged.connect(self._show_artefact)
         self.note = sentence_label(tr("About the artefact"), 14)
         self.fields: dict[str, QLineEdit] = {}
         self.condition = ChoiceBox(
             tr("Condition"), tr("State of the machine"), [tr(one) for one, _ in _CONDITIONS]
         )
-        self.unfinished = _list(tr("Unfinished tests"))
+        self.unfinished = choice_list(tr("Unfinished tests"))
         self.unfinished.currentRowChanged.connect(self._show_open)
         self.trouble = sentence_label(tr("Why it cannot start"), 16)
-        self.begin_button = _large(tr("Start  [Return]"), tr("Start the test"), "Return")
+        self.begin_button = large_button(tr("Start  [Return]"), tr("Start the test"), "Return")
         self.begin_button.clicked.connect(self.begun)
         enter = QShortcut(QKeySequence("Enter"), self)
         enter.activated.connect(self.begin_button.click)
-        self.resume_button = _large(tr("Resume  [G]"), tr("Resume the selected test"), "G")
+        self.resume_button = large_button(tr("Resume  [G]"), tr("Resume the selected test"), "G")
         self.resume_button.clicked.connect(self._resume)
-        self.leave_button = _large(tr("Leave  [Esc]"), tr("Back to Maintain"), "Esc")
+        self.leave_button = large_button(tr("Leave  [Esc]"), tr("Back to Maintain"), "Esc")
         self.leave_button.clicked.connect(self.left)
         self._lay_out(title)
 
     def ask(
-        self, procedures: Sequence[ProcedureOffer], open_tests: Sequence[OpenTest],
-        proposals: dict[str, str], first: str = "",
-    ) -> None:  # fmt: skip
-        """Show what can be done; ``first`` is the id of the procedure that is proposed."""
+        self, procedures: Sequence[ProcedureOffer], proposals: dict[str, str], first: str = ""
+    ) -> None:
+        """Show what can be done; ``first`` is the id of the procedure that is proposed.
+
+        Unfinished tests are still being read: `show_unfinished`.
+        """
         self.table.blockSignals(True)
         self.table.setRowCount(len(procedures))
         row = 0
         for index, one in enumerate(procedures):
             known = one.procedure
-            needs = ", ".join(tr(_ROLES.get(role, role)) for role in one.roles) or tr("nothing")
+            needs = ", ".join(kind_word(role) for role in one.roles) or tr("nothing")
             words = (known.title, f"{known.standard}:{known.edition}", needs, f"{known.minutes:g}")
             self.table.show_words(index, words)
-            self.table.setRowHeight(index, _ROW_PX)
+            self.table.setRowHeight(index, ROW_PX)
             title = self.table.item(index, 0)
             if title is not None:
                 title.setToolTip(literal(f"{known.id}: {known.title}"))
@@ -131,21 +134,29 @@ class AcceptanceStart(QWidget):
         for key, text in proposals.items():
             if not self.fields[key].text():
                 self.fields[key].setText(text)
+        self._open = ()
+        self.unfinished.clear()
+        add_line(self.unfinished, tr("Reading unfinished tests"))
+        self._unfinished.show()
+        self._show_open()
+        if procedures:
+            self.table.selectRow(row)
+            self._choose()
+        self.table.setFocus()
+
+    def show_unfinished(self, open_tests: Sequence[OpenTest]) -> None:
+        """Show the tests that can go on, once they are read; the keyboard stays where it is."""
         self._open = tuple(open_tests)
         self.unfinished.clear()
         for test in self._open:
             text = tr("{title}, {who}: {done} of {wanted} points").format(
                 title=test.title, who=test.who, done=test.done, wanted=test.wanted
             )
-            _add(self.unfinished, f"▲ {test.title}: {test.blocker}" if test.blocker else text)
+            add_line(self.unfinished, f"▲ {test.title}: {test.blocker}" if test.blocker else text)
         self._unfinished.setVisible(bool(self._open))
         if self._open:
             self.unfinished.setCurrentRow(0)
         self._show_open()
-        if procedures:
-            self.table.selectRow(row)
-            self._choose()
-        self.table.setFocus()
 
     def show_artefacts(self, offers: Sequence[ArtefactOffer], limits: str) -> None:
         """Show the artefacts of the chosen procedure; refused ones say why."""
@@ -159,7 +170,7 @@ class AcceptanceStart(QWidget):
             text = tr("{name}, {serial}, due {due}").format(
                 name=use.name, serial=use.serial, due=due
             )
-            _add(self.artefacts, f"▲ {text}" if one.refusal else text)
+            add_line(self.artefacts, f"▲ {text}" if one.refusal else text)
         self.artefacts.blockSignals(False)
         if self._offers:
             self.artefacts.setCurrentRow(0)
@@ -242,18 +253,18 @@ class AcceptanceStart(QWidget):
             field.setPlaceholderText(tr(tip))
             field.setFont(text_font(15))
             self.fields[key] = field
-            form.addWidget(_caption(tr(label), field), row, 0)
+            form.addWidget(caption_of(tr(label), field), row, 0)
             form.addWidget(field, row, 1)
-        form.addWidget(_caption(tr("Condition"), self.condition), len(_FIELDS), 0)
+        form.addWidget(caption_of(tr("Condition"), self.condition), len(_FIELDS), 0)
         form.addWidget(self.condition, len(_FIELDS), 1)
         right = QVBoxLayout()
         right.setSpacing(6)
-        right.addWidget(_caption(tr("Artefact"), self.artefacts))
+        right.addWidget(caption_of(tr("Artefact"), self.artefacts))
         right.addWidget(self.artefacts, 2)
         right.addWidget(self.note)
         right.addLayout(form)
         again = QVBoxLayout()
-        again.addWidget(_caption(tr("Not finished"), self.unfinished))
+        again.addWidget(caption_of(tr("Not finished"), self.unfinished))
         again.addWidget(self.unfinished, 1)
         again.addWidget(self.resume_button)
         self._unfinished = panel(again)
@@ -279,45 +290,3 @@ class AcceptanceStart(QWidget):
         layout.addLayout(middle, 1)
         layout.addWidget(self.trouble)
         layout.addLayout(row_of_buttons)
-
-
-def limits_text(offer: ProcedureOffer) -> str:
-    """Return the limits of a procedure in one line."""
-    one = offer.procedure
-    limits = ", ".join(f"{key} {limit.describe()}" for key, limit in one.limits.items())
-    return tr("{wording}; rule: {rule}; limits: {limits}").format(
-        wording=one.wording, rule=one.rule, limits=limits
-    )
-
-
-def _list(name: str) -> QListWidget:
-    found = QListWidget()
-    found.setAccessibleName(name)
-    found.setFont(text_font(15))
-    found.setWordWrap(True)
-    return found
-
-
-def _add(where: QListWidget, text: str) -> None:
-    item = QListWidgetItem(text, where)
-    item.setToolTip(literal(text))
-    item.setSizeHint(QSize(100, _ROW_PX))
-
-
-def _caption(text: str, buddy: QWidget) -> PlainLabel:
-    label = PlainLabel(text)
-    label.setFont(text_font(15))
-    label.setProperty("role", "muted")
-    label.setAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
-    label.setBuddy(buddy)
-    return label
-
-
-def _large(text: str, name: str, key: str) -> QPushButton:
-    button = QPushButton(text)
-    button.setAccessibleName(name)
-    button.setFont(text_font(17, bold=True))
-    button.setMinimumHeight(50)
-    button.setShortcut(key)
-    button.setProperty("role", "primary" if key == "Return" else "plain")
-    return button

@@ -5,10 +5,19 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from PySide6.QtWidgets import QGridLayout, QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
 from ocmm_core.errors import InputError
 from ocmm_core.studies import StudyPlan, StudyReport, load_study, plan_study, store_plan
+from ocmm_gui.acceptance._study_parts import (
+    COLUMNS,
+    KEYS,
+    MARKS,
+    fields_of_study,
+    length_mm,
+    row_words,
+    whole_number,
+)
 from ocmm_gui.acceptance._study_work import (
     Analysing,
     AnalysingOne,
@@ -20,7 +29,6 @@ from ocmm_gui.charts import ComponentsPlot, OperatorsPlot, RunPlot
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
-    ActionInfo,
     FitText,
     FormField,
     Mark,
@@ -28,9 +36,6 @@ from ocmm_gui.kit import (
     PathPanel,
     Theme,
     WorkSheet,
-    caption,
-    form_field,
-    later,
     mark_colour,
     panel,
     sentence_label,
@@ -39,36 +44,6 @@ from ocmm_gui.kit import (
     tr_all,
 )
 from ocmm_gui.wizards.parts import PlotTabs
-
-_KEYS = (
-    ActionInfo("draw", later("Draw plan"), later("Draw the order and blind codes, and store them"),
-               ("F6",)),
-    ActionInfo("plan", later("Open plan"), later("Open the plan of a study"), ("F7",)),
-    ActionInfo("jobs", later("Jobs"), later("Choose the folder of the jobs"), ("Shift+F7",)),
-    ActionInfo("look", later("Progress"), later("Which measurement comes next"), ("Shift+F6",)),
-    ActionInfo("analyse", later("Analyse"), later("Gauge R&R of every characteristic"), ("F8",)),
-    ActionInfo("type1", later("Type 1"), later("Cg and Cgk of the selected characteristic"),
-               ("F10",)),
-    ActionInfo("stop", later("Stop"), later("Stop the analysis"), ("F9",)),
-)  # fmt: skip
-_FIELDS = (
-    ("name", later("Study"), later("Name; also the batch of its jobs"), "STUDY-1"),
-    ("parts", later("Parts"), later("How many"), "10"),
-    ("operators", later("Operators"), later("Names, parted by commas"), "A,B,C"),
-    ("trials", later("Trials"), later("Of each operator on each part"), "3"),
-    ("seed", later("Seed"), later("The order is drawn from it"), "1"),
-    ("reference", later("Reference, mm"), later("Certified value, for type 1"), ""),
-)
-_COLUMNS = (
-    (later("Characteristic"), later("As in the inspection plan")),
-    (later("GRR, µm"), later("Standard deviation, with its 90 % interval")),
-    (later("% study"), later("GRR of the whole variation")),
-    (later("% tol."), later("6 GRR of the tolerance")),
-    (later("ndc"), later("Distinct categories")),
-    (later("Own U"), later("Scatter found over the uncertainty that is stated")),
-    (later("Verdict"), later("AIAG: 10 and 30 %, ndc 5")),
-)
-_MARKS = {"good": Mark.GOOD, "conditional": Mark.DOUBT, "not acceptable": Mark.BAD}
 
 
 class StudySheet(WorkSheet):
@@ -85,7 +60,7 @@ class StudySheet(WorkSheet):
     def __init__(
         self, folder: Callable[[], Path], probes: Path | None, calibrations: Path | None
     ) -> None:
-        super().__init__(tr("Gauge study"), _KEYS, tr("Analysing the jobs"))
+        super().__init__(tr("Gauge study"), KEYS, tr("Analysing the jobs"))
         self._proposed, self._records = folder, (probes, calibrations)
         self._theme = THEMES[DEFAULT_THEME]
         self._plan: StudyPlan | None = None
@@ -105,7 +80,7 @@ class StudySheet(WorkSheet):
         self.word.setFixedHeight(40)
         self.progress = sentence_label(tr("Progress of the study"), 16)
         self.message = sentence_label(tr("What is to be told of the study"), 14)
-        self.table = NumberTable(tr("Characteristics"), tr_all(_COLUMNS), whole=False)
+        self.table = NumberTable(tr("Characteristics"), tr_all(COLUMNS), whole=False)
         self.table.setFont(text_font(14))
         header = self.table.horizontalHeader()
         header.setSectionResizeMode(QHeaderView.ResizeMode.ResizeToContents)
@@ -142,11 +117,15 @@ class StudySheet(WorkSheet):
         """Draw a plan and store it in a new file."""
 
         def drawn() -> StudyPlan:
-            count = self._whole("parts")
+            count = whole_number("parts", self._text("parts"))
             names = [f"{number + 1:0{len(str(count))}}" for number in range(count)]
             operators = [one.strip() for one in self._text("operators").split(",")]
             plan = plan_study(
-                self._text("name"), names, operators, self._whole("trials"), self._whole("seed")
+                self._text("name"),
+                names,
+                operators,
+                whole_number("trials", self._text("trials")),
+                whole_number("seed", self._text("seed")),
             )
             store_plan(path, plan)
             return plan
@@ -182,7 +161,7 @@ class StudySheet(WorkSheet):
 
     def analyse_one(self) -> None:
         """Compute Cg and Cgk of the selected characteristic."""
-        reference = self.attempt(lambda: self._number("reference"))
+        reference = self.attempt(lambda: length_mm("reference", self._text("reference")))
         if reference is not None:
             row, name = self.table.currentRow(), ""
             if self._report is not None and row >= 0:
@@ -249,19 +228,7 @@ class StudySheet(WorkSheet):
         self.table.blockSignals(True)
         self.table.setRowCount(len(report.characteristics))
         for row, one in enumerate(report.characteristics):
-            study, words = one.study, (one.name, "–", "–", "–", "–", "–", tr("none"))
-            if study is not None:
-                tolerance = study.tolerance_percent
-                words = (
-                    one.name,
-                    f"{1e3 * study.grr:.2f} ({1e3 * study.grr_low:.2f}–{1e3 * study.grr_high:.2f})",
-                    f"{study.study_percent:.1f}",
-                    "–" if tolerance is None else f"{tolerance:.1f}",
-                    str(study.ndc),
-                    "–" if one.stated is None else f"{one.stated.pooled:.2f}",
-                    study.word,
-                )
-            self.table.show_words(row, words)
+            self.table.show_words(row, row_words(one))
         self.table.blockSignals(False)
         simulated = tr("SIMULATED. ") if report.simulated else ""
         left = tr("{n} files left out").format(n=len(report.left_out)) if report.left_out else ""
@@ -290,7 +257,7 @@ class StudySheet(WorkSheet):
         stated = one.stated.message if one.stated is not None else ""
         self.message.setText(" ".join(filter(None, (one.why_not, stated))))
         word = one.study.word if one.study is not None else tr("NO STUDY")
-        mark = _MARKS.get(word, Mark.DOUBT)
+        mark = MARKS.get(word, Mark.DOUBT)
         self.word.show_text(word.upper(), mark_colour(self._theme, mark), mark)
 
     def _required(self) -> StudyPlan | None:
@@ -307,38 +274,10 @@ class StudySheet(WorkSheet):
         text: str = self.fields[key].text()
         return text.strip()
 
-    def _whole(self, key: str) -> int:
-        text = self._text(key)
-        if not text.isascii() or not text.isdigit():
-            raise InputError(
-                "msa.number", f"'{key}' is {text!r}, which is no whole number.", "Type a number."
-            )
-        return int(text)
-
-    def _number(self, key: str) -> float:
-        text = self._text(key).replace(",", ".")
-        try:
-            return float(text)
-        except ValueError as error:
-            raise InputError(
-                "msa.number", f"'{key}' is {text!r}, which is not a number.",
-                "Type the certified value in mm.",
-            ) from error  # fmt: skip
-
     def _lay_out(self) -> None:
-        form = QGridLayout()
-        form.setHorizontalSpacing(10)
-        for index, (key, label, tip, proposal) in enumerate(_FIELDS):
-            field = form_field(tr(label), tr(tip), proposal)
-            field.setObjectName(key)
-            field.setAccessibleDescription(tr(tip))
-            self.fields[key] = field
-            row, column = divmod(index, 3)
-            form.addWidget(caption(tr(label), field), row, 2 * column)
-            form.addWidget(field, row, 2 * column + 1)
         for widget in (self.store, self.file, self.where, self.working):
             self.body.addWidget(widget)
-        self.body.addWidget(panel(form))
+        self.body.addWidget(panel(fields_of_study(self.fields)))
         self.body.addWidget(self.progress)
         left = QVBoxLayout()
         left.addWidget(self.word)

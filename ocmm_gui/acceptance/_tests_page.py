@@ -10,10 +10,19 @@ from PySide6.QtGui import QShowEvent
 from PySide6.QtWidgets import QHeaderView, QVBoxLayout, QWidget
 
 from ocmm_core.acceptance import FinishedTest
-from ocmm_core.composition import AcceptanceBench
-from ocmm_core.errors import OcmmError
+from ocmm_core.composition import AcceptanceBench, TestsMade
+from ocmm_core.failure import contained
 from ocmm_gui.charts import InterimPlot
-from ocmm_gui.kit import NumberTable, later, panel, sentence_label, text_font, tr, tr_all
+from ocmm_gui.kit import (
+    NumberTable,
+    Worker,
+    later,
+    panel,
+    sentence_label,
+    text_font,
+    tr,
+    tr_all,
+)
 
 _COLUMNS = (
     (later("Verdict"), later("Of the whole test")),
@@ -46,6 +55,8 @@ class TestsPage(QWidget):
         super().__init__()
         self._bench, self._clock = bench, clock
         self._shown: tuple[FinishedTest, ...] = ()
+        # Records and sessions are read with their hashes, and the disk may be slow.
+        self._lists = Worker("ocmm-tests-made", self)
         self.about = sentence_label(tr("About the tests"), 15)
         self.table = NumberTable(tr("Acceptance tests"), tr_all(_COLUMNS), whole=False)
         self.table.setFont(text_font(14))
@@ -69,39 +80,48 @@ class TestsPage(QWidget):
         super().showEvent(event)
 
     def read(self) -> None:
-        """Show the records of the folder, and the chart of the last check."""
-        try:
-            self._shown, unread = self._bench.finished()
-            told = [self._told(), *unread]
-            self._show_chart()
-        except OcmmError as error:
-            self._shown, told = (), [f"{error.what} {error.remedy}"]
-        self.about.setText(" ".join(told))
+        """Read the records of the folder and the chart of the last check; show them when they come.
+
+        What was shown stays until then.
+        """
+        self.about.setText(tr("Reading the tests"))
+        now = self._clock()
+        self._lists.do(lambda: self._bench.made(now), self._show, self._show_failure)
+
+    def close_work(self) -> None:
+        """Read no more; call it before the window goes."""
+        self._lists.close(0.0)
+
+    def _show(self, made: TestsMade) -> None:
+        self._shown = made.finished
+        self.about.setText(" ".join((self._told(made), *made.unread)))
         self.table.setRowCount(len(self._shown))
         for row, one in enumerate(self._shown):
             self.table.show_words(row, _words(one))
         if self._shown:
             self.table.selectRow(0)
+        if made.chart is not None:
+            self.chart.show_chart(made.chart)
+
+    def _show_failure(self, error: Exception) -> None:
+        told = contained(error, tr("The list of tests"), tr("Nothing was changed."))
+        self._shown = ()
+        self.table.setRowCount(0)
+        self.about.setText(f"{told.what} {told.remedy}")
 
     def selected(self) -> Path | None:
         """Return the record that is selected; None where there is none."""
         row = self.table.currentRow()
         return self._shown[row].file if 0 <= row < len(self._shown) else None
 
-    def _told(self) -> str:
-        open_ones = len(self._bench.unfinished(self._clock()))
+    def _told(self, made: TestsMade) -> str:
+        open_ones = sum(not one.blocker for one in made.unfinished)
         said = tr("%n tests", "", len(self._shown))
         if open_ones:
             said += "; " + tr("%n not finished: F7 resumes", "", open_ones)
         if self._bench.is_virtual:
             said = tr("SIMULATED: virtual rig. {said}").format(said=said)
         return f"{said}."
-
-    def _show_chart(self) -> None:
-        for record in (one.record for one in self._shown):
-            if "Interim_L" in record.procedure.limits and record.artefacts:
-                self.chart.show_chart(self._bench.chart(record.artefacts[0], self._clock()))
-                return
 
 
 def _words(one: FinishedTest) -> tuple[str, ...]:

@@ -14,7 +14,6 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core import __version__
 from ocmm_core.documents import decode_json
-from ocmm_core.export import write_together
 from ocmm_core.export.certificate import (
     SIMULATED_WORDS,
     Certificate,
@@ -23,6 +22,7 @@ from ocmm_core.export.certificate import (
     Conformity,
     certificate_facts,
     certificate_of_folder,
+    write_certificates,
 )
 from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, template_in_use
 from ocmm_gui.reports._canvas import (
@@ -223,7 +223,10 @@ def _paint_scales(
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Write the pages; return 0, 2 where they could not be made, 3 where nobody foresaw why."""
+    """Write pages, DCC and signature.
+
+    Returns 0, 2 where they could not be made, and 3 where nobody foresaw why.
+    """
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("folder", type=Path)
     parser.add_argument("--tip", default="")
@@ -241,9 +244,8 @@ def main(arguments: list[str] | None = None) -> int:
             options.folder, sheet, options.tip,
             calibration=options.calibration, as_found=options.as_found,
         )  # fmt: skip
-        path = options.out / f"{paper.number}.pdf"
-        write_together({path: certificate_pdf(paper)})
-        sys.stdout.write(f"{path}\n")
+        for path in write_certificates([(paper, certificate_pdf(paper))], options.out):
+            sys.stdout.write(f"{path}\n")
 
     return draw(write, "The certificate", "The records are unchanged.")
 

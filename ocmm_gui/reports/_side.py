@@ -14,9 +14,8 @@ from ocmm_core.export import (
     preview,
     preview_text,
     write_report,
-    write_together,
 )
-from ocmm_core.export.certificate import Certificate, certificate_of_folder, write_certificate
+from ocmm_core.export.certificate import Certificate, certificate_of_folder, write_certificates
 from ocmm_core.export.report import Particulars, ReportData, load_paper, template_in_use
 from ocmm_gui.kit import Teller, later
 from ocmm_gui.reports._certificate import certificate_pdf
@@ -84,21 +83,14 @@ class CertificateWriting:
 
     def __call__(self, tell: Teller) -> tuple[Path, ...]:
         """Return the paths of the files, pages first; errors as `certificate_of_folder`."""
-        files: list[Path] = []
-        papers = self._papers()
+        papers, drawn = self._papers(), []
         for number, paper in enumerate(papers):
-            tell(later("Drawing the PDF"), (number + 0.3) / len(papers))
+            tell(later("Drawing the PDF"), 0.1 + 0.6 * number / len(papers))
             with drawing():
-                pages = certificate_pdf(paper)
-            tell(later("Writing and verifying the files"), (number + 0.7) / len(papers))
-            if not number:
-                tell.commit()
-                self.folder.mkdir(parents=True, exist_ok=True)
-            written = write_certificate(paper, self.folder)
-            path = self.folder / f"{paper.number}.pdf"
-            write_together({path: pages})
-            files += [path, *written]
-        return tuple(files)
+                drawn.append((paper, certificate_pdf(paper)))
+        tell(later("Writing and verifying the files"), 0.7)
+        tell.commit()
+        return write_certificates(drawn, self.folder)
 
     def _papers(self) -> tuple[Certificate, ...]:
         """Return the papers of the records: of cameras their verification and their calibration."""

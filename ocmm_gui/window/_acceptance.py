@@ -133,9 +133,7 @@ class AcceptanceRooms(MadeLate):
     def close_work(self) -> None:
         """Give up what runs; call it before the window goes."""
         self.papers.cancel()
-        if self.is_made("desk"):
-            self.desk.close_runner()
-        for name in ("artefacts", "study"):
+        for name in ("desk", "page", "artefacts", "study"):
             if self.is_made(name):
                 getattr(self, name).close_work()
 

@@ -207,6 +207,7 @@ def test_a_test_that_was_left_goes_on_and_gets_its_certificate(desk: Desk, tmp_p
     desk.until(start.isVisible)
     (left,) = desk.bench.unfinished(datetime.now(UTC))
     assert 5 <= left.done < left.wanted == 27
+    desk.until(start.resume_button.isEnabled)
     desk.key(Qt.Key.Key_G)
     desk.until(lambda: desk.window.tests.desk.runner is not None)
     assert desk.view.base.step.done == left.done
@@ -237,7 +238,7 @@ def test_a_test_that_was_left_goes_on_and_gets_its_certificate(desk: Desk, tmp_p
     assert desk.bench.unfinished(datetime.now(UTC)) == ()
     desk.window.maintenance.view.list.setCurrentRow(3)
     shown = desk.window.tests.page
-    desk.until(shown.isVisible)
+    desk.until(lambda: shown.table.rowCount() == 1)
     assert shown.table.words(0)[0] == "SIMULATED PASS"
     desk.key(Qt.Key.Key_P, Qt.KeyboardModifier.ControlModifier)
     desk.until(desk.window.tests.papers.panel.isVisible)

@@ -66,11 +66,12 @@ def make(
 
     given = Particulars(customer=customer, place=place)
     sheet = load_paper(template or template_in_use(), given)
+    # Also before pages are drawn elsewhere: what is wrong with the records is said by its error.
     paper = certificate_of_folder(folder, sheet, tip, calibration=calibration, as_found=as_found)
     console = make_console(soft_wrap=True)
-    for path in write_certificate(paper, out):
-        console.print(f"Certificate  {path}", highlight=False, markup=False)
     if not pages:
+        for path in write_certificate(paper, out):
+            console.print(f"Certificate  {path}", highlight=False, markup=False)
         return
     options = [str(folder), "--out", str(out), "--given", msgspec.json.encode(given).decode()]
     options += ["--tip", tip] if tip else []
@@ -79,7 +80,7 @@ def make(
     options += ["--template", str(template)] if template is not None else []
     for line in print_pages(
         "ocmm_gui.reports._certificate", [options], "certificate.pdf",
-        "The pages were not written", "The DCC is not affected.",
+        "The certificate was not written", "With --no-pages the DCC is written without a PDF.",
     ):  # fmt: skip
         console.print(f"Certificate  {line}", highlight=False, markup=False)
 

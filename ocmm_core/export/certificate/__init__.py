@@ -44,7 +44,11 @@ if TYPE_CHECKING:
         certificate_of_tip,
     )
     from ocmm_core.export.certificate._reader import Dcc, DccQuantity, read_dcc
-    from ocmm_core.export.certificate._seal import check_dcc_seal, write_certificate
+    from ocmm_core.export.certificate._seal import (
+        check_dcc_seal,
+        write_certificate,
+        write_certificates,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -56,7 +60,7 @@ else:
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
         _reader="Dcc DccQuantity read_dcc",
-        _seal="check_dcc_seal write_certificate",
+        _seal="check_dcc_seal write_certificate write_certificates",
     )
 
 __all__ = [
@@ -82,4 +86,5 @@ __all__ = [
     "open_certificate_clauses",
     "read_dcc",
     "write_certificate",
+    "write_certificates",
 ]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -51,19 +52,37 @@ def write_certificate(paper: Certificate, folder: Path) -> tuple[Path, Path]:
         A number is not finite, what was read back differs, or the folder or the key of this
         station cannot be used.
     """
-    content = dcc_bytes(paper)
-    read = read_dcc(content)
-    _require_same(paper, read)
-    seal = CertificateSeal(
-        schema=SCHEMA,
-        number=paper.number,
-        signature=sign(KeyFolder().station_key(), Signed.CERTIFICATE, read.canonical),
-    )
-    path = folder / f"{paper.number}{SUFFIX}"
-    beside = path.with_name(path.name + SEAL_SUFFIX)
-    signed = msgspec.json.format(msgspec.json.encode(seal), indent=1) + b"\n"
-    write_together({path: content, beside: signed})
+    files = _signed(paper, folder)
+    write_together(files)
+    path, beside = files
     return path, beside
+
+
+def write_certificates(papers: Sequence[tuple[Certificate, bytes]], folder: Path) -> tuple[
+    Path, ...
+]:  # fmt: skip
+    """Write the pages, the DCC and its signature of every paper, all files or none.
+
+    Parameters
+    ----------
+    papers
+        Each with its pages as PDF.
+
+    Returns
+    -------
+    Paths of the files, paper by paper, the pages first.
+
+    Raises
+    ------
+    StorageError
+        As `write_certificate`; nothing is written then.
+    """
+    files: dict[Path, bytes] = {}
+    for paper, pages in papers:
+        files[folder / f"{paper.number}.pdf"] = pages
+        files |= _signed(paper, folder)
+    write_together(files)
+    return tuple(files)
 
 
 def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
@@ -88,6 +107,22 @@ def check_dcc_seal(path: Path, keys: KeyFolder) -> DccFound:
             raise _no_seal(beside, f"its schema is {seal.schema!r}")
         signature = seal.signature
     return DccFound(dcc, judge_signature(keys, Signed.CERTIFICATE, dcc.canonical, signature))
+
+
+def _signed(paper: Certificate, folder: Path) -> dict[Path, bytes]:
+    """Return the DCC, read back, and its signature, by their paths."""
+    content = dcc_bytes(paper)
+    read = read_dcc(content)
+    _require_same(paper, read)
+    seal = CertificateSeal(
+        schema=SCHEMA,
+        number=paper.number,
+        signature=sign(KeyFolder().station_key(), Signed.CERTIFICATE, read.canonical),
+    )
+    path = folder / f"{paper.number}{SUFFIX}"
+    beside = path.with_name(path.name + SEAL_SUFFIX)
+    signed = msgspec.json.format(msgspec.json.encode(seal), indent=1) + b"\n"
+    return {path: content, beside: signed}
 
 
 def _require_same(paper: Certificate, read: Dcc) -> None:

@@ -6,6 +6,7 @@ import signal
 import subprocess
 import sys
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,6 +15,7 @@ import pytest
 from ocmm_core.acceptance import AcceptanceSession, Verdict
 from ocmm_core.errors import StorageError
 from tests.core.acceptance.acceptance_site import Machine, begin
+from tests.core.acceptance.kill_guided import bench_in
 
 _ROOT = Path(__file__).parents[3]
 
@@ -70,3 +72,47 @@ def test_a_line_cut_at_any_byte_leaves_what_was_stored(tmp_path: Path) -> None:
         # This computer was told of the fifth point: without it the file is not used here.
         with pytest.raises(StorageError, match="missing"):
             AcceptanceSession.resume(copy)
+
+
+@pytest.mark.slow
+def test_a_guided_test_killed_at_ten_moments_is_offered_and_keeps_every_point(
+    tmp_path: Path,
+) -> None:
+    rng = np.random.default_rng(19)
+    command = [sys.executable, "-m", "tests.core.acceptance.kill_guided"]
+    folder, number, told, kills, resumed = tmp_path / "0", 0, 0, 0, 0
+    with subprocess.Popen(
+        command, cwd=_ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as worker:
+        assert worker.stdin is not None
+        assert worker.stdout is not None
+        while kills < 10:
+            worker.stdin.write(f"{folder}\n")
+            worker.stdin.flush()
+            word, child, done = worker.stdout.readline().split()
+            assert word == "begun"
+            # What the one before was told is there.
+            assert int(done) >= told
+            resumed += told > 0
+            # After so many points, at any moment on the way to the next one.
+            wanted = told + int(rng.integers(0, 5))
+            while told < wanted:
+                word, count = worker.stdout.readline().split(maxsplit=1)
+                assert word == "taken", count
+                told = int(count)
+            time.sleep(float(rng.uniform(0.0, 0.2)))
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(int(child), signal.SIGKILL)
+                kills += 1
+            while (line := worker.stdout.readline().split()) != ["ended"]:
+                told = max(told, int(line[1]))
+            now = datetime.now(UTC)
+            (left,) = bench_in(folder).unfinished(now)
+            assert left.blocker == ""
+            assert told <= left.done <= told + 1
+            # Never to the end, which is no kill.
+            if left.done >= left.wanted - 8:
+                number, told = number + 1, 0
+                folder = tmp_path / str(number)
+        worker.stdin.close()
+    assert resumed >= 5

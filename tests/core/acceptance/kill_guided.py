@@ -1,0 +1,74 @@
+"""Processes that run a guided test as the window does until they are killed; they say what counted.
+
+One process loads everything and forks a child for each folder that it reads. A child goes on with
+the test that is offered, or begins one; the virtual hand shows what is wanted on its own thread.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import threading
+from datetime import UTC, datetime
+from pathlib import Path
+
+from ocmm_core.acceptance import AcceptanceProcedure
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.composition import AcceptanceBench, Conditions, StationRequest
+from ocmm_core.documents import resource
+
+NAME = "EFFECTIVE-DIAMETER"
+
+
+def bench_in(folder: Path) -> AcceptanceBench:
+    request = StationRequest(
+        plan=resource("plans", "quick.toml"), out=folder / "job", speed=0.0, frame_rate_hz=800
+    )
+    return AcceptanceBench(request, folder=folder / "tests", register=folder / "artefacts")
+
+
+def say(text: str) -> None:
+    os.write(1, f"{text}\n".encode())
+
+
+def opened(bench: AcceptanceBench) -> AcceptanceProcedure:
+    now = datetime.now(UTC)
+    left = bench.unfinished(now)
+    if left:
+        return bench.resume(left[0].path, 20.0)
+    offer = next(one for one in bench.procedures(now) if one.procedure.id == NAME)
+    used = tuple(one.used for one in bench.offers(offer, now, 20.0)[:1])
+    return bench.begin(offer, used, Conditions(who="Ann"), now)
+
+
+def work(folder: Path) -> None:
+    bench = bench_in(folder)
+    procedure = opened(bench)
+    over = threading.Event()
+    say(f"begun {os.getpid()} {procedure.base.step.done}")
+    if procedure.base.step.name == "prepare":
+        procedure.advance(datetime.now(UTC))
+
+    def watch(block: FrameBlock) -> None:
+        procedure.watch(block)
+        if procedure.ready:
+            procedure.take(datetime.now(UTC))
+            say(f"taken {sum(procedure.view.test.done)}")
+            if procedure.view.test.current < 0:
+                over.set()
+
+    hand = bench.hand(procedure, lambda error: say(f"failed {error.what}"))
+    assert hand is not None
+    hand(watch)
+    over.wait()
+    hand(None)
+
+
+if __name__ == "__main__":
+    for line in sys.stdin:
+        child = os.fork()
+        if not child:
+            work(Path(line.strip()))
+            os._exit(0)
+        os.waitpid(child, 0)
+        say("ended")
