@@ -56,7 +56,7 @@ def test_the_key_on_calibration_writes_verification_and_calibration(
     finally:
         bench.close()
     calibration, verification = found
-    record = store.active
+    record = store.active()
     assert record is not None
     told = {one.value for one in calibration.quantities}
     # The focal lengths of both cameras, as they were stored.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -20,12 +19,12 @@ __all__ = ["bench", "quick_touches"]
 
 
 @pytest.fixture
-def measured(bench: Bench) -> Iterator[Path]:
+def measured(bench: Bench) -> Path:
     with bench.job() as job:
         session = bench.session(job)
         for touch in bench.touches[:4]:
             session.touches.take(touch)
-    yield job.path
+    return job.path
 
 
 @pytest.mark.parametrize("time_utc", ["yesterday", "2026-11-26T01:00:00", ""])
