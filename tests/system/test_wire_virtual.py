@@ -148,7 +148,7 @@ def test_virtual_bus_ends_with_the_program_that_started_it() -> None:
 
 def test_missing_tools_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(shutil, "which", lambda *_args, **_kwargs: None)
-    with pytest.raises(BusError, match=r"util-linux.*--source simulated"):
+    with pytest.raises(BusError, match=r"util-linux.*source simulated"):
         namespace_command()
 
 

@@ -29,7 +29,12 @@ from ocmm_core.calibration.records._usable import (
 from ocmm_core.camera import Rig, load_rig
 from ocmm_core.documents import read_text
 from ocmm_core.errors import CalibrationError, OcmmError
-from ocmm_core.fieldbus.described import DeviceDescription, doubt_sentences, load_device
+from ocmm_core.fieldbus.described import (
+    DeviceDescription,
+    doubt_line,
+    doubt_sentences,
+    load_device,
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,7 +98,7 @@ class CalibrationInUse(InUse[CalibrationStore, CalibrationView]):
             rig=self.rig.name,
             identity=self.rig.identity,
             uncalibrated=self.uncalibrated,
-            warnings=self.camera_doubts,
+            warnings=() if self.device is None else (doubt_line(self.device),),
             record=self.record,
         )
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.described._process_image import ProcessImage
     from ocmm_core.fieldbus.described._proof import (
         Doubt,
+        doubt_line,
         doubt_sentences,
         doubts_of,
         refuse_unproven,
@@ -44,7 +45,7 @@ else:
         _device_file="Clock DeviceDescription Entry ProcessObject Role Sends StartUp",
         _lens="corrected_from_pixels pixels_from_corrected",
         _process_image="ProcessImage",
-        _proof="Doubt doubt_sentences doubts_of refuse_unproven resting_doubt_mm",
+        _proof="Doubt doubt_line doubt_sentences doubts_of refuse_unproven resting_doubt_mm",
         _translator="InputTranslator Timing",
     )
 
@@ -61,6 +62,7 @@ __all__ = [
     "StartUp",
     "Timing",
     "corrected_from_pixels",
+    "doubt_line",
     "doubt_sentences",
     "doubts_of",
     "load_device",

@@ -89,6 +89,12 @@ def doubt_sentences(device: DeviceDescription) -> tuple[str, ...]:
     return tuple(f"Cameras '{device.name}': {doubt.words}." for doubt in doubts_of(device))
 
 
+def doubt_line(device: DeviceDescription) -> str:
+    """Return the same in one sentence that has room in a bar: what is missing, by name."""
+    missing = ", ".join(doubt.words.partition(":")[0] for doubt in doubts_of(device))
+    return f"Cameras '{device.name}': {missing}. Job and report say what follows."
+
+
 def resting_doubt_mm(device: DeviceDescription) -> float:
     """Return how far a ball at rest may be from where these cameras say, mm.
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
 from ocmm_core.alignment import AnyAlignment
 from ocmm_core.features.measured import ActualFeature
-from ocmm_core.features.shapes import DIRECTION, POINT, RADIUS, SECOND, Shape, nominal_geometry
+from ocmm_core.features.shapes import DIRECTION, POINT, Shape, nominal_geometry
 from ocmm_core.geometry import Float, perpendicular_pair
-from ocmm_core.measuring import Rows
-from ocmm_core.tolerances.kinds._shape_groups import ALL, ROUND_AXES, SLOTS, SPHERICAL, WITH_SIZE
+from ocmm_core.tolerances.kinds._bonus import with_bonus
+from ocmm_core.tolerances.kinds._shape_groups import ALL, ROUND_AXES, SPHERICAL, WITH_SIZE
 from ocmm_core.tolerances.kinds._spec import (
     Asked,
     Fault,
@@ -64,7 +63,7 @@ def position(
     else:
         points = derived_points(feature, characteristic.length or feature.nominal.length)
         found = derived_zone(points, nominal[POINT], _rows(characteristic, nominal, feature), frame)
-    return _with_bonus(characteristic, feature, found)
+    return with_bonus(characteristic, feature, found)
 
 
 def _rows(characteristic: Characteristic, nominal: Float, feature: ActualFeature) -> Float:
@@ -81,26 +80,6 @@ def _rows(characteristic: Characteristic, nominal: Float, feature: ActualFeature
     if characteristic.axis:
         return np.eye(3)[[_AXES.index(characteristic.axis)]]
     return nominal[None, DIRECTION]
-
-
-def _with_bonus(
-    characteristic: Characteristic, feature: ActualFeature, found: Evaluation
-) -> Evaluation:
-    """Return an evaluation with what the size adds to the tolerance.
-
-    At maximum material a bore is as small, a shaft as large as it may be; at least material the
-    other way round. What the size is off that limit widens the zone by as much.
-    """
-    if not characteristic.modifier:
-        return found
-    place = SECOND if feature.fit.shape in SLOTS else RADIUS
-    size = 2.0 * float(feature.fit.geometry[place])
-    inner = feature.nominal.side == "inner"
-    sign = 1.0 if inner == (characteristic.modifier == "maximum material") else -1.0
-    bonus = sign * (size - characteristic.material_size)
-    if bonus <= 0.0:
-        return replace(found, bonus=0.0, bonus_gradient=Rows.nothing())
-    return replace(found, bonus=bonus, bonus_gradient=2.0 * sign * feature.jacobian[place])
 
 
 def coaxiality(

@@ -42,7 +42,12 @@ if TYPE_CHECKING:
         own_fit,
         surface_points,
     )
-    from ocmm_core.tolerances.zones._two_point import across_slot, around, between_faces
+    from ocmm_core.tolerances.zones._two_point import (
+        across_slot,
+        around,
+        between_faces,
+        slot_envelope,
+    )
     from ocmm_core.tolerances.zones._zone_frame import (
         BEST_FIT,
         ZoneFrame,
@@ -72,7 +77,7 @@ else:
         _model_surface="ModelSurface",
         _points="points_note",
         _surface="SurfacePoints kept_offset least_squares own_fit surface_points",
-        _two_point="across_slot around between_faces",
+        _two_point="across_slot around between_faces slot_envelope",
         _zone_frame="BEST_FIT ZoneFrame free_frame moved_geometry",
         _zones=(
             "DerivedPoint Surface TouchedSurface derived_zone form_noise surface_zone "
@@ -120,6 +125,7 @@ __all__ = [
     "points_note",
     "section_circle",
     "sections",
+    "slot_envelope",
     "surface_points",
     "surface_zone",
     "vector_evaluation",

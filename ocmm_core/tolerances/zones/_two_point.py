@@ -83,9 +83,7 @@ def across_slot(
     way, along = (raw.across, beside) if lengthwise else (beside, raw.across)
     place = RADIUS if lengthwise else SECOND
     arms = touches.tips - raw.point
-    sides = distance_derivatives(raw, touches.tips)[1] @ way
-    # Round ends have no side, but where they begin; there the side has not ended.
-    plus, minus = sides > _FLANK, sides < -_FLANK
+    plus, minus = _flanks(feature, way)
     near = np.ones((len(arms), len(arms)), dtype=bool)
     for direction in (along, raw.direction):
         places = arms @ direction
@@ -98,6 +96,43 @@ def across_slot(
     whole = 2.0 * float(feature.fit.geometry[place])
     by_whole = feature.jacobian[place].outer(np.full(len(chosen), 2.0))
     return whole + sums[chosen], by_whole + by_pair
+
+
+def slot_envelope(feature: ActualFeature, *, widest: bool) -> tuple[float, Rows]:
+    """Return the width between two planes along the sides of a slot, and its gradient, mm.
+
+    They lie as the slot does: the widest pair lets no point of a side lie outside, the other none
+    between them. No two points need to be opposite.
+
+    Raises
+    ------
+    FitError
+        The feature is constructed, or a side has no point.
+    """
+    _, raw = own_fit(feature)
+    size, gradient = 2.0 * float(feature.fit.geometry[SECOND]), 2.0 * feature.jacobian[SECOND]
+    by_residual = feature.residual_jacobian
+    for flank in _flanks(feature, np.cross(raw.direction, raw.across)):
+        rows = np.flatnonzero(flank)
+        if not rows.size:
+            raise FitError(
+                "characteristic.no_side",
+                f"{feature.nominal.name} has no point on one of its sides.",
+                "Take points on both sides.",
+            )
+        off = raw.residuals[rows]
+        foremost = int(rows[off.argmax() if widest else off.argmin()])
+        size += float(raw.residuals[foremost])
+        gradient += by_residual[foremost]
+    return size, gradient
+
+
+def _flanks(feature: ActualFeature, way: Float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Return which points lie on the side a way (3,) leads to, and which on that behind."""
+    touches, raw = own_fit(feature)
+    sides = distance_derivatives(raw, touches.tips)[1] @ way
+    # Round ends have no side, but where they begin; there the side has not ended.
+    return sides > _FLANK, sides < -_FLANK
 
 
 def between_faces(
