@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QLineEdit
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.records import CalibrationStore, ProbeStore
@@ -28,8 +28,10 @@ def _written(
     widget = QApplication.focusWidget() or bench.window
     QTest.keyClick(widget, page, Qt.KeyboardModifier.ControlModifier)
     qtbot.waitUntil(papers.panel.isVisible, timeout=HANG_MS)
-    papers.panel.field.setText(str(folder))
-    QTest.keyClick(papers.panel.field, Qt.Key.Key_Return)
+    field = papers.panel.findChild(QLineEdit, "path")
+    assert field is not None
+    field.setText(str(folder))
+    QTest.keyClick(field, Qt.Key.Key_Return)
     qtbot.waitUntil(lambda: bool(written), timeout=HANG_MS)
     assert set(written[0]) == set(folder.iterdir())
     pages = sorted(folder.glob("*.pdf"))
@@ -54,7 +56,7 @@ def test_the_key_on_calibration_writes_verification_and_calibration(
     finally:
         bench.close()
     calibration, verification = found
-    record = store.active
+    record = store.active()
     assert record is not None
     told = {one.value for one in calibration.quantities}
     # The focal lengths of both cameras, as they were stored.
@@ -65,9 +67,7 @@ def test_the_key_on_calibration_writes_verification_and_calibration(
 
 @pytest.mark.slow
 @pytest.mark.usefixtures("qapp")
-def test_the_key_on_probe_writes_the_paper_of_the_mounted_tip(
-    qtbot: QtBot, tmp_path: Path
-) -> None:
+def test_the_key_on_probe_writes_the_paper_of_the_mounted_tip(qtbot: QtBot, tmp_path: Path) -> None:
     store: ProbeStore = of_probe.fill(tmp_path)
     bench = of_probe.Bench(qtbot, tmp_path)
     try:

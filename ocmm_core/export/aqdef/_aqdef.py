@@ -14,7 +14,6 @@ stand beside them as text (``K0009``): of each part, and of what is not CONFORM.
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from datetime import UTC, datetime
 
 from ocmm_core.errors import StorageError
 from ocmm_core.export.aqdef._head import (
@@ -46,6 +45,7 @@ from ocmm_core.export.report import (
     Table,
     Units,
     check_file_stem,
+    last_moment,
     same_number,
 )
 from ocmm_core.inspection.evaluation import held_below
@@ -194,8 +194,7 @@ def _time(data: ReportData, reported: ReportedResult) -> str:
         for point in feature.seen.points
     ]
     taken = [data.taken_utc[number] for number in numbers if number in data.taken_utc]
-    moment = max(taken, default=data.head.created_utc)
-    return datetime.fromisoformat(moment).astimezone(UTC).strftime("%d.%m.%Y/%H:%M:%S")
+    return last_moment(data.head.created_utc, taken).strftime("%d.%m.%Y/%H:%M:%S")
 
 
 def _keyed(key: str, index: int, text: str) -> str:

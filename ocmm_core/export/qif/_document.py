@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import uuid
 from collections.abc import Mapping
-from datetime import UTC, datetime
 
 from lxml import etree
 
@@ -12,7 +11,7 @@ from ocmm_core.export.qif._characteristics import add_characteristics
 from ocmm_core.export.qif._check import NAMESPACE
 from ocmm_core.export.qif._features import FeatureIds, add_features
 from ocmm_core.export.qif._writer import Writer, count_children
-from ocmm_core.export.report import ReportData, check_name, clean_text, head_table
+from ocmm_core.export.report import ReportData, check_name, clean_text, head_table, last_moment
 from ocmm_core.tolerances.decisions import PartWord
 
 _SPACE = uuid.uuid5(uuid.NAMESPACE_URL, NAMESPACE)
@@ -213,5 +212,5 @@ def _version_of(data: ReportData) -> str:
 
 
 def _last_change(data: ReportData) -> str:
-    moment = max(data.taken_utc.values(), default=data.head.created_utc)
-    return datetime.fromisoformat(moment).astimezone(UTC).strftime("%Y-%m-%dT%H:%M:%S")
+    moment = last_moment(data.head.created_utc, data.taken_utc.values())
+    return moment.strftime("%Y-%m-%dT%H:%M:%S")

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         check_file_stem,
         check_name,
         clean_text,
+        last_moment,
         one_line,
         spreadsheet_text,
     )
@@ -89,7 +90,7 @@ else:
         _head="head_table",
         _json_file="JSON",
         _json_schema="ReportFile read_report",
-        _names="check_file_stem check_name clean_text one_line spreadsheet_text",
+        _names="check_file_stem check_name clean_text last_moment one_line spreadsheet_text",
         _paper_facts=(
             "CLAUSES NOT_STATED PaperFact open_clauses paper_facts plan_deviations report_number "
             "statements"
@@ -142,6 +143,7 @@ __all__ = [
     "head_table",
     "keep_given",
     "keep_template",
+    "last_moment",
     "load_paper",
     "load_profile",
     "one_line",

@@ -7,6 +7,8 @@ refused. Free text (who measured, serial numbers, notes) is kept, without what c
 from __future__ import annotations
 
 import unicodedata
+from collections.abc import Iterable
+from datetime import UTC, datetime
 
 from ocmm_core.errors import StorageError
 from ocmm_core.inspection.plan import NAME_PATTERN
@@ -23,6 +25,32 @@ _NO_TEXT = frozenset({"Cc", "Cf", "Cs", "Co", "Cn", "Zl", "Zp"})
 
 _COMMANDS = ("=", "+", "-", "@")
 """Begin a formula in a spreadsheet (CWE-1236)."""
+
+
+def last_moment(begun_utc: str, taken_utc: Iterable[str]) -> datetime:
+    """Return the latest of the times of points, or when the job began where there is none, as UTC.
+
+    Raises
+    ------
+    StorageError
+        One of them is no time with its zone.
+    """
+    moments = [_moment_of(text) for text in taken_utc] or [_moment_of(begun_utc)]
+    return max(moments)
+
+
+def _moment_of(text: str) -> datetime:
+    try:
+        moment = datetime.fromisoformat(text)
+        if moment.tzinfo is not None:
+            return moment.astimezone(UTC)
+    except (ValueError, OverflowError):
+        pass
+    raise StorageError(
+        "export.time",
+        f"The job has the time {text[:40]!r}, which is no ISO 8601 time with its zone.",
+        "Report from the job file itself, or from an earlier copy of it.",
+    )
 
 
 def check_name(kind: str, name: str) -> str:
