@@ -40,7 +40,8 @@ def type1(
     _say_simulated(console, simulated)
     console.print(
         f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, "
-        f"bias {found.bias:+.5f} mm (t {found.t:.2f}, {'significant' if found.biased else 'not significant'} at 5 %)"
+        f"bias {found.bias:+.5f} mm (t {found.t:.2f}, "
+        f"{'significant' if found.biased else 'not significant'} at 5 %)"
     )
     console.print(
         f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk {found.cgk:.3f}"
