@@ -56,7 +56,7 @@ def main(arguments: list[str] | None = None) -> int:
 
 
 def run(paths: list[Path], share: int) -> int:
-    """Print what is found of ``share`` targets of each model."""
+    """Print what is found of ``share`` targets of each model, a target of each at a time."""
     rng = np.random.default_rng(SEED)
     request = usual_request()
     setting = setting_of(request)
@@ -64,17 +64,22 @@ def run(paths: list[Path], share: int) -> int:
     hand = Hand(setting)
     total = hits = unseen = lost = 0
     nearest, fewest, farthest = np.inf, 99, 0.0
+    drawn = []
     for path in paths:
         begun = time.perf_counter()
-        model = read_model(path, request=request)
+        rows = _targets(read_model(path, request=request))
         read_s = time.perf_counter() - begun
         part = _shape(path)
-        rows = _targets(model)
-        taken = sorted(rng.permutation(len(rows))[:share].tolist())
-        for index in taken:
-            middle = model_middle(part)
-            gap, seen = examined(part, rows[index], setting, middle)
-            off = hand.measured_off(rows[index], middle)
+        taken = rng.permutation(len(rows))[:share].tolist()
+        drawn.append((part, model_middle(part), [rows[index] for index in taken]))
+        print(f"{path.stem}: {len(rows)} targets in {read_s:.1f} s", flush=True)
+    # One target of each model at a time: a run that is cut short has printed what it reached.
+    for turn in range(share):
+        for part, middle, rows in drawn:
+            if turn >= len(rows):
+                continue
+            gap, seen = examined(part, rows[turn], setting, middle)
+            off = hand.measured_off(rows[turn], middle)
             lost += not np.isfinite(off)
             farthest = max(farthest, off if np.isfinite(off) else 0.0)
             total += 1
@@ -82,8 +87,8 @@ def run(paths: list[Path], share: int) -> int:
             unseen += seen < 4
             nearest, fewest = min(nearest, gap), min(fewest, seen)
         print(
-            f"{path.stem}: {len(rows)} targets in {read_s:.1f} s, {len(taken)} examined; so far "
-            f"{hits} touch, {unseen} not seen, {lost} not measured, of {total}",
+            f"so far {hits} touch, {unseen} not seen, {lost} not measured, of {total}; nearest "
+            f"{nearest:.3f} mm, fewest {fewest} LEDs, farthest {1000.0 * farthest:.0f} um",
             flush=True,
         )
     print(f"{hits} of {total} touch; least distance of stylus and body {nearest:.3f} mm")

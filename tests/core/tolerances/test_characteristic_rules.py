@@ -94,7 +94,7 @@ def test_the_bonus_is_never_larger_than_by_any_size(
     assert found.bonus_gradient is not None
     moved = list(part.points)
     place = found.bonus_gradient.places[np.abs(found.bonus_gradient.by_points).argmax() // 3]
-    step = 1e-4 * found.bonus_gradient.at([place]).reshape(3)
+    step = 1e-4 * found.bonus_gradient.at(np.array([place])).reshape(3)
     moved[place] = replace(moved[place], tip_world=moved[place].tip_world + step)
     change = evaluate(item, part.actual(moved), None).bonus - found.bonus
     assert change == pytest.approx(float(step @ step) / 1e-4, rel=0.02)
