@@ -11,6 +11,8 @@ from ocmm_core.cli.terminal import CalibrationsOption, ProbesOption, make_consol
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
+    from rich.console import Console
+
     from ocmm_core.inspection.archive import Trend
 
 JobsArgument = Annotated[Path, typer.Argument(help="Folder of the jobs.")]
@@ -31,12 +33,15 @@ def type1(
     """Cg and Cgk of one calibrated part that was measured 25 times or more."""
     from ocmm_core.studies import type1_study
 
-    console, trend = make_console(), _trend(jobs, name, probes, calibrations)
+    console = make_console()
+    trend, simulated = _found(jobs, name, probes, calibrations)
     width = trend.high - trend.low if tolerance is None else tolerance
     found = type1_study(trend.values, reference, width)
+    _say_simulated(console, simulated)
     console.print(
-        f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, bias {found.bias:+.5f} "
-        f"(t {found.t:.2f}, {'significant' if found.biased else 'not significant'} at 5 %)"
+        f"N {found.results}, mean {found.mean:.5f}, s {found.scatter:.5f}, "
+        f"bias {found.bias:+.5f} mm (t {found.t:.2f}, "
+        f"{'significant' if found.biased else 'not significant'} at 5 %)"
     )
     console.print(
         f"Cg {found.cg:.3f} (95 %: {found.cg_low:.2f} to {found.cg_high:.2f}), Cgk {found.cgk:.3f}"
@@ -76,8 +81,11 @@ def linearity(
     from ocmm_core.studies import linearity_of, load_study
 
     plan = None if study is None else load_study(study)
-    found = linearity_of(_trend(jobs, name, probes, calibrations), _references(reference), plan)
+    references = _references(reference)
+    trend, simulated = _found(jobs, name, probes, calibrations)
+    found = linearity_of(trend, references, plan)
     console = make_console()
+    _say_simulated(console, simulated)
     print_linearity(console, found)
     if picture is not None:
         write_atomic(picture, linearity_chart(found).encode("utf-8"))
@@ -144,8 +152,9 @@ def part(
         results, certified, u_cal, u_workpiece=u_workpiece, temperature_c=temperature,
         u_expansion=u_expansion, expanded_model=stated,
     )  # fmt: skip
+    _say_simulated(console, simulated)
     console.print(f"{rule.title}, {rule.wording}", highlight=False)
-    console.print(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f}")
+    console.print(f"N {found.results}, bias {found.bias:+.6f}, s {found.scatter:.6f} (mm)")
     console.print(
         f"U {found.expanded:.6f} of a corrected result, {found.expanded_uncorrected:.6f} of an "
         "uncorrected one (k = 2, mm)"
@@ -153,7 +162,9 @@ def part(
     few = found.results < numbers.results
     if few:
         console.print(
-            f"{numbers.results} results are the least: this U is not used.", style="yellow"
+            f"{numbers.results} results are the least: this U is not used. Measure the part again, "
+            "each time taken out and clamped again.",
+            style="yellow",
         )
     if found.normalized is not None:
         word = "agrees" if found.normalized <= 1.0 else "does NOT agree"
@@ -183,8 +194,7 @@ def part_use(
     kept = load_part_study(study)
     found = uncertainty_for(kept, load_task(task), temperature)
     console = make_console()
-    if kept.simulated:
-        console.print("SIMULATED: the study was measured on the virtual rig", style="yellow")
+    _say_simulated(console, kept.simulated)
     console.print(
         f"{kept.characteristic}: U {found.expanded:.6f} of a result that the bias "
         f"{found.bias:+.6f} was taken off, {found.expanded_uncorrected:.6f} of one as measured "
@@ -219,9 +229,10 @@ def _references(texts: list[str]) -> dict[str, float]:
     return found
 
 
-def _trend(jobs: Path, name: str, probes: Path | None, calibrations: Path | None) -> Trend:
-    """Return one characteristic of the jobs of a folder."""
-    return _found(jobs, name, probes, calibrations)[0]
+def _say_simulated(console: Console, simulated: bool) -> None:
+    """Say first that a study is of the virtual rig: it tests the program, and no gauge."""
+    if simulated:
+        console.print("SIMULATED: the study was measured on the virtual rig", style="yellow")
 
 
 def _found(

@@ -35,6 +35,7 @@ from ocmm_core.export.certificate import (
     open_certificate_clauses,
     read_dcc,
     write_certificate,
+    write_certificates,
 )
 from ocmm_core.export.certificate._artefact import Expansion
 from ocmm_core.export.report import NOT_STATED, Paper, Particulars, load_paper, plain_paper
@@ -423,3 +424,16 @@ def test_not_stated_is_said_in_words(cameras: Certificate) -> None:
     root = etree.fromstring(dcc_bytes(replace(cameras, paper=plain_paper())))
     assert root.findtext(".//{*}countryCodeISO3166_1") == "ZZ"
     assert root.findtext(".//{*}calibrationLaboratory//{*}name/{*}content") == NOT_STATED
+
+
+def test_pages_dcc_and_signature_are_one_write(cameras: Certificate, tmp_path: Path) -> None:
+    folder = tmp_path / "out"
+    # The last of the three files cannot be written: a folder is in its place.
+    (folder / f"{cameras.number}.dcc.xml.sig.json").mkdir(parents=True)
+    with pytest.raises(StorageError, match="cannot be written"):
+        write_certificates([(cameras, b"%PDF")], folder)
+    assert [path.name for path in folder.iterdir()] == [f"{cameras.number}.dcc.xml.sig.json"]
+    (folder / f"{cameras.number}.dcc.xml.sig.json").rmdir()
+    written = write_certificates([(cameras, b"%PDF")], folder)
+    assert set(written) == set(folder.iterdir())
+    assert [path.suffix for path in written] == [".pdf", ".xml", ".json"]

@@ -9,7 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from ocmm_core.cli import app
-from ocmm_core.cli.campaign._hostile_forge import forged
+from ocmm_core.cli.campaign import forged
 from ocmm_core.errors import StorageError
 from ocmm_core.export.report import last_moment
 from tests.core.export.sample_report import sample_report, sample_view, write_incomplete
