@@ -146,7 +146,7 @@ BAD_INPUT: dict[str, tuple[list[str], list[str]]] = {
     "interface missing": (["--source", "ethercat:nope0"], ["nope0"]),
     "interface with an address": (["--source", f"ethercat:{an_address()}"], [an_address()]),
     "interface name too long": (["--source", "ethercat:" + "x" * 40], ["15"]),
-    "unknown source": (["--source", "bluetooth"], ["--source", "bluetooth", "simulated"]),
+    "unknown source": (["--source", "bluetooth"], ["source is 'bluetooth'", "simulated"]),
     "recording missing": (["--source", "replay:none.rec"], ["none.rec", "No such file"]),
     "recording foreign": (["--source", f"replay:{QUICK}"], ["quick.toml"]),
     "feature not in the part": (["--plan", "other.toml"], ["HOLE", "DEMO_PART"]),

@@ -29,6 +29,8 @@ def paths(command, path=()):
 root = typer.main.get_command(app)
 shown = []
 for path in paths(root):
+    if path == ("window",):
+        continue  # the help of the program of the window
     out = io.StringIO()
     with contextlib.redirect_stdout(out):
         code = root.main([*path, "--help"], prog_name="ocmm", standalone_mode=False)

@@ -152,7 +152,7 @@ def test_what_does_not_say_where_it_can_be_touched_is_refused_by_name() -> None:
     )
     with pytest.raises(InputError, match="'EDGE' does not say where") as caught:
         part_as_planned(plan, None, load_rig(RECOMMENDED_RIG))
-    assert "--part" in caught.value.remedy
+    assert "the document of a part" in caught.value.remedy
 
 
 @pytest.mark.parametrize(
