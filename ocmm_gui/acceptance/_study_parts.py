@@ -22,7 +22,7 @@ KEYS = (
     ActionInfo("stop", later("Stop"), later("Stop the analysis"), ("F9",)),
 )  # fmt: skip
 FIELDS = (
-    ("name", later("Study"), later("Name; also the batch of its jobs"), "STUDY-1"),
+    ("name", later("Study"), later("Name; also the batch of its jobs"), later("STUDY-1")),
     ("parts", later("Parts"), later("How many"), "10"),
     ("operators", later("Operators"), later("Names, parted by commas"), "A,B,C"),
     ("trials", later("Trials"), later("Of each operator on each part"), "3"),

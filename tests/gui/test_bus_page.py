@@ -59,7 +59,7 @@ def test_without_a_bus_it_says_so_and_what_to_do(qtbot: QtBot) -> None:
     qtbot.addWidget(page)
     page.show()
     assert NO_BUS in page.trouble()
-    assert "--source ethercat:" in page.trouble()
+    assert "Settings (Instrument, Cameras) ethercat:" in page.trouble()
 
 
 def test_before_the_first_report_it_says_so(wire: Wire) -> None:

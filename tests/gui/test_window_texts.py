@@ -174,7 +174,7 @@ def test_every_text_of_the_main_pages_is_translated(open_window: OpenWindow, qtb
 
 _KEYS = re.compile(
     r"\b(Shift\+|Ctrl\+)?"
-    r"(Space|Backspace|Return|Enter|PgUp|PgDown|Pause|Home|Del|Ins|Esc|[FRYKH]\d*)\b|Ctrl\+,"
+    r"(Space|Backspace|Return|Enter|PgUp|PgDown|Pause|Home|Del|Ins|Esc|[FRYKHP]\d*)\b|Ctrl\+,"
 )
 _HASH = re.compile(r"\b[0-9a-f]{12}\b")
 

@@ -142,7 +142,7 @@ def test_without_a_store_it_says_why_nothing_can_be_calibrated(
     window = open_window(speed=0.1).window
     window.show_mode(Mode.MAINTAIN)
     window.maintenance.open_wizard(ProcedureKind.RELOCATION)
-    assert "--calibrations" in window.maintenance.wizard.start.trouble.text()
+    assert "in Settings (Instrument)" in window.maintenance.wizard.start.trouble.text()
     window.maintenance.wizard.start.begin_button.click()
     assert window.maintenance.wizard.runner is None
 

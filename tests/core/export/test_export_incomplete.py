@@ -20,7 +20,7 @@ def test_an_incomplete_job_is_refused_by_name_of_what_is_missing(name: str, tmp_
     with pytest.raises(MeasuringError, match=r"BALL|Ball") as refused:
         write_report(data, (name,), tmp_path / "out")
     assert refused.value.code == "export.incomplete"
-    assert "--incomplete" in refused.value.remedy
+    assert "report of an incomplete job" in refused.value.remedy
     assert not (tmp_path / "out").exists()
     assert write_report(data, (name,), tmp_path / "out", incomplete=True)
 
