@@ -179,7 +179,7 @@ def _check_kind(position: int, device: FoundDevice) -> None:
             "Install a newer version of this program."
             if newer
             else "Get newer firmware from the maker of the camera and install it: ocmm camera "
-            "firmware CAMERA FILE --source ethercat:INTERFACE",
+            "firmware CAMERA FILE",
         )
 
 
