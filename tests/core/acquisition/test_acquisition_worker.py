@@ -75,7 +75,7 @@ def ring() -> Iterator[FrameRing]:
 def test_whoever_looks_while_it_runs_finds_every_cycle_in_one_account(
     ring: FrameRing, description: SourceDescription
 ) -> None:
-    script = [Cycle(CycleVerdict.GOOD), Cycle(CycleVerdict.LOST, elapsed=3)] * 2000
+    script = [Cycle(CycleVerdict.GOOD), Cycle(CycleVerdict.LOST, elapsed=3)] * 50_000
     worker = AcquisitionWorker(ScriptedSource(description, script), ring)
     before, torn, looks = sys.getswitchinterval(), 0, 0
     # The thread is interrupted at every other instruction, as another process does it.
@@ -83,14 +83,16 @@ def test_whoever_looks_while_it_runs_finds_every_cycle_in_one_account(
     try:
         worker.start()
         end = time.monotonic() + HANG_S
-        while (status := read_status(ring)).elapsed < 8000 and time.monotonic() < end:
-            looks += 1
+        while looks < 1000 and time.monotonic() < end:
+            status = read_status(ring)
+            looks += 0 < status.elapsed < 200_000
             torn += status.good + status.late + status.lost + status.bad != status.elapsed
     finally:
         worker.request_stop()
         worker.join(HANG_S)
         sys.setswitchinterval(before)
-    assert looks > 100
+    # However busy the computer is: there are enough cycles for some looks in the middle.
+    assert looks > 10
     assert torn == 0
 
 
