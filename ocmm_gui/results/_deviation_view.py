@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from operator import is_
-
 import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPaintEvent, QResizeEvent
@@ -16,6 +14,7 @@ from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.views import (
     SCALE_PX,
     Item,
+    KeptScene,
     Orbit,
     OrbitView,
     PlacedScene,
@@ -47,8 +46,7 @@ class DeviationView(OrbitView):
         self._part.changed.connect(self.update)
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
-        self._still: StillScene | None = None
-        self._still_of: tuple[object, ...] = ()
+        self._still = KeptScene()
         self.hide()
 
     def show_job(self, job: JobView, up: Float | None) -> None:
@@ -110,13 +108,12 @@ class DeviationView(OrbitView):
     def _still_scene(self, box: QRectF) -> StillScene:
         size, ratio = box.size().toSize(), self.devicePixelRatioF()
         part = self._part.part(self._theme, RenderMode.SHADED, "", moving=self.is_moving())
-        made_of = (self._items, self._orbit, part, size, ratio)
-        same = all(map(is_, made_of[:3], self._still_of[:3])) and made_of[3:] == self._still_of[3:]
-        if self._still is None or not same:
+
+        def make() -> StillScene:
             items = tuple(item for item in self._items if not isinstance(item, Tag))
-            self._still = StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
-            self._still_of = made_of
-        return self._still
+            return StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
+
+        return self._still.made((self._items, self._orbit, part), (size, ratio), make)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Show all of it in the new size."""

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from ocmm_gui.views._point_view import PointView
     from ocmm_gui.views._rig_sides import seen_from, upright
     from ocmm_gui.views._scene import Diamonds, Dots, Face, Item, Lines, Orbit, Tag
-    from ocmm_gui.views._scene_layer import SceneLayer, StillScene, painted_still
+    from ocmm_gui.views._scene_layer import KeptScene, SceneLayer, StillScene, painted_still
     from ocmm_gui.views._scene_painter import paint_scene
     from ocmm_gui.views._step_picture import StepPicture, read_picture
 else:
@@ -59,7 +59,7 @@ else:
         _point_view="PointView",
         _rig_sides="seen_from upright",
         _scene="Diamonds Dots Face Item Lines Orbit Tag",
-        _scene_layer="SceneLayer StillScene painted_still",
+        _scene_layer="KeptScene SceneLayer StillScene painted_still",
         _scene_painter="paint_scene",
         _shapes="shapes",
         _step_picture="StepPicture read_picture",
@@ -72,6 +72,7 @@ __all__ = [
     "Dots",
     "Face",
     "Item",
+    "KeptScene",
     "Lines",
     "Orbit",
     "OrbitView",

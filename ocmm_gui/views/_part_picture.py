@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from operator import is_
 
 import numpy as np
 from PySide6.QtCore import QPointF, QRectF, Qt, Signal
@@ -16,7 +15,7 @@ from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, literal, text_font, tr
 from ocmm_gui.views._orbit_view import OrbitView
 from ocmm_gui.views._part_scene import PartDrawing
 from ocmm_gui.views._scene import Item, Orbit, Tag
-from ocmm_gui.views._scene_layer import SceneLayer, StillScene
+from ocmm_gui.views._scene_layer import KeptScene, SceneLayer, StillScene
 from ocmm_gui.views._scene_painter import ScenePainter
 
 _START = Orbit(np.zeros(3), np.radians(-35.0), np.radians(30.0), 50.0, np.array([0.0, 0.0, 1.0]))
@@ -57,8 +56,7 @@ class PartPicture(OrbitView):
         self._mode = RenderMode.SHADED
         self._items: tuple[Item, ...] = ()
         self._words = ""
-        self._still: StillScene | None = None
-        self._still_of: tuple[object, ...] = ()
+        self._still = KeptScene()
         self._face = NO_FACE
         self._fits = True
 
@@ -183,13 +181,12 @@ class PartPicture(OrbitView):
             _IN_PLACE, self._theme, self._mode, self._marked, self._colours,
             moving=self.is_moving(),
         )  # fmt: skip
-        made_of = (part, self._orbit, self._items, size, ratio)
-        same = all(map(is_, made_of[:3], self._still_of[:3])) and made_of[3:] == self._still_of[3:]
-        if self._still is None or not same:
+
+        def make() -> StillScene:
             items = tuple(item for item in self._items if not isinstance(item, Tag))
-            self._still = StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
-            self._still_of = made_of
-        return self._still
+            return StillScene(items, self._orbit, size, ratio, self._theme.panel, part)
+
+        return self._still.made((part, self._orbit, self._items), (size, ratio), make)
 
     def _moved(self, orbit: Orbit) -> None:
         self._fits = self._fits and orbit.radius == self._orbit.radius

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from operator import is_
-
 import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPaintEvent
@@ -30,7 +28,7 @@ from ocmm_gui.views._orbit_view import OrbitView
 from ocmm_gui.views._placed import PlacedScene
 from ocmm_gui.views._rig_sides import mean_distance, seen_from, upright
 from ocmm_gui.views._scene import Item, Lines, Orbit, Tag
-from ocmm_gui.views._scene_layer import SceneLayer, StillScene
+from ocmm_gui.views._scene_layer import KeptScene, SceneLayer, StillScene
 from ocmm_gui.views._scene_painter import ScenePainter
 from ocmm_gui.views._view_dress import (
     OVERVIEW_ASPECT,
@@ -86,8 +84,7 @@ class PointView(OrbitView):
         self._mode = RenderMode.SHADED
         self._layer = SceneLayer(self)
         self._layer.changed.connect(self.update)
-        self._still: StillScene | None = None
-        self._still_of: tuple[object, ...] = ()
+        self._still = KeptScene()
         self._whole = self._active = _NO_PLACES
         self._work = Work()
         self._seen_target: Target | None = None
@@ -185,7 +182,7 @@ class PointView(OrbitView):
 
     def still_scene(self) -> StillScene | None:
         """Return what was painted once and is shown again; for tests."""
-        return self._still
+        return self._still.scene
 
     def is_easing(self) -> bool:
         """Return whether the view is on its way to another place."""
@@ -340,17 +337,16 @@ class PointView(OrbitView):
         ratio = self.devicePixelRatioF()
         active = "" if self._job is None else self._job.active
         part = self._part.part(theme, self._mode, active, moving=self.is_moving())
-        made_of = (self._job_items, orbit, part, theme.name, self._job_low, size, ratio)
-        # Orbits and items hold arrays: they are the same, or they are others.
-        same = all(map(is_, made_of[:3], self._still_of[:3])) and made_of[3:] == self._still_of[3:]
-        if self._still is None or not same:
+
+        def make() -> StillScene:
             # Beside a part they would be wires that lead nowhere: the overview has them.
             rig = () if part is not None else (Lines(self._rig_lines, theme.muted, 1.0),)
             grid = grid_items(orbit, self._job_low, theme)
             plain = (item for item in self._job_items if not isinstance(item, Tag))
-            self._still = StillScene((*grid, *rig, *plain), orbit, size, ratio, theme.panel, part)
-            self._still_of = made_of
-        return self._still
+            return StillScene((*grid, *rig, *plain), orbit, size, ratio, theme.panel, part)
+
+        values = (theme.name, self._job_low, size, ratio)
+        return self._still.made((self._job_items, orbit, part), values, make)
 
 
 def _is_same(target: Target, other: Target | None) -> bool:

@@ -8,7 +8,9 @@ it; nobody notices that with a hundred features, which are painted at once.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from operator import is_
 from time import perf_counter
 
 import numpy as np
@@ -65,6 +67,37 @@ class StillScene:
     def has_part_of(self, other: StillScene) -> bool:
         """Return whether the part looks the same in both."""
         return self.part is not None and self.part is other.part and self.is_seen_as(other)
+
+
+class KeptScene:
+    """The same scene as long as it is made of the same: who compares two needs only the object."""
+
+    def __init__(self) -> None:
+        self.scene: StillScene | None = None
+        self._made_of: tuple[object, ...] = ()
+
+    def made(
+        self, things: tuple[object, ...], values: tuple[object, ...], make: Callable[[], StillScene]
+    ) -> StillScene:
+        """Return the scene; ``make`` makes another where it would not be the same.
+
+        Parameters
+        ----------
+        things
+            What it is made of and holds arrays, such as orbits and items: it is the same, or it is
+            another one.
+        values
+            What can be compared.
+        make
+            Called where one of them is another.
+        """
+        made_of = (*things, *values)
+        count = len(things)
+        same = len(made_of) == len(self._made_of) and all(map(is_, things, self._made_of[:count]))
+        if self.scene is None or not same or values != self._made_of[count:]:
+            self.scene = make()
+            self._made_of = made_of
+        return self.scene
 
 
 @dataclass(frozen=True, slots=True, eq=False)
