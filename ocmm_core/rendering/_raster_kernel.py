@@ -60,6 +60,18 @@ def project_mesh(
 
 
 @compiled()
+def _bands_of(places: Float, corners: FaceNumbers, height: int, rows: int) -> tuple[int, int]:
+    """Return the first and the last band that a triangle is in; the last is less for none."""
+    a, b, c = corners[0], corners[1], corners[2]
+    # A line round it may be a pixel wide.
+    low = min(places[a, 1], places[b, 1], places[c, 1]) - 1.0
+    high = max(places[a, 1], places[b, 1], places[c, 1]) + 1.0
+    if not (low < height and high > 0.0):
+        return 0, -1
+    return int(max(low, 0.0)) // rows, int(min(high, height - 1.0)) // rows
+
+
+@compiled()
 def into_bands(
     places: Float, triangles: FaceNumbers, height: int, rows: int, starts: FaceNumbers
 ) -> FaceNumbers:
@@ -77,13 +89,7 @@ def into_bands(
     bands = len(starts) - 1
     starts[:] = 0
     for number in range(len(triangles)):
-        a, b, c = triangles[number, 0], triangles[number, 1], triangles[number, 2]
-        low = min(places[a, 1], places[b, 1], places[c, 1]) - 1.0
-        high = max(places[a, 1], places[b, 1], places[c, 1]) + 1.0
-        if not (low < height and high > 0.0):
-            continue
-        first = int(max(low, 0.0)) // rows
-        last = int(min(high, height - 1.0)) // rows
+        first, last = _bands_of(places, triangles[number], height, rows)
         for band in range(first, last + 1):
             starts[band + 1] += 1
     for band in range(bands):
@@ -91,13 +97,7 @@ def into_bands(
     order = np.empty(starts[bands], dtype=np.int32)
     at = starts[:-1].copy()
     for number in range(len(triangles)):
-        a, b, c = triangles[number, 0], triangles[number, 1], triangles[number, 2]
-        low = min(places[a, 1], places[b, 1], places[c, 1]) - 1.0
-        high = max(places[a, 1], places[b, 1], places[c, 1]) + 1.0
-        if not (low < height and high > 0.0):
-            continue
-        first = int(max(low, 0.0)) // rows
-        last = int(min(high, height - 1.0)) // rows
+        first, last = _bands_of(places, triangles[number], height, rows)
         for band in range(first, last + 1):
             order[at[band]] = number
             at[band] += 1
