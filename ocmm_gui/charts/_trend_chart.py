@@ -11,7 +11,6 @@ from ocmm_core.inspection.archive import Trend
 from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, digit_font, text_font, tr
 
 _HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
-_ROOM = 1.12
 
 
 class TrendChart(Painted):
@@ -39,7 +38,7 @@ class TrendChart(Painted):
         head = QRectF(frame.left() + 12.0, frame.top(), frame.width() - 24.0, _HEAD_PX)
         painter.drawText(head, Qt.AlignmentFlag.AlignVCenter, trend.name)
         box = frame.adjusted(_SCALE_PX, _HEAD_PX, -16.0, -_FOOT_PX)
-        low, high = _reach(trend)
+        low, high = trend.span()
         self._paint_levels(painter, trend, box, low, high)
         self._paint_parts(painter, trend, box, low, high)
 
@@ -117,19 +116,6 @@ class TrendChart(Painted):
         centre = Qt.AlignmentFlag.AlignVCenter
         painter.drawText(foot, centre | Qt.AlignmentFlag.AlignLeft, trend.parts[0].serial)
         painter.drawText(foot, centre | Qt.AlignmentFlag.AlignRight, trend.parts[-1].serial)
-
-
-def _reach(trend: Trend) -> tuple[float, float]:
-    """Return the ends of the scale: all values, their uncertainties, and both kinds of limits."""
-    ends = [value for value in (trend.low, trend.high) if math.isfinite(value)]
-    if trend.chart is not None:
-        ends += [trend.chart.low, trend.chart.high]
-    for part in trend.parts:
-        if part.value is not None and part.uncertainty is not None:
-            ends += [part.value - part.uncertainty, part.value + part.uncertainty]
-    middle = 0.5 * (min(ends) + max(ends))
-    half = _ROOM * 0.5 * max(max(ends) - min(ends), 1e-6)
-    return middle - half, middle + half
 
 
 def _description(trend: Trend) -> str:

@@ -47,7 +47,6 @@ _COLUMNS = (
 )
 _CHART = 520.0
 _SCALE = 270.0
-_ROOM = 1.12
 _MOST_SIGNALS = 12
 _MOST_REASONS = 20
 _SIGN = 200.0
@@ -162,7 +161,7 @@ def _reasons(canvas: Canvas, reasons: tuple[str, ...]) -> None:
 def _paint_chart(painter: QPainter, box: QRectF, *, trend: Trend) -> None:
     """Draw one dot a part with its U, the tolerance as a field, and the lines of the chart."""
     plot = box.adjusted(_SCALE, 10.0, -10.0, -50.0)
-    low, high = _reach(trend)
+    low, high = trend.span()
 
     def y(value: float) -> float:
         return plot.bottom() - (value - low) / (high - low) * plot.height()
@@ -226,18 +225,6 @@ def _paint_parts(painter: QPainter, plot: QRectF, trend: Trend, low: float, high
             painter.drawRect(QRectF(place.x() - large, place.y() - large, 2.0 * large, 2.0 * large))
         else:
             painter.drawEllipse(place, size, size)
-
-
-def _reach(trend: Trend) -> tuple[float, float]:
-    ends = [value for value in (trend.low, trend.high) if math.isfinite(value)]
-    if trend.chart is not None:
-        ends += [trend.chart.low, trend.chart.high]
-    for part in trend.parts:
-        if part.value is not None and part.uncertainty is not None:
-            ends += [part.value - part.uncertainty, part.value + part.uncertainty]
-    middle = 0.5 * (min(ends) + max(ends))
-    half = _ROOM * 0.5 * max(max(ends) - min(ends), 1e-6)
-    return middle - half, middle + half
 
 
 def main(arguments: list[str] | None = None) -> int:

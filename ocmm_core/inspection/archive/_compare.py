@@ -34,6 +34,9 @@ from ocmm_core.tolerances.decisions import (
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
 
+_ROOM = 1.12
+"""A scale is so much longer than what it shows."""
+
 
 @dataclass(frozen=True, slots=True)
 class PartValue:
@@ -101,6 +104,18 @@ class Trend:
         if self.chart is None or self.capability is None or not self.chart.signals:
             return ""
         return "Not in control: find the causes of the signals before Cp and Cpk are used."
+
+    def span(self) -> tuple[float, float]:
+        """Return the ends of a scale for values, their uncertainties, and both kinds of limits."""
+        ends = [value for value in (self.low, self.high) if math.isfinite(value)]
+        if self.chart is not None:
+            ends += [self.chart.low, self.chart.high]
+        for part in self.parts:
+            if part.value is not None and part.uncertainty is not None:
+                ends += [part.value - part.uncertainty, part.value + part.uncertainty]
+        middle = 0.5 * (min(ends) + max(ends))
+        half = _ROOM * 0.5 * max(max(ends) - min(ends), 1e-6)
+        return middle - half, middle + half
 
 
 @dataclass(frozen=True, slots=True)
