@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 from PySide6.QtCore import Qt, Signal
-from PySide6.QtWidgets import QStackedWidget, QWidget
 
 from ocmm_core.acceptance import (
     AcceptanceProcedure,
@@ -26,8 +25,8 @@ from ocmm_gui.acceptance._start_page import AcceptanceStart
 from ocmm_gui.acceptance._start_parts import limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
 from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, Themed, Worker, later, tr
-from ocmm_gui.wizards import DirectCalculation, Runner, WizardDriver, temperature
+from ocmm_gui.kit import Worker, later, tr
+from ocmm_gui.wizards import DirectCalculation, GuidedStack, Runner, WizardDriver, temperature
 from ocmm_gui.wizards.parts import (
     VERDICT_ENDS,
     Planned,
@@ -49,7 +48,7 @@ _TEXTS = WizardTexts(
 )
 
 
-class AcceptanceDesk(QStackedWidget):
+class AcceptanceDesk(GuidedStack):
     """One test at a time.
 
     Parameters
@@ -64,16 +63,6 @@ class AcceptanceDesk(QStackedWidget):
         The time of day, with its zone.
     """
 
-    left = Signal()
-    """The desk was left; what ran has ended and can be resumed."""
-    taken = Signal()
-    """A point is on the disk."""
-    sounded = Signal(object)
-    """Emits a `Sound` that is to be heard."""
-    told = Signal(str)
-    """Emits what somebody should know who resumes a test."""
-    failed = Signal(object)
-    """Emits the `OcmmError` of a command."""
     paper_wanted = Signal(object)
     """Emits the `Path` of the record of which a certificate is wanted."""
     _hand_failed = Signal(object)
@@ -89,12 +78,10 @@ class AcceptanceDesk(QStackedWidget):
         self.setAccessibleName(tr("Acceptance test"))
         self.bench = bench
         self._tap, self._who, self._clock = tap, who, clock
-        self._theme = THEMES[DEFAULT_THEME]
         self.procedures: tuple[ProcedureOffer, ...] = ()
         # Every session is read with its hashes, and the disk may be slow.
         self._lists = Worker("ocmm-tests-open", self)
         self._asked = 0
-        self.runner: Runner | None = None
         self.start = AcceptanceStart()
         self.addWidget(self.start)
         self.start.chosen.connect(self._choose)
@@ -139,29 +126,10 @@ class AcceptanceDesk(QStackedWidget):
 
         self._lists.do(lambda: self.bench.unfinished(now), done, failed)
 
-    def leave(self) -> None:
-        """End what runs and give the window back; the test can be resumed."""
-        self.close_runner()
-        self.left.emit()
-
     def close_work(self) -> None:
         """End what runs and read no more lists; call it before the window goes."""
         self.close_runner()
         self._lists.close(0.0)
-
-    def close_runner(self) -> bool:
-        """End what runs within bounded time and say whether it ended."""
-        runner, self.runner = self.runner, None
-        if runner is None:
-            return True
-        ended = runner.close_driver()
-        self.removeWidget(runner)
-        runner.deleteLater()
-        return ended
-
-    def set_theme(self, theme: Theme) -> None:
-        """Remember the theme for pages that are made later."""
-        self._theme = theme
 
     def _choose(self, row: int) -> None:
         offer = self.procedures[row]
@@ -219,20 +187,7 @@ class AcceptanceDesk(QStackedWidget):
         # What is repeated here is what the procedure allows, which is a line in one of them only.
         runner.actions_by_key["repeat"].setText(tr("Retest"))
         runner.buttons["repeat"].setText(tr("Retest\n[N]"))
-        runner.left.connect(self.leave)
-        runner.sounded.connect(self.sounded)
-        driver.taken.connect(self.taken)
-        driver.failed.connect(self.failed)
-        self.runner = runner
-        for widget in (runner, *runner.findChildren(QWidget)):
-            if isinstance(widget, Themed):
-                widget.set_theme(self._theme)
-        self.addWidget(runner)
-        self.setCurrentWidget(runner)
-        driver.start()
-        runner.setFocus()
-        if procedure.base.torn:
-            self.told.emit(procedure.base.torn)
+        self._show_runner(runner, driver, procedure.base.torn)
 
     def _tap_of(self, procedure: AcceptanceProcedure) -> Tap:
         """Return where the frames come from: the station, or the hand at the virtual rig."""

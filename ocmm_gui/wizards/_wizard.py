@@ -8,13 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QStackedWidget, QWidget
-
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, Themed, tr
+from ocmm_gui.kit import tr
 from ocmm_gui.wizards._driver import WizardDriver
+from ocmm_gui.wizards._guided_stack import GuidedStack
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
 from ocmm_gui.wizards._runner import Runner
 from ocmm_gui.wizards._sessions import begin, fields, offers, resume
@@ -23,7 +21,7 @@ from ocmm_gui.wizards._start_page import StartPage
 from ocmm_gui.wizards.parts import Field
 
 
-class Wizard(QStackedWidget):
+class Wizard(GuidedStack):
     """One wizard at a time.
 
     Parameters
@@ -34,17 +32,6 @@ class Wizard(QStackedWidget):
         The time of day, with its zone.
     """
 
-    left = Signal()
-    """The wizard was left; what ran has ended."""
-    taken = Signal()
-    """An observation is on the disk."""
-    sounded = Signal(object)
-    """Emits a `Sound` that is to be heard."""
-    told = Signal(str)
-    """Emits what somebody should know who resumes a session."""
-    failed = Signal(object)
-    """Emits the `OcmmError` of a command."""
-
     def __init__(
         self, site: WizardSite, clock: Callable[[], datetime] = lambda: datetime.now(UTC)
     ) -> None:
@@ -52,9 +39,7 @@ class Wizard(QStackedWidget):
         self.setAccessibleName(tr("Wizard"))
         self._site = site
         self._clock = clock
-        self._theme = THEMES[DEFAULT_THEME]
         self._spec = WIZARDS[0]
-        self.runner: Runner | None = None
         self.start = StartPage()
         self.addWidget(self.start)
         self.start.begun.connect(self._begin)
@@ -77,25 +62,6 @@ class Wizard(QStackedWidget):
         self.setCurrentWidget(self.start)
         self.start.show_trouble(trouble)
 
-    def leave(self) -> None:
-        """End what runs and give the window back; the session can be resumed."""
-        self.close_runner()
-        self.left.emit()
-
-    def close_runner(self) -> bool:
-        """End what runs within bounded time and say whether it ended."""
-        runner, self.runner = self.runner, None
-        if runner is None:
-            return True
-        ended = runner.close_driver()
-        self.removeWidget(runner)
-        runner.deleteLater()
-        return ended
-
-    def set_theme(self, theme: Theme) -> None:
-        """Remember the theme for pages that are made later."""
-        self._theme = theme
-
     def _begin(self, values: dict[str, str]) -> None:
         self._run(lambda: begin(self._site, self._spec, values, self._clock()))
 
@@ -115,20 +81,7 @@ class Wizard(QStackedWidget):
         spec = self._spec
         pages = spec.pages(opened.place, opened.procedure)
         runner = Runner(driver, spec.texts, pages, _commands(spec, opened, driver))
-        runner.left.connect(self.leave)
-        runner.sounded.connect(self.sounded)
-        driver.taken.connect(self.taken)
-        driver.failed.connect(self.failed)
-        self.runner = runner
-        for widget in (runner, *runner.findChildren(QWidget)):
-            if isinstance(widget, Themed):
-                widget.set_theme(self._theme)
-        self.addWidget(runner)
-        self.setCurrentWidget(runner)
-        driver.start()
-        runner.setFocus()
-        if opened.procedure.base.torn:
-            self.told.emit(opened.procedure.base.torn)
+        self._show_runner(runner, driver, opened.procedure.base.torn)
 
 
 def _commands(
