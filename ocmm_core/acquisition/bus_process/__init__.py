@@ -4,7 +4,8 @@ In: a configuration as JSON, and requests for objects of cameras, line by line.
 Out: frames in the shared ring, the report of the bus, answers, and the reason of its end.
 
 Inside the process: `_start` (one thread, least rights), `_process` (the program ``ocmm-acq``),
-`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`, `_scan_process`;
+`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process` and
+`_maintenance_process` are errands (`_errand`) in a process of their own;
 `_stepped_time` for a virtual bus, whose time waits for a slow computer.
 In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for
 a bus that runs as a service.

@@ -12,18 +12,15 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process._commands import read_first_line
+from ocmm_core.acquisition.bus_process._errand import run_errand
 from ocmm_core.acquisition.bus_process._launch import bus_command
-from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
 from ocmm_core.documents import read_bytes
-from ocmm_core.errors import InputError, InternalError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.objects import update_firmware, write_alias
 from ocmm_core.fieldbus.wire import RawLine, check_interface
 
 _MODULE = "ocmm_core.acquisition.bus_process._maintenance_process"
 _TELL_S = 0.1
-EXIT_FAILED = 2
 
 
 class MaintenanceConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -75,13 +72,7 @@ def maintenance_command() -> list[str]:
 
 def main() -> None:
     """Do it; see the module."""
-    try:
-        give_up_all_but(NEEDED)
-        _run(read_first_line(sys.stdin.fileno()))
-    except Exception as error:
-        told = contained(error, "The maintenance of a camera")
-        sys.stderr.write(f"{told}\n")
-        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+    run_errand(_run, "The maintenance of a camera")
 
 
 def _run(content: bytes) -> None:

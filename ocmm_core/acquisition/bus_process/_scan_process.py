@@ -9,15 +9,12 @@ import sys
 
 import msgspec
 
-from ocmm_core.acquisition.bus_process._commands import read_first_line
+from ocmm_core.acquisition.bus_process._errand import run_errand
 from ocmm_core.acquisition.bus_process._launch import bus_command
-from ocmm_core.acquisition.bus_process._rights import NEEDED, give_up_all_but
-from ocmm_core.errors import InputError, InternalError
-from ocmm_core.failure import EXIT_INTERNAL, contained
+from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.wire import RawLine, check_interface, encode_scan, scan_devices
 
 _MODULE = "ocmm_core.acquisition.bus_process._scan_process"
-EXIT_FAILED = 2
 
 
 class ScanConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -46,13 +43,7 @@ def scan_command() -> list[str]:
 
 def main() -> None:
     """Look at the wire; see the module."""
-    try:
-        give_up_all_but(NEEDED)
-        _run(read_first_line(sys.stdin.fileno()))
-    except Exception as error:
-        told = contained(error, "The bus scan")
-        sys.stderr.write(f"{told}\n")
-        sys.exit(EXIT_INTERNAL if isinstance(told, InternalError) else EXIT_FAILED)
+    run_errand(_run, "The bus scan")
 
 
 def _run(content: bytes) -> None:
