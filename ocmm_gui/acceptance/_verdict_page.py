@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import Qt, Signal
+from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
-    QFrame,
     QHBoxLayout,
     QHeaderView,
     QPushButton,
-    QScrollArea,
     QVBoxLayout,
-    QWidget,
 )
 
 from ocmm_core.acceptance import AcceptanceOutcome, GuidedAcceptanceView, Verdict, worst_value
@@ -32,7 +29,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
 )
-from ocmm_gui.wizards.parts import Facts, PlotTabs, Seen, StepPage
+from ocmm_gui.wizards.parts import Facts, PlotTabs, Seen, StepPage, figures_area
 
 _SIDE_PX = 380
 _MARKS = {
@@ -191,17 +188,9 @@ class AcceptanceVerdictPage(StepPage):
         told.addWidget(self.sentence)
         told.addWidget(self.facts)
         told.addStretch(1)
-        holder = QWidget()
-        holder.setLayout(told)
-        area = QScrollArea()
-        area.setAccessibleName(tr("Figures and reasons"))
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setWidget(holder)
         right.addWidget(self._word)
         right.addWidget(self._simulated)
-        right.addWidget(area, 1)
+        right.addWidget(figures_area(told), 1)
         for button in (self.record, self.paper):
             button.setFont(text_font(15, bold=True))
             button.setMinimumHeight(44)

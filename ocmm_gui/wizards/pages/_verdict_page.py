@@ -6,8 +6,7 @@ from collections.abc import Callable
 from datetime import datetime
 from typing import Protocol
 
-from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QScrollArea, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QVBoxLayout
 
 from ocmm_core.calibration.guided import VerificationOutcome, VerificationView
 from ocmm_core.calibration.records import Check
@@ -23,7 +22,7 @@ from ocmm_gui.kit import (
     session_of,
     tr,
 )
-from ocmm_gui.wizards.parts import Facts, Seen, StepPage
+from ocmm_gui.wizards.parts import Facts, Seen, StepPage, figures_area
 
 _SIDE_PX = 380
 _BACK_TO_LINES = 3
@@ -71,24 +70,15 @@ class VerdictPage(StepPage):
         self.facts = Facts(tr("Figures of the verdict"))
         self.warnings = sentence_label(tr("Reservations"), 14)
         self.chart = ErrorChart()
-        # What speaks against a session may be longer than a small window is high.
         told = QVBoxLayout()
         told.setContentsMargins(0, 0, 6, 0)
         told.addWidget(self.sentence)
         told.addWidget(self.facts)
         told.addWidget(self.warnings)
         told.addStretch(1)
-        holder = QWidget()
-        holder.setLayout(told)
-        area = QScrollArea()
-        area.setAccessibleName(tr("Figures and reasons"))
-        area.setWidgetResizable(True)
-        area.setFrameShape(QFrame.Shape.NoFrame)
-        area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
-        area.setWidget(holder)
         right = QVBoxLayout()
         right.addWidget(self._word)
-        right.addWidget(area, 1)
+        right.addWidget(figures_area(told), 1)
         side = panel(right)
         side.setFixedWidth(_SIDE_PX)
         left = QVBoxLayout()

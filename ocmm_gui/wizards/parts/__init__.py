@@ -17,7 +17,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.wizards.parts._calculation import ProcessCalculation
-    from ocmm_gui.wizards.parts._facts import Facts
+    from ocmm_gui.wizards.parts._facts import Facts, figures_area
     from ocmm_gui.wizards.parts._far_banner import Told
     from ocmm_gui.wizards.parts._forms import TEMPERATURE, WHO, Field
     from ocmm_gui.wizards.parts._gate import gate_words, is_unstored
@@ -51,7 +51,7 @@ else:
     __getattr__ = door(
         __name__,
         _calculation="ProcessCalculation",
-        _facts="Facts",
+        _facts="Facts figures_area",
         _far_banner="Told",
         _forms="Field TEMPERATURE WHO",
         _gate="gate_words is_unstored",
@@ -98,6 +98,7 @@ __all__ = [
     "Told",
     "WizardTexts",
     "bars",
+    "figures_area",
     "gate_words",
     "is_unstored",
     "planned_lines",

@@ -5,9 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QGridLayout, QLabel, QWidget
+from PySide6.QtWidgets import QFrame, QGridLayout, QLabel, QScrollArea, QVBoxLayout, QWidget
 
-from ocmm_gui.kit import PlainLabel, sentence_label, text_font
+from ocmm_gui.kit import PlainLabel, sentence_label, text_font, tr
+
+
+def figures_area(told: QVBoxLayout) -> QScrollArea:
+    """Return what a verdict tells as one thing that scrolls.
+
+    What speaks against a session may be longer than a small window is high.
+    """
+    holder = QWidget()
+    holder.setLayout(told)
+    area = QScrollArea()
+    area.setAccessibleName(tr("Figures and reasons"))
+    area.setWidgetResizable(True)
+    area.setFrameShape(QFrame.Shape.NoFrame)
+    area.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+    area.setWidget(holder)
+    return area
 
 
 class Facts(QWidget):
