@@ -1,0 +1,77 @@
+"""The archive of a shop: every job with its file and its rows, in a file or on a PostgreSQL server.
+
+In: finished and paused jobs of many stations. Out: the same files, rows and views that answer what
+was measured where, when, by whom, with what; marks of what became known later.
+
+Read `_rows` (what is kept of a job, and what must hold), `_extract` (rows from a job file alone),
+`_store` (the interface, and what both stores do alike), `_sqlite` and `_postgresql`, `_address`
+(where it is, and its password), `_schema`, `_views` and `_roles` (its SQL), `_faults` (sentences).
+It must not know a running station: jobs come through an outbox, and measuring never waits.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.archive._address import check_address, is_server, parse_server
+    from ocmm_core.archive._extract import ExtractedJob, extract_job, snapshot
+    from ocmm_core.archive._faults import Remedy, remedy_of
+    from ocmm_core.archive._open import default_archive, open_archive
+    from ocmm_core.archive._roles import ROLES, role_statements, roles_sql
+    from ocmm_core.archive._rows import (
+        Delivery,
+        JobRecord,
+        JobRow,
+        MarkRow,
+        ResultRow,
+        Sender,
+        UseRow,
+        utc_text,
+    )
+    from ocmm_core.archive._schema import VERSION
+    from ocmm_core.archive._store import Answer, Archive, Finding, Receipt, Table
+else:
+    __getattr__ = door(
+        __name__,
+        _address="check_address is_server parse_server",
+        _extract="ExtractedJob extract_job snapshot",
+        _faults="Remedy remedy_of",
+        _open="default_archive open_archive",
+        _roles="ROLES role_statements roles_sql",
+        _rows="Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow utc_text",
+        _schema="VERSION",
+        _store="Answer Archive Finding Receipt Table",
+    )
+
+__all__ = [
+    "ROLES",
+    "VERSION",
+    "Answer",
+    "Archive",
+    "Delivery",
+    "ExtractedJob",
+    "Finding",
+    "JobRecord",
+    "JobRow",
+    "MarkRow",
+    "Receipt",
+    "Remedy",
+    "ResultRow",
+    "Sender",
+    "Table",
+    "UseRow",
+    "check_address",
+    "default_archive",
+    "extract_job",
+    "is_server",
+    "open_archive",
+    "parse_server",
+    "remedy_of",
+    "role_statements",
+    "roles_sql",
+    "snapshot",
+    "utc_text",
+]
