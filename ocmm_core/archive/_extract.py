@@ -22,6 +22,7 @@ from ocmm_core.archive._rows import (
     utc_text,
 )
 from ocmm_core.calibration.records import record_hash
+from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.archive import (
     ReopenedJob,
     StoredDocuments,
@@ -30,7 +31,7 @@ from ocmm_core.inspection.archive import (
     why_not_counted,
 )
 from ocmm_core.leftovers import scratch_folder
-from ocmm_core.storage import JobFile
+from ocmm_core.storage import JobFile, JobHead, JobSeal
 from ocmm_core.tolerances.kinds import spec_of
 
 
@@ -79,15 +80,38 @@ def extract_job(
         It is no job file, damaged, or of a later version.
     """
     with scratch_folder("archive") as folder:
-        path = folder / (Path(name).name or "job.ocmm")
+        # The name is for sentences only: it may be any text.
+        path = folder / "job.ocmm"
         path.write_bytes(content)
-        job = reopen_job(path, alone=True)
-        chain = {}
-        if known:
-            with JobFile.open(path, scratch=True) as file:
+        chain, head, seal = {}, None, None
+        with JobFile.open(path, scratch=True) as file:
+            head, seal = file.head, file.seal()
+            if known:
                 chain = file.links()
+        try:
+            job = reopen_job(path, alone=True)
+        except OcmmError as error:
+            # Whoever looks for this job must find that there is something wrong with it.
+            why = _sentence(error.what.replace(str(path), name))
+            return ExtractedJob(_unreadable(head, seal, content, station, why), content)
         fault = _fault(job, chain, known or {}, str(path), name)
         return ExtractedJob(_record(job, content, station, fault), content)
+
+
+def _unreadable(head: JobHead, seal: JobSeal, content: bytes, station: str, why: str) -> JobRecord:
+    """Return the row of a job whose content is not as it was stored: no result of it counts."""
+    created = utc_text(head.created_utc)
+    row = JobRow(
+        job_uuid=head.job_uuid, steps=max(seal.steps, 1), head=seal.head or "0" * 64,
+        sha256=hashlib.sha256(content).hexdigest(), size=len(content), station=station,
+        state="open", part=_name(head.part), serial=_name(head.serial), order_name="", batch="",
+        operator=_name(head.operator), plan="", plan_sha256=head.plan_identity,
+        program=_name(head.software_version), created_utc=created, changed_utc=created, rig="",
+        calibration="", probe="", tip="", part_c=None, probe_c=None, verdict="NOT PROVEN",
+        complete=False, simulated=False, points=0, seal=seal.state.word.value,
+        signer=seal.state.fingerprint, fault=why or "The job cannot be read.",
+    )  # fmt: skip
+    return JobRecord(job=row, results=(), uses=())
 
 
 def _fault(

@@ -131,8 +131,13 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
             f"{place}: no trusted connection ({said}).",
             "Check the certificate of the server and sslrootcert; see docs/shop.md.",
         )
-    if "fe_sendauth" in said or "password" in said:
+    # libpq gives no SQLSTATE for a connection that was refused, only the server's words.
+    if any(word in said for word in ("fe_sendauth", "authentication", "no pg_hba.conf entry")):
         return _login(place, said)
+    if "role " in said and "does not exist" in said:
+        return _login(place, said)
+    if "database " in said and "does not exist" in said:
+        return _no_database(place, said)
     return StorageError(
         "archive.unreachable",
         f"{place}: the server is not reached ({said or 'no answer'}).",

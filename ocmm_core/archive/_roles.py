@@ -21,7 +21,7 @@ _ADDS = {
     "station": ("name", "machine", "host"),
     "sender": ("outbox", "station", "username"),
     "file": ("sha256", "size", "content"),
-    "job": JobRow.__struct_fields__,
+    "job": (*JobRow.__struct_fields__, "sound"),
     "result": ("job", "part", "created_utc", *ResultRow.__struct_fields__),
     "used": ("job", "kind", "identity", "name", "created_utc"),
     "delivery": ("outbox", "sequence", "job", "sha256", "sent_utc"),

@@ -104,9 +104,10 @@ _FIRST = (
         simulated {whole} NOT NULL CHECK (simulated IN (0, 1)),
         points {whole} NOT NULL CHECK (points >= 0),
         seal {text} NOT NULL, signer {text} NOT NULL, fault {text} NOT NULL,
+        sound {whole} NOT NULL CHECK (sound IN (0, 1) AND (sound = 1) = (fault = '')),
         received_utc {text} NOT NULL DEFAULT {now},
         role {text} NOT NULL DEFAULT {who},
-        UNIQUE (job_uuid, steps, head))""",
+        UNIQUE (job_uuid, steps, head, sound))""",
     "CREATE INDEX job_by_day ON job (changed_utc)",
     "CREATE INDEX job_by_station ON job (station, changed_utc)",
     """CREATE TABLE result (

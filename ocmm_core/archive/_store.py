@@ -101,7 +101,7 @@ class Archive(Protocol):
         """Keep many, all or none."""
 
     def heads(self, job_uuid: str) -> dict[int, str]:
-        """Return the head of each version of a job by its number of steps."""
+        """Return the head of each sound version of a job by its number of steps."""
 
     def last_sequence(self, outbox: str) -> int:
         """Return the highest number of an outbox that arrived; 0 for none."""
@@ -147,7 +147,7 @@ def _insert(table: str, fields: Sequence[str], more: str = "") -> str:
     return f"INSERT INTO {table} ({', '.join(fields)}) VALUES ({named}) {more}".strip()  # noqa: S608
 
 
-_ADD_JOB = _insert("job", _JOB_FIELDS, "RETURNING id")
+_ADD_JOB = _insert("job", (*_JOB_FIELDS, "sound"), "RETURNING id")
 _ADD_RESULT = _insert("result", ("job", "part", "created_utc", *_RESULT_FIELDS))
 _ADD_USE = _insert("used", ("job", "kind", "identity", "name", "created_utc"))
 _ADD_FILE = _insert("file", ("sha256", "size", "content"), "ON CONFLICT DO NOTHING")
@@ -158,7 +158,10 @@ _MARK_FIELDS = MarkRow.__struct_fields__
 _ADD_MARK = _insert("mark", _MARK_FIELDS)
 _ADD_FINDING = _insert("finding", ("kind", "subject", "document", "who", "utc"), "RETURNING id")
 _OF_DELIVERY = "SELECT job, sha256 FROM delivery WHERE outbox = :outbox AND sequence = :sequence"
-_OF_VERSION = "SELECT id FROM job WHERE job_uuid = :job_uuid AND steps = :steps AND head = :head"
+_OF_VERSION = (
+    "SELECT id FROM job WHERE job_uuid = :job_uuid AND steps = :steps AND head = :head"
+    " AND sound = :sound"
+)
 _COLUMNS = ", ".join(_JOB_FIELDS)
 _OF_JOB = f"SELECT {_COLUMNS} FROM job WHERE id = :id"  # noqa: S608 - names of our own class
 
@@ -227,7 +230,11 @@ class SqlArchive(ABC):
                 raise sequence_taken(sender.outbox, delivery.sequence)
             return Receipt(Answer.KNOWN, _whole(found[0][0]), off)
         self._admit(sender)
-        version: dict[str, Cell] = {"job_uuid": job.job_uuid, "steps": job.steps, "head": job.head}
+        # A file that was altered without its head is a version of its own: it must be seen.
+        version: dict[str, Cell] = {
+            "job_uuid": job.job_uuid, "steps": job.steps, "head": job.head,
+            "sound": int(not job.fault),
+        }  # fmt: skip
         there = self._run(_OF_VERSION, version).rows
         if there:
             row, answer = _whole(there[0][0]), Answer.KNOWN
@@ -268,6 +275,7 @@ class SqlArchive(ABC):
         self._run(_ADD_FILE, {"sha256": job.sha256, "size": job.size, "content": delivery.content})
         values: dict[str, Cell] = {field: getattr(job, field) for field in _JOB_FIELDS}
         values |= {"complete": int(job.complete), "simulated": int(job.simulated)}
+        values["sound"] = int(not job.fault)
         number = _whole(self._run(_ADD_JOB, values).rows[0][0])
         both: dict[str, Cell] = {"job": number, "created_utc": job.created_utc}
         self._run_many(
@@ -289,7 +297,7 @@ class SqlArchive(ABC):
     def heads(self, job_uuid: str) -> dict[int, str]:
         """Return the head of each version of a job: see `Archive`."""
         table = self.ask(
-            "SELECT steps, head FROM job WHERE job_uuid = :job_uuid ORDER BY id DESC",
+            "SELECT steps, head FROM job WHERE job_uuid = :job_uuid AND sound = 1 ORDER BY id DESC",
             {"job_uuid": job_uuid},
         )
         return {_whole(steps): str(head) for steps, head in table.rows}

@@ -14,6 +14,12 @@ import pytest
 
 from ocmm_core.archive import open_archive, role_statements
 from ocmm_core.archive._store import SqlArchive
+from ocmm_core.camera import load_rig
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.measuring import Touch
+from ocmm_core.tracking import load_probe
+from tests.core.archive.real_jobs import RealJobs, make_real_jobs
+from tests.core.inspection.conftest import PLAN, PROBE, RIG, Bench, quick_touches
 from tests.host import HANG_S, needs_package, needs_postgresql, postgresql_tools
 
 
@@ -101,6 +107,16 @@ class Place:
         return open_archive(self.address, read_only=read_only)
 
 
+def by_hand(archive: SqlArchive, sql: str, content: bytes | None = None) -> None:
+    """Do what somebody with the rights of a connection could do beside the program."""
+    values = None if content is None else {"c": content}
+    if sql.startswith("PRAGMA"):
+        archive._run(sql)  # noqa: SLF001 - as a person with a tool of the store
+        return
+    with archive._transaction():  # noqa: SLF001
+        archive._run(sql, values)  # noqa: SLF001
+
+
 @pytest.fixture(params=["sqlite", "postgresql"])
 def place(request: pytest.FixtureRequest, tmp_path: Path) -> Place:
     """Return an empty archive; every test that asks for it runs on both stores."""
@@ -139,3 +155,21 @@ def new_database(server: Server) -> Callable[[], Place]:
 
 _DATABASES: list[str] = []
 LOGINS = {"station1": "ocmm_station", "looker": "ocmm_reader", "anna": "ocmm_quality"}
+
+
+__all__ = ["quick_touches"]  # the fixture of the rooms of inspection
+
+
+@pytest.fixture
+def bench(quick_touches: tuple[Touch, ...], tmp_path: Path) -> Bench:
+    return Bench(load_plan(PLAN), load_rig(RIG), load_probe(PROBE), quick_touches, tmp_path)
+
+
+@pytest.fixture(scope="session")
+def real_jobs(
+    quick_touches: tuple[Touch, ...], tmp_path_factory: pytest.TempPathFactory
+) -> RealJobs:
+    folder = tmp_path_factory.mktemp("jobs")
+    return make_real_jobs(
+        Bench(load_plan(PLAN), load_rig(RIG), load_probe(PROBE), quick_touches, folder)
+    )

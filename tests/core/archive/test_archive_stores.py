@@ -10,7 +10,7 @@ import pytest
 
 from ocmm_core.archive import Answer, MarkRow
 from ocmm_core.errors import InputError, OcmmError, StorageError
-from tests.core.archive.conftest import Place
+from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.made_jobs import content_of, made_delivery, made_record, made_sender
 
 
@@ -135,22 +135,21 @@ def test_a_file_that_was_changed_in_the_archive_is_not_given_out(place: Place) -
         with pytest.raises(StorageError, match="no job file"):
             archive.content(hashlib.sha256(b"other").hexdigest())
         if place.store == "sqlite":
-            with archive._transaction():
-                archive._run("UPDATE file SET content = :c", {"c": b"job file 9"})
+            by_hand(archive, "UPDATE file SET content = :c", b"job file 9")
             with pytest.raises(StorageError, match="not as it was stored"):
                 archive.content(sha256)
         else:
             # The server compares it itself.
-            with pytest.raises(OcmmError), archive._transaction():
-                archive._run("UPDATE file SET content = :c", {"c": b"job file 9"})
+            with pytest.raises(OcmmError):
+                by_hand(archive, "UPDATE file SET content = :c", b"job file 9")
 
 
 def test_an_archive_of_a_later_version_is_refused_with_a_sentence(place: Place) -> None:
     with place.open() as archive:
         if place.store == "sqlite":
-            archive._run("PRAGMA user_version = 99")
+            by_hand(archive, "PRAGMA user_version = 99")
         else:
-            archive._run("INSERT INTO migration (version, program) VALUES (99, 'later')")
+            by_hand(archive, "INSERT INTO migration (version, program) VALUES (99, 'later')")
     with pytest.raises(StorageError, match="has version 99, this program knows 1"):
         place.open()
 
