@@ -12,7 +12,17 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import make_console, progress_line
+from ocmm_core.cli.terminal import (
+    SchedulerCaOption,
+    SchedulerCertOption,
+    SchedulerKeyOption,
+    SchedulerOption,
+    UnencryptedOption,
+    WorkersOption,
+    make_console,
+    progress_line,
+    site_of,
+)
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.leftovers import scratch_folder
@@ -73,6 +83,12 @@ def recall_command(
     pdf_file: Annotated[
         Path | None, typer.Option("--pdf", help="Write the recall report to this file.")
     ] = None,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = None,
+    scheduler_ca: SchedulerCaOption = None,
+    scheduler_cert: SchedulerCertOption = None,
+    scheduler_key: SchedulerKeyOption = None,
+    unencrypted: UnencryptedOption = False,
 ) -> None:
     """Recalculate the jobs that are in doubt because their calibration failed later.
 
@@ -84,12 +100,15 @@ def recall_command(
     from ocmm_core.inspection.archive import KeptPlaces, Outcome, decide, recall
 
     console = make_console()
+    site = site_of(
+        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
+    )
     folder = calibrations if calibrations is not None else default_folder()
     if artefact is not None or since is not None:
         _let_fall(console, folder, artefact, since, who)
     places = KeptPlaces(tuple(jobs or [_JOBS]), folder, probes)
     with progress_line() as tell:
-        record = recall(places, datetime.now(UTC), tell)
+        record = recall(places, datetime.now(UTC), tell, site=site)
     if who and record.jobs:
         record = decide(record, places, who, datetime.now(UTC))
     _show(console, record)

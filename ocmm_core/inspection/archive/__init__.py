@@ -5,7 +5,7 @@ Out: jobs computed anew from raw observations, points in doubt, batches side by 
 
 Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch`, `_last_jobs`, `_compare`.
 What became of the calibration: `_camera_history` and `_camera_doubts`, `_tip_history` and
-`_tip_doubts`.
+`_tip_doubts`; `_known` sends it to a worker.
 Then `_recall`: `_recall_job` (one job under two calibrations), `_recall_fit`, `_recall_judge`,
 `_recall_artefact`, `_recall_record`. Jobs are looked at through a copy of their file.
 It must not know a running station.
@@ -36,8 +36,7 @@ if TYPE_CHECKING:
         compare_jobs,
         why_not_counted,
     )
-    from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs
-    from ocmm_core.inspection.archive._part_before import previous_part_pose
+    from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs, previous_part_pose
     from ocmm_core.inspection.archive._points_in_doubt import first_taken
     from ocmm_core.inspection.archive._recall import KeptPlaces, decide, recall
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
@@ -74,8 +73,7 @@ else:
         _compare=(
             "Comparison PartValue Trend compare_files compare_folder compare_jobs why_not_counted"
         ),
-        _last_jobs="LastJob last_jobs",
-        _part_before="previous_part_pose",
+        _last_jobs="LastJob last_jobs previous_part_pose",
         _points_in_doubt="first_taken",
         _recall="KeptPlaces decide recall",
         _recall_artefact="artefact_wrong",

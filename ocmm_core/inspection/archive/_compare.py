@@ -10,10 +10,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive._batch import SUFFIX
+from ocmm_core.inspection.archive._known import content_and_known, known_from
 from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
+from ocmm_core.inspection.archive._stored_documents import named
 from ocmm_core.inspection.evaluation import (
     NO_REAL_PART,
     SIMULATED,
@@ -21,8 +24,8 @@ from ocmm_core.inspection.evaluation import (
     job_states,
     part_line,
 )
+from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import COVERAGE_FACTOR
-from ocmm_core.processes import processes_for, side_by_side
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
     ControlChart,
@@ -224,6 +227,7 @@ def compare_files(
     probes: Path | None = None,
     calibrations: Path | None = None,
     processes: int | None = None,
+    site: Site = HERE,
 ) -> Comparison:
     """Return what jobs say together: those by the plan of the latest one.
 
@@ -237,19 +241,23 @@ def compare_files(
     probes, calibrations
         Where histories are kept, as for `reopen_job`.
     processes
-        That read; None for one a core, or this one alone where there are few jobs.
+        Of this computer that read; None for one a core, or this one alone where there are few
+        jobs.
+    site
+        Where jobs are computed without ``processes``.
 
     Raises
     ------
     InputError
         There are fewer than two jobs of one plan, or a job is there twice.
     """
-    read = side_by_side(
-        partial(_read, probes=probes, calibrations=calibrations),
+    read = run_tasks(
+        _read,
         paths,
-        processes_for(len(paths)) if processes is None else processes,
         lambda path: f"Reading {path.name}",
-        lambda done: progress(f"Read {done} of {len(paths)} jobs", done / max(len(paths), 1)),
+        site=site if processes is None else Site(workers=processes),
+        contents=partial(content_and_known, probes=probes, calibrations=calibrations),
+        told=lambda done: progress(f"Read {done} of {len(paths)} jobs", done / max(len(paths), 1)),
     )
     jobs: list[PartJob] = []
     unread: list[str] = []
@@ -299,8 +307,18 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     return _trends([_part_job(job) for job in jobs])
 
 
-def _read(path: Path, probes: Path | None, calibrations: Path | None) -> PartJob:
-    return _part_job(reopen_job(path, probes, calibrations=calibrations))
+def _read(path: Path, file: bytes, log: bytes, known: bytes) -> PartJob:
+    """Return what a comparison takes of a job, on whichever computer."""
+    with scratch_folder("compare") as folder:
+        copy = folder / "job.ocmm"
+        copy.write_bytes(file)
+        if log:
+            copy.with_name(f"{copy.name}-wal").write_bytes(log)
+        try:
+            job = reopen_job(copy, known=known_from(known))
+        except OcmmError as error:
+            raise named(error, str(copy), str(path)) from error
+    return _part_job(replace(job, path=path))
 
 
 def _part_job(job: ReopenedJob) -> PartJob:

@@ -8,9 +8,8 @@ exclude decides which of both counts (`_recall_judge`). Job files are only read,
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -24,12 +23,20 @@ from ocmm_core.calibration.records import (
     save,
     store_folder,
 )
+from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._batch import SUFFIX
 from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
-from ocmm_core.inspection.archive._camera_history import is_known
+from ocmm_core.inspection.archive._camera_history import CameraHistory, is_known
+from ocmm_core.inspection.archive._known import KnownOfJob, content_of, known_here
 from ocmm_core.inspection.archive._points_in_doubt import first_taken
-from ocmm_core.inspection.archive._recall_job import Anew, JobFindings, Later, findings_of
+from ocmm_core.inspection.archive._recall_job import (
+    Anew,
+    DoubtedJob,
+    JobFindings,
+    Later,
+    findings_of,
+)
 from ocmm_core.inspection.archive._recall_judge import Cases, cases_of, judgement, recalled, unknown
 from ocmm_core.inspection.archive._recall_record import (
     SCHEMA,
@@ -41,7 +48,6 @@ from ocmm_core.inspection.archive._recall_record import (
 )
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments
-from ocmm_core.processes import processes_for, side_by_side
 from ocmm_core.storage import JobFile
 
 Tell = Callable[[str, float], None]
@@ -70,20 +76,12 @@ class KeptPlaces:
     probes: Path | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Touched:
-    """A job with points in doubt, by number and why, and what it is computed with."""
-
-    path: Path
-    later: Later
-    in_doubt: dict[int, str]
-
-
 def recall(
     places: KeptPlaces,
     now: datetime,
     tell: Tell = lambda what, share: None,
     processes: int | None = None,
+    site: Site = HERE,
 ) -> RecallRecord:
     """Return what becomes of all jobs that are in doubt because of their calibration.
 
@@ -92,7 +90,10 @@ def recall(
     Parameters
     ----------
     processes
-        That compute; None for one a core, or this one alone where there are few jobs.
+        Of this computer that compute; None for one a core, or this one alone where there are few
+        jobs.
+    site
+        Where is computed without ``processes``; the record is the same.
 
     Raises
     ------
@@ -107,9 +108,9 @@ def recall(
         share = _LOOKING + (1.0 - _LOOKING) * done / max(len(touched), 1)
         tell(f"Recalculated {done} of {len(touched)} jobs", share)
 
-    if processes is None:
-        processes = processes_for(len(touched))
-    for result in _computed(touched, places, processes, told):
+    if processes is not None:
+        site = Site(workers=processes)
+    for result in computed(touched, content_of_file, site, told):
         if isinstance(result, JobFindings):
             found.append(result)
         else:
@@ -121,7 +122,7 @@ def recall(
         software=__version__,
         folders=tuple(str(path) for path in places.jobs),
         looked_at=len(paths),
-        jobs=tuple(_judged(found)),
+        jobs=tuple(judged(found)),
         unread=tuple(sorted(unread)),
     )
 
@@ -150,21 +151,21 @@ def _paths(jobs: Sequence[Path]) -> list[Path]:
 
 def _touched(
     paths: Sequence[Path], places: KeptPlaces, now: datetime, tell: Tell
-) -> tuple[list[_Touched], list[str]]:
+) -> tuple[list[DoubtedJob], list[str]]:
     """Return the jobs with points in doubt, each with what it is computed with, and faults."""
     stores: dict[str, CalibrationStore] = {}
     laters: dict[tuple[str, str], Later] = {}
-    touched: list[_Touched] = []
+    touched: list[DoubtedJob] = []
     unread: list[str] = []
     for done, path in enumerate(paths):
         tell(f"Checking {path.name}", _LOOKING * done / len(paths))
         try:
-            record, in_doubt = _doubted(path, places.calibrations, stores)
-            if record is not None and in_doubt:
+            record, in_doubt, known = _doubted(path, places, stores)
+            if record is not None and known is not None and in_doubt:
                 key = record.rig, record_hash(record)
                 if key not in laters:
                     laters[key] = later_than(stores[record.rig], record, now)
-                touched.append(_Touched(path, laters[key], in_doubt))
+                touched.append(DoubtedJob(path, laters[key], in_doubt, known))
         except InputError as error:
             unread.append(f"{error.what} {error.remedy}")
         except OcmmError as error:
@@ -173,16 +174,17 @@ def _touched(
 
 
 def _doubted(
-    path: Path, calibrations: Path, stores: dict[str, CalibrationStore]
-) -> tuple[CameraRecord | None, dict[int, str]]:
-    """Return the calibration of a job, and its points that are in doubt because of it.
+    path: Path, places: KeptPlaces, stores: dict[str, CalibrationStore]
+) -> tuple[CameraRecord | None, dict[int, str], KnownOfJob | None]:
+    """Return the calibration of a job, its points in doubt because of it, and what is known of it.
 
     Whatever an earlier recall has released: the last one decides about all of them.
     """
     with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
         record = StoredDocuments(path, job.head).camera_record()
         if record is None:
-            return None, {}
+            return None, {}, None
+        calibrations = places.calibrations
         if record.rig not in stores:
             stores[record.rig] = CalibrationStore(store_folder(calibrations, record.rig))
         events, used = stores[record.rig].events, job.head.rig_identity
@@ -196,7 +198,11 @@ def _doubted(
             )
         doubts = points_in_doubt(events, used, first_taken(job))
         why = doubts.open | doubts.failed
-        return record, {p.number: why[p.number] for p in job.points() if p.number in why}
+        in_doubt = {p.number: why[p.number] for p in job.points() if p.number in why}
+        if not in_doubt:
+            return record, {}, None
+        known = known_here(job, path, places.probes, calibrations)
+        return record, in_doubt, replace(known, cameras=CameraHistory(unread=known.cameras.unread))
 
 
 def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
@@ -227,27 +233,36 @@ def _cameras(record: CameraRecord) -> list[tuple[str, int]]:
     return [(one.name, one.serial) for one in record.cameras]
 
 
-def _computed(
-    touched: Sequence[_Touched],
-    places: KeptPlaces,
-    processes: int,
+def computed(
+    touched: Sequence[DoubtedJob],
+    contents: Callable[[DoubtedJob], tuple[bytes, bytes]],
+    site: Site,
     told: Callable[[int], None],
 ) -> Iterator[JobFindings | OcmmError]:
-    """Give what was found of each job, or why it could not be opened."""
-    return side_by_side(
-        partial(_findings, calibrations=places.calibrations, probes=places.probes),
+    """Give what was found of each job, or why it could not be opened.
+
+    Parameters
+    ----------
+    contents
+        Returns the bytes of a job file and of its log.
+    """
+    return run_tasks(
+        findings_of,
         touched,
-        processes,
         lambda job: f"Recalculating {job.path.name}",
-        told,
+        site=site,
+        contents=contents,
+        told=told,
     )
 
 
-def _findings(job: _Touched, calibrations: Path, probes: Path | None) -> JobFindings:
-    return findings_of(job.path, job.later, job.in_doubt, calibrations, probes)
+def content_of_file(job: DoubtedJob) -> tuple[bytes, bytes]:
+    """Return the bytes of a job file on this computer, and of its log."""
+    with copy_of_job(job.path) as copy:
+        return content_of(copy)
 
 
-def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
+def judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:
     """Give the jobs as they are judged, in the order in which they were begun."""
     ordered = sorted(found, key=lambda job: (job.begun_utc, str(job.path)))
     groups: dict[tuple[str, str, str], list[tuple[JobFindings, Anew]]] = {}

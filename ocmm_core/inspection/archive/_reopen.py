@@ -3,7 +3,7 @@
 Plan, cameras, probe, reference body and temperatures are in the job file, as they were. Nothing
 else is needed: no document of this computer, no record, no clock. Only what became known later of
 the tip and of the cameras is looked up where their history is on this computer
-(`inspection.tip_history`, `inspection.camera_history`). The file is copied first
+(`_tip_history`, `_camera_history`, together in `_known`). The file is copied first
 (`inspection.reopen_copy`), so that it may lie where nobody can write, come from another computer or
 an older version, or be measured by another program at the moment.
 """
@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.calibration.probe_design import ContactForce
-from ocmm_core.calibration.records import default_folder, default_probe_folder
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.archive._camera_history import settle_by_calibration
+from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
 from ocmm_core.inspection.archive._points_in_doubt import History
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about, named
@@ -139,6 +139,7 @@ def reopen_job(
     calibrations: Path | None = None,
     *,
     alone: bool = False,
+    known: KnownOfJob | None = None,
 ) -> ReopenedJob:
     """Open a job read-only and compute everything in it anew.
 
@@ -154,6 +155,8 @@ def reopen_job(
         Where histories of calibrations are kept on this computer; None is the folder of this user.
     alone
         By its file alone: no history is asked, and not how far this computer saw the job go.
+    known
+        What another computer knows of it (`known_here`): nothing is asked here.
 
     Raises
     ------
@@ -170,25 +173,20 @@ def reopen_job(
         try:
             # The copy is our own: one of an older version is brought up to date by this.
             with JobFile.open(copy, scratch=True) as job:
-                return _reopened(
-                    path,
-                    job,
-                    probes or default_probe_folder(),
-                    calibrations or default_folder(),
-                    tell,
-                    alone=alone,
-                )
+                if known is None and alone:
+                    known = known_alone(job)
+                elif known is None:
+                    known = known_here(job, path, probes, calibrations)
+                return _reopened(path, job, known, tell)
         except OcmmError as error:
             raise about(named(error, str(copy), str(path)), path) from error
 
 
-def _reopened(
-    path: Path, job: JobFile, probes: Path, calibrations: Path, tell: Tell, *, alone: bool
-) -> ReopenedJob:
+def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> ReopenedJob:
     tell("Reading the documents", 0.05)
     head, events = job.head, job.events()
     stored = StoredDocuments(path, head)
-    plan, rig, records = stored.plan(), stored.rig(), stored.probe_records()
+    plan, rig = stored.plan(), stored.rig()
     body, options = stored.measured_with(events, job.reference())
     session = InspectionSession(plan, rig, body, job, options)
     points, taken_back = session.stored_points()
@@ -197,15 +195,9 @@ def _reopened(
     sensitivities = use.sensitivities([(point.spots, point.reference_spots) for point in points])
     tell("Checking the audit of the file", 0.5)
     session.know({p.number: one for p, one in zip(points, sensitivities, strict=True)})
-    seal = job.seal()
-    if alone:
-        faults = tuple(fault for fault in job.verify() if fault != seal.missing)
-        history = cameras = History()
-    else:
-        faults = tuple(job.verify())
-        job.note_seen(path)
-        history = settle_by_history(session, job, records, probes)
-        cameras = settle_by_calibration(session, job, stored.camera_record(), calibrations)
+    faults = tuple(job.verify(known.seal))
+    history = settle_by_history(session, job, known.tip)
+    cameras = settle_by_calibration(session, job, known.cameras)
     tell("Comparing with the stored results", 0.6)
     anew = [[one.tip_world] for one in sensitivities]
     if "thesis" in methods_used(events):
@@ -229,7 +221,7 @@ def _reopened(
         taken_utc=job.taken_utc(),
         faults=faults,
         differences=differences,
-        seal=seal,
+        seal=known.seal,
         history=history,
         cameras=cameras,
         held={hold_reason: session.held.held_for(hold_reason) for hold_reason in HoldReason},
