@@ -1,8 +1,9 @@
 """Tasks on the workers of a Dask scheduler.
 
-The computer that asks keeps what every open task needs, and never has more than a few tasks a worker
-open: neither the scheduler nor this one holds all jobs at once. A lost worker is Dask's matter, which
-does its tasks again; a lost scheduler is ours: the open tasks are given to it anew when it is back.
+The computer that asks keeps what every open task needs, and never has more than a few tasks a
+worker open: neither the scheduler nor this one holds all jobs at once. A lost worker is Dask's
+matter, which does its tasks again; a lost scheduler is ours: the open tasks are given to it anew
+when it is back.
 """
 
 from __future__ import annotations
@@ -348,7 +349,7 @@ def _has_workers(client: Client) -> bool:
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Keep what Dask logs of lost workers off the terminal: what counts is an answer or an error."""
+    """Keep off the terminal what Dask logs of lost workers: an answer or an error counts."""
     loggers = [logging.getLogger(name) for name in ("distributed", "tornado")]
     before = [one.level for one in loggers]
     for one in loggers:

@@ -3,8 +3,8 @@
 In: texts, tables, arrays of pixels, points. Out: a terminal that copes with pipes, PNG, PGM, SVG.
 
 Read `_console` and `_shown` (how anything is printed) and `_options` (options that several commands
-have; `_cluster_options` those that say where is computed), then `_pictures` (16 bit images), `_svg` and `_svg_maps` (small plots without a plotting
-library).
+have; `_cluster_options` those that say where is computed), then `_pictures` (16 bit images), `_svg`
+and `_svg_maps` (small plots without a plotting library).
 It must not know any command.
 """
 

@@ -38,8 +38,15 @@ if TYPE_CHECKING:
     )
     from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs, previous_part_pose
     from ocmm_core.inspection.archive._points_in_doubt import first_taken
-    from ocmm_core.inspection.archive._recall import KeptPlaces, decide, recall
+    from ocmm_core.inspection.archive._recall import (
+        Doubting,
+        KeptPlaces,
+        decide,
+        recall,
+        recall_doubted,
+    )
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
+    from ocmm_core.inspection.archive._recall_job import DoubtedJob
     from ocmm_core.inspection.archive._recall_messages import (
         COLUMNS,
         checked,
@@ -75,8 +82,9 @@ else:
         ),
         _last_jobs="LastJob last_jobs previous_part_pose",
         _points_in_doubt="first_taken",
-        _recall="KeptPlaces decide recall",
+        _recall="Doubting KeptPlaces decide recall recall_doubted",
         _recall_artefact="artefact_wrong",
+        _recall_job="DoubtedJob",
         _recall_messages=(
             "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
         ),
@@ -96,6 +104,8 @@ __all__ = [
     "SUFFIX",
     "BatchPart",
     "Comparison",
+    "DoubtedJob",
+    "Doubting",
     "KeptPlaces",
     "LastJob",
     "Outcome",
@@ -127,6 +137,7 @@ __all__ = [
     "parts_of_batch",
     "previous_part_pose",
     "recall",
+    "recall_doubted",
     "reopen",
     "reopen_job",
     "require_new_serial",

@@ -1,7 +1,8 @@
-"""What a computer knows of a job beside its file, so that another one can open the file as this one.
+"""What a computer knows of a job beside its file: then another one opens the file as this one does.
 
-Histories of calibrations and tips, the ring of known keys, and how far the job was seen to go are on
-the computer that asks. A worker elsewhere gets the bytes of the job and this; it looks nothing up.
+Histories of calibrations and tips, the ring of known keys, and how far the job was seen to go are
+on the computer that asks. A worker elsewhere gets the bytes of the job and this; it looks nothing
+up.
 """
 
 from __future__ import annotations

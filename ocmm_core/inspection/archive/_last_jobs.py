@@ -1,4 +1,4 @@
-"""The jobs that were worked on last, to go on with one, and where the part of the last one stood."""
+"""The jobs that were worked on last, and where the part of the last one of a batch stood."""
 
 from __future__ import annotations
 
