@@ -145,7 +145,7 @@ def test_measured_knowingly_job_and_report_say_it_and_it_costs_u(tmp_path: Path)
 def test_calibrations_are_refused_unless_the_rig_document_allows_them(tmp_path: Path) -> None:
     now = datetime.now(UTC)
     rig = load_rig(rig_of(tmp_path))
-    points = Bench(tmp_path / "site").points(20)
+    points = Bench.at(tmp_path / "site").points(20)
     store = CalibrationStore(tmp_path / "store")
     with pytest.raises(InputError, match="no common clock") as caught:
         KnownPointsProcedure.begin(tmp_path / "sessions", rig, store, points, now, who="Ada")
