@@ -34,8 +34,10 @@ from ocmm_gui.kit import (
     NoticeCentre,
     PlainLabel,
     apply_theme,
+    chosen_language,
     text_font,
     tr,
+    use_language,
 )
 
 if TYPE_CHECKING:
@@ -140,11 +142,14 @@ def run(parsed: argparse.Namespace) -> int:
     asked = parsed.start and parsed.job is None
     choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
     while True:
-        if choice is _START_PAGE:
-            chosen = _ask(app, parsed, store, told)
+        # Windows are made in the language of the settings; a change of it makes them anew.
+        use_language(app, chosen_language(store.load().settings.window_language))
+        if choice.errand is Errands.START:
+            chosen = _ask(app, parsed, store, choice, told)
             if chosen is None:
                 return EXIT_OK
             choice, told = chosen, NoticeCentre()
+            continue
         try:
             code, after = _work(app, parsed, store, choice, told)
         except OcmmError as error:
@@ -160,7 +165,11 @@ def run(parsed: argparse.Namespace) -> int:
 
 
 def _ask(
-    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
+    app: QApplication,
+    parsed: argparse.Namespace,
+    store: SettingsStore,
+    choice: Choice,
+    told: NoticeCentre,
 ) -> Choice | None:
     """Show the Start page, and return what was chosen; None where it was closed."""
     notices = NoticeCentre()
@@ -170,6 +179,8 @@ def _ask(
     window.closed.connect(app.quit)
     _show(window, parsed.size)
     window.read()
+    if choice.section:
+        window.show_settings(choice.section)
     _end_after(parsed.quit_after, window.close)
     app.exec()
     _save_pictures(window, parsed.screenshot)

@@ -27,6 +27,7 @@ from ocmm_gui.kit import (
     sentence_label,
     text_font,
     tr,
+    tr_all,
 )
 
 HIGH_PX = 57
@@ -69,7 +70,7 @@ class SettingRow(QObject):
         self.field.hide()
         editor: QWidget = self.field
         if spec.kind is Kind.CHOICE:
-            editor = self.choice = ChoiceBox(label, tip, spec.choices)
+            editor = self.choice = ChoiceBox(label, tip, tr_all(spec.choices))
             self.choice.activated.connect(lambda index: self._commit(spec.choices[index]))
         elif spec.kind is Kind.SWITCH:
             editor = self.switch = QPushButton()

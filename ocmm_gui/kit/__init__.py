@@ -3,11 +3,12 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Read `_texts` (how sentences are translated), `_theme` (three themes from one table), `_messages`
-(numbers and sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table),
-`_sheet` (pages that Esc closes), `_parts` and `_painted`. Long work: `_side_process`, `_worker`,
-`_work_line`, `_work_sheet`. Questions without dialogs: `_answer_panel`, `_path_panel`,
-`_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
+Read `_texts` (how sentences are translated), `_language` (which languages there are), `_theme`
+(three themes from one table), `_messages` (numbers and sentences), `_marks` (a shape for each
+outcome), `_actions` (every key as one table), `_sheet` (pages that Esc closes), `_parts` and
+`_painted`. Long work: `_side_process`, `_worker`, `_work_line`, `_work_sheet`. Questions without
+dialogs: `_answer_panel`, `_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound`
+is heard.
 It is the first room of the window and must not know any screen or the station.
 """
 
@@ -37,6 +38,13 @@ if TYPE_CHECKING:
     )
     from ocmm_gui.kit._answer_panel import AnswerPanel
     from ocmm_gui.kit._fit_text import FitText
+    from ocmm_gui.kit._language import (
+        LANGUAGES,
+        chosen_language,
+        language_file,
+        language_in_use,
+        use_language,
+    )
     from ocmm_gui.kit._marks import (
         Mark,
         feature_mark,
@@ -125,6 +133,7 @@ else:
         ),
         _answer_panel="AnswerPanel",
         _fit_text="FitText",
+        _language="LANGUAGES chosen_language language_file language_in_use use_language",
         _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
         _messages=(
             "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
@@ -158,6 +167,7 @@ __all__ = [
     "DASHES",
     "DEFAULT_THEME",
     "FINISH_KEYS",
+    "LANGUAGES",
     "PAUSED",
     "SCENE_LEAST",
     "SCENE_SIZE",
@@ -207,6 +217,7 @@ __all__ = [
     "bind_actions",
     "caption",
     "characteristics_of",
+    "chosen_language",
     "conflict_of",
     "counted_line",
     "digit_font",
@@ -222,6 +233,8 @@ __all__ = [
     "has_failed",
     "header_words",
     "is_held",
+    "language_file",
+    "language_in_use",
     "later",
     "led_name",
     "limit_words",
@@ -257,6 +270,7 @@ __all__ = [
     "tr_all",
     "trouble",
     "usable_keys",
+    "use_language",
     "use_shortcuts",
     "value_label",
     "verdict_colour",
