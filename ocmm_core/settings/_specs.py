@@ -250,7 +250,8 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "window.language", Kind.CHOICE, "system", _U, _LATER, later("Language"),
-        later("Of all sentences; system: that of the computer"), choices=(later("system"), "en", "de"),
+        later("Of all sentences; system: that of the computer"),
+        choices=(later("system"), "en", "de"),
     ),
     _spec(
         "window.theme", Kind.CHOICE, "dark", _U, _NOW, later("Theme"),
