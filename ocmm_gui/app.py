@@ -24,7 +24,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, contained
-from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, SettingsStore
+from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
 from ocmm_gui.arguments import given, parser
 from ocmm_gui.home import Choice, Errands, StartWindow
 from ocmm_gui.kit import (
@@ -35,9 +35,11 @@ from ocmm_gui.kit import (
     PlainLabel,
     apply_theme,
     chosen_language,
+    style_of,
     text_font,
     tr,
     use_language,
+    use_numbers,
 )
 
 if TYPE_CHECKING:
@@ -143,7 +145,7 @@ def run(parsed: argparse.Namespace) -> int:
     choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
     while True:
         # Windows are made in the language of the settings; a change of it makes them anew.
-        use_language(app, chosen_language(store.load().settings.window_language))
+        _use_language(app, store.load().settings)
         if choice.errand is Errands.START:
             chosen = _ask(app, parsed, store, choice, told)
             if chosen is None:
@@ -162,6 +164,12 @@ def run(parsed: argparse.Namespace) -> int:
         if code != EXIT_OK or after is None:
             return code
         choice, told = after, NoticeCentre()
+
+
+def _use_language(app: QApplication, settings: Settings) -> None:
+    language = chosen_language(settings.window_language)
+    use_language(app, language)
+    use_numbers(style_of(language, settings.window_decimal, settings.window_units))
 
 
 def _ask(

@@ -254,6 +254,15 @@ SETTINGS: tuple[SettingSpec, ...] = (
         choices=(later("system"), "en", "de"),
     ),
     _spec(
+        "window.decimal", Kind.CHOICE, "locale", _U, _LATER, later("Decimal sign"),
+        later("On screen; locale: that of the language"),
+        choices=(later("locale"), later("point"), later("comma")),
+    ),
+    _spec(
+        "window.units", Kind.CHOICE, "mm", _U, _LATER, later("Unit of length"),
+        later("On screen; files are in mm"), choices=("mm", later("inch")),
+    ),
+    _spec(
         "window.theme", Kind.CHOICE, "dark", _U, _NOW, later("Theme"),
         later("Colours of the window"),
         choices=(later("dark"), later("light"), later("contrast")), option="--theme",

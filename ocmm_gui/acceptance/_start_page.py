@@ -32,8 +32,10 @@ from ocmm_gui.kit import (
     NumberTable,
     PlainLabel,
     Theme,
+    day_words,
     later,
     literal,
+    localised,
     panel,
     sentence_label,
     text_font,
@@ -122,7 +124,12 @@ class AcceptanceStart(QWidget):
         for index, one in enumerate(procedures):
             known = one.procedure
             needs = ", ".join(kind_word(role) for role in one.roles) or tr("nothing")
-            words = (known.title, f"{known.standard}:{known.edition}", needs, f"{known.minutes:g}")
+            words = (
+                known.title,
+                f"{known.standard}:{known.edition}",
+                needs,
+                localised(f"{known.minutes:g}"),
+            )
             self.table.show_words(index, words)
             self.table.setRowHeight(index, ROW_PX)
             title = self.table.item(index, 0)
@@ -166,7 +173,7 @@ class AcceptanceStart(QWidget):
         self.artefacts.clear()
         for one in self._offers:
             use = one.used.use
-            due = use.due_utc[:10]
+            due = day_words(use.due_utc)
             text = tr("{name}, {serial}, due {due}").format(
                 name=use.name, serial=use.serial, due=due
             )

@@ -22,6 +22,7 @@ from ocmm_gui.kit import (
     Theme,
     later,
     literal,
+    localised,
     mark_colour,
     panel,
     sentence_label,
@@ -130,8 +131,8 @@ class AcceptanceVerdictPage(StepPage):
             superseded = tr(" (repeated)") if one.superseded else ""
             words = (
                 one.quantity, f"{one.position}, {one.name}{superseded}",
-                f"{1e3 * one.error_mm:+.1f}", f"{1e3 * one.expanded_mm:.1f}",
-                f"{1e3 * one.limit_mm:.1f}", one.verdict.value,
+                localised(f"{1e3 * one.error_mm:+.1f}"), localised(f"{1e3 * one.expanded_mm:.1f}"),
+                localised(f"{1e3 * one.limit_mm:.1f}"), one.verdict.value,
             )  # fmt: skip
             self.values.show_words(row, words)
         if outcome.chart is not None:

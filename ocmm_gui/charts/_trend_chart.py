@@ -8,7 +8,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.inspection.archive import Trend
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, digit_font, text_font, tr
+from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, digit_font, localised, text_font, tr
 
 _HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
 
@@ -74,7 +74,7 @@ class TrendChart(Painted):
                 taken.append(y(value))
                 place = QRectF(box.left() - _SCALE_PX + 6.0, y(value) - 9.0, _SCALE_PX - 12.0, 18.0)
                 right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                painter.drawText(place, right, f"{name} {value:.3f}")
+                painter.drawText(place, right, localised(f"{name} {value:.3f}"))
 
     def _paint_parts(
         self, painter: QPainter, trend: Trend, box: QRectF, low: float, high: float

@@ -24,6 +24,7 @@ from ocmm_gui.kit import (
     PlainLabel,
     caption,
     literal,
+    localised,
     sentence_label,
     text_font,
     tr,
@@ -116,7 +117,7 @@ class SettingRow(QObject):
         """Show what holds, where it comes from, and what the default is."""
         key, spec = self.spec.key, self.spec
         self._shown = value = loaded.values[key]
-        text = text_of(value)
+        text = _typed(spec, value)
         if self.choice is not None:
             self.choice.setCurrentIndex(spec.choices.index(text) if text in spec.choices else 0)
         elif self.switch is not None:
@@ -179,13 +180,13 @@ class SettingRow(QObject):
         if value != self._shown:
             self._commit(value)
         else:
-            self.field.setText(text_of(value))
+            self.field.setText(_typed(self.spec, value))
             self._say("", fault=False)
 
     def _on_left(self) -> None:
         if self.field.isModified():
             self.field.setModified(False)
-            self.field.setText(text_of(self._shown))
+            self.field.setText(_typed(self.spec, self._shown))
             self._say("", fault=False)
         else:
             self.left.emit()
@@ -226,6 +227,12 @@ def _button(text: str, name: str) -> QPushButton:
     return button
 
 
+def _typed(spec: SettingSpec, value: Value) -> str:
+    """Return a value as somebody types it here."""
+    text = text_of(value)
+    return localised(text) if spec.kind is Kind.NUMBER else text
+
+
 def _with_unit(label: str, unit: str) -> str:
     return f"{label} [{unit}]" if unit else label
 
@@ -233,7 +240,7 @@ def _with_unit(label: str, unit: str) -> str:
 def _default_words(spec: SettingSpec) -> str:
     if spec.kind is Kind.KEYS:
         return tr("as shipped")
-    text = text_of(spec.default)
+    text = _typed(spec, spec.default)
     if not text:
         return tr("empty")
     # The end of a path tells more than its beginning.

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan import PlanSummary
 
 
-_ANEW = ("window_language",)
+_ANEW = ("window_language", "window_decimal", "window_units")
 """Settings in which every text of a window is written."""
 
 

@@ -3,12 +3,12 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Read `_texts` (how sentences are translated), `_language` (which languages there are), `_theme`
-(three themes from one table), `_messages` (numbers and sentences), `_marks` (a shape for each
-outcome), `_actions` (every key as one table), `_sheet` (pages that Esc closes), `_parts` and
-`_painted`. Long work: `_side_process`, `_worker`, `_work_line`, `_work_sheet`. Questions without
-dialogs: `_answer_panel`, `_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound`
-is heard.
+Read `_texts` (how sentences are translated), `_language` (which languages there are), `_numbers`
+(how numbers, lengths and dates are written), `_theme` (three themes from one table), `_messages`
+(sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table), `_sheet`
+(pages that Esc closes), `_parts` and `_painted`. Long work: `_side_process`, `_worker`,
+`_work_line`, `_work_sheet`. Questions without dialogs: `_answer_panel`, `_path_panel`,
+`_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
 It is the first room of the window and must not know any screen or the station.
 """
 
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
         Mode,
         bind_actions,
         conflict_of,
+        key_words,
         make_actions,
         make_button,
         shortcuts_of,
@@ -87,6 +88,20 @@ if TYPE_CHECKING:
         verdict_line,
     )
     from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
+    from ocmm_gui.kit._numbers import (
+        INCH_MM,
+        NumberStyle,
+        day_words,
+        length_number,
+        length_words,
+        localised,
+        numbers_in_use,
+        plain_number,
+        style_of,
+        time_words,
+        unit_word,
+        use_numbers,
+    )
     from ocmm_gui.kit._painted import SCENE_LEAST, SCENE_SIZE, Painted
     from ocmm_gui.kit._parts import (
         ColouredRow,
@@ -129,7 +144,8 @@ else:
         __name__,
         _actions=(
             "ACTIONS ActionInfo Debounced FINISH_KEYS Mode TAKE_KEYS UNDO_KEYS bind_actions "
-            "conflict_of make_actions make_button shortcuts_of show_mode usable_keys use_shortcuts"
+            "conflict_of key_words make_actions make_button shortcuts_of show_mode usable_keys "
+            "use_shortcuts"
         ),
         _answer_panel="AnswerPanel",
         _fit_text="FitText",
@@ -143,6 +159,10 @@ else:
             "shape_word slot_names step_text trouble verdict_line"
         ),
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
+        _numbers=(
+            "INCH_MM NumberStyle day_words length_number length_words localised numbers_in_use "
+            "plain_number style_of time_words unit_word use_numbers"
+        ),
         _painted="Painted SCENE_LEAST SCENE_SIZE",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
         _path_panel="OwnKeysField PathPanel dropped_file",
@@ -167,6 +187,7 @@ __all__ = [
     "DASHES",
     "DEFAULT_THEME",
     "FINISH_KEYS",
+    "INCH_MM",
     "LANGUAGES",
     "PAUSED",
     "SCENE_LEAST",
@@ -192,6 +213,7 @@ __all__ = [
     "Mode",
     "Notice",
     "NoticeCentre",
+    "NumberStyle",
     "NumberTable",
     "OwnKeysField",
     "Painted",
@@ -220,6 +242,7 @@ __all__ = [
     "chosen_language",
     "conflict_of",
     "counted_line",
+    "day_words",
     "digit_font",
     "distance_words",
     "dress",
@@ -233,22 +256,28 @@ __all__ = [
     "has_failed",
     "header_words",
     "is_held",
+    "key_words",
     "language_file",
     "language_in_use",
     "later",
     "led_name",
+    "length_number",
+    "length_words",
     "limit_words",
     "literal",
+    "localised",
     "make_actions",
     "make_button",
     "mark_colour",
     "millimetres",
     "mode_words",
     "next_step",
+    "numbers_in_use",
     "outlier_count",
     "outlier_words",
     "paint_mark",
     "panel",
+    "plain_number",
     "progress_word",
     "quantity",
     "reference_led_name",
@@ -265,12 +294,16 @@ __all__ = [
     "status_colour",
     "status_mark",
     "step_text",
+    "style_of",
     "text_font",
+    "time_words",
     "tr",
     "tr_all",
     "trouble",
+    "unit_word",
     "usable_keys",
     "use_language",
+    "use_numbers",
     "use_shortcuts",
     "value_label",
     "verdict_colour",

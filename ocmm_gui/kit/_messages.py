@@ -17,6 +17,7 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
+from ocmm_gui.kit._numbers import length_number, localised, numbers_in_use, unit_word
 from ocmm_gui.kit._texts import later, tr
 
 DASHES = "———"
@@ -24,11 +25,10 @@ DASHES = "———"
 
 
 def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3) -> str:
-    """Return a length, mm, with a point as decimal sign; dashes where there is none."""
+    """Return a length, given in mm, in the unit that is shown; dashes where there is none."""
     if value is None or not np.isfinite(value):
         return DASHES
-    rounded = round(value, decimals) + 0.0  # adding zero turns -0.0 into 0.0
-    return f"{rounded:+.{decimals}f}" if signed else f"{rounded:.{decimals}f}"
+    return length_number(float(value), signed=signed, decimals=decimals)
 
 
 def shape_word(shape: Shape) -> str:
@@ -130,14 +130,17 @@ CRITERION_WORDS = {criterion: word for word, criterion in CRITERIA.items()}
 
 
 def quantity(result: CharacteristicResult, value: float | None, *, signed: bool = False) -> str:
-    """Return a value of a characteristic in its unit: mm without a word, degrees with their sign.
+    """Return a value of a characteristic in its unit: mm without a word, inch and degrees with it.
 
     Angles get a digit more than a hundredth of a degree is long at 50 mm.
     """
+    if value is None or not np.isfinite(value):
+        return DASHES
     if result.unit != "deg":
-        return millimetres(value, signed=signed)
-    text = millimetres(value, signed=signed, decimals=4)
-    return text if text == DASHES else f"{text}°"
+        text = millimetres(value, signed=signed)
+        return f"{text} {unit_word()}" if numbers_in_use().inch else text
+    rounded = round(value, 4) + 0.0
+    return localised(localised(f"{rounded:+.4f}°") if signed else localised(f"{rounded:.4f}°"))
 
 
 def limit_words(result: CharacteristicResult) -> str:

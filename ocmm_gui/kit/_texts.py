@@ -23,6 +23,8 @@ from PySide6 import QtGui
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtWidgets import QLabel, QWidget
 
+from ocmm_gui.kit._numbers import Sentence, numbers_in_use
+
 _JOINER = "\N{WORD JOINER}"
 
 T = TypeVar("T", bound=tuple[object, ...])
@@ -30,6 +32,8 @@ T = TypeVar("T", bound=tuple[object, ...])
 
 def tr(sentence: str, one: str = "", count: int = -1) -> str:
     """Return a sentence in the language of the window, or as it is where there is no translation.
+
+    Its ``format`` writes numbers with the decimal sign in use (`_numbers`).
 
     Parameters
     ----------
@@ -43,8 +47,8 @@ def tr(sentence: str, one: str = "", count: int = -1) -> str:
     """
     text = QCoreApplication.translate("", sentence, one or None, count)
     if count == 1 and one and text == sentence.replace("%n", "1"):
-        return one
-    return text
+        text = one
+    return Sentence(text) if numbers_in_use().comma else text
 
 
 def later(sentence: str) -> str:

@@ -37,6 +37,7 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     later,
+    localised,
     panel,
     sentence_label,
     text_font,
@@ -194,7 +195,7 @@ class FitsPage(QWidget):
         words = (
             report.name,
             str(len(report.results)),
-            *("–" if value is None else f"{value:.1e}" for value in worst),
+            *("–" if value is None else localised(f"{value:.1e}") for value in worst),
             tr("✔  AGREES") if report.passed else tr("✖  OFF"),
         )
         self.table.show_words(row, words)

@@ -18,6 +18,7 @@ from ocmm_gui.kit import (
     is_held,
     later,
     literal,
+    localised,
     millimetres,
     seen_cameras,
     seen_targets,
@@ -156,4 +157,4 @@ class StatusStrip(QFrame):
 
 def _short(count: int) -> str:
     # Six digits keep their place in the strip for any length of shift.
-    return f"{count}" if count < 1_000_000 else f"{count / 1e6:.2f}M"
+    return f"{count}" if count < 1_000_000 else localised(f"{count / 1e6:.2f}M")

@@ -7,6 +7,7 @@ from typing import Any
 
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import number
+from ocmm_gui.kit import localised
 from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
 
 _YES, _NO = "yes", "no"
@@ -108,6 +109,7 @@ def _row(values: Iterable[Any]) -> str:
 
 
 def _plain(value: Any) -> str:
-    if isinstance(value, float) and float(f"{value:g}") == value:
-        return f"{value:g}"
+    if isinstance(value, float):
+        short = f"{value:g}"
+        return localised(short if float(short) == value else str(value))
     return "" if value is None else str(value)

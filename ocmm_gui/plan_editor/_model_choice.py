@@ -27,6 +27,7 @@ from ocmm_gui.kit import (
     caption,
     form_field,
     literal,
+    localised,
     shape_word,
     text_font,
     tr,
@@ -257,9 +258,9 @@ class _OfferList(QListWidget):
 def _words(offer: Offer) -> str:
     """Return a line: name, shape, size, and what stands against it."""
     feature = offer.feature
-    size = f"\N{LATIN CAPITAL LETTER O WITH STROKE} {feature.diameter:.3f}"
+    size = localised(f"\N{LATIN CAPITAL LETTER O WITH STROKE} {feature.diameter:.3f}")
     if not feature.diameter:
-        size = f"{feature.length:.1f} \N{MULTIPLICATION SIGN} {feature.width:.1f}"
+        size = localised(f"{feature.length:.1f} \N{MULTIPLICATION SIGN} {feature.width:.1f}")
     shape = shape_word(feature.shape) if offer.free_form is None else tr("Free form")
     words = f"{feature.name}   {shape}   {size}"
     return f"{words}   \N{EN DASH} {offer.against}" if offer.against else words

@@ -23,6 +23,7 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     later,
+    localised,
     millimetres,
     panel,
     sentence_label,
@@ -188,7 +189,7 @@ _OFF = 4
 
 def _row(item: Residual) -> tuple[str, ...]:
     name = item.feature if item.aligned else f"({item.feature})"
-    turned = f"{np.degrees(item.angle):.3f}" if item.angle else DASHES
+    turned = localised(f"{np.degrees(item.angle):.3f}") if item.angle else DASHES
     return (
         name,
         *(millimetres(float(value), signed=True) for value in item.offset),
@@ -202,7 +203,7 @@ def _spread_words(report: AlignmentReport) -> str:
     if report.origin_uncertainty is None or report.turn_uncertainty is None:
         return ""
     shifts = "  ".join(millimetres(float(value)) for value in report.origin_uncertainty)
-    turns = "  ".join(f"{value:.4f}" for value in np.degrees(report.turn_uncertainty))
+    turns = "  ".join(localised(f"{value:.4f}") for value in np.degrees(report.turn_uncertainty))
     return tr(
         "U (k=2) of the origin, x y z: {shifts} mm. Of rotations about x y z: {turns}°."
     ).format(shifts=shifts, turns=turns)

@@ -25,6 +25,7 @@ from ocmm_gui.kit import (
     digit_font,
     form_field,
     later,
+    localised,
     sentence_label,
     tr,
     tr_all,
@@ -264,9 +265,9 @@ def _cells(trend: Trend) -> tuple[str, ...]:
     return (
         trend.name,
         tr("{included} of {count}").format(included=len(values), count=len(trend.parts)),
-        f"{values.mean():.4f}" if len(values) else "–",
-        f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
-        f"{able.cpk:.2f}" if able is not None else "–",
-        f"{able.cpk_low:.2f} – {able.cpk_high:.2f}" if able is not None else "–",
+        localised(f"{values.mean():.4f}") if len(values) else "–",
+        localised(f"{able.cp:.2f}") if able is not None and able.cp is not None else "–",
+        localised(f"{able.cpk:.2f}") if able is not None else "–",
+        localised(f"{able.cpk_low:.2f} – {able.cpk_high:.2f}") if able is not None else "–",
         signals,
     )

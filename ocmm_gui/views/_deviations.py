@@ -18,7 +18,7 @@ from ocmm_core.tolerances.decisions import (
     DeviationPicture,
     deviation_picture,
 )
-from ocmm_gui.kit import Theme, later, text_font, tr
+from ocmm_gui.kit import Theme, later, localised, text_font, tr
 from ocmm_gui.views._part_scene import blended
 from ocmm_gui.views._scene import Diamonds, Dots, Item, Lines, Tag
 
@@ -108,7 +108,7 @@ def limit_words(picture: DeviationPicture) -> tuple[str, str, str]:
     """Return what stands at the ends and the middle of the part of the scale that is within."""
     if picture.limit is None:
         return tr("lower limit"), "0", tr("upper limit")
-    return f"{-picture.limit:+.3f}", "0", f"{picture.limit:+.3f} mm"
+    return localised(f"{-picture.limit:+.3f}"), "0", localised(f"{picture.limit:+.3f} mm")
 
 
 def scale_place(box: QRectF) -> QRectF:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -24,6 +24,7 @@ from ocmm_gui.kit import (
     FitText,
     Sound,
     Theme,
+    key_words,
     literal,
     mark_colour,
     sentence_label,
@@ -260,7 +261,7 @@ class Runner(QWidget):
         self.buttons["leave"].show()
 
     def _button(self, action: QAction) -> QPushButton:
-        key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
+        key = key_words(action.shortcuts()[0])
         button = QPushButton(f"{action.text()}\n[{key}]")
         button.setObjectName(action.objectName())
         button.setAccessibleName(action.text())

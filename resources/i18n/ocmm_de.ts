@@ -2045,6 +2045,46 @@ Startet: {source}</translation>
         <translation>Zwischen Messen und Wartung wechseln</translation>
     </message>
     <message>
+        <source>Return</source>
+        <translation>Eingabe</translation>
+    </message>
+    <message>
+        <source>Enter</source>
+        <translation>Enter</translation>
+    </message>
+    <message>
+        <source>Backspace</source>
+        <translation>Rück</translation>
+    </message>
+    <message>
+        <source>Ins</source>
+        <translation>Einfg</translation>
+    </message>
+    <message>
+        <source>Del</source>
+        <translation>Entf</translation>
+    </message>
+    <message>
+        <source>PgUp</source>
+        <translation>Bild↑</translation>
+    </message>
+    <message>
+        <source>PgDown</source>
+        <translation>Bild↓</translation>
+    </message>
+    <message>
+        <source>Shift</source>
+        <translation>Umschalt</translation>
+    </message>
+    <message>
+        <source>Ctrl</source>
+        <translation>Strg</translation>
+    </message>
+    <message>
+        <source>Alt</source>
+        <translation>Alt</translation>
+    </message>
+    <message>
         <source>Question</source>
         <translation>Frage</translation>
     </message>
@@ -6611,8 +6651,8 @@ Startet: {source}</translation>
         <translation>Erstes Einmessen dieses Tasteinsatzes: nichts zum Vergleichen.</translation>
     </message>
     <message>
-        <source>Since the calibration of {when:%Y-%m-%d} the tip moved by {tip_distance:.4f} mm and the LEDs by {led_rms:.4f} mm (RMS).</source>
-        <translation>Seit dem Einmessen vom {when:%Y-%m-%d} hat sich die Kugelmitte um {tip_distance:.4f} mm und haben sich die LEDs um {led_rms:.4f} mm (RMS) bewegt.</translation>
+        <source>Since the calibration of {when} the tip moved by {tip_distance:.4f} mm and the LEDs by {led_rms:.4f} mm (RMS).</source>
+        <translation>Seit dem Einmessen vom {when} hat sich die Kugelmitte um {tip_distance:.4f} mm und haben sich die LEDs um {led_rms:.4f} mm (RMS) bewegt.</translation>
     </message>
     <message>
         <source>Probe attitudes</source>
@@ -6756,7 +6796,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Space</source>
-        <translation>Raum</translation>
+        <translation>Leertaste</translation>
     </message>
     <message>
         <source>No objections to this calibration. After accepting, verify it.</source>
@@ -7596,6 +7636,38 @@ Startet: {source}</translation>
     <message>
         <source>system</source>
         <translation>System</translation>
+    </message>
+    <message>
+        <source>Decimal sign</source>
+        <translation>Dezimalzeichen</translation>
+    </message>
+    <message>
+        <source>On screen; locale: that of the language</source>
+        <translation>Am Bildschirm; Sprache: das der Sprache</translation>
+    </message>
+    <message>
+        <source>locale</source>
+        <translation>Sprache</translation>
+    </message>
+    <message>
+        <source>point</source>
+        <translation>Punkt</translation>
+    </message>
+    <message>
+        <source>comma</source>
+        <translation>Komma</translation>
+    </message>
+    <message>
+        <source>Unit of length</source>
+        <translation>Längeneinheit</translation>
+    </message>
+    <message>
+        <source>On screen; files are in mm</source>
+        <translation>Am Bildschirm; Dateien sind in mm</translation>
+    </message>
+    <message>
+        <source>inch</source>
+        <translation>Zoll</translation>
     </message>
     <message>
         <source>Colours of the window</source>
