@@ -29,6 +29,7 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     ChoiceBox,
+    HintField,
     NumberTable,
     PlainLabel,
     Theme,
@@ -252,7 +253,7 @@ class AcceptanceStart(QWidget):
         form.setHorizontalSpacing(12)
         form.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
-            field = QLineEdit()
+            field = HintField()
             field.setObjectName(key)
             field.setAccessibleName(tr(label))
             field.setAccessibleDescription(tr(tip))

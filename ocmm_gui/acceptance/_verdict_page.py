@@ -6,7 +6,6 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
-    QPushButton,
     QVBoxLayout,
 )
 
@@ -18,6 +17,7 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    NarrowButton,
     NumberTable,
     Theme,
     later,
@@ -82,11 +82,11 @@ class AcceptanceVerdictPage(StepPage):
                 (tr("Interim checks"), self.interim),
             )
         )
-        self.paper = QPushButton(tr("Certificate (PDF and DCC)  [P]"))
+        self.paper = NarrowButton(tr("Certificate (PDF and DCC)  [P]"))
         self.paper.setAccessibleName(tr("Write the certificate, PDF and DCC"))
         self.paper.setToolTip(literal(tr("Write the certificate, PDF and DCC")))
         self.paper.setShortcut("P")
-        self.record = QPushButton(tr("Record  [2]"))
+        self.record = NarrowButton(tr("Record  [2]"))
         self.record.setAccessibleName(tr("Show every value of the record"))
         self.paper.clicked.connect(self._want_paper)
         self.record.clicked.connect(lambda: self.show_plot(1))

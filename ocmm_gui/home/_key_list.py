@@ -19,6 +19,7 @@ from ocmm_gui.home._setting_row import HIGH_PX
 from ocmm_gui.kit import (
     ACTIONS,
     ActionInfo,
+    NarrowButton,
     PlainLabel,
     conflict_of,
     key_words,
@@ -189,7 +190,7 @@ class _Capture(PlainLabel):
 
 
 def _wide(text: str) -> QPushButton:
-    button = QPushButton(text)
+    button = NarrowButton(text)
     button.setAccessibleName(text)
     button.setMinimumHeight(HIGH_PX)
     button.setFont(text_font(16))

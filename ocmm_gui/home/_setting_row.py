@@ -20,6 +20,7 @@ from ocmm_core.settings import (
 )
 from ocmm_gui.kit import (
     ChoiceBox,
+    NarrowButton,
     OwnKeysField,
     PlainLabel,
     caption,
@@ -74,7 +75,7 @@ class SettingRow(QObject):
             editor = self.choice = ChoiceBox(label, tip, tr_all(spec.choices))
             self.choice.activated.connect(lambda index: self._commit(spec.choices[index]))
         elif spec.kind is Kind.SWITCH:
-            editor = self.switch = QPushButton()
+            editor = self.switch = NarrowButton()
             self.switch.setCheckable(True)
             self.switch.setAccessibleName(label)
             self.switch.setToolTip(literal(tip))
@@ -218,7 +219,7 @@ class _Field(OwnKeysField):
 
 
 def _button(text: str, name: str) -> QPushButton:
-    button = QPushButton(text)
+    button = NarrowButton(text)
     button.setAccessibleName(name)
     button.setToolTip(literal(name))
     button.setFont(text_font(20))

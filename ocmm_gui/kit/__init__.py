@@ -6,9 +6,9 @@ notices.
 Read `_texts` (how sentences are translated), `_language` (which languages there are), `_numbers`
 (how numbers, lengths and dates are written), `_theme` (three themes from one table), `_messages`
 (sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table), `_sheet`
-(pages that Esc closes), `_parts` and `_painted`. Long work: `_side_process`, `_worker`,
-`_work_line`, `_work_sheet`. Questions without dialogs: `_answer_panel`, `_path_panel`,
-`_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
+(pages that Esc closes), `_parts`, `_narrow` (words that stay whole) and `_painted`. Long work:
+`_side_process`, `_worker`, `_work_line`, `_work_sheet`. Questions without dialogs: `_answer_panel`,
+`_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
 It is the first room of the window and must not know any screen or the station.
 """
 
@@ -68,10 +68,12 @@ if TYPE_CHECKING:
         has_failed,
         header_words,
         is_held,
+        kind_value,
         led_name,
         limit_words,
         millimetres,
         mode_words,
+        named_quantity,
         next_step,
         outlier_count,
         outlier_words,
@@ -87,18 +89,23 @@ if TYPE_CHECKING:
         trouble,
         verdict_line,
     )
+    from ocmm_gui.kit._narrow import HintField, NarrowButton, NarrowItems, fits, is_longer
     from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
     from ocmm_gui.kit._numbers import (
         INCH_MM,
         NumberStyle,
         day_words,
+        field_length,
         length_number,
+        length_of_field,
         length_words,
         localised,
         numbers_in_use,
         plain_number,
+        split_unit,
         style_of,
         time_words,
+        to_mm,
         unit_word,
         use_numbers,
     )
@@ -117,7 +124,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
-    from ocmm_gui.kit._texts import PlainLabel, later, literal, tr, tr_all
+    from ocmm_gui.kit._texts import PlainLabel, later, literal, tr, tr_all, with_unit
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT,
         DEFAULT_THEME,
@@ -154,14 +161,18 @@ else:
         _messages=(
             "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
             "counted_line distance_words feature_title form_words has_failed header_words is_held "
-            "led_name limit_words millimetres mode_words next_step outlier_count outlier_words "
+            "kind_value "
+            "led_name limit_words millimetres mode_words named_quantity next_step outlier_count "
+            "outlier_words "
             "progress_word quantity reference_led_name reference_words seen_cameras seen_targets "
             "shape_word slot_names step_text trouble verdict_line"
         ),
+        _narrow="HintField NarrowButton NarrowItems fits is_longer",
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
         _numbers=(
-            "INCH_MM NumberStyle day_words length_number length_words localised numbers_in_use "
-            "plain_number style_of time_words unit_word use_numbers"
+            "INCH_MM NumberStyle day_words field_length length_number length_of_field length_words "
+            "localised numbers_in_use plain_number split_unit style_of time_words to_mm unit_word "
+            "use_numbers"
         ),
         _painted="Painted SCENE_LEAST SCENE_SIZE",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
@@ -170,7 +181,7 @@ else:
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
         _sound="Approach Sound SoundPlayer verdict_sound",
-        _texts="PlainLabel later literal tr tr_all",
+        _texts="PlainLabel later literal tr tr_all with_unit",
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
             "far_type fitted status_colour text_font verdict_colour wrapped_pixels"
@@ -208,9 +219,12 @@ __all__ = [
     "Failed",
     "FitText",
     "FormField",
+    "HintField",
     "Level",
     "Mark",
     "Mode",
+    "NarrowButton",
+    "NarrowItems",
     "Notice",
     "NoticeCentre",
     "NumberStyle",
@@ -250,18 +264,23 @@ __all__ = [
     "far_type",
     "feature_mark",
     "feature_title",
+    "field_length",
+    "fits",
     "fitted",
     "form_field",
     "form_words",
     "has_failed",
     "header_words",
     "is_held",
+    "is_longer",
     "key_words",
+    "kind_value",
     "language_file",
     "language_in_use",
     "later",
     "led_name",
     "length_number",
+    "length_of_field",
     "length_words",
     "limit_words",
     "literal",
@@ -271,6 +290,7 @@ __all__ = [
     "mark_colour",
     "millimetres",
     "mode_words",
+    "named_quantity",
     "next_step",
     "numbers_in_use",
     "outlier_count",
@@ -290,6 +310,7 @@ __all__ = [
     "shortcuts_of",
     "show_mode",
     "slot_names",
+    "split_unit",
     "stacked",
     "status_colour",
     "status_mark",
@@ -297,6 +318,7 @@ __all__ = [
     "style_of",
     "text_font",
     "time_words",
+    "to_mm",
     "tr",
     "tr_all",
     "trouble",
@@ -310,5 +332,6 @@ __all__ = [
     "verdict_line",
     "verdict_mark",
     "verdict_sound",
+    "with_unit",
     "wrapped_pixels",
 ]

@@ -15,6 +15,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
+from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import later, literal, tr
 
 DEBOUNCE_S = 0.15
@@ -342,7 +343,7 @@ def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[]
 def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     """Return a button that does what ``action`` does and shows its first key."""
     shown = _first_key(action)
-    button = QPushButton(f"{action.text()}  [{shown}]")
+    button = NarrowButton(f"{action.text()}  [{shown}]")
     button.setAccessibleName(action.text())
     button.setAccessibleDescription(action.toolTip())
     button.setToolTip(literal(action.toolTip()))

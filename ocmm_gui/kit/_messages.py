@@ -17,7 +17,7 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit._numbers import length_number, localised, numbers_in_use, unit_word
+from ocmm_gui.kit._numbers import length_number, length_words, localised, numbers_in_use, unit_word
 from ocmm_gui.kit._texts import later, tr
 
 DASHES = "———"
@@ -25,10 +25,11 @@ DASHES = "———"
 
 
 def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3) -> str:
-    """Return a length, given in mm, in the unit that is shown; dashes where there is none."""
+    """Return a length, given in mm: without a word, in inch with it; dashes where there is none."""
     if value is None or not np.isfinite(value):
         return DASHES
-    return length_number(float(value), signed=signed, decimals=decimals)
+    text = length_number(float(value), signed=signed, decimals=decimals)
+    return f"{text} {unit_word()}" if numbers_in_use().inch else text
 
 
 def shape_word(shape: Shape) -> str:
@@ -137,10 +138,26 @@ def quantity(result: CharacteristicResult, value: float | None, *, signed: bool 
     if value is None or not np.isfinite(value):
         return DASHES
     if result.unit != "deg":
-        text = millimetres(value, signed=signed)
-        return f"{text} {unit_word()}" if numbers_in_use().inch else text
+        return millimetres(value, signed=signed)
     rounded = round(value, 4) + 0.0
     return localised(localised(f"{rounded:+.4f}°") if signed else localised(f"{rounded:.4f}°"))
+
+
+def kind_value(kind: str, value: float, decimals: int) -> str:
+    """Return a value of a kind of characteristic; as all lengths, in inch with the unit."""
+    if spec_of(kind).unit == "mm":
+        return millimetres(value, decimals=decimals)
+    return localised(f"{value:.{decimals}f}")
+
+
+def named_quantity(
+    result: CharacteristicResult, value: float | None, *, signed: bool = False
+) -> str:
+    """Return a value of a characteristic with its unit, also where that is mm."""
+    text = quantity(result, value, signed=signed)
+    if text == DASHES or result.unit == "deg" or numbers_in_use().inch:
+        return text
+    return f"{text} {unit_word()}"
 
 
 def limit_words(result: CharacteristicResult) -> str:
@@ -193,8 +210,8 @@ def outlier_words(feature: FeatureView, chosen: int) -> str:
 def _off(number: int, residuals: Mapping[int, float]) -> str:
     if number not in residuals:
         return tr("point {number}").format(number=number)
-    return tr("point {number} ({residual} mm)").format(
-        number=number, residual=millimetres(residuals[number], signed=True)
+    return tr("point {number} ({residual})").format(
+        number=number, residual=length_words(residuals[number], signed=True)
     )
 
 

@@ -124,13 +124,60 @@ def length_words(value_mm: float, *, signed: bool = False, decimals: int = 3) ->
     return f"{length_number(value_mm, signed=signed, decimals=decimals)} {unit_word()}"
 
 
+_TYPED_DECIMALS = 8
+"""Of an inch, in a field: half a step is a tenth of the nanometre to which it is read."""
+
+_READ_DECIMALS = 6
+_UNITS_MM = {"mm": 1.0, "in": INCH_MM, "inch": INCH_MM, '"': INCH_MM, "\N{DOUBLE PRIME}": INCH_MM}
+
+
+def field_length(value_mm: float) -> str:
+    """Return a length as it stands in a field, in inch with its unit; `length_of_field` reads it.
+
+    In mm the unit stands at the field.
+    """
+    if not _InUse.style.inch:
+        short = f"{value_mm:g}"
+        return localised(short if float(short) == value_mm else str(value_mm))
+    text = f"{value_mm / INCH_MM:.{_TYPED_DECIMALS}f}".rstrip("0").rstrip(".")
+    return f"{localised('0' if text == '-0' else text)} {unit_word()}"
+
+
+def split_unit(text: str) -> tuple[str, str]:
+    """Return a number as it was typed and the unit behind it; empty where there is none."""
+    text = text.strip()
+    for unit in sorted(_UNITS_MM, key=len, reverse=True):
+        if text.lower().endswith(unit):
+            return text[: -len(unit)].strip(), unit
+    return text, ""
+
+
+def to_mm(value: float, unit: str) -> float:
+    """Return a length in mm; without a unit it is in the one that is shown."""
+    factor = _UNITS_MM[unit or unit_word()]
+    return value if factor == 1.0 else round(factor * value, _READ_DECIMALS)
+
+
+def length_of_field(text: str) -> float:
+    """Return a length that was typed, mm; a unit behind it wins over the one that is shown.
+
+    Raises
+    ------
+    ValueError
+        It is no number.
+    """
+    number, unit = split_unit(text)
+    return to_mm(float(plain_number(number)), unit)
+
+
 def day_words(when: date | str) -> str:
     """Return a day; of a text its first ten characters count, as ISO 8601 writes them."""
     if isinstance(when, str):
+        first = when[:10]
         try:
-            when = date.fromisoformat(when[:10])
+            return day_words(date.fromisoformat(first))
         except ValueError:
-            return when[:10]
+            return first
     return f"{when:{_InUse.style.day}}"
 
 

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QProgressBar,
-    QPushButton,
     QVBoxLayout,
     QWidget,
 )
@@ -39,6 +38,7 @@ from ocmm_gui.kit import (
     DataTable,
     FitText,
     Mark,
+    NarrowButton,
     OwnKeysField,
     PlainLabel,
     SideProcess,
@@ -130,7 +130,7 @@ class ProbeDesignPage(QWidget):
         self._process.finished.connect(self._show_report)
         self._process.failed.connect(self._on_failed)
         self.fields = {key: OwnKeysField(proposal) for key, _, _, proposal in _FIELDS}
-        self.button = QPushButton(tr("Examine"))
+        self.button = NarrowButton(tr("Examine"))
         self.button.setProperty("role", "primary")
         self.button.setMinimumHeight(38)
         self.button.setAccessibleName(tr("Examine"))

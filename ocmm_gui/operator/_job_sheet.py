@@ -47,7 +47,7 @@ _KEYS = (
 _FIELDS = (
     ("operator", later("Operator"), later("Name of the operator")),
     ("serial", later("Serial number"), later("Of the part; - if it has none")),
-    ("order", later("Order"), later("Order number; optional")),
+    ("order", later("Order no."), later("Order number; optional")),
     ("batch", later("Batch"), later("Groups parts for comparison; optional")),
 )
 _PATH = Qt.ItemDataRole.UserRole

@@ -23,6 +23,7 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     later,
+    length_number,
     localised,
     millimetres,
     panel,
@@ -30,6 +31,8 @@ from ocmm_gui.kit import (
     text_font,
     tr,
     tr_all,
+    unit_word,
+    with_unit,
 )
 from ocmm_gui.results._drill import alignment_of_file
 
@@ -44,11 +47,11 @@ _KEYS = (
 )
 _COLUMNS = (
     (later("Feature"), later("in brackets: not used for the frame, only checks it")),
-    ("dx", later("mm, deviation from nominal, in the frame")),
-    ("dy", "mm"),
-    ("dz", "mm"),
-    (later("off"), later("mm, length of the deviation vector")),
-    ("U (k=2)", later("mm, U of the distance, in its least certain direction")),
+    ("dx", later("{unit}, deviation from nominal, in the frame")),
+    ("dy", "{unit}"),
+    ("dz", "{unit}"),
+    (later("off"), later("{unit}, length of the deviation vector")),
+    ("U (k=2)", later("{unit}, U of the distance, in its least certain direction")),
     (later("turned, °"), later("angular deviation")),
 )
 
@@ -67,7 +70,7 @@ class AlignmentSheet(Sheet):
         self._theme = THEMES[DEFAULT_THEME]
         self._bridge = bridge
         self._report: AlignmentReport | None = None
-        self.table = NumberTable(tr("Residuals"), tr_all(_COLUMNS), whole=False)
+        self.table = NumberTable(tr("Residuals"), with_unit(tr_all(_COLUMNS)), whole=False)
         self.table.right_heads(range(1, len(_COLUMNS)))
         self._state = FitText(tr("Degrees of freedom"), limit=28)
         self._state.setFixedHeight(40)
@@ -202,8 +205,8 @@ def _row(item: Residual) -> tuple[str, ...]:
 def _spread_words(report: AlignmentReport) -> str:
     if report.origin_uncertainty is None or report.turn_uncertainty is None:
         return ""
-    shifts = "  ".join(millimetres(float(value)) for value in report.origin_uncertainty)
+    shifts = "  ".join(length_number(float(value)) for value in report.origin_uncertainty)
     turns = "  ".join(localised(f"{value:.4f}") for value in np.degrees(report.turn_uncertainty))
     return tr(
-        "U (k=2) of the origin, x y z: {shifts} mm. Of rotations about x y z: {turns}°."
-    ).format(shifts=shifts, turns=turns)
+        "U (k=2) of the origin, x y z: {shifts} {unit}. Of rotations about x y z: {turns}°."
+    ).format(shifts=shifts, unit=unit_word(), turns=turns)

@@ -22,6 +22,7 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
+    NarrowButton,
     Sound,
     Theme,
     key_words,
@@ -262,7 +263,7 @@ class Runner(QWidget):
 
     def _button(self, action: QAction) -> QPushButton:
         key = key_words(action.shortcuts()[0])
-        button = QPushButton(f"{action.text()}\n[{key}]")
+        button = NarrowButton(f"{action.text()}\n[{key}]")
         button.setObjectName(action.objectName())
         button.setAccessibleName(action.text())
         button.setAccessibleDescription(action.toolTip())

@@ -1231,8 +1231,8 @@ Startet: {source}</translation>
         <translation>keine Toleranz</translation>
     </message>
     <message>
-        <source>{name}: deviation {deviation} mm, limits {lower} to {upper} mm, {verdict}</source>
-        <translation>{name}: Abweichung {deviation} mm, Grenzen {lower} bis {upper} mm, {verdict}</translation>
+        <source>{name}: deviation {deviation}, limits {lower} to {upper}, {verdict}</source>
+        <translation>{name}: Abweichung {deviation}, Grenzen {lower} bis {upper}, {verdict}</translation>
     </message>
     <message>
         <source>Paths of the LEDs about the ball</source>
@@ -1263,8 +1263,8 @@ Startet: {source}</translation>
         <translation>{name}: keine Teile einbezogen</translation>
     </message>
     <message>
-        <source>{name}: {count} parts, {least:.4f} to {most:.4f}, {signals} signals</source>
-        <translation>{name}: {count} Teile, {least:.4f} bis {most:.4f}, {signals} Signale</translation>
+        <source>{name}: {count} parts, {least} to {most}, {signals} signals</source>
+        <translation>{name}: {count} Teile, {least} bis {most}, {signals} Signale</translation>
     </message>
     <message>
         <source>Files</source>
@@ -1722,15 +1722,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Skip</source>
-        <translation>Überspringen</translation>
+        <translation>Auslassen</translation>
     </message>
     <message>
         <source>Skip this feature; it can be measured later</source>
-        <translation>Dieses Element überspringen; es kann später gemessen werden</translation>
+        <translation>Dieses Element auslassen; es kann später gemessen werden</translation>
     </message>
     <message>
         <source>Repeat</source>
-        <translation>Neu messen</translation>
+        <translation>Erneut</translation>
     </message>
     <message>
         <source>Repeat this feature; its old points stay in the file</source>
@@ -1742,7 +1742,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Reopen a finished or skipped feature to add points</source>
-        <translation>Fertiges oder übersprungenes Element für weitere Punkte öffnen</translation>
+        <translation>Fertiges oder ausgelassenes Element für weitere Punkte öffnen</translation>
     </message>
     <message>
         <source>Order</source>
@@ -2018,7 +2018,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Home</source>
-        <translation>Startseite</translation>
+        <translation>Start</translation>
     </message>
     <message>
         <source>Leave the job for the Start page; no point is lost</source>
@@ -2133,8 +2133,8 @@ Startet: {source}</translation>
         <translation>Punkt {number}</translation>
     </message>
     <message>
-        <source>point {number} ({residual} mm)</source>
-        <translation>Punkt {number} ({residual} mm)</translation>
+        <source>point {number} ({residual})</source>
+        <translation>Punkt {number} ({residual})</translation>
     </message>
     <message>
         <source>PAUSED</source>
@@ -2154,7 +2154,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>{name} is skipped. Press F6 to reopen it, PgDown to go on.</source>
-        <translation>{name} ist übersprungen. F6 öffnet es wieder, Bild↓ geht weiter.</translation>
+        <translation>{name} ist ausgelassen. F6 öffnet es wieder, Bild↓ geht weiter.</translation>
     </message>
     <message>
         <source>Select and measure what is missing, or press E to write the report.</source>
@@ -3681,6 +3681,10 @@ Startet: {source}</translation>
         <translation>Bestellnummer; freiwillig</translation>
     </message>
     <message>
+        <source>Order no.</source>
+        <translation>Bestell-Nr.</translation>
+    </message>
+    <message>
         <source>Batch</source>
         <translation>Charge</translation>
     </message>
@@ -3816,8 +3820,8 @@ Startet: {source}</translation>
         <translation>mit „{name}“</translation>
     </message>
     <message>
-        <source>ball centre, mm, {frame}   ±{uncertainty} (k=2)</source>
-        <translation>Kugelmitte, mm, {frame}   ±{uncertainty} (k=2)</translation>
+        <source>ball centre, {unit}, {frame}   ±{uncertainty} (k=2)</source>
+        <translation>Kugelmitte, {unit}, {frame}   ±{uncertainty} (k=2)</translation>
     </message>
     <message>
         <source>Residuals of the points from the fitted feature</source>
@@ -3856,8 +3860,8 @@ Startet: {source}</translation>
         <translation>U Punkt</translation>
     </message>
     <message>
-        <source>expanded uncertainty of a point here, mm, k = 2</source>
-        <translation>erweiterte Unsicherheit eines Punkts hier, mm, k = 2</translation>
+        <source>expanded uncertainty of a point here, {unit}, k = 2</source>
+        <translation>erweiterte Unsicherheit eines Punkts hier, {unit}, k = 2</translation>
     </message>
     <message>
         <source>Frames/s</source>
@@ -4574,8 +4578,8 @@ Startet: {source}</translation>
         <translation>Wie das Teil steht</translation>
     </message>
     <message>
-        <source>Profile of free forms, mm</source>
-        <translation>Profil der Freiformen, mm</translation>
+        <source>Profile of free forms, {unit}</source>
+        <translation>Profil der Freiformen, {unit}</translation>
     </message>
     <message>
         <source>Width of the zone</source>
@@ -5009,20 +5013,20 @@ Startet: {source}</translation>
         <translation>in Klammern: nicht für das System genutzt, prüft es nur</translation>
     </message>
     <message>
-        <source>mm, deviation from nominal, in the frame</source>
-        <translation>mm, Abweichung vom Nennmaß, im System</translation>
-    </message>
-    <message>
         <source>off</source>
         <translation>Abstand</translation>
     </message>
     <message>
-        <source>mm, length of the deviation vector</source>
-        <translation>mm, Länge des Abweichungsvektors</translation>
+        <source>{unit}, deviation from nominal, in the frame</source>
+        <translation>{unit}, Abweichung vom Nennmaß, im System</translation>
     </message>
     <message>
-        <source>mm, U of the distance, in its least certain direction</source>
-        <translation>mm, U des Abstands in seiner unsichersten Richtung</translation>
+        <source>{unit}, length of the deviation vector</source>
+        <translation>{unit}, Länge des Abweichungsvektors</translation>
+    </message>
+    <message>
+        <source>{unit}, U of the distance, in its least certain direction</source>
+        <translation>{unit}, U des Abstands in seiner unsichersten Richtung</translation>
     </message>
     <message>
         <source>turned, °</source>
@@ -5073,8 +5077,8 @@ Startet: {source}</translation>
         <translation>Vollständig bestimmt</translation>
     </message>
     <message>
-        <source>U (k=2) of the origin, x y z: {shifts} mm. Of rotations about x y z: {turns}°.</source>
-        <translation>U (k=2) des Ursprungs, x y z: {shifts} mm. Der Drehungen um x y z: {turns}°.</translation>
+        <source>U (k=2) of the origin, x y z: {shifts} {unit}. Of rotations about x y z: {turns}°.</source>
+        <translation>U (k=2) des Ursprungs, x y z: {shifts} {unit}. Der Drehungen um x y z: {turns}°.</translation>
     </message>
     <message>
         <source>of the uncertainty</source>
@@ -5137,8 +5141,8 @@ Startet: {source}</translation>
         <translation>Mittelwert</translation>
     </message>
     <message>
-        <source>mm, or degrees for angles</source>
-        <translation>mm, bei Winkeln Grad</translation>
+        <source>{unit}, or degrees for angles</source>
+        <translation>{unit}, bei Winkeln Grad</translation>
     </message>
     <message>
         <source>Cp</source>
@@ -5288,16 +5292,16 @@ Startet: {source}</translation>
         <translation>Vorlage</translation>
     </message>
     <message>
-        <source>TOML file; empty: the station&apos;s</source>
-        <translation>TOML-Datei; leer: die der Station</translation>
-    </message>
-    <message>
         <source>For whom it was measured</source>
         <translation>Für wen gemessen wurde</translation>
     </message>
     <message>
-        <source>Order, where the job has none</source>
-        <translation>Bestellung, wenn der Auftrag keine nennt</translation>
+        <source>TOML; empty: the station&apos;s</source>
+        <translation>TOML; leer: die der Station</translation>
+    </message>
+    <message>
+        <source>Where the job has none</source>
+        <translation>Falls der Auftrag keine nennt</translation>
     </message>
     <message>
         <source>Drawing</source>
@@ -5643,10 +5647,6 @@ Startet: {source}</translation>
         <translation>{count} zurückgehalten</translation>
     </message>
     <message>
-        <source>{feature} {deviation:+.3f} mm</source>
-        <translation>{feature} {deviation:+.3f} mm</translation>
-    </message>
-    <message>
         <source>Deviation from the middle of the zone, × {factor:g}</source>
         <translation>Abweichung von der Mitte der Zone, × {factor:g}</translation>
     </message>
@@ -5788,7 +5788,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Probe design</source>
-        <translation>Tasterkonstruktion</translation>
+        <translation>Konstruktion</translation>
     </message>
     <message>
         <source>Uncertainty of the tip and its causes</source>
@@ -6060,7 +6060,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Skip this point: no camera sees it</source>
-        <translation>Diesen Punkt überspringen: keine Kamera sieht ihn</translation>
+        <translation>Diesen Punkt auslassen: keine Kamera sieht ihn</translation>
     </message>
     <message>
         <source>Repeat line</source>

@@ -12,6 +12,7 @@ from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.tracking import SCHEMA, LedEntry, OrientationRule, ProbeDocument, StrobeEntry
 from ocmm_gui.kit import (
+    HintField,
     NumberTable,
     PlainLabel,
     digit_font,
@@ -124,7 +125,7 @@ class DefinitionForm(QWidget):
             caption = PlainLabel(tr(label))
             caption.setFont(text_font(15))
             caption.setProperty("role", "muted")
-            field = QLineEdit()
+            field = HintField()
             field.setObjectName(key)
             field.setAccessibleName(tr(label))
             field.setAccessibleDescription(tr(tip))

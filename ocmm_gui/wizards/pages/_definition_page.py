@@ -25,6 +25,7 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    NarrowButton,
     PathPanel,
     PlainLabel,
     SideProcess,
@@ -229,7 +230,7 @@ class DefinitionPage(QWidget):
             self.left.emit()
 
     def _button(self, text: str, tip: str, keys: str, call: Callable[[], None]) -> QPushButton:
-        button = QPushButton(f"{text}\n[{keys}]")
+        button = NarrowButton(f"{text}\n[{keys}]")
         button.setAccessibleName(text)
         button.setAccessibleDescription(tip)
         button.setToolTip(literal(f"{tip} ({keys})"))
