@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     panel,
     sentence_label,
     text_font,
+    time_words,
     tr,
     tr_all,
 )
@@ -137,6 +138,6 @@ def _words(one: FinishedTest) -> tuple[str, ...]:
     if record.instrument.states:
         verdict = " ".join((*record.instrument.states, verdict))
     return (
-        verdict, record.procedure.title, f"{ended:%Y-%m-%d %H:%M}", record.made_by, value,
+        verdict, record.procedure.title, time_words(ended), record.made_by, value,
         record.number,
     )  # fmt: skip
