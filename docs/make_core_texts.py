@@ -34,13 +34,24 @@ LEFT_OUT = (
     "ocmm_core/inspection/pmi/_",
     # Documents of the cameras, in English as the ETG wants them.
     "ocmm_core/fieldbus/device",
+    # Names of functions, of files, and patterns.
+    "ocmm_core/composition/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip
+
+WORD_FILES = re.compile(
+    r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
+    r"|_tables|_recall_messages|_causes|_registry|_station_state|_gauge_rr|_linearity|_in_use"
+    r"|_model_frame|_job_messages|_usable|certificate/_content|_contributions|_evaluating|_kinds"
+)
+"""Where a single word is a heading or the title of a step."""
 
 _CODE = re.compile(r"[a-z][a-z0-9_]*(\.[a-z0-9_]+)+")
 _WORD = re.compile(r"[^\W\d_]{2,}")
 _MACHINE = re.compile(
     r"</?\w|\b(SELECT|PRAGMA|CREATE|INSERT|DELETE|UPDATE|VALUES)\b|://|\\d|^[\w.,/ ]*_[\w.,/ ]*$"
 )
+_SINGLE = re.compile(r"[A-Z]([a-z]+|[A-Z]+)( \(UTC\))?")
+_FILLED_LATER = re.compile(r"^[^{}]*(\{([a-z_]*|\d(:\.\df)?)\}[^{}]*)+$")
 _MOST_FORMS = 6
 """More alternatives of one sentence stay a name that is filled in."""
 
@@ -91,7 +102,7 @@ def collect(root: Path = ROOT) -> Texts:
             if code:
                 codes.add(code)
         if name.startswith(ROOMS[0]) and not name.startswith(ERRORS_ONLY):
-            words.update(reader.words())
+            words.update(reader.words(single=bool(WORD_FILES.search(name))))
     return Texts({sentence: sorted(found[sentence]) for sentence in sorted(found)}, sorted(words))
 
 
@@ -115,18 +126,20 @@ class _Reader:
             if not (code or all_of_it) or (not code and self._is_silent(node)):
                 continue
             for form in self._forms(node):
-                sentence = named(form)
+                sentence = named(form).strip()
                 if sentence and _is_said(sentence, coded=bool(code)):
                     yield sentence, code
 
-    def words(self) -> Iterator[str]:
-        """Return members of enumerations, and words of registries."""
+    def words(self, *, single: bool) -> Iterator[str]:
+        """Return members of enumerations, words of registries and, if asked for, single words."""
         for node in ast.walk(self._tree):
             match node:
                 case ast.ClassDef(bases=bases) if any("Enum" in ast.unparse(base) for base in bases):
                     values = [one.value for one in node.body if isinstance(one, ast.Assign)]
                 case ast.keyword(arg=str() as name, value=value) if name in _WORD_KEYWORDS:
                     values = [value]
+                case ast.Constant(value=str() as word) if single and _SINGLE.fullmatch(word):
+                    values = [] if self._is_silent(node) or self._is_inner(node) else [node]
                 case _:
                     continue
             for value in values:
@@ -204,7 +217,7 @@ class _Reader:
             case ast.IfExp(body=body, orelse=other):
                 return [*self._forms(body), *self._forms(other)]
             case ast.JoinedStr(values=values):
-                return self._product(values)
+                return [form for tied in _tied(values) for form in self._product(tied)]
             case ast.FormattedValue(value=value, format_spec=None, conversion=-1):
                 chosen = self._alternatives(value)
                 return chosen if chosen else [[node]]
@@ -231,7 +244,7 @@ class _Reader:
             sides = [self._alternatives(side) for side in (value.body, value.orelse)]
             return sides[0] + sides[1] if all(sides) else []
         if isinstance(value, ast.JoinedStr):
-            return self._product(value.values)
+            return [form for tied in _tied(value.values) for form in self._product(tied)]
         if isinstance(value, ast.Name):
             assigned = [] if value.id in self._asked else self._assigned(value)
             if assigned:
@@ -263,6 +276,34 @@ class _Reader:
         return found
 
 
+def _tied(values: Sequence[ast.expr]) -> list[list[ast.expr]]:
+    """Return parts for each side of the conditions that stand in several of them.
+
+    "Point{'s' if n > 1 else ''} {'were' if n > 1 else 'was'}" has two forms, not four.
+    """
+    asked = [
+        ast.unparse(part.value.test)
+        for part in values
+        if isinstance(part, ast.FormattedValue) and isinstance(part.value, ast.IfExp)
+    ]
+    twice = next((test for test in asked if asked.count(test) > 1), None)
+    if twice is None:
+        return [list(values)]
+    sides: list[list[ast.expr]] = [[], []]
+    for part in values:
+        for side, chosen in zip(sides, ("body", "orelse"), strict=True):
+            if (
+                isinstance(part, ast.FormattedValue)
+                and isinstance(part.value, ast.IfExp)
+                and ast.unparse(part.value.test) == twice
+            ):
+                value = getattr(part.value, chosen)
+                side.append(ast.FormattedValue(value, part.conversion, part.format_spec))
+            else:
+                side.append(part)
+    return [tied for side in sides for tied in _tied(side)]
+
+
 def _product_of(counts: Iterator[int]) -> int:
     total = 1
     for count in counts:
@@ -283,14 +324,14 @@ def _is_text(node: ast.AST) -> bool:
 def _is_said(sentence: str, *, coded: bool) -> bool:
     literal = _literal(sentence)
     words = _WORD.findall(literal)
-    if "\n" in sentence.strip("\n") or sentence.strip() != sentence and not coded:
-        sentence = sentence.strip()
     if ":s}" in sentence and not words:
         return bool(re.search(r"[:;(.]", literal))
     if not words or _MACHINE.search(literal) or _CODE.fullmatch(sentence):
         return False
     if coded:
         return " " in sentence or sentence.endswith(".")
+    if len(words) == 1 and len(words[0]) > 3 and words[0][0].isupper():
+        return bool(re.fullmatch(r"(.*[^.\w])?[A-Z]\w+\.|[A-Z]\w+:? \{.*", sentence))
     return len(words) >= 2 and " " in literal.strip()
 
 
@@ -306,6 +347,9 @@ def named(parts: Sequence[str | ast.FormattedValue]) -> str:
     """
     used: dict[str, int] = {}
     text = ""
+    if len(parts) == 1 and isinstance(parts[0], str) and _FILLED_LATER.search(parts[0]):
+        # `str.format` fills it in; what has a place or a format there is a number.
+        return re.sub(r"\{(\d?)(:.*?)?\}", r"{number\1:n}", parts[0])
     for part in parts:
         if isinstance(part, str):
             text += part.replace("{", "{{").replace("}", "}}")
