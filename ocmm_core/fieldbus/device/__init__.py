@@ -108,7 +108,7 @@ if TYPE_CHECKING:
         data_mark,
     )
     from ocmm_core.fieldbus.device._intrinsics import BLOB_BYTES, Intrinsics
-    from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
+    from ocmm_core.fieldbus.device._object_entries import Access, DictionaryObject, ObjectEntry
     from ocmm_core.fieldbus.device._profile_objects import (
         BLACK_IMAGE,
         CALIBRATION,
@@ -154,7 +154,7 @@ else:
             "DATA_CRC DATA_CRC_AT Header INPUT_LAYOUTS InputLayout NEWEST_LAYOUT NO_MARK data_mark"
         ),
         _intrinsics="BLOB_BYTES Intrinsics",
-        _object_entries="DictionaryObject ObjectEntry",
+        _object_entries="Access DictionaryObject ObjectEntry",
         _profile_objects=(
             "BLACK_IMAGE BlackCommand BlackImage CALIBRATION CHUNK_BYTES CONFIGURATION COUNTERS "
             "IDENTIFY INFORMATION MAX_BLACK_FRAMES NOTE_BYTES SNAPSHOT SnapshotCommand VERSIONS "
@@ -233,6 +233,7 @@ __all__ = [
     "VENDOR_NAME",
     "VERSIONS",
     "WINDOWS",
+    "Access",
     "BlackCommand",
     "BlackImage",
     "CameraConfig",

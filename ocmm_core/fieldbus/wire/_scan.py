@@ -128,7 +128,11 @@ class RawLine:
         self._channel = listen(interface)
 
     def exchange(self, datagram: Datagram) -> Datagram:
-        """Send a datagram until it comes back.
+        """Send a datagram until it comes back; errors as `exchange_all`."""
+        return self.exchange_all([datagram])[0]
+
+    def exchange_all(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
+        """Send datagrams in one frame until it comes back.
 
         Raises
         ------
@@ -137,8 +141,8 @@ class RawLine:
         """
         for _ in range(_TRIES):
             self._index = self._index % 0xFF + 1
-            self._channel.send(encode_frame(self._index, [datagram]))
-            answer = self._wait(datagram)
+            self._channel.send(encode_frame(self._index, datagrams))
+            answer = self._wait(datagrams)
             if answer is not None:
                 return answer
         raise BusError(
@@ -151,7 +155,7 @@ class RawLine:
         """Give the interface back."""
         self._channel.close()
 
-    def _wait(self, asked: Datagram) -> Datagram | None:
+    def _wait(self, asked: Sequence[Datagram]) -> list[Datagram] | None:
         deadline = time.monotonic() + _ANSWER_S
         while (left := deadline - time.monotonic()) > 0.0:
             if not select.select([self._channel], [], [], left)[0]:
@@ -159,9 +163,9 @@ class RawLine:
             frame = receive(self._channel)
             if frame is None or frame_index(frame) != self._index:
                 continue
-            answer = answers_like(frame, [asked])
+            answer = answers_like(frame, asked)
             if answer is not None:
-                return answer[0]
+                return list(answer)
         return None
 
 
