@@ -34,7 +34,7 @@ SECTION = "Watchdog and errors"
 _WATCHDOG_CODE, _WATCHDOG_TIME, _WATCHDOG_COUNT = 0x001B, 0x0420, 0x0442
 _UNIT_NS = 100_000
 """Of the watchdog time with the divider of power-on: (2498 + 2) x 40 ns."""
-_SLACK_NS = 100 * MS
+_SLACK_NS = 50 * MS
 _NEWEST, _ACKNOWLEDGED, _NEW, _FLAGS = 2, 3, 4, 5
 _MESSAGE = struct.Struct("<HHHHQHBH5s")
 

@@ -6,7 +6,8 @@ Read `_camera_objects` (the object dictionary) with `_object_entries` and `_prof
 `_camera_slave` (process data and configuration), `_input_layout` (the header by the revision of a
 camera, and whose input it is), `_controller` (EEPROM and clock), `_identity` (which device is which
 camera), `_intrinsics` (the block of data in a camera), `_firmware` (its file), `_diagnosis`,
-`_esi`, and `_object_page` with `_page_of_the_wire`, which writes docs/camera_objects.md.
+`_esi`, and `_object_page` with `_page_of_the_wire` and
+`_page_of_the_protocol`, which writes docs/camera_objects.md.
 It must not know sockets, cycles or the virtual rig.
 """
 
