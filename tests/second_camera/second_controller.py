@@ -110,7 +110,9 @@ class Controller:
         if reads:
             found = self._read(register, len(data))
             if found is not None:
-                data[:] = bytes(a | b for a, b in zip(data, found)) if broadcast else found
+                data[:] = (
+                    bytes(a | b for a, b in zip(data, found, strict=True)) if broadcast else found
+                )
                 count += 1
         if writes and self._write(register, sent):
             count += 2 if reads else 1

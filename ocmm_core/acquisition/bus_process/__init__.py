@@ -4,8 +4,8 @@ In: a configuration as JSON, and requests for objects of cameras, line by line.
 Out: frames in the shared ring, the report of the bus, answers, and the reason of its end.
 
 Inside the process: `_start` (one thread, least rights), `_process` (the program ``ocmm-acq``),
-`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process` and
-`_maintenance_process` are errands (`_errand`) in a process of their own;
+`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process`,
+`_maintenance_process` and `_conform_process` are errands (`_errand`) in a process of their own;
 `_stepped_time` for a virtual bus, whose time waits for a slow computer.
 In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for
 a bus that runs as a service.
@@ -22,6 +22,11 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
     from ocmm_core.acquisition.bus_process._commands import read_first_line
     from ocmm_core.acquisition.bus_process._config import BusConfig, read_config
+    from ocmm_core.acquisition.bus_process._conform_process import (
+        ConformConfig,
+        ConformNews,
+        conform_command,
+    )
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import RECIPE, bus_command
     from ocmm_core.acquisition.bus_process._maintenance_process import (
@@ -53,6 +58,7 @@ else:
     __getattr__ = door(
         __name__,
         _maintenance_process="MaintenanceConfig MaintenanceNews maintenance_command",
+        _conform_process="ConformConfig ConformNews conform_command",
         _client="Acquisition BusProcess ChildProcess",
         _commands="read_first_line",
         _config="BusConfig read_config",
@@ -79,6 +85,8 @@ __all__ = [
     "BusProcess",
     "Capability",
     "ChildProcess",
+    "ConformConfig",
+    "ConformNews",
     "EthercatSource",
     "MaintenanceConfig",
     "MaintenanceNews",
@@ -89,6 +97,7 @@ __all__ = [
     "SteppedTime",
     "allow_locked_memory",
     "bus_command",
+    "conform_command",
     "give_up_all_but",
     "granted_by",
     "hold_nothing",

@@ -11,9 +11,11 @@ from pathlib import Path
 
 from ocmm_core.acquisition.bus_process import (
     ChildProcess,
+    ConformConfig,
     MaintenanceConfig,
     RemoteObjects,
     ScanConfig,
+    conform_command,
     maintenance_command,
     scan_command,
 )
@@ -34,7 +36,7 @@ from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
 from ocmm_core.fieldbus.wire import ScannedDevice, decode_scan
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import maintain_virtual, scan_virtual
+from ocmm_core.simulation.bus import conform_virtual, maintain_virtual, scan_virtual
 
 _START_S = 60.0
 """The bus process gives up by itself where starting is of no use."""
@@ -157,6 +159,23 @@ def maintenance_of(
         return maintenance_command(), config.to_json()
     request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
     return maintain_virtual(
+        named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path)), config
+    )
+
+
+def conformance_of(
+    source: str, rig_path: Path, serial: int, firmware: str, *, force: bool = False
+) -> tuple[list[str], bytes]:
+    """Return the command that tests a camera, and its input; errors as `scan`."""
+    named = source_of(source)
+    if not _may_scan(named.spec):
+        what = "whose bus is private" if named.spec.on_bus else _NO_BUS
+        raise _wrong_source(source, what, [spec for spec in SOURCES if _may_scan(spec)])
+    config = ConformConfig(interface=named.value, force=force, serial=serial, firmware=firmware)
+    if named.spec.segment is None:
+        return conform_command(), config.to_json()
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
+    return conform_virtual(
         named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path)), config
     )
 

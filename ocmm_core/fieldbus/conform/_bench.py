@@ -1,4 +1,4 @@
-"""The camera under test on its line: registers, states, mailboxes and cycles, each with its time."""
+"""The camera under test on its line: registers, states, mailboxes, cycles, and their times."""
 
 from __future__ import annotations
 
@@ -177,7 +177,9 @@ class Bench:
         content = self.get(_AL_STATUS, 6)
         return Status(content[0] & 0x1F, int.from_bytes(content[4:6], "little"))
 
-    def ask_state(self, wanted: int, *, acknowledge: bool = False, settle_s: float = 0.05) -> Status:
+    def ask_state(
+        self, wanted: int, *, acknowledge: bool = False, settle_s: float = 0.05
+    ) -> Status:
         """Ask for a state; return what the camera then says, once it is there or has refused."""
         before = self.line.now_ns()
         self.put(_AL_CONTROL, bytes([wanted | (ERROR if acknowledge else 0), 0]))
@@ -420,7 +422,9 @@ class Bench:
             found = self.cycle()
             if found.header.frames_valid:
                 passed = self.line.now_ns() - programmed
-                self.findings.timed("First exposure after it was programmed", passed, FIRST_LIMIT_NS)
+                self.findings.timed(
+                    "First exposure after it was programmed", passed, FIRST_LIMIT_NS
+                )
                 return found
             self.line.sleep(_POLL_S)
         raise NotAsDescribedError("No frame comes within 120 ms of the programmed SYNC0.")

@@ -12,6 +12,9 @@ from typing import Protocol
 
 from ocmm_core.fieldbus.wire import Datagram, RawLine
 
+_PAUSE_NS = 10_000_000
+"""A computer that is late by more spoils what is timed, and what the watchdog of a camera sees."""
+
 
 class ConformLine(Protocol):
     """A wire with the camera under test."""
@@ -34,6 +37,10 @@ class ConformLine(Protocol):
         """Let time pass."""
         ...
 
+    def paused_ns(self) -> int:
+        """Return for how long this computer paused at most since the last call, 0: it did not."""
+        ...
+
 
 class WireLine:
     """A network interface and the clock of this computer; implements `ConformLine`.
@@ -46,10 +53,16 @@ class WireLine:
 
     def __init__(self, line: RawLine) -> None:
         self._line = line
+        self._paused_ns = 0
 
     def exchange(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
         """Send datagrams in one frame; return them as they came back."""
-        return self._line.exchange_all(datagrams)
+        begin = time.monotonic_ns()
+        answers = self._line.exchange_all(datagrams)
+        # The controller of a camera answers frames by itself, whatever its firmware does: what
+        # takes long here is this computer, or a frame that was lost.
+        self._note(time.monotonic_ns() - begin)
+        return answers
 
     def now_ns(self) -> int:
         """Return the time of this computer since its start, ns."""
@@ -57,4 +70,15 @@ class WireLine:
 
     def sleep(self, seconds: float) -> None:
         """Let time pass."""
+        begin = time.monotonic_ns()
         time.sleep(seconds)
+        self._note(time.monotonic_ns() - begin - round(seconds * 1e9))
+
+    def paused_ns(self) -> int:
+        """Return for how long this computer paused at most since the last call."""
+        longest, self._paused_ns = self._paused_ns, 0
+        return longest
+
+    def _note(self, late_ns: int) -> None:
+        if late_ns > _PAUSE_NS:
+            self._paused_ns = max(self._paused_ns, late_ns)

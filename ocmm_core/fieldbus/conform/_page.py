@@ -27,7 +27,8 @@ _STYLE = """
 body { font: 14px/1.4 sans-serif; max-width: 60em; margin: 2em auto; padding: 0 1em; color: #111; }
 h1 { font-size: 1.5em; } h2 { font-size: 1.15em; margin-top: 1.6em; }
 table { border-collapse: collapse; width: 100%; }
-td, th { text-align: left; padding: .25em .6em; border-bottom: 1px solid #ccc; vertical-align: top; }
+td, th { text-align: left; padding: .25em .6em; border-bottom: 1px solid #ccc;
+  vertical-align: top; }
 td.n, th.n { text-align: right; font-variant-numeric: tabular-nums; }
 .mark { font-weight: bold; white-space: nowrap; }
 .PASSED, .GREEN { color: #14632a; } .FAILED, .RED { color: #a11414; }

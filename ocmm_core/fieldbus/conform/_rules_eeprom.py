@@ -67,8 +67,9 @@ def mailboxes(bench: Bench, see: Findings) -> None:
     """Try what the EEPROM says of mailboxes, protocols and its own size."""
     eeprom = bench.eeprom()
     boxes = (MAILBOX_OUT_START, MAILBOX_BYTES, MAILBOX_IN_START, MAILBOX_BYTES)
-    see.equal("The mailboxes in BOOT (words 0x14 to 0x17)", struct.unpack_from("<4H", eeprom, 40),
-              boxes)
+    see.equal(
+        "The mailboxes in BOOT (words 0x14 to 0x17)", struct.unpack_from("<4H", eeprom, 40), boxes
+    )
     see.equal("The mailboxes (words 0x18 to 0x1B)", struct.unpack_from("<4H", eeprom, 48), boxes)
     see.equal("The protocols (word 0x1C)", struct.unpack_from("<H", eeprom, 56)[0], _PROTOCOLS)
     size, version = struct.unpack_from("<HH", eeprom, 0x7C)
@@ -87,9 +88,19 @@ def categories(bench: Bench, see: Findings) -> None:
             break
         found.setdefault(kind, []).append(eeprom[at + 4 : at + 4 + 2 * words])
         at += 4 + 2 * words
-    for kind, count in ((10, 1), (30, 1), (40, 1), (41, 1), (50, len(INPUT_PDOS)), (51, 1), (60, 1)):
-        see.need(len(found.get(kind, ())) == count,
-                 f"Category {kind} is there {len(found.get(kind, ()))} times, not {count}.")
+    for kind, count in (
+        (10, 1),
+        (30, 1),
+        (40, 1),
+        (41, 1),
+        (50, len(INPUT_PDOS)),
+        (51, 1),
+        (60, 1),
+    ):
+        see.need(
+            len(found.get(kind, ())) == count,
+            f"Category {kind} is there {len(found.get(kind, ()))} times, not {count}.",
+        )
     texts = _texts(found[10][0])
     general = found[30][0]
     see.need(len(general) >= 18, f"Category general has {len(general)} bytes.")
@@ -154,8 +165,11 @@ def _mapping(see: Findings, pdo: Pdo, content: bytes) -> None:
         return
     for number, entry in enumerate(pdo.entries):
         found = struct.unpack_from("<HBBBB", content, 8 + 8 * number)
-        see.equal(f"{pdo.name}, entry {entry.name}", (found[0], found[1], found[4]),
-                  (entry.index, entry.sub, entry.bits))
+        see.equal(
+            f"{pdo.name}, entry {entry.name}",
+            (found[0], found[1], found[4]),
+            (entry.index, entry.sub, entry.bits),
+        )
 
 
 def _texts(content: bytes) -> list[str]:

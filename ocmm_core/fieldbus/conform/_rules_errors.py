@@ -57,8 +57,9 @@ def watchdog(bench: Bench, see: Findings) -> None:
         see.expect(fell is not None, f"Outputs stay away for {2 * limit // MS} ms, and OP goes on.")
         if fell is not None:
             see.expect(fell - begin >= 0.9 * limit, f"OP ends after {(fell - begin) / MS:.0f} ms.")
-            see.timed(f"End of OP without outputs ({limit // MS} ms)", fell - begin,
-                      limit + _SLACK_NS)
+            see.timed(
+                f"End of OP without outputs ({limit // MS} ms)", fell - begin, limit + _SLACK_NS
+            )
         status = bench.status()
         see.equal("The state afterwards", status.state, SAFEOP | ERROR)
         see.equal("Its code", status.code, _WATCHDOG_CODE)
@@ -93,8 +94,10 @@ def told(bench: Bench, see: Findings) -> None:
     _end_operation(bench)
     bench.drain(20 * MS)
     codes = [code for code, _register, _data in bench.emergencies]
-    see.expect(codes == [ErrorCode.WATCHDOG],
-               f"The emergencies are {[hex(code) for code in codes]}, must be 0x8130.")
+    see.expect(
+        codes == [ErrorCode.WATCHDOG],
+        f"The emergencies are {[hex(code) for code in codes]}, must be 0x8130.",
+    )
     for _code, register, _data in bench.emergencies[:1]:
         _communication(see, "The error register of the emergency", register)
     _communication(see, "0x1001", bench.count(ERROR_REGISTER, 0))
@@ -118,8 +121,11 @@ def told(bench: Bench, see: Findings) -> None:
     newest = bench.count(HISTORY, _NEWEST)
     see.equal("The newest message when it is over", newest, HISTORY_FIRST + 1)
     _message(bench, see, newest, ErrorCode.RESET, 0x0200)
-    see.expect(isinstance(refused := bench.write(HISTORY, _ACKNOWLEDGED, bytes([newest + 1])), Refusal)
-               and refused.code == VALUE, "A message that is not there can be acknowledged.")
+    see.expect(
+        isinstance(refused := bench.write(HISTORY, _ACKNOWLEDGED, bytes([newest + 1])), Refusal)
+        and refused.code == VALUE,
+        "A message that is not there can be acknowledged.",
+    )
     bench.set(HISTORY, _ACKNOWLEDGED, bytes([newest]))
     see.equal("New messages available when acknowledged", bench.count(HISTORY, _NEW), 0)
     status = bench.cycle().header.status

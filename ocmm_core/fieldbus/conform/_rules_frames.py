@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 from collections.abc import Sequence
 
@@ -58,17 +59,21 @@ def inputs(bench: Bench, see: Findings) -> None:
     see.expect(boots > 0, "boot_counter is 0.")
     cycles = bench.run(_CYCLES)
     _check_sums(bench, see, cycles)
-    for one, following in zip(cycles, cycles[1:], strict=False):
+    for one, following in itertools.pairwise(cycles):
         went = (following.header.cycle_counter - one.header.cycle_counter) % (1 << 16)
         see.equal("cycle_counter went on by", went, 1)
     for each in cycles:
         header = each.header
         see.equal("boot_counter", header.boot_counter, boots)
         see.equal("period_ns", header.period_ns, SYNC0_NS)
-        see.expect(header.frames_valid <= FRAMES_PER_CYCLE, f"frames_valid is {header.frames_valid}.")
+        see.expect(
+            header.frames_valid <= FRAMES_PER_CYCLE, f"frames_valid is {header.frames_valid}."
+        )
         right_ns = bench.sync0_start + header.counter * SYNC0_NS
         see.equal("start_ns", header.start_ns, right_ns)
-        see.expect(not header.status & ~_KNOWN_STATUS, f"Status {header.status:#x} has unknown bits.")
+        see.expect(
+            not header.status & ~_KNOWN_STATUS, f"Status {header.status:#x} has unknown bits."
+        )
         see.expect(bool(header.status & CameraStatus.SYNCHRONISED), "Status bit 1 is clear.")
         see.expect(not header.status & CameraStatus.OVERRUN, "Status bit 2 is set without a loss.")
         for number in range(min(header.frames_valid, FRAMES_PER_CYCLE)):
@@ -137,14 +142,18 @@ def overrun(bench: Bench, see: Findings) -> None:
         bench.line.sleep(0.002)
     found = bench.cycle()
     see.need(last is not None and found.header.frames_valid > 0, "There are no frames.")
-    see.expect(bool(found.header.status & CameraStatus.OVERRUN), "Status bit 2 is clear after a loss.")
+    see.expect(
+        bool(found.header.status & CameraStatus.OVERRUN), "Status bit 2 is clear after a loss."
+    )
     (flags,) = struct.unpack_from("<H", found.frame(0), 2)
     see.expect(bool(flags & _LOST_FLAG), "Bit 1 of the flags is clear behind a gap.")
     (flags,) = struct.unpack_from("<H", found.frame(1), 2)
     see.expect(not flags & _LOST_FLAG, "Bit 1 of the flags is set where there is no gap.")
     newest = (found.system_ns - bench.sync0_start) // SYNC0_NS - 1
     held = newest - found.header.counter + 1
-    see.expect(_BUFFER - 2 <= held <= _BUFFER + 2, f"The buffer holds {held} frames, not {_BUFFER}.")
+    see.expect(
+        _BUFFER - 2 <= held <= _BUFFER + 2, f"The buffer holds {held} frames, not {_BUFFER}."
+    )
     again = _after(bench, 1, found.header.counter + found.header.frames_valid - 1)
     see.expect(
         bool(again.header.status & CameraStatus.OVERRUN)
@@ -154,7 +163,8 @@ def overrun(bench: Bench, see: Findings) -> None:
     bench.feeding = True
     counted = bench.count(COUNTERS, 1) - lost
     see.expect(
-        found.header.counter <= counted, f"0xA000:01 counts {counted} of {found.header.counter} lost."
+        found.header.counter <= counted,
+        f"0xA000:01 counts {counted} of {found.header.counter} lost.",
     )
     see.expect(bench.count(COUNTERS, 3) > overruns, "0xA000:03 does not count an overrun.")
     bench.go(INIT)

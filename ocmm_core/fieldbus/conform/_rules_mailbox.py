@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import struct
 
 from ocmm_core.fieldbus.conform._bench import (
@@ -56,7 +57,9 @@ def broken_transfers(bench: Bench, see: Findings) -> None:
     before = bench.value(CALIBRATION, _NOTE)
     bench.set(CALIBRATION, _NOTE, bytes(600))
     bench.sdo(struct.pack("<BHB4x", 0x40, CALIBRATION, _NOTE))
-    _aborts(see, "a segment with the wrong toggle bit", bench.sdo(bytes([0x70]) + bytes(7)), _TOGGLE)
+    _aborts(
+        see, "a segment with the wrong toggle bit", bench.sdo(bytes([0x70]) + bytes(7)), _TOGGLE
+    )
     _aborts(see, "a segment of nothing", bench.sdo(bytes([0x60]) + bytes(7)), _COMMAND)
     _aborts(see, "a segment for nothing", bench.sdo(bytes([0x00]) + bytes(7)), _COMMAND)
     _aborts(see, "an unknown command", bench.sdo(bytes([0xE0]) + bytes(7)), _COMMAND)
@@ -122,7 +125,7 @@ def counters(bench: Bench, see: Findings) -> None:
     for _ in range(16):
         bench.value(0x1000)
     found = bench.reply_counters
-    for one, next_one in zip(found, found[1:], strict=False):
+    for one, next_one in itertools.pairwise(found):
         see.equal("A mailbox counter", next_one, one % 7 + 1)
 
 
@@ -154,8 +157,11 @@ def information(bench: Bench, see: Findings) -> None:
                 if not entry.max_bytes and entry.is_number:
                     see.equal(f"The bits of {name}", bits, entry.bits)
                 writable = 0x08 if entry.preop_only else 0x38
-                see.equal(f"The access to {name}", access & 0x3F,
-                          0x07 | (writable if entry.writable else 0))
+                see.equal(
+                    f"The access to {name}",
+                    access & 0x3F,
+                    0x07 | (writable if entry.writable else 0),
+                )
 
 
 def _info(bench: Bench, body: bytes) -> bytes | None:

@@ -162,7 +162,9 @@ def complete_access(bench: Bench, see: Findings) -> None:
     for index in (IDENTITY, CONFIGURATION, WINDOWS):
         item = bench.objects[index]
         each = b"".join(bench.value(index, sub) for sub in item.entries if sub)
-        see.equal(f"{index:#06x} as a whole from entry 1", bench.read(index, 1, complete=True), each)
+        see.equal(
+            f"{index:#06x} as a whole from entry 1", bench.read(index, 1, complete=True), each
+        )
         whole = bytes([max(item.entries), 0]) + each
         see.equal(f"{index:#06x} as a whole", bench.read(index, 0, complete=True), whole)
     for index in (CALIBRATION, BLACK_IMAGE, VERSIONS, HISTORY):
@@ -170,8 +172,9 @@ def complete_access(bench: Bench, see: Findings) -> None:
         _refused(see, f"{index:#06x} as a whole", found, NO_COMPLETE)
     before = bench.value(WINDOWS, 1), bench.value(WINDOWS, 32)
     each = struct.pack("<32H", *range(1, 33))
-    see.expect(bench.write(WINDOWS, 1, each, complete=True) is None,
-               "0x8001 cannot be written as a whole.")
+    see.expect(
+        bench.write(WINDOWS, 1, each, complete=True) is None, "0x8001 cannot be written as a whole."
+    )
     see.equal("0x8001 as it was written", bench.read(WINDOWS, 1, complete=True), each)
     found = bench.write(WINDOWS, 1, each[:-2], complete=True)
     _refused(see, "0x8001 as a whole, an entry too short", found, LENGTH)

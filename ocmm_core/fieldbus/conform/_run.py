@@ -7,6 +7,8 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 
+import msgspec
+
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.conform._bench import INIT, PREOP, Bench
 from ocmm_core.fieldbus.conform._findings import (
@@ -34,6 +36,8 @@ RULES: tuple[Rule, ...] = (
     *EEPROM, *STATES, *OBJECTS, *MAILBOX, *FRAMES, *CLOCK, *ERRORS, *SERVICES, *FIRMWARE,
 )  # fmt: skip
 """In the order in which they are tried: what others build on first, what is kept for good last."""
+
+_TRIES = 3
 
 Told = Callable[[int, int, str], None]
 """Is told how many rules of how many are done, and the title of the next."""
@@ -101,6 +105,25 @@ def conform(
 
 
 def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
+    """Try one rule; what broke while this computer paused is tried again."""
+    for _ in range(_TRIES):
+        bench.line.paused_ns()
+        taken: dict[str, tuple[int, list[int]]] = {}
+        result = _once(bench, rule, taken)
+        late = any(limit and max(found) > limit for limit, found in taken.values())
+        paused_ns = bench.line.paused_ns()
+        if not paused_ns or not (late or result.verdict is Verdict.FAILED):
+            for name, (limit, found) in taken.items():
+                times.setdefault(name, (limit, []))[1].extend(found)
+            return result
+    why = (
+        f"This computer paused for {paused_ns / 1e6:.0f} ms in each of {_TRIES} tries. Close other "
+        "programs, then repeat the test."
+    )
+    return msgspec.structs.replace(result, verdict=Verdict.NOT_TESTED, complaints=(why,))
+
+
+def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
     """Try one rule; what one camera does wrong never ends the test of the others."""
     see = bench.findings = Findings(times)
     verdict = Verdict.PASSED
@@ -173,5 +196,3 @@ def _program() -> str:
         return version("ocmm")
     except PackageNotFoundError:
         return "unknown"
-
-

@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         CAMERA_INTERFACE,
         HOST_INTERFACE,
         VirtualBus,
+        conform_virtual,
         maintain_virtual,
         namespace_command,
         scan_virtual,
@@ -65,8 +66,8 @@ else:
         _network="make_link set_link",
         _proxy="LineTricks ProxyConfig kind_of",
         _virtual_bus=(
-            "CAMERA_INTERFACE HOST_INTERFACE VirtualBus maintain_virtual namespace_command "
-            "scan_virtual"
+            "CAMERA_INTERFACE HOST_INTERFACE VirtualBus conform_virtual maintain_virtual "
+            "namespace_command scan_virtual"
         ),
         _wire="Wire",
     )
@@ -102,6 +103,7 @@ __all__ = [
     "Watched",
     "Way",
     "Wire",
+    "conform_virtual",
     "kind_of",
     "maintain_virtual",
     "make_link",

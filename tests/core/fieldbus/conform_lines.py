@@ -31,6 +31,7 @@ class TimedLine:
         self._process = process
         self._idle = idle
         self._now_ns = 10**12
+        self.pauses_ns: list[int] = []
 
     def exchange(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
         self._now_ns += _WAY_NS
@@ -51,6 +52,9 @@ class TimedLine:
             self._idle(self._now_ns)
         # Work in a thread of the camera takes time of this computer.
         time.sleep(0)
+
+    def paused_ns(self) -> int:
+        return self.pauses_ns.pop() if self.pauses_ns else 0
 
 
 def software_line(unit: Unit) -> TimedLine:

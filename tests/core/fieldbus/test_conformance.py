@@ -22,7 +22,7 @@ from ocmm_core.fieldbus.device import PRODUCT_CODE, REVISION, CameraIdentity, Fi
 from ocmm_core.simulation.bus import Unit
 from ocmm_core.simulation.firmware import maker_key
 from ocmm_core.simulation.slave import TestPattern
-from tests.core.fieldbus.conform_lines import software_line
+from tests.core.fieldbus.conform_lines import TimedLine, software_line
 from tests.core.fieldbus.firmware_bugs import BUGS, Bug
 
 SERIAL = 1001
@@ -118,3 +118,30 @@ def test_the_camera_is_found_by_its_serial_number() -> None:
     assert find_place(line, 0) == find_place(line, SERIAL) == 0
     with pytest.raises(BusError, match="serial numbers on the bus: 1001"):
         find_place(line, 4711)
+
+
+def test_what_breaks_while_the_computer_pauses_is_tried_again() -> None:
+    rules = tuple(rule for rule in RULES if rule.code == "eeprom.identity")
+    unit = good_unit()
+    unit.camera.esc._sii[28:32] = bytes(4)  # noqa: SLF001 - a bug
+    line = software_line(unit)
+    # Asked before and after each try; the last one is popped first.
+    line.pauses_ns = [0, 0, 30_000_000, 0]
+    report = conform(line, rules=rules)
+    assert report.outcome is Outcome.RED
+    line.pauses_ns = [30_000_000, 0, 30_000_000, 0, 30_000_000, 0]
+    (result,) = conform(line, rules=rules).results
+    assert result.verdict is Verdict.NOT_TESTED
+    assert result.complaints[0].startswith("This computer paused for 30 ms")
+
+
+def test_a_camera_that_stops_answering_ends_the_test_in_a_sentence() -> None:
+    unit, frames = good_unit(), [0]
+    whole = software_line(unit)
+
+    def process(frame: bytearray, now_ns: int) -> bool:
+        frames[0] += 1
+        return frames[0] < 3000 and whole._process(frame, now_ns)  # noqa: SLF001 - the same camera
+
+    with pytest.raises(BusError, match="No camera answers"):
+        conform(TimedLine(process, whole._idle))  # noqa: SLF001 - the same camera
