@@ -5,7 +5,7 @@ Out: frames in the shared ring, the report of the bus, answers, and the reason o
 
 Inside the process: `_start` (one thread, least rights), `_process` (the program ``ocmm-acq``),
 `_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process`,
-`_maintenance_process` and `_conform_process` are errands (`_errand`) in a process of their own;
+`_maintenance_process`, `_conform_process` and `_record_process` are errands (`_errand`) in a process of their own;
 `_stepped_time` for a virtual bus, whose time waits for a slow computer.
 In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for
 a bus that runs as a service.
@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         lock_memory,
         take_priority,
     )
+    from ocmm_core.acquisition.bus_process._record_process import RecordConfig, record_command
     from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
     from ocmm_core.acquisition.bus_process._rights import (
         NEEDED,
@@ -65,6 +66,7 @@ else:
         _ethercat="EthercatSource",
         _launch="RECIPE bus_command",
         _realtime="BUS_PRIORITY CAMERA_PRIORITY lock_memory take_priority",
+        _record_process="RecordConfig record_command",
         _remote_objects="RemoteObjects",
         _rights=(
             "Capability NEEDED ProcessRights allow_locked_memory give_up_all_but granted_by "
@@ -91,6 +93,7 @@ __all__ = [
     "MaintenanceConfig",
     "MaintenanceNews",
     "ProcessRights",
+    "RecordConfig",
     "RemoteObjects",
     "ScanConfig",
     "ServiceBus",
@@ -105,6 +108,7 @@ __all__ = [
     "maintenance_command",
     "read_config",
     "read_first_line",
+    "record_command",
     "rights_of",
     "scan_command",
     "take_priority",

@@ -13,10 +13,12 @@ from ocmm_core.acquisition.bus_process import (
     ChildProcess,
     ConformConfig,
     MaintenanceConfig,
+    RecordConfig,
     RemoteObjects,
     ScanConfig,
     conform_command,
     maintenance_command,
+    record_command,
     scan_command,
 )
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
@@ -178,6 +180,29 @@ def conformance_of(
     return conform_virtual(
         named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path)), config
     )
+
+
+def recorder_of(
+    source: str, seconds: float, size_bytes: int, *, force: bool = False
+) -> tuple[list[str], bytes]:
+    """Return the command that records the bus of a source, and its input.
+
+    Raises
+    ------
+    InputError
+        The source has no network interface that can be looked at.
+    """
+    named = source_of(source)
+    if not named.spec.on_bus or not named.value or named.spec.segment is not None:
+        what = "whose bus is private" if named.spec.on_bus else _NO_BUS
+        raise _wrong_source(
+            source, what, [s for s in SOURCES if _may_scan(s) and s.segment is None]
+        )
+    config = RecordConfig(
+        interface=named.value.partition("+")[0], force=force, seconds=seconds,
+        size_bytes=size_bytes,
+    )  # fmt: skip
+    return record_command(), config.to_json()
 
 
 def _ask(command: list[str], first_lines: bytes) -> bytes:

@@ -23,6 +23,7 @@ from ocmm_core.fieldbus.wire._datagrams import (
     encode_frame,
     frame_index,
 )
+from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
 from ocmm_core.fieldbus.wire._sockets import listen, receive
 
 _TYPE, _AL_STATUS = 0x0000, 0x0130
@@ -120,12 +121,22 @@ class RawLine:
     ----------
     interface
         One that `check_interface` accepted.
+
+    Raises
+    ------
+    BusError
+        Another program is a master there.
     """
 
     def __init__(self, interface: str) -> None:
         self._interface = interface
         self._index = 0
         self._channel = listen(interface)
+        try:
+            refuse_other_programs([interface])
+        except BaseException:
+            self._channel.close()
+            raise
 
     def exchange(self, datagram: Datagram) -> Datagram:
         """Send a datagram until it comes back; errors as `exchange_all`."""
