@@ -284,8 +284,8 @@ class SecondCamera:
             lambda: self.objects.bad, lambda: 0, lambda: self._sent,
         ), start=1):  # fmt: skip
             number((0xA000, sub), count)
-        for index, at in ((0x6000, _INPUTS), (0x7000, _OUTPUTS),
-                          *((0x6100 + 16 * n, _INPUTS + 28 + 68 * n) for n in range(12))):  # fmt: skip
+        frames = [(0x6100 + 16 * n, _INPUTS + 28 + 68 * n) for n in range(12)]
+        for index, at in [(0x6000, _INPUTS), (0x7000, _OUTPUTS), *frames]:
             for sub, item in self.objects.things[index].items.items():
                 if sub:
                     read[index, sub] = lambda at=at, n=item.size: bytes(self.chip.ram[at : at + n])  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults

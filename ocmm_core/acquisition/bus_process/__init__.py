@@ -5,7 +5,8 @@ Out: frames in the shared ring, the report of the bus, answers, and the reason o
 
 Inside the process: `_start` (one thread, least rights), `_process` (the program ``ocmm-acq``),
 `_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process`,
-`_maintenance_process`, `_conform_process` and `_record_process` are errands (`_errand`) in a process of their own;
+`_maintenance_process`, `_conform_process` and `_record_process` are errands (`_errand`) in a
+process of their own;
 `_stepped_time` for a virtual bus, whose time waits for a slow computer.
 In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for
 a bus that runs as a service.

@@ -73,9 +73,9 @@ def _sockets_on(interface: str) -> list[int]:
         return []
     found = []
     for fields in map(str.split, lines):
-        if len(fields) > _INODE and int(fields[_PROTOCOL], 16) == ETHERTYPE:
-            if int(fields[_INTERFACE]) == number:
-                found.append(int(fields[_INODE]))
+        of_ethercat = len(fields) > _INODE and int(fields[_PROTOCOL], 16) == ETHERTYPE
+        if of_ethercat and int(fields[_INTERFACE]) == number:
+            found.append(int(fields[_INODE]))
     return found
 
 

@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.bus._fault_commands import FaultCommands
     from ocmm_core.simulation.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
     from ocmm_core.simulation.bus._faults import (
+        COPIED,
         CORRUPT_WITH_SUM,
+        EXCHANGED,
+        SHARED,
         CameraDeed,
         DeedAnswer,
         FaultKind,
@@ -59,7 +62,7 @@ else:
         _chain="Chain Unit",
         _fault_commands="FaultCommands",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
-        _faults="CORRUPT_WITH_SUM CameraDeed FaultKind DeedAnswer Faults",
+        _faults="COPIED CORRUPT_WITH_SUM CameraDeed EXCHANGED SHARED FaultKind DeedAnswer Faults",
         _frame_watch="FrameWatch Watched",
         _line_rules="FrameKind LineLog LineOrder LineRule Trick Way",
         _named_rig="RigStatus named_rig rig_down rig_status rig_up",
@@ -75,12 +78,15 @@ else:
 __all__ = [
     "CAMERAS",
     "CAMERA_INTERFACE",
+    "COPIED",
     "CORRUPT_WITH_SUM",
+    "EXCHANGED",
     "FAR",
     "HOST",
     "HOST_INTERFACE",
     "NEAR",
     "READY",
+    "SHARED",
     "CameraDeed",
     "Chain",
     "DeedAnswer",
