@@ -1,7 +1,7 @@
 """The interface of an archive, and everything that both stores do alike.
 
-Rows are only ever added: a job that goes on is a new version, what becomes known later is a mark. So
-a station needs no right to change anything, and what was stored stays.
+Rows are only ever added: a job that goes on is a new version, what becomes known later is a mark.
+So a station needs no right to change anything, and what was stored stays.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class Archive(Protocol):
         """Return the rows of a job by its number."""
 
     def ask(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
-        """Return the answer of a question in SQL that names values as ``:name``; changes nothing."""
+        """Return the answer to SQL that names values as ``:name``; it can change nothing."""
 
     def add_finding(
         self, kind: str, subject: str, document: str, who: str, utc: str,
