@@ -17,7 +17,7 @@ ROLES = ("ocmm_station", "ocmm_reader", "ocmm_quality")
 
 _ADDS = {
     "station": ("name", "machine", "host"),
-    "sender": ("outbox", "station", "username"),
+    "sender": ("outbox", "station", "machine", "username"),
     "file": ("sha256", "size", "content"),
     "job": (*JobRow.__struct_fields__, "sound"),
     "result": ("job", "part", "created_utc", *ResultRow.__struct_fields__),
