@@ -338,7 +338,7 @@ def _read(path: Path, probes: Path | None, calibrations: Path | None) -> PartJob
 def _part_job(job: ReopenedJob) -> PartJob:
     values = []
     for result in job.view.characteristics:
-        why, stated = _why_not_counted(job, result), result.stated
+        why, stated = why_not_counted(job, result), result.stated
         counted = None if why or stated is None else (stated[0], stated[2])
         values.append((counted, why, result.verdict))
     return PartJob(
@@ -428,7 +428,7 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[PartJob]) -> Trend:
     )  # fmt: skip
 
 
-def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
+def why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
     """Return what speaks against counting a value; empty where nothing does."""
     if job.doubts:
         return job.doubts[0]
