@@ -17,12 +17,13 @@ class Remedy(Enum):
     """This one job cannot be taken: it is kept and named, and the next one is sent."""
 
 
-_ASIDE = ("archive.row", "archive.sequence", "job.", "plan.", "rig.", "probe.", "internal.")
+_ASIDE = ("archive.row", "archive.sequence")
 
 
 def remedy_of(error: OcmmError) -> Remedy:
     """Return what a sender does about an error."""
-    return Remedy.ASIDE if error.code.startswith(_ASIDE) else Remedy.RETRY
+    own = error.code.startswith("archive.")
+    return Remedy.ASIDE if error.code in _ASIDE or not own else Remedy.RETRY
 
 
 def newer(place: str, found: int, known: int) -> StorageError:

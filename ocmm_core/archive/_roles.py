@@ -1,10 +1,8 @@
 """The roles of a server: what a station, a reader and quality may do, as SQL for its owner.
 
-| role | may |
-|---|---|
-| `ocmm_station` | add jobs, deliveries, and its own name; read what it needs to know what arrived, and the marks and findings that it holds back by |
-| `ocmm_reader` | read the views; no job file |
-| `ocmm_quality` | read everything, add findings and marks, let a computer be replaced |
+`ocmm_station` adds jobs, deliveries and its own name; it reads what it needs to know what arrived,
+and the marks and findings that it holds back by. `ocmm_reader` reads the views, no job file.
+`ocmm_quality` reads everything, adds findings and marks, and lets a computer be replaced.
 
 Nobody may change or delete a row, but the owner. Who added one stands in its column ``role``, which
 the server fills in (``SESSION_USER``) and nobody may give.
@@ -19,7 +17,7 @@ ROLES = ("ocmm_station", "ocmm_reader", "ocmm_quality")
 
 _ADDS = {
     "station": ("name", "machine", "host"),
-    "sender": ("outbox", "station", "username"),
+    "sender": ("outbox", "station", "machine", "username"),
     "file": ("sha256", "size", "content"),
     "job": (*JobRow.__struct_fields__, "sound"),
     "result": ("job", "part", "created_utc", *ResultRow.__struct_fields__),

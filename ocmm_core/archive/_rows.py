@@ -177,7 +177,8 @@ class Sender(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=Tr
     station
         Name of the station.
     machine
-        Identity of the computer, so that two of one name are told apart.
+        Identity of the computer, so that two of one name are told apart; empty where jobs are
+        taken from their files.
     host, user
         Names, for people.
     """
@@ -269,7 +270,7 @@ def check_delivery(delivery: Delivery) -> None:
 def check_sender(sender: Sender) -> None:
     """Raise InputError where the names of a sender cannot be kept."""
     for field in ("station", "machine", "host", "user"):
-        _name(field, getattr(sender, field), empty=field in ("host", "user"))
+        _name(field, getattr(sender, field), empty=field != "station")
     if not _UUID.fullmatch(sender.outbox):
         raise _bad("outbox", sender.outbox, "is no identity")
 

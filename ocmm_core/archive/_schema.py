@@ -74,6 +74,7 @@ _FIRST = (
     """CREATE TABLE sender (
         outbox {text} PRIMARY KEY CHECK (length(outbox) = 36),
         station {text} NOT NULL REFERENCES station (name),
+        machine {text} NOT NULL,
         username {text} NOT NULL,
         role {text} NOT NULL DEFAULT {who},
         since_utc {text} NOT NULL DEFAULT {now})""",

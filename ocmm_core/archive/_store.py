@@ -1,7 +1,7 @@
 """The interface of an archive, and everything that both stores do alike.
 
-Rows are only ever added: a job that goes on is a new version, what becomes known later is a mark. So
-a station needs no right to change anything, and what was stored stays.
+Rows are only ever added: a job that goes on is a new version, what becomes known later is a mark.
+So a station needs no right to change anything, and what was stored stays.
 """
 
 from __future__ import annotations
@@ -116,7 +116,7 @@ class Archive(Protocol):
         """Return the rows of a job by its number."""
 
     def ask(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
-        """Return the answer of a question in SQL that names values as ``:name``; changes nothing."""
+        """Return the answer to SQL that names values as ``:name``; it can change nothing."""
 
     def add_finding(
         self, kind: str, subject: str, document: str, who: str, utc: str,
@@ -153,7 +153,9 @@ _ADD_USE = _insert("used", ("job", "kind", "identity", "name", "created_utc"))
 _ADD_FILE = _insert("file", ("sha256", "size", "content"), "ON CONFLICT DO NOTHING")
 _ADD_DELIVERY = _insert("delivery", ("outbox", "sequence", "job", "sha256", "sent_utc"))
 _ADD_STATION = _insert("station", ("name", "machine", "host"), "ON CONFLICT DO NOTHING")
-_ADD_SENDER = _insert("sender", ("outbox", "station", "username"), "ON CONFLICT DO NOTHING")
+_ADD_SENDER = _insert(
+    "sender", ("outbox", "station", "machine", "username"), "ON CONFLICT DO NOTHING"
+)
 _MARK_FIELDS = MarkRow.__struct_fields__
 _ADD_MARK = _insert("mark", _MARK_FIELDS)
 _ADD_FINDING = _insert("finding", ("kind", "subject", "document", "who", "utc"), "RETURNING id")
@@ -247,27 +249,31 @@ class SqlArchive(ABC):
         return Receipt(answer, row, off)
 
     def _admit(self, sender: Sender) -> None:
-        """Let a sender in; StorageError where another computer has its name."""
-        known = self._run(
-            "SELECT s.machine FROM sender x JOIN station s ON s.name = x.station"
-            " WHERE x.outbox = :outbox AND x.station = :name",
-            {"outbox": sender.outbox, "name": sender.station},
-        ).rows
-        if known and known[0][0] == sender.machine:
-            return
-        self._run(
-            _ADD_STATION, {"name": sender.station, "machine": sender.machine, "host": sender.host}
+        """Let a sender in; StorageError where another computer has its name.
+
+        A name belongs to the computer that used it first. One of an archive that was made from job
+        files belongs to nobody yet.
+        """
+        name: dict[str, Cell] = {"name": sender.station}
+        claim = (
+            "SELECT coalesce(nullif(s.machine, ''), (SELECT x.machine FROM sender x"
+            " WHERE x.station = s.name AND x.machine <> '' ORDER BY x.since_utc LIMIT 1), ''),"
+            " s.host, s.since_utc FROM station s WHERE s.name = :name"
         )
-        machine, host, since = self._run(
-            "SELECT machine, host, since_utc FROM station WHERE name = :name",
-            {"name": sender.station},
-        ).rows[0]
-        if machine != sender.machine:
+        found = self._run(claim, name).rows
+        if not found:
+            self._run(_ADD_STATION, {**name, "machine": sender.machine, "host": sender.host})
+            found = self._run(claim, name).rows
+        machine, host, since = found[0]
+        if machine not in ("", sender.machine):
             raise name_taken(sender.station, str(host), str(since))
         self._run(
             _ADD_SENDER,
-            {"outbox": sender.outbox, "station": sender.station, "username": sender.user},
-        )
+            {
+                "outbox": sender.outbox, "station": sender.station, "machine": sender.machine,
+                "username": sender.user,
+            },
+        )  # fmt: skip
 
     def _add(self, delivery: Delivery) -> int:
         record = delivery.record

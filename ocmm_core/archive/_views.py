@@ -21,7 +21,7 @@ VIEWS = (
         CASE WHEN {_HELD} THEN 1 ELSE 0 END AS held
     FROM job j
     WHERE NOT EXISTS (SELECT 1 FROM job n WHERE n.job_uuid = j.job_uuid
-        AND (n.steps > j.steps OR (n.steps = j.steps AND n.id > j.id)))""",
+        AND (n.steps > j.steps OR (n.steps = j.steps AND n.id > j.id)))""",  # noqa: S608 - our own words
     """CREATE VIEW archived_result AS
     SELECT a.job_id, a.job_uuid, a.station, a.state, a.serial, a.batch, a.order_name, a.operator,
         a.simulated, a.changed_utc, a.calibration, a.tip, a.part_c,
