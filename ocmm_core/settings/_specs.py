@@ -98,6 +98,7 @@ SECTIONS = {
     "temperature": "Temperature",
     "report": "Report head",
     "stream": "Live stream",
+    "archive": "Archive",
     "window": "Window",
 }
 """Sections in the order in which they are shown, with their titles."""
@@ -237,6 +238,19 @@ SETTINGS: tuple[SettingSpec, ...] = (
     _spec(
         "stream.key", Kind.FILE, None, _S, _LATER, "Private key",
         "PEM, of that certificate", option="--stream-key",
+    ),
+    _spec(
+        "archive.address", Kind.TEXT, "local", _S, _LATER, "Archive",
+        "local, off, the path of a file, or postgresql://USER@SERVER/DATABASE, without password",
+        choices=("local", "off"), option="--archive",
+    ),
+    _spec(
+        "archive.station", Kind.TEXT, "", _S, _LATER, "Name of this station",
+        "In the archive; empty: the name of this computer",
+    ),
+    _spec(
+        "archive.password", Kind.FILE, None, _S, _LATER, "Password",
+        "File with the password of the server, readable by you alone",
     ),
     _spec(
         "window.theme", Kind.CHOICE, "dark", _U, _NOW, "Theme", "Colours of the window",
