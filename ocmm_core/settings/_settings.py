@@ -63,6 +63,9 @@ class Settings:
     archive_address: str
     archive_station: str
     archive_password: Path | None
+    window_language: str
+    window_decimal: str
+    window_units: str
     window_theme: str
     window_sounds: bool
     window_far: bool
