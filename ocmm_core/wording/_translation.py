@@ -10,7 +10,6 @@ said, the English sentence stays (decision 92).
 from __future__ import annotations
 
 import functools
-import json
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,7 +20,7 @@ import msgspec
 from ocmm_core.documents import read_bytes, resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.wording._language import ENGLISH
-from ocmm_core.wording._pattern import NUMBER, SENTENCE, WORD, Pattern
+from ocmm_core.wording._pattern import SENTENCE, WORD, Pattern
 
 _LETTERS = re.compile(r"[^\W\d_]+")
 _LOWER_WORDS = re.compile(r"(?<![\w'\"/.])[a-z]{2,}(?![\w'\"/.])")

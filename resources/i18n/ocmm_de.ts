@@ -892,10 +892,6 @@
         <translation>{quantity} {error:+.1f} von {limit:.1f} µm</translation>
     </message>
     <message>
-        <source>SIMULATED {verdict}</source>
-        <translation>SIMULIERT {verdict}</translation>
-    </message>
-    <message>
         <source>Where to touch</source>
         <translation>Wo anzutasten ist</translation>
     </message>
@@ -1553,6 +1549,10 @@ Startet: {source}</translation>
         <translation>Kameras, Taster und Tasteinsatz: Zustand und Verfahren</translation>
     </message>
     <message>
+        <source>What was measured where, when, by whom and with what; trends over stations</source>
+        <translation>Was wo, wann, von wem und womit gemessen wurde; Trends über Stationen</translation>
+    </message>
+    <message>
         <source>Demo</source>
         <translation>Demo</translation>
     </message>
@@ -1621,8 +1621,148 @@ Startet: {source}</translation>
         <translation>Noch keine Aufträge in {folder}</translation>
     </message>
     <message>
+        <source>Ask</source>
+        <translation>Abfragen</translation>
+    </message>
+    <message>
+        <source>Ask the archive</source>
+        <translation>Das Archiv abfragen</translation>
+    </message>
+    <message>
+        <source>Next question</source>
+        <translation>Nächste Frage</translation>
+    </message>
+    <message>
+        <source>Choose the next question</source>
+        <translation>Die nächste Frage wählen</translation>
+    </message>
+    <message>
+        <source>Write the table to a file, .csv or .parquet</source>
+        <translation>Die Tabelle in eine Datei schreiben, .csv oder .parquet</translation>
+    </message>
+    <message>
+        <source>Stop asking; what is shown stays</source>
+        <translation>Abfrage abbrechen; was angezeigt wird, bleibt</translation>
+    </message>
+    <message>
+        <source>What was measured</source>
+        <translation>Was gemessen wurde</translation>
+    </message>
+    <message>
+        <source>Trend of a characteristic</source>
+        <translation>Trend eines Merkmals</translation>
+    </message>
+    <message>
+        <source>Which jobs used this</source>
+        <translation>Welche Jobs dies benutzten</translation>
+    </message>
+    <message>
+        <source>Cpk by month</source>
+        <translation>Cpk nach Monat</translation>
+    </message>
+    <message>
+        <source>Who passed what</source>
+        <translation>Wer was freigegeben hat</translation>
+    </message>
+    <message>
+        <source>R&amp;R over stations</source>
+        <translation>R&amp;R über Stationen</translation>
+    </message>
+    <message>
+        <source>name of the part</source>
+        <translation>Name des Teils</translation>
+    </message>
+    <message>
+        <source>What</source>
+        <translation>Was</translation>
+    </message>
+    <message>
+        <source>hash, serial number or name</source>
+        <translation>Hash, Seriennummer oder Name</translation>
+    </message>
+    <message>
+        <source>empty: all</source>
+        <translation>leer: alle</translation>
+    </message>
+    <message>
         <source>Station</source>
         <translation>Station</translation>
+    </message>
+    <message>
+        <source>From</source>
+        <translation>Von</translation>
+    </message>
+    <message>
+        <source>day, e.g. 2026-11-26; empty: today</source>
+        <translation>Tag, z. B. 2026-11-26; leer: heute</translation>
+    </message>
+    <message>
+        <source>To</source>
+        <translation>Bis</translation>
+    </message>
+    <message>
+        <source>day; empty: the same</source>
+        <translation>Tag; leer: derselbe</translation>
+    </message>
+    <message>
+        <source>Archive</source>
+        <translation>Archiv</translation>
+    </message>
+    <message>
+        <source>Asking the archive</source>
+        <translation>Archiv wird abgefragt</translation>
+    </message>
+    <message>
+        <source>What is asked of the archive</source>
+        <translation>Was das Archiv gefragt wird</translation>
+    </message>
+    <message>
+        <source>What was used</source>
+        <translation>Was benutzt wurde</translation>
+    </message>
+    <message>
+        <source>Write the table to the file</source>
+        <translation>Die Tabelle in die Datei schreiben</translation>
+    </message>
+    <message>
+        <source>What must be known about the answer</source>
+        <translation>Was man zur Antwort wissen muss</translation>
+    </message>
+    <message>
+        <source>Hand-over to the archive</source>
+        <translation>Übergabe an das Archiv</translation>
+    </message>
+    <message>
+        <source>Fill in what it is about, then ask (F8).</source>
+        <translation>Angeben, worum es geht, dann abfragen (F8).</translation>
+    </message>
+    <message>
+        <source>Ask first (F8): there is no table yet.</source>
+        <translation>Erst abfragen (F8): noch gibt es keine Tabelle.</translation>
+    </message>
+    <message>
+        <source>Everything measured here is in the archive.</source>
+        <translation>Alles hier Gemessene ist im Archiv.</translation>
+    </message>
+    <message>
+        <source>{title}: {count} rows. {place}</source>
+        <translation>{title}: {count} Zeilen. {place}</translation>
+    </message>
+    <message>
+        <source>Table written to {path}.</source>
+        <translation>Tabelle nach {path} geschrieben.</translation>
+    </message>
+    <message>
+        <source>The archive is off. Turn it on in Settings (Ctrl+,).</source>
+        <translation>Das Archiv ist aus. In den Einstellungen (Strg+,) einschalten.</translation>
+    </message>
+    <message>
+        <source>{text} is no day.</source>
+        <translation>{text} ist kein Tag.</translation>
+    </message>
+    <message>
+        <source>Write it like 2026-11-26.</source>
+        <translation>So schreiben: 2026-11-26.</translation>
     </message>
     <message>
         <source>SIMULATED</source>
@@ -1947,6 +2087,10 @@ Startet: {source}</translation>
     <message>
         <source>Recalculate older jobs whose calibration later failed</source>
         <translation>Ältere Aufträge neu berechnen, deren Kalibrierung später ausfiel</translation>
+    </message>
+    <message>
+        <source>Jobs of all stations: lists, trends, what used a calibration</source>
+        <translation>Jobs aller Stationen: Listen, Trends, was eine Kalibrierung benutzte</translation>
     </message>
     <message>
         <source>Calibrate probe</source>
@@ -7626,6 +7770,26 @@ Startet: {source}</translation>
         <translation>PEM, zu diesem Zertifikat</translation>
     </message>
     <message>
+        <source>local, off, a file, or postgresql://USER@SERVER/DATABASE, without password</source>
+        <translation>local, off, eine Datei oder postgresql://USER@SERVER/DATABASE, ohne Passwort</translation>
+    </message>
+    <message>
+        <source>Name of this station</source>
+        <translation>Name dieser Station</translation>
+    </message>
+    <message>
+        <source>In the archive; empty: the name of this computer</source>
+        <translation>Im Archiv; leer: der Name dieses Rechners</translation>
+    </message>
+    <message>
+        <source>Password</source>
+        <translation>Passwort</translation>
+    </message>
+    <message>
+        <source>File with the password of the server, readable by you alone</source>
+        <translation>Datei mit dem Passwort des Servers, nur für Sie lesbar</translation>
+    </message>
+    <message>
         <source>Language</source>
         <translation>Sprache</translation>
     </message>
@@ -7704,6 +7868,10 @@ Startet: {source}</translation>
     <message>
         <source>Keys that differ from those shipped</source>
         <translation>Tasten, die von den gelieferten abweichen</translation>
+    </message>
+    <message>
+        <source>Answer of the archive</source>
+        <translation>Antwort des Archivs</translation>
     </message>
 </context>
 </TS>
