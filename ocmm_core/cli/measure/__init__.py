@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.cli.measure._measure_parts import await_part
     from ocmm_core.cli.measure._plan import plan_app
-    from ocmm_core.cli.measure._recall import recall_command
+    from ocmm_core.cli.measure._recall import recall_command, show_recall, write_recall
     from ocmm_core.cli.measure._recording import record_source
     from ocmm_core.cli.measure._report import report_command
 else:
@@ -44,7 +44,7 @@ else:
         ),
         _measure_parts="await_part",
         _plan="plan_app",
-        _recall="recall_command",
+        _recall="recall_command show_recall write_recall",
         _recording="record_source",
         _report="report_command",
     )
@@ -66,4 +66,6 @@ __all__ = [
     "record_source",
     "report_command",
     "run_job",
+    "show_recall",
+    "write_recall",
 ]

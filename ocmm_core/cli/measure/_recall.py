@@ -96,7 +96,7 @@ def recall_command(
     exclude decides which of both counts. Verdicts CHANGE, HOLD, or CANNOT BE KNOWN. Job files are
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
-    from ocmm_core.calibration.records import default_folder, seal
+    from ocmm_core.calibration.records import default_folder
     from ocmm_core.inspection.archive import KeptPlaces, Outcome, decide, recall
 
     console = make_console()
@@ -111,13 +111,8 @@ def recall_command(
         record = recall(places, datetime.now(UTC), tell, site=site)
     if who and record.jobs:
         record = decide(record, places, who, datetime.now(UTC))
-    _show(console, record)
-    if json_file is not None:
-        _write(json_file, seal(record))
-        console.print(f"Recall  {json_file}", highlight=False, markup=False)
-    if pdf_file is not None:
-        _print_pages(record, pdf_file)
-        console.print(f"Recall  {pdf_file}", highlight=False, markup=False)
+    show_recall(console, record)
+    write_recall(console, record, json_file, pdf_file)
     if record.count(Outcome.CHANGES) + record.count(Outcome.UNKNOWN) or record.unread:
         raise typer.Exit(1)
 
@@ -152,7 +147,22 @@ def _let_fall(
         console.print(f"Everything based on artefact {artefact} was already invalidated.")
 
 
-def _show(console: Console, record: RecallRecord) -> None:
+def write_recall(
+    console: Console, record: RecallRecord, json_file: Path | None, pdf_file: Path | None
+) -> None:
+    """Write the sealed recall and its pages where they are asked for."""
+    from ocmm_core.calibration.records import seal
+
+    if json_file is not None:
+        _write(json_file, seal(record))
+        console.print(f"Recall  {json_file}", highlight=False, markup=False)
+    if pdf_file is not None:
+        _print_pages(record, pdf_file)
+        console.print(f"Recall  {pdf_file}", highlight=False, markup=False)
+
+
+def show_recall(console: Console, record: RecallRecord) -> None:
+    """Print what a recall found."""
     from ocmm_core.inspection.archive import (
         COLUMNS,
         decided,

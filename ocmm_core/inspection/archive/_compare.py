@@ -27,6 +27,7 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import COVERAGE_FACTOR
+from ocmm_core.processes import processes_for, side_by_side
 from ocmm_core.tolerances.decisions import (
     CharacteristicResult,
     ControlChart,

@@ -18,7 +18,7 @@ from ocmm_core.inspection.archive._camera_history import CameraHistory, ask_came
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about, named
 from ocmm_core.inspection.archive._tip_history import TipHistory, ask_tip
-from ocmm_core.storage import JobFile, JobSeal
+from ocmm_core.storage import JobFile, JobSeal, held_sentences
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,11 +31,14 @@ class KnownOfJob:
         How far it goes, who signed it by the keys that are known, and what is missing.
     cameras, tip
         What became known later.
+    held
+        Why the archive of the shop holds the job back, a sentence each.
     """
 
     seal: JobSeal
     cameras: CameraHistory = field(default_factory=CameraHistory)
     tip: TipHistory = field(default_factory=TipHistory)
+    held: tuple[str, ...] = ()
 
 
 def known_alone(job: JobFile) -> KnownOfJob:
@@ -62,6 +65,7 @@ def known_here(
         job.seal(),
         ask_cameras(job, stored.camera_record(), calibrations or default_folder()),
         ask_tip(stored.probe_records(), probes or default_probe_folder()),
+        held_sentences(job.head.job_uuid),
     )
     job.note_seen(path)
     return known

@@ -252,7 +252,9 @@ class Doubting:
         if key not in self._laters:
             self._laters[key] = later_than(store, record, self._now)
         known = asked()
-        known = replace(known, cameras=CameraHistory(unread=known.cameras.unread))
+        # A mark of an earlier recall must not keep this one from looking.
+        cameras = CameraHistory(unread=known.cameras.unread)
+        known = replace(known, cameras=cameras, held=())
         return DoubtedJob(path, self._laters[key], in_doubt, known)
 
     def _store(self, rig: str) -> CalibrationStore:

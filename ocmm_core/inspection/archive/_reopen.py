@@ -81,6 +81,8 @@ class ReopenedJob:
         The points that are held back, for what and why, by the file and by these histories.
     seal
         How far the job goes, and who signed it.
+    recalled
+        Why the archive of the shop holds the job back, as far as this computer has learned.
     """
 
     path: Path
@@ -102,6 +104,7 @@ class ReopenedJob:
     history: History = field(default_factory=History)
     cameras: History = field(default_factory=History)
     held: Mapping[HoldReason, Mapping[int, str]] = field(default_factory=dict)
+    recalled: tuple[str, ...] = ()
 
     @property
     def annulled(self) -> tuple[int, ...]:
@@ -123,7 +126,7 @@ class ReopenedJob:
         """Return all that speaks against the job, in sentences."""
         tip = (*self.history.unread, *self.history.against)
         cameras = (*self.cameras.unread, *self.cameras.against)
-        return (*self.faults, *self.differences, *cameras, *tip)
+        return (*self.faults, *self.differences, *self.recalled, *cameras, *tip)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -212,7 +215,9 @@ def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> Reopen
         rig=rig,
         body=body,
         options=options,
-        view=_judged(session.view, (*faults, *differences, *cameras.unread, *history.unread)),
+        view=_judged(
+            session.view, (*faults, *differences, *cameras.unread, *history.unread), known.held
+        ),
         T_part_from_world=session.frame.T_part_from_world,
         points=points,
         sensitivities=sensitivities,
@@ -224,15 +229,16 @@ def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> Reopen
         seal=known.seal,
         history=history,
         cameras=cameras,
+        recalled=known.held,
         held={hold_reason: session.held.held_for(hold_reason) for hold_reason in HoldReason},
     )
 
 
-def _judged(view: JobView, doubts: Sequence[str]) -> JobView:
-    """Return the view, nothing in it proven where something speaks against the file."""
-    if not doubts:
+def _judged(view: JobView, doubts: Sequence[str], held: Sequence[str]) -> JobView:
+    """Return the view, nothing in it proven where something speaks against the file or the job."""
+    if not doubts and not held:
         return view
-    why = f"The job file is suspect: {doubts[0]}"
+    why = f"The job file is suspect: {doubts[0]}" if doubts else held[0]
     results = tuple(not_proven(result, why) for result in view.characteristics)
     return replace(view, unproven=why, characteristics=results)
 
