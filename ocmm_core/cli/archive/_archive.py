@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from ocmm_core.cli.archive._hand_over import send_now
-from ocmm_core.cli.archive._recall import recall_archived
 from ocmm_core.cli.terminal import make_console, progress_line
 from ocmm_core.errors import InputError
 
@@ -27,8 +26,6 @@ archive_app = typer.Typer(
     "setting archive.address says where it is, or --archive. Finished and paused jobs wait in an "
     "outbox until the archive has them.",
 )
-
-archive_app.command(name="recall")(recall_archived)
 
 ArchiveOption = Annotated[
     str | None,

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.cli.measure._archive_recall import recall_archived
     from ocmm_core.cli.measure._align import align_command, align_plan_command
     from ocmm_core.cli.measure._certificate import certificate_app
     from ocmm_core.cli.measure._compare import compare_command
@@ -29,12 +30,13 @@ if TYPE_CHECKING:
     )
     from ocmm_core.cli.measure._measure_parts import await_part
     from ocmm_core.cli.measure._plan import plan_app
-    from ocmm_core.cli.measure._recall import recall_command, show_recall, write_recall
+    from ocmm_core.cli.measure._recall import recall_command
     from ocmm_core.cli.measure._recording import record_source
     from ocmm_core.cli.measure._report import report_command
 else:
     __getattr__ = door(
         __name__,
+        _archive_recall="recall_archived",
         _align="align_command align_plan_command",
         _certificate="certificate_app",
         _compare="compare_command",
@@ -44,7 +46,7 @@ else:
         ),
         _measure_parts="await_part",
         _plan="plan_app",
-        _recall="recall_command show_recall write_recall",
+        _recall="recall_command",
         _recording="record_source",
         _report="report_command",
     )
@@ -62,10 +64,9 @@ __all__ = [
     "print_states",
     "print_table",
     "print_verdict",
+    "recall_archived",
     "recall_command",
     "record_source",
     "report_command",
     "run_job",
-    "show_recall",
-    "write_recall",
 ]

@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from ocmm_core.cli.measure import show_recall, write_recall
+from ocmm_core.cli.measure._recall import show_recall, write_recall
 from ocmm_core.cli.terminal import (
     SchedulerCaOption,
     SchedulerCertOption,
