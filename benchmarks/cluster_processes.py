@@ -95,7 +95,9 @@ class ShopCluster:
         environment = os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
         command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments, *self._tls]
         with (self._folder / f"{what}.log").open("ab") as log:
-            return subprocess.Popen(command, stdout=log, stderr=log, env=environment)
+            return subprocess.Popen(  # noqa: S603 - our own interpreter
+                command, stdout=log, stderr=log, env=environment
+            )
 
     def kill(self, process: subprocess.Popen[bytes]) -> None:
         """Kill a process at once."""
