@@ -264,9 +264,7 @@ class PlanSheet(Sheet):
         """Show the faces of the plan's model, to align the part by those that are chosen."""
         plan = self.draft.plan
         if plan.model is None or self.draft.folder is None:
-            self.told.emit(
-                tr("This plan has no CAD model. Save it (F8), then import one (Shift+F9).")
-            )
+            self.told.emit(tr("No CAD model in this plan. Save it (F8), import one (Shift+F9)."))
         else:
             self.items.choose(ALIGNMENT)
             self.importing.read_part(plan, self.draft.folder)

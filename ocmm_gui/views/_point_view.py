@@ -207,7 +207,7 @@ class PointView(OrbitView):
         return tr("Part not located yet. Touch {feature}.").format(feature=job.active)
 
     def _supposed_words(self) -> str:
-        """Return what is said while the part is shown where it may be; empty where more is known."""
+        """Return what is said while the part stands where it may be; empty where more is known."""
         planned = None if self._job is None else self._job.planned
         if planned is None or not planned.supposed:
             return ""

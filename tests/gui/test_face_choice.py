@@ -86,7 +86,7 @@ def test_the_plan_is_aligned_by_what_was_chosen(qtbot: QtBot, tmp_path: Path) ->
     said: list[str] = []
     sheet.told.connect(said.append)
     sheet.choose_faces()
-    assert "no CAD model" in said[-1]
+    assert "No CAD model" in said[-1]
     sheet.importing.part_read.emit(PartOfPlan(part()))
     assert not sheet.faces.isHidden()
     sheet.faces.picture.face_clicked.emit(0)

@@ -231,7 +231,7 @@ def test_the_first_place_is_in_the_picture_before_anything_is_located(
     job = step.job if with_part else replace(step.job, placed_part=None)
     assert job.planned is not None
     assert job.target is None
-    watched.show(Step(step.ball_world, job))
+    watched.show(Step(job, step.ball_world))
     watched.paint()
     work = watched.view.work()
     assert work.target is not None

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ocmm_core.camera import Rig
-from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
 from ocmm_core.inspection.evaluation import (
     PlannedFeature,
     Target,
@@ -99,7 +99,11 @@ def planned_feature(
     if not targets and not places_of(nominal, nominal.points).points.size:
         # The plan does not say how large it is: its middle is shown.
         middle = there.apply(np.array(nominal.point))
-        targets = (Target(name, middle, np.zeros(3), middle, approximate=True),)
+        normal = np.zeros(3)
+        if nominal.shape.spec.spread == "plane":
+            normal = there.rotation @ unit(np.array(nominal.direction))
+        ball = middle + tip_radius * normal
+        targets = (Target(name, middle, normal, ball, approximate=True),)
     return PlannedFeature(nominal, there, supposed=True, targets=targets)
 
 
