@@ -135,8 +135,8 @@ def _words(one: FinishedTest) -> tuple[str, ...]:
             quantity=worst.quantity, error=1e3 * worst.error_mm, limit=1e3 * worst.limit_mm
         )
     verdict = record.verdict.value
-    if record.instrument.simulated:
-        verdict = tr("SIMULATED {verdict}").format(verdict=verdict)
+    if record.instrument.states:
+        verdict = " ".join((*record.instrument.states, verdict))
     return (
         verdict, record.procedure.title, time_words(ended), record.made_by, value,
         record.number,

@@ -161,12 +161,13 @@ class AcceptanceVerdictPage(StepPage):
 
     def _show_word(self, view: GuidedAcceptanceView) -> None:
         error, outcome, theme = view.base.error, view.outcome, self._theme
-        simulated = view.stage.instrument.simulated
-        self._simulated.show_text(
-            tr("SIMULATED: virtual rig and artefact") if simulated else "", theme.warn,
-            Mark.DOUBT if simulated else None,
-        )  # fmt: skip
-        self._simulated.setVisible(simulated)
+        instrument = view.stage.instrument
+        known = ", ".join(instrument.states)
+        if instrument.simulated and not instrument.unproven:
+            known = tr("SIMULATED: virtual rig and artefact")
+        self._simulated.show_text(known, theme.warn, Mark.DOUBT if known else None)
+        self._simulated.setToolTip(literal(" ".join(instrument.unproven)))
+        self._simulated.setVisible(bool(known))
         if error is not None:
             self._word.show_text(tr("NO VERDICT"), theme.bad, Mark.BAD)
             text = f"{error.what} {error.remedy}"
