@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import Theme, text_font, tr
+from ocmm_gui.kit import Theme, fitted, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step
 from ocmm_gui.views._scene import Dots, Lines, Orbit, Tag
@@ -98,11 +98,10 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
     centre = QPointF(box.left() + 46, box.bottom() - 46)
     painter.setFont(text_font(12))
     painter.setPen(QColor(theme.muted))
-    painter.drawText(
-        grid_place(box),
-        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-        tr("world axes, grid {grid_step:.0f} mm").format(grid_step=grid_step(orbit)),
-    )
+    words = tr("world axes, grid {grid_step:.0f} mm").format(grid_step=grid_step(orbit))
+    place = grid_place(box)
+    painter.setFont(fitted(painter.font(), words, place.width(), place.height(), 12.0))
+    painter.drawText(place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words)
     painter.setFont(text_font(13, bold=True))
     for name, direction in zip("XYZ", np.eye(3), strict=True):
         x, y, _ = (axes @ direction).tolist()

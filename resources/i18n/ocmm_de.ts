@@ -892,10 +892,6 @@
         <translation>{quantity} {error:+.1f} von {limit:.1f} µm</translation>
     </message>
     <message>
-        <source>SIMULATED {verdict}</source>
-        <translation>SIMULIERT {verdict}</translation>
-    </message>
-    <message>
         <source>Where to touch</source>
         <translation>Wo anzutasten ist</translation>
     </message>
@@ -1886,7 +1882,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part look</source>
-        <translation>Werkstück zeigen</translation>
+        <translation>Darstellung</translation>
     </message>
     <message>
         <source>Show the part shaded, as hidden lines or transparent</source>
