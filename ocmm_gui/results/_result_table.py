@@ -157,7 +157,10 @@ class ResultTable(DataTable):
         if is_longer() and not self._least and room < (self.columnWidth(0) if wide == 0 else 60):
             # Longer words get smaller letters, so that the verdict stays in sight.
             self._least = _LEAST_PX
-            self.horizontalHeader().setFont(text_font(_LEAST_PX))
+            for column in range(self.columnCount()):
+                head = self.horizontalHeaderItem(column)
+                if head is not None:
+                    head.setFont(text_font(_LEAST_PX))
             self._share_width()
             return
         self.setColumnWidth(wide, max(room, self.columnWidth(wide) if wide == 0 else 60))
