@@ -10,33 +10,44 @@ said, the English sentence stays (decision 92).
 from __future__ import annotations
 
 import functools
-import json
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import msgspec
 
-from ocmm_core.documents import read_bytes, resource
-from ocmm_core.errors import OcmmError
+from ocmm_core.documents import decode_json, read_bytes, resource
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.wording._language import ENGLISH
-from ocmm_core.wording._pattern import NUMBER, SENTENCE, WORD, Pattern
+from ocmm_core.wording._pattern import KNOWN_WORD, SENTENCE, WORD, Pattern
+
+C = TypeVar("C")
 
 _LETTERS = re.compile(r"[^\W\d_]+")
 _LOWER_WORDS = re.compile(r"(?<![\w'\"/.])[a-z]{2,}(?![\w'\"/.])")
+_SAYS_SOMETHING = re.compile(r"(?:\b[a-z]{2,} ){4}|\w[.!?] [A-Z][a-z]")
 _END_OF_SENTENCE = re.compile(r"(?<=[.!?:;)])\s+|\n+")
+_BEFORE_A_SENTENCE = frozenset(":;,")
 _POINT = re.compile(r"(?<=\d)\.(?=\d)")
 _DEEPEST = 4
 _MOST_PIECES = 40
 _REMEMBERED = 4096
 
 
-class _File(msgspec.Struct, frozen=True):
-    """A catalogue: `core.json` with codes, or that of a language with translations."""
+class _English(msgspec.Struct, frozen=True):
+    """`core.json`: every sentence with its codes, and the words."""
 
-    sentences: dict[str, list[str] | str]
-    words: list[str] | dict[str, str]
+    sentences: dict[str, list[str]]
+    words: list[str]
+
+
+class _Shown(msgspec.Struct, frozen=True):
+    """The catalogue of a language; empty where something is not translated yet."""
+
+    sentences: dict[str, str]
+    words: dict[str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +124,13 @@ class Translation:
 
     def word(self, text: str) -> str:
         """Return a word of an enumeration or a registry in this language."""
-        return self._words.get(text) or self._plain.get(text) or text
+        return (
+            self._words.get(text)
+            or self._plain.get(text)
+            # "cylinder" in a sentence is the shape "Cylinder".
+            or self._words.get(text[:1].upper() + text[1:])
+            or text
+        )
 
     def _of(self, text: str, code: str, depth: int) -> str | None:
         """Return a text in this language; None where it is not known."""
@@ -129,11 +146,20 @@ class Translation:
         found = [known for known in self._candidates(text) if known.said.fillings(text)]
         found = [known for known in found if code in known.codes] or found
         if not found:
-            return None
+            return self._before_another(text, code, depth)
         # One sentence can be a special case of another; its own words decide.
         most = max(known.said.weight for known in found)
         shown = {self._shown(known, text, depth) for known in found if known.said.weight == most}
         return shown.pop() if len(shown) == 1 else None
+
+    def _before_another(self, text: str, code: str, depth: int) -> str | None:
+        """Return what leads to the next sentence: ``PART CONFORMS:``."""
+        if text[-1:] not in _BEFORE_A_SENTENCE:
+            return None
+        before = text[:-1]
+        inner = self._words.get(before) if before.isupper() else None
+        inner = inner or self._sentence(before, code, depth)
+        return None if inner is None else inner + text[-1]
 
     def _candidates(self, text: str) -> Iterable[_Known]:
         for word in dict.fromkeys(_LETTERS.findall(text)):
@@ -141,9 +167,7 @@ class Translation:
         yield from self._wordless
 
     def _shown(self, known: _Known, text: str, depth: int) -> str | None:
-        shown = {
-            self._filled(known, values, depth) for values in known.said.fillings(text)
-        }
+        shown = {self._filled(known, values, depth) for values in known.said.fillings(text)}
         return shown.pop() if len(shown) == 1 else None
 
     def _filled(self, known: _Known, values: Sequence[str], depth: int) -> str | None:
@@ -152,8 +176,12 @@ class Translation:
             inner: str | None = value
             if mark == WORD:
                 inner = self.word(value)
+            elif mark == KNOWN_WORD:
+                inner = self._words.get(value)
             elif mark == SENTENCE:
                 inner = self._inner(value, depth + 1)
+            elif _SAYS_SOMETHING.search(value):
+                inner = None  # it holds a sentence, which nobody filled in by itself
             if inner is None:
                 return None
             filled[name] = inner
@@ -164,6 +192,8 @@ class Translation:
         if depth > _DEEPEST:
             return None
         found = self._words.get(text) or self._of(text, "", depth)
+        if found is None and (ended := self._of(f"{text}.", "", depth)) is not None:
+            found = ended.removesuffix(".")
         # Names and numbers alone are no sentence.
         return found if found is not None or _LOWER_WORDS.search(text) else text
 
@@ -212,9 +242,22 @@ def load_translation(language: str) -> Translation:
     """
     if language == ENGLISH:
         return Translation({}, {})
-    english = msgspec.json.decode(read_bytes(resource("i18n", "core.json")))
-    shown = msgspec.json.decode(read_bytes(resource("i18n", f"core_{language}.json")))
-    return Translation(shown["sentences"], shown["words"], english["sentences"])
+    english = _read("core.json", _English)
+    shown = _read(f"core_{language}.json", _Shown)
+    sentences = {said: told for said, told in shown.sentences.items() if told}
+    return Translation(sentences, shown.words, english.sentences)
+
+
+def _read(name: str, kind: type[C]) -> C:
+    path = resource("i18n", name)
+    try:
+        return decode_json(read_bytes(path), kind)
+    except msgspec.MsgspecError as error:
+        raise InputError(
+            "wording.catalogue",
+            f"{path}: the sentences of another language cannot be read ({error}).",
+            "Install the program completely; until then it speaks English.",
+        ) from error
 
 
 def in_language(error: OcmmError, language: str) -> tuple[str, str]:

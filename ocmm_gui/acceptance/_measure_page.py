@@ -23,6 +23,7 @@ from ocmm_gui.kit import (
     PlainLabel,
     Theme,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -94,7 +95,7 @@ class MeasurePage(CollectPage):
         self._shown = state
         self._show_position(view)
         self._show_errors(view.test.values, view.latest)
-        self.hint.setText(f"▲ {view.hint}" if view.hint else "")
+        self.hint.setText(f"▲ {said(view.hint)}" if view.hint else "")
         self._paint()
 
     def set_theme(self, theme: Theme) -> None:

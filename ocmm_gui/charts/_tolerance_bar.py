@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit import Painted, digit_font, millimetres, tr
+from ocmm_gui.kit import Painted, digit_font, millimetres, said_word, tr
 
 _MARGIN_SHARE = 0.4
 """Room on either side of the limits, in widths of the tolerance."""
@@ -96,7 +96,7 @@ class ToleranceBar(Painted):
                     deviation=millimetres(result.deviation, signed=True),
                     lower=millimetres(result.lower, signed=True),
                     upper=millimetres(result.upper, signed=True),
-                    verdict=result.verdict.value,
+                    verdict=said_word(result.verdict.value),
                 )
             )
         self.update()

@@ -94,7 +94,17 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
-    from ocmm_gui.kit._texts import PlainLabel, later, literal, tr, tr_all
+    from ocmm_gui.kit._texts import (
+        PlainLabel,
+        core_language,
+        later,
+        literal,
+        said,
+        said_word,
+        show_core_in,
+        tr,
+        tr_all,
+    )
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT,
         DEFAULT_THEME,
@@ -141,7 +151,7 @@ else:
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
         _sound="Approach Sound SoundPlayer verdict_sound",
-        _texts="PlainLabel later literal tr tr_all",
+        _texts=("PlainLabel core_language later literal said said_word show_core_in tr tr_all"),
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
             "far_type fitted status_colour text_font verdict_colour wrapped_pixels"
@@ -208,6 +218,7 @@ __all__ = [
     "caption",
     "characteristics_of",
     "conflict_of",
+    "core_language",
     "counted_line",
     "digit_font",
     "distance_words",
@@ -240,12 +251,15 @@ __all__ = [
     "quantity",
     "reference_led_name",
     "reference_words",
+    "said",
+    "said_word",
     "seen_cameras",
     "seen_targets",
     "sentence_label",
     "session_of",
     "shape_word",
     "shortcuts_of",
+    "show_core_in",
     "show_mode",
     "slot_names",
     "stacked",

@@ -10,6 +10,9 @@ it:
 A sentence is whole: what changes in it has a name in braces and is filled in afterwards, so that a
 translation may put it elsewhere.
 
+What the core says (errors, reasons, steps, verdicts) are finished sentences of its own: `said` and
+`said_word` show them in the language that `show_core_in` chose, or as they are.
+
 What is filled in comes from plans, jobs and paths, and Qt reads what looks like HTML as HTML, with
 links and pictures. No text of the window is HTML: labels are `PlainLabel`, and every tool tip goes
 through `literal`.
@@ -23,7 +26,12 @@ from PySide6 import QtGui
 from PySide6.QtCore import QCoreApplication, Qt
 from PySide6.QtWidgets import QLabel, QWidget
 
+from ocmm_core.wording import ENGLISH, load_translation
+
 _JOINER = "\N{WORD JOINER}"
+
+_CORE = "ocmm_core_language"
+"""Property of the application; without it the core speaks English."""
 
 T = TypeVar("T", bound=tuple[object, ...])
 
@@ -59,6 +67,39 @@ def tr_all(table: T) -> T:
         for item in table
     )
     return cast("T", tuple(translated))
+
+
+def show_core_in(language: str) -> None:
+    """Show what the core says in a language; only a window that was asked to loads a catalogue.
+
+    Raises
+    ------
+    InputError
+        The catalogue of the language cannot be read; what was chosen before stays.
+    """
+    application = QCoreApplication.instance()
+    if application is not None:
+        load_translation(language)
+        application.setProperty(_CORE, language)
+
+
+def core_language() -> str:
+    """Return the language in which the window shows what the core says."""
+    application = QCoreApplication.instance()
+    chosen = None if application is None else application.property(_CORE)
+    return chosen if isinstance(chosen, str) else ENGLISH
+
+
+def said(text: str) -> str:
+    """Return sentences of the core as they are shown; English where one of them is not known."""
+    language = core_language()
+    return text if language == ENGLISH else load_translation(language).of(text)
+
+
+def said_word(text: str) -> str:
+    """Return a word of the core (a verdict, a state, a shape, a heading) as it is shown."""
+    language = core_language()
+    return text if language == ENGLISH else load_translation(language).word(text)
 
 
 def literal(text: str) -> str:

@@ -47,6 +47,7 @@ from ocmm_gui.kit import (
     later,
     literal,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -222,7 +223,7 @@ class ProbeDesignPage(QWidget):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._wait(False)
-        self._sentence.setText(f"{error.what} {error.remedy}")
+        self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self.failed.emit(error)
 
     def _paint_words(self, report: ProbeReport) -> None:

@@ -34,6 +34,7 @@ from ocmm_gui.kit import (
     literal,
     mark_colour,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -158,7 +159,7 @@ class DefinitionPage(QWidget):
         self._say(tr("GOOD"), Mark.GOOD, examined_words(found))
 
     def _show_refused(self, error: OcmmError) -> None:
-        self._say(tr("CANNOT BE USED"), Mark.BAD, f"{error.what} {error.remedy}")
+        self._say(tr("CANNOT BE USED"), Mark.BAD, said(f"{error.what} {error.remedy}"))
 
     def _say(self, word: str, mark: Mark, sentence: str) -> None:
         self._mark = mark
