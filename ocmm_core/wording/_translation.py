@@ -31,8 +31,8 @@ _SAYS_SOMETHING = re.compile(r"(?:\b[a-z]{2,} ){4}|\w[.!?] [A-Z][a-z]")
 _END_OF_SENTENCE = re.compile(r"(?<=[.!?:;)])\s+|\n+")
 _BEFORE_A_SENTENCE = frozenset(":;,")
 _POINT = re.compile(r"(?<=\d)\.(?=\d)")
-_DEEPEST = 4
-_MOST_PIECES = 40
+_DEEPEST = 2
+_MOST_PIECES = 16
 _REMEMBERED = 4096
 
 
@@ -137,13 +137,13 @@ class Translation:
         if not _LETTERS.search(text):
             return text
         whole = self._sentence(text, code, depth)
-        return whole if whole is not None else self._pieces(text, code, depth)
+        return whole if whole is not None or depth else self._pieces(text, code)
 
     def _sentence(self, text: str, code: str, depth: int) -> str | None:
         """Return one sentence in this language; None where it is unknown or in doubt."""
         if text in self._plain:
             return self._plain[text]
-        found = [known for known in self._candidates(text) if known.said.fillings(text)]
+        found = [known for known in self._candidates(text, depth) if known.said.fillings(text)]
         found = [known for known in found if code in known.codes] or found
         if not found:
             return self._before_another(text, code, depth)
@@ -161,10 +161,11 @@ class Translation:
         inner = inner or self._sentence(before, code, depth)
         return None if inner is None else inner + text[-1]
 
-    def _candidates(self, text: str) -> Iterable[_Known]:
+    def _candidates(self, text: str, depth: int) -> Iterable[_Known]:
         for word in dict.fromkeys(_LETTERS.findall(text)):
             yield from self._by_word.get(word, ())
-        yield from self._wordless
+        if not depth:
+            yield from self._wordless
 
     def _shown(self, known: _Known, text: str, depth: int) -> str | None:
         shown = {self._filled(known, values, depth) for values in known.said.fillings(text)}
@@ -192,12 +193,12 @@ class Translation:
         if depth > _DEEPEST:
             return None
         found = self._words.get(text) or self._of(text, "", depth)
-        if found is None and (ended := self._of(f"{text}.", "", depth)) is not None:
+        if found is None and (ended := self._plain.get(f"{text}.")) is not None:
             found = ended.removesuffix(".")
         # Names and numbers alone are no sentence.
         return found if found is not None or _LOWER_WORDS.search(text) else text
 
-    def _pieces(self, text: str, code: str, depth: int) -> str | None:
+    def _pieces(self, text: str, code: str) -> str | None:
         """Return several sentences in this language; None unless all of them are known."""
         ends = [match.span() for match in _END_OF_SENTENCE.finditer(text)]
         if not ends or len(ends) > _MOST_PIECES:
@@ -211,7 +212,7 @@ class Translation:
                 if rest[last + 1] is None or (first == 0 and last == len(stops) - 1):
                     continue
                 piece = text[starts[first] : stops[last]]
-                told = self._sentence(piece, code, depth) if _LETTERS.search(piece) else piece
+                told = self._sentence(piece, code, 0) if _LETTERS.search(piece) else piece
                 if told is not None:
                     between = text[stops[last] : starts[last + 1]] if last + 1 < len(starts) else ""
                     rest[first] = told + between + (rest[last + 1] or "")

@@ -164,7 +164,6 @@ def test_every_sentence_is_recognised(texts: Texts) -> None:
         if got == wanted:
             continue
         (english if got == text else other).append((template, text, got))
-    print(*other, "ENGLISH", *english, sep="\n")
     assert other == []
     assert len(english) < 0.01 * len(texts.sentences), english
 
@@ -181,11 +180,11 @@ def test_hostile_names_change_no_number_and_make_no_other_sentence(texts: Texts)
     rng = np.random.default_rng(8292)
     shown = load_shown("de").sentences
     strange = []
-    for template, codes in texts.sentences.items():
+    with_fields = [one for one in texts.sentences if "{" in one]
+    for template in rng.choice(with_fields, 400, replace=False):
+        codes = texts.sentences[template]
         said, german = Pattern.of(template), Pattern.of(shown[template])
-        if not said.names:
-            continue
-        for _ in range(4):
+        for _ in range(3):
             values = _values(said, rng, _HOSTILE)
             text = _filled(said, values)
             got = GERMAN.of(text, codes[0] if codes else "")
