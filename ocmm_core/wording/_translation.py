@@ -21,7 +21,7 @@ import msgspec
 from ocmm_core.documents import decode_json, read_bytes, resource
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.wording._language import ENGLISH
-from ocmm_core.wording._pattern import KNOWN_WORD, SENTENCE, WORD, Pattern
+from ocmm_core.wording._pattern import KNOWN_WORD, NUMBER, SENTENCE, WORD, Pattern
 
 C = TypeVar("C")
 
@@ -70,6 +70,8 @@ class Translation:
         Words of enumerations and registries.
     codes
         Codes of the errors that say a template.
+    comma
+        Numbers that the program formatted get a comma before their decimals; nothing else does.
     """
 
     def __init__(
@@ -77,7 +79,10 @@ class Translation:
         sentences: Mapping[str, str],
         words: Mapping[str, str],
         codes: Mapping[str, Iterable[str]] | None = None,
+        *,
+        comma: bool = False,
     ) -> None:
+        self._comma = comma
         self._words = dict(words)
         self._plain: dict[str, str] = {}
         self._by_word: dict[str, list[_Known]] = defaultdict(list)
@@ -175,7 +180,9 @@ class Translation:
         filled = {}
         for name, mark, value in zip(known.said.names, known.said.marks, values, strict=True):
             inner: str | None = value
-            if mark == WORD:
+            if mark == NUMBER and self._comma:
+                inner = with_comma(value)
+            elif mark == WORD:
                 inner = self.word(value)
             elif mark == KNOWN_WORD:
                 inner = self._words.get(value)
@@ -233,8 +240,15 @@ def _whole_words(pattern: Pattern) -> set[str]:
 
 
 @functools.cache
-def load_translation(language: str) -> Translation:
+def load_translation(language: str, *, comma: bool = False) -> Translation:
     """Return what the core says in a language; loaded once, when it is first asked for.
+
+    Parameters
+    ----------
+    language
+        One of `LANGUAGES`.
+    comma
+        A comma stands before the decimals of numbers.
 
     Raises
     ------
@@ -246,7 +260,7 @@ def load_translation(language: str) -> Translation:
     english = _read("core.json", _English)
     shown = _read(f"core_{language}.json", _Shown)
     sentences = {said: told for said, told in shown.sentences.items() if told}
-    return Translation(sentences, shown.words, english.sentences)
+    return Translation(sentences, shown.words, english.sentences, comma=comma)
 
 
 def _read(name: str, kind: type[C]) -> C:
@@ -269,6 +283,6 @@ def in_language(error: OcmmError, language: str) -> tuple[str, str]:
     return translation.of(error.what, error.code), translation.of(error.remedy, error.code)
 
 
-def with_comma(text: str) -> str:
-    """Return a text with a comma as the decimal sign of its numbers."""
-    return _POINT.sub(",", text)
+def with_comma(number: str) -> str:
+    """Return a number as it is written with a comma before its decimals; blanks part thousands."""
+    return _POINT.sub(",", number.replace(",", "\N{NARROW NO-BREAK SPACE}"))

@@ -218,8 +218,8 @@ class FarView(QWidget):
         """Return the verdict, with how many share it where that is still read from afar."""
         if summary.verdict is None:
             return verdict_line(summary)
-        short = summary.words.replace(" of ", "/")
-        for words in (summary.words, short):
+        short = said(summary.words.replace(" of ", "/"))
+        for words in (said(summary.words), short):
             if words and self._verdict.size_of(words) >= far_type(self):
                 return words
         return said_word(summary.verdict.value)

@@ -65,11 +65,11 @@ def test_there_are_sentences_of_every_kind(texts: Texts) -> None:
 def test_what_was_filled_in_stands_in_the_other_sentence_as_it_was() -> None:
     error = OcmmError(
         "plan.field",
-        "/tmp/ä b/x.toml: field 'features[2].name' is empty: nothing to measure.",
+        "/data/ä b/x.toml: field 'features[2].name' is empty: nothing to measure.",
         "Correct that field of the plan.",
     )
     assert in_language(error, "de") == (
-        "/tmp/ä b/x.toml: Feld „features[2].name“ ist leer: nichts zu messen.",
+        "/data/ä b/x.toml: Feld „features[2].name“ ist leer: nichts zu messen.",
         "Dieses Feld des Prüfplans berichtigen.",
     )
     assert in_language(error, ENGLISH) == (error.what, error.remedy)
@@ -78,8 +78,7 @@ def test_what_was_filled_in_stands_in_the_other_sentence_as_it_was() -> None:
 def test_several_sentences_are_shown_together_or_not_at_all() -> None:
     both = "Undo the points that do not belong here and take them again. Take more points."
     assert GERMAN.of(both) == (
-        "Punkte, die nicht hierher gehören, zurücknehmen und neu aufnehmen. "
-        "Mehr Punkte aufnehmen."
+        "Punkte, die nicht hierher gehören, zurücknehmen und neu aufnehmen. Mehr Punkte aufnehmen."
     )
     half = "Take more points. This sentence is from a later version."
     assert GERMAN.of(half) == half
@@ -171,7 +170,7 @@ def test_every_sentence_is_recognised(texts: Texts) -> None:
 _HOSTILE = (
     "", " ", "is missing.", "x. Take more points.", "{name}", "{0.__class__}", "%s %n", "3.5 mm",
     "a and b", "'", "„“", "A, B and C", "frame 3 of 4", "\N{RIGHT-TO-LEFT OVERRIDE}abc",
-    "<b>x</b>", "of 3 frames agree.", "Camera 'A'", "/tmp/a b: c (d).toml", "-1e999", "é" * 300,
+    "<b>x</b>", "of 3 frames agree.", "Camera 'A'", "/data/a b: c (d).toml", "-1e999", "é" * 300,
 )  # fmt: skip
 
 
@@ -201,9 +200,7 @@ def _digits(text: str) -> Counter[str]:
 
 def test_no_translation_adds_or_loses_a_number(texts: Texts) -> None:
     shown = load_shown("de").sentences
-    assert {
-        said: told for said, told in shown.items() if _digits(said) != _digits(told)
-    } == {}
+    assert {said: told for said, told in shown.items() if _digits(said) != _digits(told)} == {}
 
 
 def test_time_does_not_explode_with_a_hostile_text() -> None:
