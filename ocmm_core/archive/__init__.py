@@ -54,7 +54,7 @@ if TYPE_CHECKING:
         verify_archive,
         verify_files,
     )
-    from ocmm_core.archive._roles import ROLES, role_statements, roles_sql
+    from ocmm_core.archive._roles import ROLES, give_roles, role_statements, roles_sql
     from ocmm_core.archive._rows import (
         Delivery,
         JobRecord,
@@ -67,7 +67,8 @@ if TYPE_CHECKING:
     )
     from ocmm_core.archive._schema import VERSION
     from ocmm_core.archive._status import HandOver, hand_over
-    from ocmm_core.archive._store import Answer, Archive, Finding, Receipt, Table
+    from ocmm_core.archive._store import Answer, Archive, Finding, Receipt, SqlArchive, Table
+    from ocmm_core.archive._views import VIEW_NAMES
 else:
     __getattr__ = door(
         __name__,
@@ -85,17 +86,19 @@ else:
             "Checked Rebuilt differences files_in files_of mark_altered rebuild records_of "
             "stations_of verify_archive verify_files"
         ),
-        _roles="ROLES role_statements roles_sql",
+        _roles="ROLES give_roles role_statements roles_sql",
         _rows="Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow utc_text",
         _schema="VERSION",
         _status="HandOver hand_over",
-        _store="Answer Archive Finding Receipt Table",
+        _views="VIEW_NAMES",
+        _store="Answer Archive Finding Receipt SqlArchive Table",
     )
 
 __all__ = [
     "QUESTIONS",
     "ROLES",
     "VERSION",
+    "VIEW_NAMES",
     "Answer",
     "Archive",
     "ArchiveAnswer",
@@ -123,6 +126,7 @@ __all__ = [
     "Remedy",
     "ResultRow",
     "Sender",
+    "SqlArchive",
     "Table",
     "UseRow",
     "check_address",
@@ -136,6 +140,7 @@ __all__ = [
     "files_in",
     "files_of",
     "follow",
+    "give_roles",
     "hand_over",
     "is_server",
     "machine_identity",

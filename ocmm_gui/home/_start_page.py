@@ -51,6 +51,11 @@ START_ACTIONS = (
         ("M",),
     ),
     ActionInfo(
+        "archive", later("Archive"),
+        later("What was measured where, when, by whom and with what; trends over stations"),
+        ("F8",),
+    ),
+    ActionInfo(
         "demo", later("Demo"),
         later("SIMULATED: a robot hand measures a virtual part, to look and learn"), ("F9",),
     ),
@@ -106,6 +111,9 @@ class StartPage(QWidget):
         self.state_words: list[QLabel] = []
         """What is said of the station."""
         self._tell_state(tr("Reading the records of cameras and tip"))
+        self.hand_over = sentence_label(tr("Hand-over to the archive"), 15)
+        self.hand_over.setProperty("role", "muted")
+        self.hand_over.hide()
         self.heading = PlainLabel(tr("Last jobs"))
         self.heading.setFont(text_font(18, bold=True))
         self.jobs = QListWidget()
@@ -119,6 +127,7 @@ class StartPage(QWidget):
         right = QVBoxLayout()
         right.setSpacing(12)
         right.addWidget(panel(self.state))
+        right.addWidget(self.hand_over)
         right.addWidget(panel(jobs), 1)
         head = QHBoxLayout()
         head.setSpacing(18)
@@ -162,6 +171,11 @@ class StartPage(QWidget):
             self.hint.setText(tr("Ready. New job begins with the plan; Continue goes on."))
         else:
             self.hint.setText(tr("No points can be taken yet: Calibrate shows what is missing."))
+
+    def show_hand_over(self, line: str) -> None:
+        """Say what waits for the archive, in the words of the core; nothing where nothing does."""
+        self.hand_over.setText(line)
+        self.hand_over.setVisible(bool(line))
 
     def show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
         """List jobs, newest first; one that cannot be read says so and can still be selected."""

@@ -323,6 +323,7 @@ class MainWindow(QMainWindow):
             "alignment": sheets.open_alignment,
             "keys": sheets.open_keys,
             "recall": sheets.open_recall,
+            "archive": sheets.open_archive,
             "view": lambda: self.show_far(not self.is_far()),
             "cameras": self.desk.toggle_cameras,
             "part_mode": self.desk.points.next_mode,
