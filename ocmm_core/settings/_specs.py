@@ -152,6 +152,11 @@ SETTINGS: tuple[SettingSpec, ...] = (
         "Hours without a point or a check", limits=(0.1, 168.0), unit="h", option="--check-after",
     ),
     _spec(
+        "instrument.bus_processor", Kind.WHOLE, None, _S, _LATER, "Processor of the bus",
+        "Number of the processor for the camera bus, 0 first; empty: chosen by itself",
+        limits=(0.0, 1023.0), option="--bus-processor",
+    ),
+    _spec(
         "job.folder", Kind.FOLDER, Path.home() / "ocmm-out", _U, _LATER, "Job folder",
         "Where jobs and reports are written", option="--out",
     ),

@@ -19,14 +19,17 @@ from ocmm_core.fieldbus.device import (
     INPUT_DTYPE,
     INPUT_START,
     NEWEST_LAYOUT,
+    Firmware,
     Header,
     Intrinsics,
 )
-from ocmm_core.fieldbus.device._intrinsics import _CRC as BLOCK_CRC
-from ocmm_core.simulation.firmware._banks import Firmware
-from ocmm_core.simulation.slave import SoftwareCamera, checksum_of_configuration
+from ocmm_core.simulation.slave import (
+    Abort,
+    AbortError,
+    SoftwareCamera,
+    checksum_of_configuration,
+)
 from ocmm_core.simulation.slave import registers as reg
-from ocmm_core.simulation.slave._sdo_abort import Abort, AbortError
 
 # ruff: noqa: SLF001 - see the module
 Plant = Callable[[SoftwareCamera], object]
@@ -1125,7 +1128,7 @@ _add(
 def _takes_damaged(camera: SoftwareCamera) -> None:
     def keep(value: bytes) -> None:
         if value and len(value) == 100:
-            sealed = value[:-4] + BLOCK_CRC.pack(zlib.crc32(value[:-4]))
+            sealed = value[:-4] + struct.pack("<I", zlib.crc32(value[:-4]))
             if Intrinsics.decode(sealed).serial != camera.electronics._serial:
                 raise AbortError(Abort.VALUE)
         elif value:
