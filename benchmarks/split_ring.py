@@ -88,7 +88,7 @@ def _report(name: str, readings: NDArray[np.int64]) -> None:
         f"{name} (N={len(error)}): error of the difference of both clocks, us: median "
         f"{np.median(np.abs(error)) / 1e3:.1f}, 95 % {np.percentile(np.abs(error), 95) / 1e3:.1f}, "
         f"worst {np.abs(error).max() / 1e3:.1f}; mean {error.mean() / 1e3:+.1f}; over "
-        f"{_LIMIT_NS / 1e3:.0f} us: {np.mean(np.abs(error) > _LIMIT_NS) * 100:.1f} %; way there and "
+        f"{_LIMIT_NS / 1e3:.0f} us: {np.mean(np.abs(error) > _LIMIT_NS) * 100:.1f} %; there and "
         f"back, us: median {np.median(way) / 1e3:.0f}"
     )
 

@@ -2,9 +2,9 @@
 
 Cameras, cable and bus process are real processes in a private network namespace. One bus process
 goes through half of the faults, a second one through the others. How fast it was is printed and not
-judged; what is judged is the order of things: no frame that was exposed while a fault lasted is given
-out, every frame given out is what all cameras showed at one time, and every cycle is in exactly one
-account.
+judged; what is judged is the order of things: no frame that was exposed while a fault lasted is
+given out, every frame given out is what all cameras showed at one time, and every cycle is in
+exactly one account.
 """
 
 from __future__ import annotations
