@@ -15,7 +15,6 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from ocmm_core import __version__
 from ocmm_core.documents import decode_json
 from ocmm_core.export.certificate import (
-    SIMULATED_WORDS,
     Certificate,
     CertificateLine,
     CertificateRun,
@@ -71,8 +70,8 @@ def lay_out(paper: Certificate) -> Canvas:
     if last is not None:
         colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
         canvas.text(last.words.upper(), Style(40.0, bold=True, colour=colour))
-    if paper.simulated:
-        canvas.text(SIMULATED_WORDS, Style(34.0, bold=True, colour=INK.warn))
+    for state in paper.states:
+        canvas.text(state, Style(34.0, bold=True, colour=INK.warn))
     canvas.skip(10.0)
     for fact in certificate_facts(paper):
         if fact.name not in ("Title", "Statement"):

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         artefact_text,
     )
     from ocmm_core.export.certificate._content import (
+        SIMULATED_WORDS,
         Certificate,
         CertificateLine,
         CertificateRun,
@@ -32,7 +33,6 @@ if TYPE_CHECKING:
     )
     from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._facts import (
-        SIMULATED_WORDS,
         certificate_facts,
         open_certificate_clauses,
     )
@@ -53,9 +53,11 @@ else:
     __getattr__ = door(
         __name__,
         _artefact="Expansion artefact_fields artefact_text",
-        _content="Certificate CertificateLine CertificateRun CertificateValue Conformity",
+        _content=(
+            "Certificate CertificateLine CertificateRun CertificateValue Conformity SIMULATED_WORDS"
+        ),
         _dcc="dcc_bytes",
-        _facts="SIMULATED_WORDS certificate_facts open_certificate_clauses",
+        _facts="certificate_facts open_certificate_clauses",
         _from_acceptance="certificate_of_acceptance",
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",

@@ -13,8 +13,6 @@ IN_HOUSE = (
     "no accreditation."
 )
 
-SIMULATED_WORDS = "SIMULATED: the virtual rig was tested, no real machine."
-
 CERTIFICATE_CLAUSES = (
     "7.8.2.1 a", "7.8.2.1 b", "7.8.2.1 c", "7.8.2.1 d", "7.8.2.1 e", "7.8.2.1 f", "7.8.2.1 g",
     "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o", "7.8.4.1 a",
@@ -75,8 +73,7 @@ def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
     yield "7.8.4.1 a", "Uncertainty", "U, expanded, k = 2 (about 95 %), with every result."
     yield "7.8.4.1 e", "Conformity", conformity_words(paper)
     yield "7.8.2.1 m", "Units, volume", f"Lengths in mm. {paper.volume}"
-    simulated = [SIMULATED_WORDS] if paper.simulated else []
-    notes = [*simulated, *given.deviations, *(note for run in paper.runs for note in run.notes)]
+    notes = [*paper.states, *given.deviations, *(note for run in paper.runs for note in run.notes)]
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or "None noted in the record, none stated."
     yield "", "Software", f"OCMM {paper.software}"
     yield "7.8.2.1 o", "Signed by", "; ".join(paper.paper.template.signatures)
