@@ -892,10 +892,6 @@
         <translation>{quantity} {error:+.1f} von {limit:.1f} µm</translation>
     </message>
     <message>
-        <source>SIMULATED {verdict}</source>
-        <translation>SIMULIERT {verdict}</translation>
-    </message>
-    <message>
         <source>Where to touch</source>
         <translation>Wo anzutasten ist</translation>
     </message>
@@ -7480,6 +7476,14 @@ Startet: {source}</translation>
     <message>
         <source>Hours without a point or a check</source>
         <translation>Stunden ohne Punkt oder Prüfung</translation>
+    </message>
+    <message>
+        <source>Processor of the bus</source>
+        <translation>Prozessor des Busses</translation>
+    </message>
+    <message>
+        <source>Number of the processor for the camera bus, 0 first; empty: chosen by itself</source>
+        <translation>Nummer des Prozessors für den Kamerabus, ab 0; leer: selbsttätige Wahl</translation>
     </message>
     <message>
         <source>Job folder</source>
