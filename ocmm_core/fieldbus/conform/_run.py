@@ -10,7 +10,8 @@ from importlib.metadata import PackageNotFoundError, version
 import msgspec
 
 from ocmm_core.errors import BusError
-from ocmm_core.fieldbus.conform._bench import INIT, PREOP, Bench
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import INIT, PREOP
 from ocmm_core.fieldbus.conform._findings import (
     ConformanceReport,
     Findings,
@@ -161,7 +162,7 @@ def _left(bench: Bench) -> str:
     """Leave the camera in INIT; return which firmware it says it runs."""
     try:
         bench.go(PREOP)
-        found = bench.value(0x100A).rstrip(b"\x00").decode("ascii", errors="replace")
+        found = bench.mail.value(0x100A).rstrip(b"\x00").decode("ascii", errors="replace")
         bench.go(INIT)
     except NotAsDescribedError:
         return "unknown"
