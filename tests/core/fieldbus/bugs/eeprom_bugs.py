@@ -55,6 +55,21 @@ add(
 )
 
 
+def _refuses_writing(camera: Any) -> None:
+    before = camera.esc._eeprom
+
+    def eeprom() -> None:
+        writes = camera.esc._get(reg.EEPROM_CONTROL, "<H") & 0x0700 == 0x0200
+        before()
+        if writes:
+            camera.esc._set(reg.EEPROM_CONTROL, "<H", 0x2040)
+
+    camera.esc._eeprom = eeprom
+
+
+add("eeprom.alias", "EEPROM refuses to be written", _refuses_writing)
+
+
 class _Stubborn(bytearray):
     """Memory that keeps what it has."""
 
