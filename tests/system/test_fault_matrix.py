@@ -1,10 +1,9 @@
 """Every fault of the bus, made on purpose: named, no wrong frame, and operation again by itself.
 
-Cameras, cable and bus process are real processes in a private network namespace. One bus process
-goes through half of the faults, a second one through the others. How fast it was is printed and not
-judged; what is judged is the order of things: no frame that was exposed while a fault lasted is
-given out, every frame given out is what all cameras showed at one time, and every cycle is in
-exactly one account.
+Cameras, cable and bus process are real processes in a private network namespace, and one and the
+same bus process goes through all faults. How fast it was is printed and not judged; what is judged
+is the order of things: no frame that was exposed while a fault lasted is given out, every frame
+given out is what all cameras showed at one time, and every cycle is in exactly one account.
 """
 
 from __future__ import annotations
@@ -32,8 +31,8 @@ _ROOT = Path(__file__).resolve().parents[2]
 _PROGRAM = _ROOT / "benchmarks" / "fault_scenarios.py"
 STARTS = 15
 """The benchmark makes a thousand."""
-FLAPS = 15
-RESTARTS, RIGS = 80, 4
+FLAPS = 10
+RESTARTS, RIGS = 40, 2
 """The benchmark makes a thousand of each, too; here on so many virtual wires at once."""
 _ON_THE_WAY = 4
 """Answers that are late by themselves, and had not come when the books were read."""
@@ -129,16 +128,9 @@ def went_as_it_should(scenario: Scenario, outcome: Outcome | None) -> bool:
 @pytest.fixture(scope="module")
 def outcomes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[Outcome]]:
     """Play everything; what a computer that stood still may have spoilt is played once more."""
-    names = [scenario.name for scenario in SCENARIOS]
-    # On two virtual wires at once; cables that are exchanged are on the one where they go back.
-    halves = names[: len(names) // 2], names[len(names) // 2 :]
-    assert (_EXCHANGED in halves[0]) == (_BACK in halves[0])
-    found: dict[str, list[Outcome]] = {}
-    for content in at_once(
-        tmp_path_factory.mktemp("faults"), [("quick", *half) for half in halves]
-    ):
-        for one in msgspec.json.decode(content, type=list[Outcome]):
-            found[one.name] = [one]
+    # On one virtual wire: two at once need more than two processors, and then nothing is in time.
+    content = played(tmp_path_factory.mktemp("faults"), "quick")
+    found = {one.name: [one] for one in msgspec.json.decode(content, type=list[Outcome])}
     again = [
         scenario.name
         for scenario in SCENARIOS
