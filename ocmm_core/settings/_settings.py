@@ -39,6 +39,7 @@ class Settings:
     instrument_calibrations: Path | None
     instrument_probes: Path | None
     instrument_check_after_h: float
+    instrument_bus_processor: int | None
     job_folder: Path
     job_plans: Path | None
     job_operator: str

@@ -7694,6 +7694,14 @@ Startet: {source}</translation>
         <translation>Stunden ohne Punkt oder Prüfung</translation>
     </message>
     <message>
+        <source>Processor of the bus</source>
+        <translation>Prozessor des Busses</translation>
+    </message>
+    <message>
+        <source>Number of the processor for the camera bus, 0 first; empty: chosen by itself</source>
+        <translation>Nummer des Prozessors für den Kamerabus, ab 0; leer: selbsttätige Wahl</translation>
+    </message>
+    <message>
         <source>Job folder</source>
         <translation>Auftragsordner</translation>
     </message>
