@@ -33,6 +33,7 @@ from ocmm_core.cli.measure import (
     certificate_app,
     compare_command,
     plan_app,
+    recall_archived,
     recall_command,
     report_command,
 )
@@ -134,6 +135,7 @@ calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
 calibrate_app.command(name="tip")(tip_command)
 calibrate_app.command(name="check-tip")(check_tip_command)
+archive_app.command(name="recall")(recall_archived)
 for command in (mount_tip, probe_status, probe_history):
     calibrate_app.command()(command)
 
