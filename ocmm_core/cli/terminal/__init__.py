@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         progress_line,
     )
     from ocmm_core.cli.terminal._options import (
+        BusProcessorOption,
         CalibrationsOption,
         CheckAfterOption,
         CompensatePartOption,
@@ -73,7 +74,8 @@ else:
         ),
         _console="_WIDE PlainConsole make_console progress_line",
         _options=(
-            "CalibrationsOption CheckAfterOption CompensatePartOption CompensateProbeOption "
+            "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
+            "CompensateProbeOption "
             "ForceOption IncompleteOption OutOption PartExpansionOption PartOption "
             "PartTemperatureOption PlanOption ProbeDesignOption ProbeOption "
             "ProbeTemperatureOption ProbesOption ReferenceOption RigOption SeedOption "
@@ -88,6 +90,7 @@ else:
 
 __all__ = [
     "_WIDE",
+    "BusProcessorOption",
     "CalibrationsOption",
     "CheckAfterOption",
     "CompensatePartOption",
