@@ -2,6 +2,7 @@ from __future__ import annotations
 
 import importlib.util
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -24,6 +25,20 @@ def shared_cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[ShopClu
         yield cluster
     finally:
         cluster.close()
+
+
+@pytest.fixture
+def own_cluster(tmp_path: Path) -> Iterator[ShopCluster]:
+    """Give a scheduler with TLS that a test may kill; it has no workers."""
+    needs_package("distributed", "extra `shop`")
+    folder = tmp_path / "own"
+    folder.mkdir()
+    own = ShopCluster(folder, make_certificates(folder / "certificates"))
+    try:
+        own.start_scheduler()
+        yield own
+    finally:
+        own.close()
 
 
 @pytest.fixture

@@ -31,51 +31,48 @@ def numbered(thing: int) -> str:
     return f"Task {thing}"
 
 
-def test_the_same_digits_on_one_two_and_four_workers(cluster: ShopCluster) -> None:
+def test_the_same_digits_on_one_two_and_four_workers(own_cluster: ShopCluster) -> None:
     here = list(run_tasks(drawn, SEEDS, of_seed))
     assert all(isinstance(one, list) for one in here)
-    done: list[int] = []
-    assert list(run_tasks(drawn, SEEDS, of_seed, site=cluster.site, told=done.append)) == here
-    assert done == list(range(41))
-    more = [cluster.start_worker() for _ in range(2)]
-    assert list(run_tasks(drawn, SEEDS, of_seed, site=cluster.site)) == here
-    for worker in more:
-        cluster.kill(worker)
-    first = cluster.workers[0]
-    cluster.kill(first)
-    assert list(run_tasks(drawn, SEEDS, of_seed, site=cluster.site)) == here
-    cluster.start_worker()
-    assert list(run_tasks(drawn, SEEDS, of_seed, site=Site(workers=2, dask=False))) == here
+    for workers in (1, 2, 4):
+        while len(own_cluster.workers) < workers:
+            own_cluster.start_worker()
+        own_cluster.wait_for(workers)
+        done: list[int] = []
+        found = list(run_tasks(drawn, SEEDS, of_seed, site=own_cluster.site, told=done.append))
+        assert found == here
+        assert done == list(range(41))
+    assert list(run_tasks(drawn, SEEDS, of_seed, site=Site(workers=2))) == here
 
 
 def test_a_killed_worker_changes_nothing(cluster: ShopCluster, tmp_path: Path) -> None:
-    while len(cluster.workers) < 2:
-        cluster.start_worker()
+    expendable = [cluster.start_worker() for _ in range(2)]
+    cluster.wait_for(4)
     tasks = run_tasks(
         partial(noted, str(tmp_path)), range(30), numbered, site=cluster.site, contents=some
     )
     assert next(tasks) == (0, 3)
-    cluster.kill(cluster.workers[0])
-    rest = list(tasks)
-    assert rest == [(thing, 3 * (thing % 3 + 1)) for thing in range(1, 30)]
+    for worker in expendable:
+        cluster.kill(worker)
+    assert list(tasks) == [(thing, 3 * (thing % 3 + 1)) for thing in range(1, 30)]
     assert len({path.name.partition("-")[2] for path in tmp_path.iterdir()}) > 1
-    cluster.start_worker()
 
 
 def test_a_restarted_scheduler_gets_the_open_tasks_anew(
-    cluster: ShopCluster, tmp_path: Path
+    own_cluster: ShopCluster, tmp_path: Path
 ) -> None:
+    notes = tmp_path / "notes"
+    notes.mkdir()
+    own_cluster.start_worker()
     tasks = run_tasks(
-        partial(noted, str(tmp_path)), range(20), numbered, site=cluster.site, contents=some
+        partial(noted, str(notes)), range(20), numbered, site=own_cluster.site, contents=some
     )
     assert next(tasks) == (0, 3)
-    assert cluster.scheduler is not None
-    cluster.kill(cluster.scheduler)
-    for worker in list(cluster.workers):
-        cluster.kill(worker)
-    cluster.start_scheduler()
-    cluster.start_worker()
-    cluster.start_worker()
+    assert own_cluster.scheduler is not None
+    for process in (own_cluster.scheduler, *own_cluster.workers):
+        own_cluster.kill(process)
+    own_cluster.start_scheduler()
+    own_cluster.start_worker()
     assert list(tasks) == [(thing, 3 * (thing % 3 + 1)) for thing in range(1, 20)]
 
 
