@@ -56,6 +56,7 @@ class Settings:
     report_address: tuple[str, ...]
     report_logo: Path | None
     report_template: Path | None
+    report_language: str
     stream_port: int | None
     stream_host: str
     stream_token: Path | None

@@ -233,6 +233,11 @@ SETTINGS: tuple[SettingSpec, ...] = (
         option="--template",
     ),
     _spec(
+        "report.language", Kind.CHOICE, "window", _S, _NOW, later("Report language"),
+        later("Of reports on paper; window: that of the window"),
+        choices=(later("window"), "en", "de"),
+    ),
+    _spec(
         "stream.port", Kind.WHOLE, None, _S, _LATER, later("Port"),
         later("Points and poses for other programs; empty: off"), limits=(1.0, 65535.0),
         option="--stream",
