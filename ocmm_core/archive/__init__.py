@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ocmm_core.archive._extract import ExtractedJob, extract_job, snapshot
     from ocmm_core.archive._faults import Remedy, remedy_of
     from ocmm_core.archive._follow import ArchivePlace, HandOverProcess, follow, main, only_one
+    from ocmm_core.archive._learn import learn_marks
     from ocmm_core.archive._open import default_archive, open_archive
     from ocmm_core.archive._outbox import Outbox, default_outbox
     from ocmm_core.archive._outbox_rows import Contact, Item, ItemState, machine_identity
@@ -78,6 +79,7 @@ else:
         _extract="ExtractedJob extract_job snapshot",
         _faults="Remedy remedy_of",
         _follow="ArchivePlace HandOverProcess follow main only_one",
+        _learn="learn_marks",
         _open="default_archive open_archive",
         _outbox="Outbox default_outbox",
         _outbox_rows="Contact Item ItemState machine_identity",
@@ -143,6 +145,7 @@ __all__ = [
     "give_roles",
     "hand_over",
     "is_server",
+    "learn_marks",
     "machine_identity",
     "main",
     "mark_altered",

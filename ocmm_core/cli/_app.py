@@ -33,6 +33,7 @@ from ocmm_core.cli.measure import (
     certificate_app,
     compare_command,
     plan_app,
+    recall_archived,
     recall_command,
     report_command,
 )
@@ -45,6 +46,7 @@ from ocmm_core.cli.study import (
     verify_fits_command,
 )
 from ocmm_core.cli.terminal import (
+    BusProcessorOption,
     CalibrationsOption,
     CheckAfterOption,
     CompensatePartOption,
@@ -133,6 +135,7 @@ calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
 calibrate_app.command(name="tip")(tip_command)
 calibrate_app.command(name="check-tip")(check_tip_command)
+archive_app.command(name="recall")(recall_archived)
 for command in (mount_tip, probe_status, probe_history):
     calibrate_app.command()(command)
 
@@ -295,6 +298,7 @@ def measure(
     compensate_part: CompensatePartOption = False,
     temperature_sigma: TemperatureSigmaOption = 0.5,
     force: ForceOption = False,
+    bus_processor: BusProcessorOption = None,
     stream: StreamOption = None,
     stream_host: StreamHostOption = "127.0.0.1",
     stream_token: StreamTokenOption = None,
@@ -341,7 +345,7 @@ def measure(
         probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
         serial=serial, order=order_number, batch=batch, resume=go_on,
         probing="any" if order is Order.ANY else "plan", record=record, force=force,
-        reference=reference,
+        bus_processor=bus_processor, reference=reference,
         calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
         check_after_h=check_after,
         climate=ClimateRequest(

@@ -160,6 +160,11 @@ SETTINGS: tuple[SettingSpec, ...] = (
         option="--check-after",
     ),
     _spec(
+        "instrument.bus_processor", Kind.WHOLE, None, _S, _LATER, later("Processor of the bus"),
+        later("Number of the processor for the camera bus, 0 first; empty: chosen by itself"),
+        limits=(0.0, 1023.0), option="--bus-processor",
+    ),
+    _spec(
         "job.folder", Kind.FOLDER, Path.home() / "ocmm-out", _U, _LATER, later("Job folder"),
         later("Where jobs and reports are written"), option="--out",
     ),
@@ -227,6 +232,11 @@ SETTINGS: tuple[SettingSpec, ...] = (
         "report.template", Kind.FILE, None, _S, _NOW, later("Template"),
         later("Report template; empty: the plain one"), schema="ocmm.report-template/1",
         option="--template",
+    ),
+    _spec(
+        "report.language", Kind.CHOICE, "window", _S, _NOW, later("Report language"),
+        later("Of reports on paper; window: that of the window"),
+        choices=(later("window"), "en", "de"),
     ),
     _spec(
         "stream.port", Kind.WHOLE, None, _S, _LATER, later("Port"),

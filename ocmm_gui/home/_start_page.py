@@ -29,6 +29,8 @@ from ocmm_gui.kit import (
     literal,
     make_button,
     panel,
+    said,
+    said_word,
     sentence_label,
     text_font,
     time_words,
@@ -151,10 +153,10 @@ class StartPage(QWidget):
         """Show how cameras and tip stand."""
         self._clear_state()
         for row, line in enumerate(state.lines):
-            what = PlainLabel(tr(line.what))
+            what = PlainLabel(said_word(line.what))
             what.setFont(text_font(18, bold=True))
             word = _word(line, simulated=state.simulated)
-            sentence = sentence_label(tr("About {what}").format(what=tr(line.what)), 16)
+            sentence = sentence_label(tr("About {what}").format(what=said_word(line.what)), 16)
             sentence.setText(_sentence(line))
             sentence.setToolTip(literal(sentence.text()))
             for column, label in enumerate((what, sentence, word)):
@@ -233,9 +235,9 @@ def _word(line: StateLine, *, simulated: bool) -> QLabel:
 
 def _sentence(line: StateLine) -> str:
     if not line.due_utc:
-        return line.sentence
+        return said(line.sentence)
     return tr("{sentence} Due on {date}.").format(
-        sentence=line.sentence, date=day_words(line.due_utc)
+        sentence=said(line.sentence), date=day_words(line.due_utc)
     )
 
 
@@ -244,7 +246,7 @@ def job_words(job: LastJob) -> str:
     when = time_words(datetime.fromtimestamp(job.changed_s).astimezone())
     if job.fault is not None:
         return tr("{name}: cannot be read, {when}\n{why}").format(
-            name=job.path.name, when=when, why=job.fault.what
+            name=job.path.name, when=when, why=said(job.fault.what)
         )
     if job.complete:
         state = tr("all features finished")
