@@ -144,12 +144,11 @@ def run(parsed: argparse.Namespace) -> int:
     _end_on_signals(app)
     store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
-    sender = _sender(store, told)
+    sender = _Sender(store)
     try:
         return _windows(app, parsed, store, told)
     finally:
-        if sender is not None:
-            sender.close()
+        sender.close()
 
 
 def _windows(
@@ -180,21 +179,40 @@ def _windows(
         choice, told = after, NoticeCentre()
 
 
-def _sender(store: SettingsStore, told: NoticeCentre) -> HandOverProcess | None:
-    """Return the process that hands jobs over to the archive; it starts when all else stands."""
-    from ocmm_core.archive import HandOverProcess
-    from ocmm_core.station.archiving import archive_place
+class _Sender:
+    """Starts the process that hands jobs over to the archive, when all else stands, and ends it.
 
-    try:
-        place = archive_place(settings=store.load().settings)
-    except OcmmError as error:
-        told.error(error)
-        return None
-    if place is None:
-        return None
-    sender = HandOverProcess(place)
-    QTimer.singleShot(_SENDER_MS, sender.start_if_needed)
-    return sender
+    Parameters
+    ----------
+    store
+        Where the archive is; read when the process starts.
+    """
+
+    def __init__(self, store: SettingsStore) -> None:
+        self._store = store
+        self._process: HandOverProcess | None = None
+        self._ended = False
+        QTimer.singleShot(_SENDER_MS, self._start)
+
+    def close(self) -> None:
+        """End it; it does not start any more."""
+        self._ended = True
+        if self._process is not None:
+            self._process.close()
+
+    def _start(self) -> None:
+        if self._ended:
+            return
+        # Loaded only now: the first page is on the screen before numerical libraries are.
+        from ocmm_core.archive import HandOverProcess
+        from ocmm_core.station.archiving import archive_place
+
+        # What is wrong with the address stands on the Start page and in the settings.
+        with contextlib.suppress(OcmmError):
+            place = archive_place(settings=self._store.load().settings)
+            if place is not None:
+                self._process = HandOverProcess(place)
+                self._process.start()
 
 
 def _watch(built: BuiltStation, loaded: LoadedSettings, choice: Choice) -> ArchiveWatch | None:

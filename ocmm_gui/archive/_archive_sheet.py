@@ -37,7 +37,7 @@ from ocmm_gui.kit import (
 )
 
 _KEYS = (
-    ActionInfo("ask", later("Ask"), later("Ask the archive"), ("F8", "Return")),
+    ActionInfo("ask", later("Ask"), later("Ask the archive"), ("F8",)),
     ActionInfo("next", later("Next question"), later("Choose the next question"), ("F6",)),
     ActionInfo(
         "export", later("Export"), later("Write the table to a file, .csv or .parquet"), ("F7",)

@@ -67,7 +67,7 @@ START_ACTIONS = (
                ("T",)),
     ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
 )  # fmt: skip
-_SMALL = ("theme", "quit")
+_SMALL = ("archive", "theme", "quit")
 _BUTTON_PX = 64
 _ROW_PX = 60
 _PATH = Qt.ItemDataRole.UserRole
