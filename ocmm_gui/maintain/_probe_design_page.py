@@ -49,6 +49,7 @@ from ocmm_gui.kit import (
     localised,
     panel,
     plain_number,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -224,7 +225,7 @@ class ProbeDesignPage(QWidget):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._wait(False)
-        self._sentence.setText(f"{error.what} {error.remedy}")
+        self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self.failed.emit(error)
 
     def _paint_words(self, report: ProbeReport) -> None:

@@ -18,6 +18,7 @@ from ocmm_gui.kit import (
     later,
     limit_words,
     quantity,
+    said_word,
     text_font,
     tr,
     tr_all,
@@ -86,7 +87,7 @@ class ResultTable(DataTable):
         for row in new:
             result = self._results[row]
             colour = verdict_colour(self._colours, result.verdict)
-            verdict = f"{VERDICT_SIGNS[result.verdict]}  {result.verdict.value}"
+            verdict = f"{VERDICT_SIGNS[result.verdict]}  {said_word(result.verdict.value)}"
             words = (
                 result.name,
                 f"{result.kind} {' – '.join(result.features)}",

@@ -1549,6 +1549,10 @@ Startet: {source}</translation>
         <translation>Kameras, Taster und Tastspitze: Zustand und Verfahren</translation>
     </message>
     <message>
+        <source>What was measured where, when, by whom and with what; trends over stations</source>
+        <translation>Was wo, wann, von wem und womit gemessen wurde; Trends über Stationen</translation>
+    </message>
+    <message>
         <source>Demo</source>
         <translation>Demo</translation>
     </message>
@@ -1617,8 +1621,148 @@ Startet: {source}</translation>
         <translation>Noch keine Aufträge in {folder}</translation>
     </message>
     <message>
+        <source>Ask</source>
+        <translation>Abfragen</translation>
+    </message>
+    <message>
+        <source>Ask the archive</source>
+        <translation>Das Archiv abfragen</translation>
+    </message>
+    <message>
+        <source>Next question</source>
+        <translation>Nächste Frage</translation>
+    </message>
+    <message>
+        <source>Choose the next question</source>
+        <translation>Die nächste Frage wählen</translation>
+    </message>
+    <message>
+        <source>Write the table to a file, .csv or .parquet</source>
+        <translation>Die Tabelle in eine Datei schreiben, .csv oder .parquet</translation>
+    </message>
+    <message>
+        <source>Stop asking; what is shown stays</source>
+        <translation>Abfrage abbrechen; was angezeigt wird, bleibt</translation>
+    </message>
+    <message>
+        <source>What was measured</source>
+        <translation>Was gemessen wurde</translation>
+    </message>
+    <message>
+        <source>Trend of a characteristic</source>
+        <translation>Trend eines Merkmals</translation>
+    </message>
+    <message>
+        <source>Which jobs used this</source>
+        <translation>Welche Jobs dies benutzten</translation>
+    </message>
+    <message>
+        <source>Cpk by month</source>
+        <translation>Cpk nach Monat</translation>
+    </message>
+    <message>
+        <source>Who passed what</source>
+        <translation>Wer was freigegeben hat</translation>
+    </message>
+    <message>
+        <source>R&amp;R over stations</source>
+        <translation>R&amp;R über Stationen</translation>
+    </message>
+    <message>
+        <source>name of the part</source>
+        <translation>Name des Teils</translation>
+    </message>
+    <message>
+        <source>What</source>
+        <translation>Was</translation>
+    </message>
+    <message>
+        <source>hash, serial number or name</source>
+        <translation>Hash, Seriennummer oder Name</translation>
+    </message>
+    <message>
+        <source>empty: all</source>
+        <translation>leer: alle</translation>
+    </message>
+    <message>
         <source>Station</source>
         <translation>Station</translation>
+    </message>
+    <message>
+        <source>From</source>
+        <translation>Von</translation>
+    </message>
+    <message>
+        <source>day, e.g. 2026-11-26; empty: today</source>
+        <translation>Tag, z. B. 2026-11-26; leer: heute</translation>
+    </message>
+    <message>
+        <source>To</source>
+        <translation>Bis</translation>
+    </message>
+    <message>
+        <source>day; empty: the same</source>
+        <translation>Tag; leer: derselbe</translation>
+    </message>
+    <message>
+        <source>Archive</source>
+        <translation>Archiv</translation>
+    </message>
+    <message>
+        <source>Asking the archive</source>
+        <translation>Archiv wird abgefragt</translation>
+    </message>
+    <message>
+        <source>What is asked of the archive</source>
+        <translation>Was das Archiv gefragt wird</translation>
+    </message>
+    <message>
+        <source>What was used</source>
+        <translation>Was benutzt wurde</translation>
+    </message>
+    <message>
+        <source>Write the table to the file</source>
+        <translation>Die Tabelle in die Datei schreiben</translation>
+    </message>
+    <message>
+        <source>What must be known about the answer</source>
+        <translation>Was man zur Antwort wissen muss</translation>
+    </message>
+    <message>
+        <source>Hand-over to the archive</source>
+        <translation>Übergabe an das Archiv</translation>
+    </message>
+    <message>
+        <source>Fill in what it is about, then ask (F8).</source>
+        <translation>Angeben, worum es geht, dann abfragen (F8).</translation>
+    </message>
+    <message>
+        <source>Ask first (F8): there is no table yet.</source>
+        <translation>Erst abfragen (F8): noch gibt es keine Tabelle.</translation>
+    </message>
+    <message>
+        <source>Everything measured here is in the archive.</source>
+        <translation>Alles hier Gemessene ist im Archiv.</translation>
+    </message>
+    <message>
+        <source>{title}: {count} rows. {place}</source>
+        <translation>{title}: {count} Zeilen. {place}</translation>
+    </message>
+    <message>
+        <source>Table written to {path}.</source>
+        <translation>Tabelle nach {path} geschrieben.</translation>
+    </message>
+    <message>
+        <source>The archive is off. Turn it on in Settings (Ctrl+,).</source>
+        <translation>Das Archiv ist aus. In den Einstellungen (Strg+,) einschalten.</translation>
+    </message>
+    <message>
+        <source>{text} is no day.</source>
+        <translation>{text} ist kein Tag.</translation>
+    </message>
+    <message>
+        <source>Write it like 2026-11-26.</source>
+        <translation>So schreiben: 2026-11-26.</translation>
     </message>
     <message>
         <source>SIMULATED</source>
@@ -1943,6 +2087,10 @@ Startet: {source}</translation>
     <message>
         <source>Recalculate older jobs whose calibration later failed</source>
         <translation>Ältere Aufträge neu berechnen, deren Kalibrierung später ausfiel</translation>
+    </message>
+    <message>
+        <source>Jobs of all stations: lists, trends, what used a calibration</source>
+        <translation>Jobs aller Stationen: Listen, Trends, was eine Kalibrierung benutzte</translation>
     </message>
     <message>
         <source>Calibrate probe</source>
@@ -4420,8 +4568,52 @@ Startet: {source}</translation>
         <translation>Sekundär ergibt</translation>
     </message>
     <message>
+        <source>Faces to align by</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Faces of the model</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Align by these  [Return]</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Align the part by a best fit to the chosen faces</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Go back without faces</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>The model has no face with an exact surface.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>{count} of {all} faces are chosen.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Choose faces that leave no motion of the part open.</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>face {number}</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Plane</source>
         <translation>Ebene</translation>
+    </message>
+    <message>
+        <source>Cylinder</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Torus</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Aligned to its nominal first</source>
@@ -4548,6 +4740,10 @@ Startet: {source}</translation>
     <message>
         <source>Shift+F9 cancels.</source>
         <translation>Umschalt+F9 bricht ab.</translation>
+    </message>
+    <message>
+        <source>Reading the model of the plan.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Importing: {what}.</source>
@@ -4698,6 +4894,10 @@ Startet: {source}</translation>
         <translation>Ausrichtung des Werkstücks festlegen</translation>
     </message>
     <message>
+        <source>Align by a best fit to faces of the model</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Remove the selected item</source>
         <translation>Ausgewählten Eintrag entfernen</translation>
     </message>
@@ -4808,6 +5008,14 @@ Startet: {source}</translation>
     <message>
         <source>Select the feature to tolerance first.</source>
         <translation>Zuerst das zu tolerierende Element wählen.</translation>
+    </message>
+    <message>
+        <source>No CAD model in this plan. Save it (F8), import one (Shift+F9).</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Aligned by {faces} faces; {count} points added. F10 undoes this.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Nothing to undo.</source>
@@ -5623,6 +5831,10 @@ Startet: {source}</translation>
         <translation>nächster</translation>
     </message>
     <message>
+        <source>touch here first, roughly</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>{count} too much</source>
         <translation>{count} zu viel</translation>
     </message>
@@ -5681,6 +5893,10 @@ Startet: {source}</translation>
     <message>
         <source>Part not located yet. Touch {feature}.</source>
         <translation>Lage des Werkstücks noch unbekannt. {feature} antasten.</translation>
+    </message>
+    <message>
+        <source>Part not located yet, placed roughly. Touch {feature} on the real part.</source>
+        <translation type="unfinished"></translation>
     </message>
     <message>
         <source>Picture of the step</source>
@@ -7478,6 +7694,14 @@ Startet: {source}</translation>
         <translation>Stunden ohne Punkt oder Prüfung</translation>
     </message>
     <message>
+        <source>Processor of the bus</source>
+        <translation>Prozessor des Busses</translation>
+    </message>
+    <message>
+        <source>Number of the processor for the camera bus, 0 first; empty: chosen by itself</source>
+        <translation>Nummer des Prozessors für den Kamerabus, ab 0; leer: selbsttätige Wahl</translation>
+    </message>
+    <message>
         <source>Job folder</source>
         <translation>Auftragsordner</translation>
     </message>
@@ -7586,6 +7810,18 @@ Startet: {source}</translation>
         <translation>Berichtsvorlage; leer: die einfache</translation>
     </message>
     <message>
+        <source>Report language</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>Of reports on paper; window: that of the window</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
+        <source>window</source>
+        <translation type="unfinished"></translation>
+    </message>
+    <message>
         <source>Port</source>
         <translation>Port</translation>
     </message>
@@ -7620,6 +7856,26 @@ Startet: {source}</translation>
     <message>
         <source>PEM, of that certificate</source>
         <translation>PEM, zu diesem Zertifikat</translation>
+    </message>
+    <message>
+        <source>local, off, a file, or postgresql://USER@SERVER/DATABASE, without password</source>
+        <translation>local, off, eine Datei oder postgresql://USER@SERVER/DATABASE, ohne Passwort</translation>
+    </message>
+    <message>
+        <source>Name of this station</source>
+        <translation>Name dieser Station</translation>
+    </message>
+    <message>
+        <source>In the archive; empty: the name of this computer</source>
+        <translation>Im Archiv; leer: der Name dieses Rechners</translation>
+    </message>
+    <message>
+        <source>Password</source>
+        <translation>Passwort</translation>
+    </message>
+    <message>
+        <source>File with the password of the server, readable by you alone</source>
+        <translation>Datei mit dem Passwort des Servers, nur für Sie lesbar</translation>
     </message>
     <message>
         <source>Language</source>
@@ -7700,6 +7956,10 @@ Startet: {source}</translation>
     <message>
         <source>Keys that differ from those shipped</source>
         <translation>Tasten, die von den gelieferten abweichen</translation>
+    </message>
+    <message>
+        <source>Answer of the archive</source>
+        <translation>Antwort des Archivs</translation>
     </message>
 </context>
 </TS>
