@@ -1886,7 +1886,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Order</source>
-        <translation>Reihenfolge</translation>
+        <translation>Abfolge</translation>
     </message>
     <message>
         <source>Switch between plan order and any order</source>
@@ -4569,39 +4569,39 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Faces to align by</source>
-        <translation type="unfinished"></translation>
+        <translation>Flächen zum Ausrichten</translation>
     </message>
     <message>
         <source>Faces of the model</source>
-        <translation type="unfinished"></translation>
+        <translation>Flächen des Modells</translation>
     </message>
     <message>
         <source>Align by these  [Return]</source>
-        <translation type="unfinished"></translation>
+        <translation>Danach ausrichten  [Eingabe]</translation>
     </message>
     <message>
         <source>Align the part by a best fit to the chosen faces</source>
-        <translation type="unfinished"></translation>
+        <translation>Werkstück durch Bestpassung an die gewählten Flächen ausrichten</translation>
     </message>
     <message>
         <source>Go back without faces</source>
-        <translation type="unfinished"></translation>
+        <translation>Zurück ohne Flächen</translation>
     </message>
     <message>
         <source>The model has no face with an exact surface.</source>
-        <translation type="unfinished"></translation>
+        <translation>Das Modell hat keine Fläche mit exakter Form.</translation>
     </message>
     <message>
         <source>{count} of {all} faces are chosen.</source>
-        <translation type="unfinished"></translation>
+        <translation>{count} von {all} Flächen sind gewählt.</translation>
     </message>
     <message>
         <source>Choose faces that leave no motion of the part open.</source>
-        <translation type="unfinished"></translation>
+        <translation>Flächen wählen, die keine Bewegung des Werkstücks offen lassen.</translation>
     </message>
     <message>
         <source>face {number}</source>
-        <translation type="unfinished"></translation>
+        <translation>Fläche {number}</translation>
     </message>
     <message>
         <source>Plane</source>
@@ -4609,11 +4609,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Cylinder</source>
-        <translation type="unfinished"></translation>
+        <translation>Zylinder</translation>
     </message>
     <message>
         <source>Torus</source>
-        <translation type="unfinished"></translation>
+        <translation>Torus</translation>
     </message>
     <message>
         <source>Aligned to its nominal first</source>
@@ -4743,7 +4743,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Reading the model of the plan.</source>
-        <translation type="unfinished"></translation>
+        <translation>Modell des Prüfplans wird gelesen.</translation>
     </message>
     <message>
         <source>Importing: {what}.</source>
@@ -4895,7 +4895,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Align by a best fit to faces of the model</source>
-        <translation type="unfinished"></translation>
+        <translation>Durch Bestpassung an Flächen des Modells ausrichten</translation>
     </message>
     <message>
         <source>Remove the selected item</source>
@@ -5011,11 +5011,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>No CAD model in this plan. Save it (F8), import one (Shift+F9).</source>
-        <translation type="unfinished"></translation>
+        <translation>Kein CAD-Modell in diesem Plan. Sichern (F8), dann eines importieren (Umschalt+F9).</translation>
     </message>
     <message>
         <source>Aligned by {faces} faces; {count} points added. F10 undoes this.</source>
-        <translation type="unfinished"></translation>
+        <translation>An {faces} Flächen ausgerichtet; {count} Punkte angefügt. F10 nimmt das zurück.</translation>
     </message>
     <message>
         <source>Nothing to undo.</source>
@@ -5832,7 +5832,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>touch here first, roughly</source>
-        <translation type="unfinished"></translation>
+        <translation>hier zuerst antasten, ungefähr</translation>
     </message>
     <message>
         <source>{count} too much</source>
@@ -5896,7 +5896,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part not located yet, placed roughly. Touch {feature} on the real part.</source>
-        <translation type="unfinished"></translation>
+        <translation>Lage des Werkstücks noch unbekannt, ungefähr gezeigt. {feature} am echten Werkstück antasten.</translation>
     </message>
     <message>
         <source>Picture of the step</source>
@@ -7811,15 +7811,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Report language</source>
-        <translation type="unfinished"></translation>
+        <translation>Sprache der Berichte</translation>
     </message>
     <message>
         <source>Of reports on paper; window: that of the window</source>
-        <translation type="unfinished"></translation>
+        <translation>Von Berichten auf Papier; Fenster: die des Fensters</translation>
     </message>
     <message>
         <source>window</source>
-        <translation type="unfinished"></translation>
+        <translation>Fenster</translation>
     </message>
     <message>
         <source>Port</source>
