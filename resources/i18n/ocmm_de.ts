@@ -1886,7 +1886,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Order</source>
-        <translation>Reihenfolge</translation>
+        <translation>Abfolge</translation>
     </message>
     <message>
         <source>Switch between plan order and any order</source>
@@ -4581,15 +4581,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Align the part by a best fit to the chosen faces</source>
-        <translation>Das Teil durch Einpassen in die gewählten Flächen ausrichten</translation>
+        <translation>Werkstück durch Bestpassung an die gewählten Flächen ausrichten</translation>
     </message>
     <message>
         <source>Go back without faces</source>
-        <translation>Ohne Flächen zurück</translation>
+        <translation>Zurück ohne Flächen</translation>
     </message>
     <message>
         <source>The model has no face with an exact surface.</source>
-        <translation>Das Modell hat keine Fläche mit exakter Geometrie.</translation>
+        <translation>Das Modell hat keine Fläche mit exakter Form.</translation>
     </message>
     <message>
         <source>{count} of {all} faces are chosen.</source>
@@ -4597,7 +4597,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Choose faces that leave no motion of the part open.</source>
-        <translation>Flächen wählen, die keine Bewegung des Teils offen lassen.</translation>
+        <translation>Flächen wählen, die keine Bewegung des Werkstücks offen lassen.</translation>
     </message>
     <message>
         <source>face {number}</source>
@@ -4743,7 +4743,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Reading the model of the plan.</source>
-        <translation>Das Modell des Plans wird gelesen.</translation>
+        <translation>Modell des Prüfplans wird gelesen.</translation>
     </message>
     <message>
         <source>Importing: {what}.</source>
@@ -4895,7 +4895,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Align by a best fit to faces of the model</source>
-        <translation>Durch Einpassen in Flächen des Modells ausrichten</translation>
+        <translation>Durch Bestpassung an Flächen des Modells ausrichten</translation>
     </message>
     <message>
         <source>Remove the selected item</source>
@@ -5011,11 +5011,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>No CAD model in this plan. Save it (F8), import one (Shift+F9).</source>
-        <translation>Kein CAD-Modell in diesem Plan. Plan speichern (F8), Modell importieren (Umschalt+F9).</translation>
+        <translation>Kein CAD-Modell in diesem Plan. Sichern (F8), dann eines importieren (Umschalt+F9).</translation>
     </message>
     <message>
         <source>Aligned by {faces} faces; {count} points added. F10 undoes this.</source>
-        <translation>Nach {faces} Flächen ausgerichtet; {count} Punkte hinzugefügt. F10 macht es rückgängig.</translation>
+        <translation>An {faces} Flächen ausgerichtet; {count} Punkte angefügt. F10 nimmt das zurück.</translation>
     </message>
     <message>
         <source>Nothing to undo.</source>
@@ -5832,7 +5832,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>touch here first, roughly</source>
-        <translation>zuerst hier antasten, ungefähr</translation>
+        <translation>hier zuerst antasten, ungefähr</translation>
     </message>
     <message>
         <source>{count} too much</source>
@@ -5896,7 +5896,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part not located yet, placed roughly. Touch {feature} on the real part.</source>
-        <translation>Lage des Teils unbekannt, ungefähr gezeigt. {feature} am wirklichen Teil antasten.</translation>
+        <translation>Lage des Werkstücks noch unbekannt, ungefähr gezeigt. {feature} am echten Werkstück antasten.</translation>
     </message>
     <message>
         <source>Picture of the step</source>
@@ -7811,15 +7811,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Report language</source>
-        <translation type="unfinished"></translation>
+        <translation>Sprache der Berichte</translation>
     </message>
     <message>
         <source>Of reports on paper; window: that of the window</source>
-        <translation type="unfinished"></translation>
+        <translation>Von Berichten auf Papier; Fenster: die des Fensters</translation>
     </message>
     <message>
         <source>window</source>
-        <translation type="unfinished"></translation>
+        <translation>Fenster</translation>
     </message>
     <message>
         <source>Port</source>
