@@ -200,6 +200,7 @@ def _work(
     splash = _splash(app, loaded.settings.instrument_source, options)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station
+        from ocmm_core.composition.practice import Practice
         from ocmm_gui.bridge import StationBridge
         from ocmm_gui.kit import ErrorHooks, SoundPlayer
         from ocmm_gui.window import REOPEN, START, MainWindow
@@ -227,6 +228,8 @@ def _work(
                 out=options.export,
                 bench=AcceptanceBench(request, built.recorded),
                 store=store,
+                hand=built.hand,
+                practice=Practice(request) if Practice.is_possible(request) else None,
             )
             window.show_far(options.far)
             _show(window, options.size)
@@ -317,8 +320,6 @@ def _begin(
         if errand is Errands.MEASURE and path is not None:
             window.sheets.look_at(path)
         start()
-    if errand is Errands.DEMO or (parsed.demo and errand is Errands.MEASURE):
-        window.tell_demo()
 
 
 def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice) -> StationRequest:

@@ -39,10 +39,12 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._calibrate_scenes import (
         VirtualSite,
+        relocation_by_step,
         scene_of_tip,
         scenes_of_known_points,
         scenes_of_relocation,
         scenes_of_verification,
+        verification_by_step,
     )
     from ocmm_core.composition._calibration_choice import (
         checked_for_replay,
@@ -90,8 +92,8 @@ else:
             "instrument_of named_artefact open_test_site require_recorded tests_folder"
         ),
         _calibrate_scenes=(
-            "VirtualSite scene_of_tip scenes_of_known_points scenes_of_relocation "
-            "scenes_of_verification"
+            "VirtualSite relocation_by_step scene_of_tip scenes_of_known_points "
+            "scenes_of_relocation scenes_of_verification verification_by_step"
         ),
         _calibration_choice="checked_for_replay choose_calibration choose_probe",
         _climate="ClimateRequest climate_in_use",
@@ -160,6 +162,7 @@ __all__ = [
     "origin_of",
     "part_as_planned",
     "part_text",
+    "relocation_by_step",
     "request_of_settings",
     "require_recorded",
     "scene_of_tip",
@@ -175,4 +178,5 @@ __all__ = [
     "stream_options",
     "tests_folder",
     "true_values",
+    "verification_by_step",
 ]

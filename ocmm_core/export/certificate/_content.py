@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Literal
 
-from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.calibration.records import PRACTICE, ArtefactUse, is_practice
 from ocmm_core.export.report import Paper
 
 Status = Literal["beforeAdjustment", "afterAdjustment"]
@@ -222,6 +222,11 @@ class Certificate:
     def passed(self) -> bool:
         """Return the verdict on the item as it is now."""
         return self.final is not None and self.final.passed
+
+
+def titled(title: str, *made_by: str) -> str:
+    """Return the title of a paper, which begins with PRACTICE where a record was practised."""
+    return f"{PRACTICE}: {title}" if any(map(is_practice, made_by)) else title
 
 
 def once(items: Sequence[ArtefactUse]) -> tuple[ArtefactUse, ...]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from ocmm_core.calibration.records import PRACTICE
 from ocmm_core.export.certificate._content import STATUS_WORDS, Certificate, CertificateRun
 from ocmm_core.export.report import NOT_STATED, PaperFact, one_line
 
@@ -13,6 +14,7 @@ IN_HOUSE = (
     "no accreditation."
 )
 
+PRACTICE_WORDS = f"{PRACTICE}: made with a virtual hand on the virtual rig; valid for nothing."
 SIMULATED_WORDS = "SIMULATED: the virtual rig was tested, no real machine."
 
 CERTIFICATE_CLAUSES = (
@@ -75,7 +77,8 @@ def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
     yield "7.8.4.1 a", "Uncertainty", "U, expanded, k = 2 (about 95 %), with every result."
     yield "7.8.4.1 e", "Conformity", conformity_words(paper)
     yield "7.8.2.1 m", "Units, volume", f"Lengths in mm. {paper.volume}"
-    simulated = [SIMULATED_WORDS] if paper.simulated else []
+    practised = paper.title.startswith(PRACTICE)
+    simulated = [PRACTICE_WORDS if practised else SIMULATED_WORDS] if paper.simulated else []
     notes = [*simulated, *given.deviations, *(note for run in paper.runs for note in run.notes)]
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or "None noted in the record, none stated."
     yield "", "Software", f"OCMM {paper.software}"

@@ -16,6 +16,7 @@ from ocmm_core.calibration.records import (
     CalibrationStore,
     CameraRecord,
     entry_of,
+    is_practice,
     record_hash,
     rig_from_record,
 )
@@ -27,6 +28,7 @@ from ocmm_core.export.certificate._content import (
     CertificateValue,
     K,
     once,
+    titled,
 )
 from ocmm_core.export.certificate._run import verification_run
 from ocmm_core.export.report import Paper
@@ -82,9 +84,10 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         *(verification_run(one, "afterAdjustment") for one in after),
     )
     return Certificate(
-        title="Calibration record",
+        title=titled("Calibration record", record.made_by),
         number=f"C-{own[:_NUMBER_DIGITS]}",
         item=f"Cameras of rig {record.rig}",
+        simulated=is_practice(record.made_by),
         identifications=(
             *((f"camera {camera.name} no.", str(camera.serial)) for camera in record.cameras),
             ("calibration", own),

@@ -11,6 +11,7 @@ from ocmm_core.calibration.records import (
     CameraRecord,
     ProbeStore,
     VerificationRecord,
+    is_practice,
     record_hash,
 )
 from ocmm_core.errors import InputError
@@ -20,6 +21,7 @@ from ocmm_core.export.certificate._content import (
     CertificateValue,
     K,
     once,
+    titled,
 )
 from ocmm_core.export.certificate._from_acceptance import (
     AFTER,
@@ -120,9 +122,10 @@ def _of_cameras(
     low, high = (" ".join(f"{x:g}" for x in corner) for corner in
                  (record.volume_min, record.volume_max))  # fmt: skip
     return Certificate(
-        title="Verification record",
+        title=titled("Verification record", record.made_by, last.made_by),
         number=f"V-{digest[:_NUMBER_DIGITS]}",
         item=f"Cameras of rig {record.rig}",
+        simulated=is_practice(record.made_by) or is_practice(last.made_by),
         identifications=(
             *((f"camera {camera.name} no.", str(camera.serial)) for camera in record.cameras),
             ("calibration", record_hash(record)),
@@ -174,9 +177,10 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         data_sha256=found.data_sha256,
     )
     return Certificate(
-        title="Test report (in-house): qualification of a tip",
+        title=titled("Test report (in-house): qualification of a tip", found.made_by),
         number=f"T-{digest[:_NUMBER_DIGITS]}",
         item=f"Probe {found.probe}, tip {found.tip}",
+        simulated=is_practice(found.made_by),
         identifications=(
             ("rig", found.rig),
             ("cameras", found.rig_identity),

@@ -184,11 +184,12 @@ class MouseHand:
             self._letters.append(wish)
 
     def touch(self, wish: Wish) -> bool:
-        """Touch there once: go, approach, rest, press the button, lift; False while one is made."""
+        """Touch there once: go, approach, rest, press the button, lift.
+
+        One more may wait while a touch is made; False for a third, and over nothing.
+        """
         with self._lock:
-            if self._phase is not _Phase.FOLLOW or self._touch is not None:
-                return False
-            if not np.any(wish.normal_part):
+            if self._touch is not None or not np.any(wish.normal_part):
                 return False
             self._touch = replace(wish, clear_mm=max(wish.clear_mm, min(CLEAR_MM, 3.0)))
             return True
@@ -386,4 +387,3 @@ def _rotations(vectors: Float) -> Float:
     skew = np.stack([none, -z, y, z, none, -x, -y, x, none], axis=1).reshape(-1, 3, 3)
     turned: Float = np.eye(3) + np.sin(angle) * skew + (1.0 - np.cos(angle)) * (skew @ skew)
     return turned
-

@@ -154,7 +154,11 @@ def _collar(entry: surfaces.BoreEntry | surfaces.SlotEntry | surfaces.EllipseEnt
     """Return the material round a hole that lies in no plane."""
     axis = unit(np.array(entry.direction))
     if isinstance(entry, surfaces.BoreEntry):
-        axes, long, wide = np.stack([*perpendicular_pair(axis), axis]), entry.diameter, entry.diameter
+        axes, long, wide = (
+            np.stack([*perpendicular_pair(axis), axis]),
+            entry.diameter,
+            entry.diameter,
+        )
     else:
         along = unit(np.array(entry.along))
         axes = np.stack([along, np.cross(axis, along), axis])
