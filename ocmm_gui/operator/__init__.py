@@ -6,7 +6,6 @@ them.
 Read `_far_view` (legible at three metres) and `_desk_view` (all at once), then their parts:
 `_readout`, `_guidance`, `_far_message`, `_target_ring`, `_feature_panel` with `_feature_details`,
 `_plan_list`, `_part_view`, `_status_strip`, `_trust_bar`, `_tip_line`, `_simulated_band`.
-`_hand_strip` says who holds the probe of a virtual rig, and `_tour` what to try with it.
 `_job_sheet` starts a job, `_point_choice` chooses a point, `_feedback` is what is heard.
 It must not know results, plan editor, Maintain or wizards.
 """
@@ -21,12 +20,10 @@ if TYPE_CHECKING:
     from ocmm_gui.operator._desk_view import DeskView
     from ocmm_gui.operator._far_view import FarView
     from ocmm_gui.operator._feedback import Feedback
-    from ocmm_gui.operator._hand_strip import HandStrip
     from ocmm_gui.operator._job_sheet import JobSheet
     from ocmm_gui.operator._point_choice import PointChoice
     from ocmm_gui.operator._simulated_band import SimulatedBand
     from ocmm_gui.operator._tip_line import TipLine
-    from ocmm_gui.operator._tour import TOUR, Tour, TourLook
     from ocmm_gui.operator._trust_bar import TrustBar, TrustPlace
 else:
     __getattr__ = door(
@@ -34,27 +31,21 @@ else:
         _desk_view="DeskView",
         _feedback="Feedback",
         _far_view="FarView",
-        _hand_strip="HandStrip",
         _job_sheet="JobSheet",
         _point_choice="PointChoice",
         _simulated_band="SimulatedBand",
         _tip_line="TipLine",
-        _tour="TOUR Tour TourLook",
         _trust_bar="TrustPlace TrustBar",
     )
 
 __all__ = [
-    "TOUR",
     "DeskView",
     "FarView",
     "Feedback",
-    "HandStrip",
     "JobSheet",
     "PointChoice",
     "SimulatedBand",
     "TipLine",
-    "Tour",
-    "TourLook",
     "TrustBar",
     "TrustPlace",
 ]

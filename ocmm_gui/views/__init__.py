@@ -9,7 +9,7 @@ is shown), `_deviations` (whiskers of touched places, and their scale), `_deviat
 colours on the part); `_part_scene` (the nominal
 part), `_placed` (where it is), `_scene_layer` (what stands still); `_orbit_view` (what turns),
 `_easing` (calmly), `_following` (where the eye has to be), `_rig_sides`, `_view_dress` (what stands
-round a scene); `_part_picture` (the part by itself), `_point_view` (the 3-D view), `_ball_lead` (mouse and keys lead the ball in it), `_camera_view`
+round a scene); `_part_picture` (the part by itself), `_point_view` (the 3-D view), `_camera_view`
 (spots of each camera), `_step_picture` (the picture of a step).
 It must not know the station or the bridge: it is given what it draws.
 """
@@ -22,7 +22,6 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_gui.views import _shapes as shapes
-    from ocmm_gui.views._ball_lead import BallLead
     from ocmm_gui.views._camera_view import CameraViews
     from ocmm_gui.views._contents import job_items
     from ocmm_gui.views._deviation_surface import deviation_part
@@ -47,7 +46,6 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
-        _ball_lead="BallLead",
         _camera_view="CameraViews",
         _contents="job_items",
         _deviations=(
@@ -69,7 +67,6 @@ else:
 
 __all__ = [
     "SCALE_PX",
-    "BallLead",
     "CameraViews",
     "Diamonds",
     "Dots",

@@ -9,6 +9,7 @@ from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPaintEvent
 
 from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView, LiveView, Target
 from ocmm_core.part_model import PlacedPart
 from ocmm_core.rendering import RenderMode

@@ -4,7 +4,7 @@ In: the bridge of a station, and settings of the start. Out: one window with all
 
 Read `_main_window` (the inspector's views of one running job), `_sheets` (results, reports, plan,
 alignment, job), `_maintenance` (Maintain and the wizards, and what they lead to), `_output` (files
-that a key writes), `_keys_sheet` (all keys on one page), `_hand_control` (who holds the probe of a virtual rig).
+that a key writes), `_keys_sheet` (all keys on one page).
 It joins rooms that do not know each other. Only `ocmm_gui.app` imports it.
 """
 

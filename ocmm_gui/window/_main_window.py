@@ -49,6 +49,7 @@ from ocmm_gui.kit import (
     usable_keys,
     use_shortcuts,
 )
+from ocmm_gui.led import HandControl, LedProbe
 from ocmm_gui.operator import (
     DeskView,
     FarView,
@@ -60,7 +61,6 @@ from ocmm_gui.operator import (
     TrustPlace,
 )
 from ocmm_gui.window._acceptance import AcceptanceRooms
-from ocmm_gui.window._hand_control import HandControl, LedProbe
 from ocmm_gui.window._maintenance import Maintenance
 from ocmm_gui.window._output import Output
 from ocmm_gui.window._preload import Preload

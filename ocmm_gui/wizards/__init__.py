@@ -39,7 +39,10 @@ else:
         _guided_stack="GuidedStack",
         _registry="WIZARDS WizardSpec",
         _runner="Runner",
-        _site="DirectCalculation ProbeSite SESSIONS Subject WizardSite practice_site site_of temperature",
+        _site=(
+            "DirectCalculation ProbeSite SESSIONS Subject WizardSite practice_site site_of "
+            "temperature"
+        ),
         _wizard="Wizard",
     )
 

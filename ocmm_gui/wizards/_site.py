@@ -73,7 +73,7 @@ class WizardSite:
     probe
         Where wizards about the probe work; None where nobody asks for them.
     practice
-        A virtual hand does what the steps ask for, and nothing of it counts; None where it is meant.
+        A virtual hand does what the steps ask for, and nothing counts; None where it is meant.
     """
 
     rig: Rig
@@ -87,7 +87,7 @@ class WizardSite:
     practice: PracticeRoom | None = None
 
     def tap_for(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap:
-        """Return where the frames of a procedure come from: a hand in practice, else the cameras."""
+        """Return where the frames come from: a hand in practice, else the cameras."""
         if self.practice is None:
             return self.tap
         hand = self.practice.hand(procedure, failed)

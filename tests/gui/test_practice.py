@@ -1,4 +1,4 @@
-"""Practice: every wizard is completed in the window with a virtual hand, and nothing of it counts."""
+"""Practice: every wizard is completed in the window with a virtual hand; nothing of it counts."""
 
 from __future__ import annotations
 
@@ -96,23 +96,29 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
         )
         if runner.driver.now.view.base.step.name == name:
             qtbot.waitUntil(
-                lambda name=name: runner.actions_by_key["next"].isEnabled()
-                or runner.driver.now.view.base.step.name != name,
+                lambda name=name: (
+                    runner.actions_by_key["next"].isEnabled()
+                    or runner.driver.now.view.base.step.name != name
+                ),
                 timeout=PATIENCE_MS,
             )
             if runner.driver.now.view.base.step.name == name:
                 qtbot.wait(170)
                 runner.actions_by_key["next"].trigger()
         qtbot.waitUntil(
-            lambda name=name: runner.driver.now.view.base.step.name != name
-            and runner.page() is runner.pages[runner.driver.now.view.base.step.name],
+            lambda name=name: (
+                runner.driver.now.view.base.step.name != name
+                and runner.page() is runner.pages[runner.driver.now.view.base.step.name]
+            ),
             timeout=PATIENCE_MS,
         )
         pages += 1
         assert pages < 10
     qtbot.waitUntil(
-        lambda: runner.driver.now.view.outcome is not None
-        or runner.driver.now.view.base.error is not None,
+        lambda: (
+            runner.driver.now.view.outcome is not None
+            or runner.driver.now.view.base.error is not None
+        ),
         timeout=PATIENCE_MS,
     )
     assert runner.driver.now.view.base.error is None
@@ -121,8 +127,10 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
     qtbot.waitUntil(runner.decision.isVisible, timeout=PATIENCE_MS)
     _press(Qt.Key.Key_Return)
     qtbot.waitUntil(
-        lambda: runner.driver.now.view.base.decision is ProcedureDecision.ACCEPTED
-        and runner.driver.now.view.base.stored,
+        lambda: (
+            runner.driver.now.view.base.decision is ProcedureDecision.ACCEPTED
+            and runner.driver.now.view.base.stored
+        ),
         timeout=PATIENCE_MS,
     )
     return runner

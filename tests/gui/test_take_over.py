@@ -14,11 +14,12 @@ from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.acquisition.frames import FrameFlag
-from ocmm_core.composition import HandAtRig, true_values
+from ocmm_core.composition import true_values
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import StatusWord
+from ocmm_core.simulation.hand import HandAtRig, MouseHand
 from ocmm_core.simulation.scene import sample
-from ocmm_gui.operator import TOUR
+from ocmm_gui.led import TOUR
 from tests.host import HANG_MS
 
 if TYPE_CHECKING:
@@ -38,6 +39,8 @@ class _Mouse:
         self.part = bench.built.virtual.part
         self.view = bench.window.desk.points
         self.wanted = 0
+        # Another one at the same part: what would be meant, without leading.
+        self.other = MouseHand(bench.built.virtual)
 
     def take_over(self) -> None:
         """Press the key."""
@@ -59,10 +62,7 @@ class _Mouse:
         """Return whether the mouse over the ball there means the place itself."""
         ball = place + 3.0 * normal
         origin, toward = self.view.ray_at(QPointF(self.at(ball)))
-        self.hand.point_at(origin, toward)
-        inner = self.hand._hand
-        assert inner is not None
-        wish = inner.wish_at(origin, toward, 12.0, np.zeros(2))
+        wish = self.other.wish_at(origin, toward, 12.0, np.zeros(2))
         # A pixel is 0.7 mm of the part; what lies before it is farther off than this.
         return bool(np.linalg.norm(wish.contact_part - ball) < 2.0)
 

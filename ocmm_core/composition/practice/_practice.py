@@ -1,4 +1,4 @@
-"""Practice: every guided procedure with a virtual hand, in folders of its own, valid for nothing."""
+"""Guided procedures practised with a virtual hand, in folders of their own; valid for nothing."""
 
 from __future__ import annotations
 

@@ -9,7 +9,7 @@ import msgspec
 
 from ocmm_core.calibration.cameras import KnownPointsProcedure
 from ocmm_core.calibration.relocation import RelocationProcedure
-from ocmm_core.calibration.sweeping import AGAIN, FIRST, PivotProcedure
+from ocmm_core.calibration.sweeping import AGAIN, SECOND, SWEEPS, PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.calibration.verification import VerificationProcedure
 from ocmm_core.camera import Rig
@@ -75,9 +75,9 @@ def _pivot(site: VirtualSite, _rig: Rig, procedure: PivotProcedure) -> Mapping[s
     )
     if step == AGAIN:
         sweep = msgspec.structs.replace(sweep, seconds=_REST_S, reach_deg=(0.0, 0.0, 0.0))
-    elif step != FIRST:
+    elif step == SECOND:
         sweep = msgspec.structs.replace(sweep, cone=_SECOND_CONE, seed=sweep.seed + 1)
-    return {step: (sweep,)} if step in ("first", "second", "again") else {}
+    return {step: (sweep,)} if step in (*SWEEPS, AGAIN) else {}
 
 
 def _tip(

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 from scipy.spatial import Delaunay
 
@@ -184,7 +186,7 @@ def _rim(a: float, b: float) -> Float:
     """Return places round a rectangle, not farther apart than the holes' are dense."""
     corners = np.array([[a, -b], [a, b], [-a, b], [-a, -b], [a, -b]])
     sides = []
-    for first, last in zip(corners[:-1], corners[1:], strict=True):
+    for first, last in pairwise(corners):
         count = max(int(np.linalg.norm(last - first) / _STEP_MM), 1)
         sides.append(first + np.arange(count)[:, None] / count * (last - first))
     return np.concatenate(sides)

@@ -99,9 +99,9 @@ def _slab(
             for end, sign in ((0, -1.0), (1, 1.0)):
                 place = float(start @ direction)
                 below = -60.0 < float(start @ normal) < 0.0
-                if facing @ (sign * direction) > 1.0 - _LEVEL and below:
-                    if abs(place - ends[axis, end]) < 2.0 * _RIM_MM:
-                        ends[axis, end] = place
+                near = abs(place - ends[axis, end]) < 2.0 * _RIM_MM
+                if facing @ (sign * direction) > 1.0 - _LEVEL and below and near:
+                    ends[axis, end] = place
     middle = ends.mean(axis=1)
     half = 0.5 * (ends[:, 1] - ends[:, 0])
     origin = point + middle[0] * along + middle[1] * across

@@ -121,6 +121,7 @@ __all__ = [
     "load_part",
     "normal_table",
     "nudged",
+    "rotation_vector",
     "run_study",
     "sample",
     "steady_hand",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ocmm_gui.kit import later
+from ocmm_gui.kit import later, tr
 
 
 @dataclass(frozen=True, slots=True)

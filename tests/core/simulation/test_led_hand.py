@@ -12,9 +12,9 @@ from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
-from ocmm_core.simulation.hand import CLEAR_MM, NEAREST_MM, MouseHand, Wish
+from ocmm_core.simulation.hand import MouseHand, Wish
 from ocmm_core.simulation.hand import _kernel as kernel
-from ocmm_core.simulation.hand._led_hand import MOST_LETTERS, TRAVEL_MM_S
+from ocmm_core.simulation.hand._led_hand import CLEAR_MM, MOST_LETTERS, NEAREST_MM, TRAVEL_MM_S
 from ocmm_core.simulation.hand._solids import solids_of
 from ocmm_core.simulation.scene import (
     Part,
@@ -145,7 +145,10 @@ def test_in_a_bore_it_touches_the_wall_and_gets_out_again() -> None:
     bore, radius = np.array([2.0, -17.0, 9.0]), 0.5 * 20.009
     normal = np.array([0.0, 1.0, 0.0])
     wish = led.hand.wish_at(
-        led.pose.apply(bore + [0.0, 2.0, 0.0]), led.pose.rotation @ -normal, CLEAR_MM, np.zeros(2)
+        led.pose.apply(bore + np.array([0.0, 2.0, 0.0])),
+        led.pose.rotation @ -normal,
+        CLEAR_MM,
+        np.zeros(2),
     )
     assert wish.normal_part == pytest.approx(normal, abs=1e-6)
     assert led.hand.touch(wish)
@@ -174,7 +177,7 @@ def test_pressed_and_dragged_it_slides_and_pressed_alone_it_stays() -> None:
     before = led.tips[-1]
     led.run(0.5)
     assert led.tips[-1] == pytest.approx(before, abs=1e-12)
-    aside = top + [6.0, 0.0, 0.0]
+    aside = top + np.array([6.0, 0.0, 0.0])
     led.hand.lead(led.wish(aside, np.array([0.0, 0.0, 1.0]), NEAREST_MM))
     led.run(1.0)
     assert led.tips[-1][0] > before[0] + 5.0

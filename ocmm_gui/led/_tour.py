@@ -83,7 +83,7 @@ TOUR = (
         lambda begun, now: now.points < begun.points,
     ),
     TourStep(
-        "lean", later("Press an arrow key: the probe tilts. Keep its LEDs in sight of the cameras."),
+        "lean", later("Press an arrow key: the probe tilts. The cameras must see its LEDs."),
         lambda begun, now: now.turn != begun.turn,
     ),
     TourStep(
@@ -95,7 +95,7 @@ TOUR = (
         lambda _begun, now: now.page in ("desk", "far"),
     ),
     TourStep(
-        "back", later("Press Hand back: the robot measures the rest. Ctrl+K finds everything else."),
+        "back", later("Press Hand back: the robot goes on. Ctrl+K finds everything else."),
         lambda _begun, now: not now.taken,
     ),
 )  # fmt: skip

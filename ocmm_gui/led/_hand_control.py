@@ -14,9 +14,10 @@ from ocmm_core.inspection.evaluation import LiveView
 from ocmm_core.part_model import PlacedPart
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import NoticeCentre, tr
-from ocmm_gui.operator import HandStrip, Tour, TourLook
-from ocmm_gui.operator import TOUR as _TOUR
-from ocmm_gui.views import BallLead, PointView
+from ocmm_gui.led._ball_lead import BallLead
+from ocmm_gui.led._hand_strip import HandStrip
+from ocmm_gui.led._tour import TOUR, Tour, TourLook
+from ocmm_gui.views import PointView
 
 
 class HandSeen(Protocol):
@@ -221,7 +222,7 @@ class HandControl(QObject):
             self._hand.taken, sum(len(one.points) for one in job.features), live.tip_world,
             self._hand.view().turn, self._page(), job,
         )  # fmt: skip
-        last = self.tour.number == len(_TOUR)
+        last = self.tour.number == len(TOUR)
         if self.tour.look(now):
             self._show_step()
             if last and not self.tour.runs:
@@ -238,7 +239,7 @@ class HandControl(QObject):
     def _show_step(self) -> None:
         active = self._bridge.shown.job.active
         sentence = self.tour.sentence(active or tr("the part"))
-        self.strip.show_step(sentence, self.tour.number, len(_TOUR))
+        self.strip.show_step(sentence, self.tour.number, len(TOUR))
 
     def _tell_real(self) -> None:
         self._notices.warn(
