@@ -45,6 +45,7 @@ if TYPE_CHECKING:
 
 EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
+_HELD = "job.locked"
 _SAFE = "All points taken are saved in the job file."
 
 
@@ -152,11 +153,18 @@ def run(parsed: argparse.Namespace) -> int:
                 raise
             told = NoticeCentre()
             told.error(error)
-            choice = choice.otherwise or _START_PAGE
+            choice = choice.otherwise or _instead(choice, error)
             continue
         if code != EXIT_OK or after is None:
             return code
         choice, told = after, NoticeCentre()
+
+
+def _instead(choice: Choice, error: OcmmError) -> Choice:
+    """Return what is done where an errand is not possible: a job of others can be looked at."""
+    if choice.errand is Errands.CONTINUE and choice.path is not None and error.code == _HELD:
+        return Choice(Errands.LOOK, choice.path)
+    return _START_PAGE
 
 
 def _ask(
