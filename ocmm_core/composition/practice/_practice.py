@@ -21,7 +21,6 @@ from ocmm_core.calibration.records import (
     entry_of,
     practice_name,
     probe_store_folder,
-    record_hash,
     rig_in_force,
     store_folder,
 )
@@ -234,7 +233,7 @@ def _put_probe(store: ProbeStore, document: Path, rig: Rig, now: datetime) -> No
     )  # fmt: skip
     store.calibrate(record, _BY, "to practise with", now)
     good = made_tip_record(
-        record, made_by=_BY, made_utc=now.isoformat(), calibration=record_hash(record),
+        record, made_by=_BY, made_utc=now.isoformat(),
         diameter_mm=2.0 * body.tip_radius, diameter_sigma_mm=0.0045,
     )  # fmt: skip
     store.qualify(good, now)
