@@ -24,6 +24,8 @@ class BallLead(QObject):
     ----------
     view
         Whose mouse and keys.
+    parent
+        Outlives neither the view nor the window.
     """
 
     pointed = Signal(object, object)
@@ -35,8 +37,8 @@ class BallLead(QObject):
     leaned = Signal(float, float)
     """Emits how far to the right and back, rad."""
 
-    def __init__(self, view: OrbitView) -> None:
-        super().__init__(view)
+    def __init__(self, view: OrbitView, parent: QObject) -> None:
+        super().__init__(parent)
         self._view = view
         self._leads = False
         self._turned: QPointF | None = None

@@ -117,6 +117,8 @@ class HandControl(QObject):
         Shows the view.
     page
         Returns the name of the page that is shown.
+    parent
+        The window.
     """
 
     def __init__(
@@ -128,8 +130,9 @@ class HandControl(QObject):
         notices: NoticeCentre,
         to_desk: Callable[[], None],
         page: Callable[[], str],
+        parent: QObject,
     ) -> None:
-        super().__init__()
+        super().__init__(parent)
         self._hand, self._bridge, self._view = hand, bridge, view
         self._notices, self._to_desk, self._page = notices, to_desk, page
         self.tour = Tour()
@@ -137,7 +140,7 @@ class HandControl(QObject):
         self.strip.setVisible(hand is not None)
         self.strip.show_hand(taken=False)
         self.strip.skip_button.clicked.connect(self._skip)
-        self.lead = BallLead(view)
+        self.lead = BallLead(view, self)
         if hand is not None:
             self.lead.pointed.connect(hand.point_at)
             self.lead.touched.connect(self._touch)
@@ -175,6 +178,11 @@ class HandControl(QObject):
         if hand.taken:
             self._view.setFocus()
         self._look()
+
+    def close(self) -> None:
+        """Let mouse and keys go; call it before the window goes."""
+        self.tour.end()
+        self.lead.set_leading(False)
 
     def take(self) -> None:
         """Take a point: with the button of the probe that is held here, or as the key does."""

@@ -142,7 +142,7 @@ class MainWindow(QMainWindow):
         )  # fmt: skip
         self.hand = HandControl(
             hand, bridge, self.desk.points, self.actions_by_key, notices, self._to_desk,
-            self._page_name,
+            self._page_name, self,
         )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
         self.output = Output(bridge, notices, out, self.is_far)
@@ -297,6 +297,7 @@ class MainWindow(QMainWindow):
         """Stop the station before the window goes; every point is stored already."""
         begun = time.monotonic()
         self._preload.close()
+        self.hand.close()
         self.sheets.close_work()
         self.output.close_work()
         self.maintenance.close_work()
