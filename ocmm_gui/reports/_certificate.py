@@ -15,13 +15,13 @@ from PySide6.QtGui import QColor, QPainter, QPen
 from ocmm_core import __version__
 from ocmm_core.documents import decode_json
 from ocmm_core.export.certificate import (
-    SIMULATED_WORDS,
     Certificate,
     CertificateLine,
     CertificateRun,
     Conformity,
     certificate_facts,
     certificate_of_folder,
+    origin_words,
     write_certificates,
 )
 from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, template_in_use
@@ -71,8 +71,9 @@ def lay_out(paper: Certificate) -> Canvas:
     if last is not None:
         colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
         canvas.text(last.words.upper(), Style(40.0, bold=True, colour=colour))
-    if paper.simulated:
-        canvas.text(SIMULATED_WORDS, Style(34.0, bold=True, colour=INK.warn))
+    words = origin_words(paper)
+    if words:
+        canvas.text(words, Style(34.0, bold=True, colour=INK.warn))
     canvas.skip(10.0)
     for fact in certificate_facts(paper):
         if fact.name not in ("Title", "Statement"):

@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     )
     from ocmm_core.export.certificate._dcc import dcc_bytes
     from ocmm_core.export.certificate._facts import (
-        SIMULATED_WORDS,
         certificate_facts,
         open_certificate_clauses,
+        origin_words,
     )
     from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
@@ -55,7 +55,7 @@ else:
         _artefact="Expansion artefact_fields artefact_text",
         _content="Certificate CertificateLine CertificateRun CertificateValue Conformity",
         _dcc="dcc_bytes",
-        _facts="SIMULATED_WORDS certificate_facts open_certificate_clauses",
+        _facts="certificate_facts open_certificate_clauses origin_words",
         _from_acceptance="certificate_of_acceptance",
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
@@ -64,7 +64,6 @@ else:
     )
 
 __all__ = [
-    "SIMULATED_WORDS",
     "Certificate",
     "CertificateLine",
     "CertificateRun",
@@ -84,6 +83,7 @@ __all__ = [
     "check_dcc_seal",
     "dcc_bytes",
     "open_certificate_clauses",
+    "origin_words",
     "read_dcc",
     "write_certificate",
     "write_certificates",

@@ -26,6 +26,13 @@ CERTIFICATE_CLAUSES = (
 calibrated where it stands), k and p as for reports, and opinions (7.8.4.1 f)."""
 
 
+def origin_words(paper: Certificate) -> str:
+    """Return what a paper must not be taken for; empty where a real machine was tested."""
+    if not paper.simulated:
+        return ""
+    return PRACTICE_WORDS if paper.title.startswith(PRACTICE) else SIMULATED_WORDS
+
+
 def certificate_facts(paper: Certificate) -> tuple[PaperFact, ...]:
     """Return the head of a paper in its order; `NOT_STATED` where nobody knows."""
     return tuple(
@@ -77,8 +84,8 @@ def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
     yield "7.8.4.1 a", "Uncertainty", "U, expanded, k = 2 (about 95 %), with every result."
     yield "7.8.4.1 e", "Conformity", conformity_words(paper)
     yield "7.8.2.1 m", "Units, volume", f"Lengths in mm. {paper.volume}"
-    practised = paper.title.startswith(PRACTICE)
-    simulated = [PRACTICE_WORDS if practised else SIMULATED_WORDS] if paper.simulated else []
+    words = origin_words(paper)
+    simulated = [words] if words else []
     notes = [*simulated, *given.deviations, *(note for run in paper.runs for note in run.notes)]
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or "None noted in the record, none stated."
     yield "", "Software", f"OCMM {paper.software}"
