@@ -24,7 +24,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, contained
-from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, SettingsStore
+from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
 from ocmm_gui.arguments import given, parser
 from ocmm_gui.home import Choice, Errands, StartWindow
 from ocmm_gui.kit import (
@@ -34,8 +34,12 @@ from ocmm_gui.kit import (
     NoticeCentre,
     PlainLabel,
     apply_theme,
+    chosen_language,
+    style_of,
     text_font,
     tr,
+    use_language,
+    use_numbers,
 )
 
 if TYPE_CHECKING:
@@ -141,11 +145,14 @@ def run(parsed: argparse.Namespace) -> int:
     asked = parsed.start and parsed.job is None
     choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
     while True:
-        if choice is _START_PAGE:
-            chosen = _ask(app, parsed, store, told)
+        # Windows are made in the language of the settings; a change of it makes them anew.
+        _use_language(app, store.load().settings)
+        if choice.errand is Errands.START:
+            chosen = _ask(app, parsed, store, choice, told)
             if chosen is None:
                 return EXIT_OK
             choice, told = chosen, NoticeCentre()
+            continue
         try:
             code, after = _work(app, parsed, store, choice, told)
         except OcmmError as error:
@@ -167,8 +174,18 @@ def _instead(choice: Choice, error: OcmmError) -> Choice:
     return _START_PAGE
 
 
+def _use_language(app: QApplication, settings: Settings) -> None:
+    language = chosen_language(settings.window_language)
+    use_language(app, language)
+    use_numbers(style_of(language, settings.window_decimal, settings.window_units))
+
+
 def _ask(
-    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
+    app: QApplication,
+    parsed: argparse.Namespace,
+    store: SettingsStore,
+    choice: Choice,
+    told: NoticeCentre,
 ) -> Choice | None:
     """Show the Start page, and return what was chosen; None where it was closed."""
     notices = NoticeCentre()
@@ -178,6 +195,8 @@ def _ask(
     window.closed.connect(app.quit)
     _show(window, parsed.size)
     window.read()
+    if choice.section:
+        window.show_settings(choice.section)
     _end_after(parsed.quit_after, window.close)
     app.exec()
     _save_pictures(window, parsed.screenshot)

@@ -41,6 +41,8 @@ from tests.compiled import CompileWatch  # noqa: E402 - it loads numpy
 
 # The same result on every machine: windows are drawn in memory unless somebody wants to look.
 os.environ.setdefault("QT_QPA_PLATFORM", "offscreen")
+# And in English, whatever the language of whoever runs the tests.
+os.environ["LANGUAGE"] = "en"
 
 _REPOSITORY = Path(__file__).resolve().parents[1]
 _REFERENCE = _REPOSITORY.parent / "shared" / "reference"

@@ -96,6 +96,18 @@ def _instrument(stage: Stage, temperature_c: float) -> list[Finding]:
                 refuses=True,
             )
         )
+    lacking = stage.instrument.age_doubts or ()
+    if lacking and stage.procedure.cameras != "unproven":
+        found.append(
+            Finding(
+                "acceptance.unproven",
+                f"The cameras cannot prove how old their data are or in which order they came "
+                f"({'; '.join(lacking)}), and '{stage.procedure.id}' does not allow such cameras.",
+                "Test with cameras that send a counter and the time of exposure. Whether others "
+                "are accepted is agreed beforehand: field 'cameras' of a procedure of your own.",
+                refuses=True,
+            )
+        )
     if not climate.low <= temperature_c <= climate.high:
         found.append(
             Finding(

@@ -288,6 +288,9 @@ class Procedure(Document, frozen=True, kw_only=True):
         Of every quantity of the test.
     climate, test
         See there.
+    cameras
+        "unproven" allows cameras that cannot prove the age or the order of their data; records
+        from before it could be said keep their hash.
     """
 
     id: str
@@ -304,6 +307,7 @@ class Procedure(Document, frozen=True, kw_only=True):
     limits: dict[str, Mpe]
     climate: ClimateRule
     test: TestNumbers
+    cameras: Literal["proven", "unproven"] | msgspec.UnsetType = msgspec.UNSET
 
     @property
     def wording(self) -> str:

@@ -15,6 +15,7 @@ from ocmm_core.acceptance._procedure import Procedure
 from ocmm_core.calibration.guided import Spots
 from ocmm_core.calibration.records import ArtefactUse
 from ocmm_core.camera import Vector3
+from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
 RECORD_SCHEMA = "ocmm.acceptance-record/1"
 
@@ -172,6 +173,9 @@ class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     stylus
         From the ball to the nearest LED, mm; a record from before it was asked for has none, and
         keeps its hash.
+    camera_doubts, age_doubts
+        What the cameras cannot prove, in sentences; and what of it leaves their data without an
+        age or an order. Records of our own cameras have neither, and keep their hash.
     """
 
     rig: str
@@ -189,6 +193,19 @@ class Instrument(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     simulated: bool
     away: Vector3 = (0.0, 1.0, 0.0)
     stylus: float | msgspec.UnsetType = msgspec.UNSET
+    camera_doubts: tuple[str, ...] | msgspec.UnsetType = msgspec.UNSET
+    age_doubts: tuple[str, ...] | msgspec.UnsetType = msgspec.UNSET
+
+    @property
+    def unproven(self) -> tuple[str, ...]:
+        """Return what the cameras cannot prove, in sentences; empty where they are ours."""
+        return self.camera_doubts or ()
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Return what a test of it must not be taken for: SIMULATED, CAMERAS UNPROVEN."""
+        unproven = (UNPROVEN_CAMERAS,) if self.unproven else ()
+        return (*(("SIMULATED",) if self.simulated else ()), *unproven)
 
 
 class PlannedPosition(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):

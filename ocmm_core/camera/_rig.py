@@ -99,7 +99,11 @@ class CalibrationDesign(msgspec.Struct, frozen=True, kw_only=True, forbid_unknow
 
 
 class RigDocument(Document, frozen=True, kw_only=True):
-    """A rig as it is written down."""
+    """A rig as it is written down.
+
+    ``calibrate_unproven`` allows that cameras are calibrated and verified that cannot prove the age
+    or the order of their data.
+    """
 
     name: str
     frame_rate_hz: int
@@ -108,6 +112,7 @@ class RigDocument(Document, frozen=True, kw_only=True):
     noise: SpotNoise
     calibration: CalibrationDesign
     cameras: list[CameraEntry]
+    calibrate_unproven: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -136,6 +141,8 @@ class Rig:
         Serial number of the sensor of each camera, 0 where not known; empty: of none.
     device
         Name, or whole path, of the description of its cameras; empty: they are ours.
+    calibrate_unproven
+        Its document allows to calibrate cameras that cannot prove the age of their data.
     """
 
     name: str
@@ -148,6 +155,7 @@ class Rig:
     identity: str
     sensors: tuple[int, ...] = ()
     device: str = ""
+    calibrate_unproven: bool = False
     # Every call of a kernel takes it, and making it takes longer than a single tip.
     _packed: Float = dataclasses.field(init=False, repr=False, compare=False)
 
@@ -182,6 +190,7 @@ def load_rig(path: Path | str) -> Rig:
         cameras=cameras,
         sensors=tuple(entry.sensor_serial for entry in document.cameras),
         device=_device_of(Path(path), document),
+        calibrate_unproven=document.calibrate_unproven,
         aliases=tuple(entry.alias for entry in document.cameras),
         frame_rate_hz=document.frame_rate_hz,
         noise=document.noise,

@@ -22,8 +22,8 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.composition._acceptance_bench import AcceptanceBench, Conditions, TestsMade
     from ocmm_core.composition._acceptance_scenes import (
+        RecordedHand,
         VirtualHand,
-        collect_acceptance,
         scenes_of_acceptance,
     )
     from ocmm_core.composition._acceptance_site import (
@@ -34,7 +34,9 @@ if TYPE_CHECKING:
         instrument_of,
         named_artefact,
         open_test_site,
+        recorded_feed,
         require_recorded,
+        require_scenes,
         tests_folder,
     )
     from ocmm_core.composition._calibrate_scenes import (
@@ -86,10 +88,11 @@ else:
     __getattr__ = door(
         __name__,
         _acceptance_bench="AcceptanceBench Conditions TestsMade",
-        _acceptance_scenes="VirtualHand collect_acceptance scenes_of_acceptance",
+        _acceptance_scenes="RecordedHand VirtualHand scenes_of_acceptance",
         _acceptance_site=(
             "AcceptanceSite acceptance_feed artefacts_used_before default_test_folder "
-            "instrument_of named_artefact open_test_site require_recorded tests_folder"
+            "instrument_of named_artefact open_test_site recorded_feed require_recorded "
+            "require_scenes tests_folder"
         ),
         _calibrate_scenes=(
             "VirtualSite relocation_by_step scene_of_tip scenes_of_known_points "
@@ -132,6 +135,7 @@ __all__ = [
     "Feed",
     "NamedSource",
     "Origin",
+    "RecordedHand",
     "SourceSpec",
     "StateLine",
     "StationRequest",
@@ -147,7 +151,6 @@ __all__ = [
     "choose_calibration",
     "choose_probe",
     "climate_in_use",
-    "collect_acceptance",
     "compile_all",
     "compile_group",
     "default_test_folder",
@@ -162,9 +165,11 @@ __all__ = [
     "origin_of",
     "part_as_planned",
     "part_text",
+    "recorded_feed",
     "relocation_by_step",
     "request_of_settings",
     "require_recorded",
+    "require_scenes",
     "scene_of_tip",
     "scenes_of_acceptance",
     "scenes_of_known_points",

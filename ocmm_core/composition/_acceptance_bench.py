@@ -37,19 +37,21 @@ from ocmm_core.acceptance import (
     reserved_spots,
 )
 from ocmm_core.calibration.records import CalibrationInUse, CalibrationStore, ProbeInUse
-from ocmm_core.composition._acceptance_scenes import VirtualHand
+from ocmm_core.composition._acceptance_scenes import RecordedHand, VirtualHand
 from ocmm_core.composition._acceptance_site import (
     SHIPPED,
     artefacts_used_before,
     default_test_folder,
     instrument_of,
     named_artefact,
+    recorded_feed,
     require_recorded,
+    require_scenes,
 )
 from ocmm_core.composition._calibrate_scenes import VirtualSite
 from ocmm_core.composition._calibration_choice import choose_calibration, choose_probe
 from ocmm_core.composition._feeds import StationRequest
-from ocmm_core.composition._sources import Origin, origin_of, source_of
+from ocmm_core.composition._sources import Origin, origin_of
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, OcmmError
 
@@ -199,6 +201,7 @@ class AcceptanceBench:
         """Begin a test; raise OcmmError where that is not possible."""
         if not given.who.strip():
             raise InputError("wizard.who", "No name given.", "Enter your name in 'Done by'.")
+        require_scenes(self.request.source)
         cameras, probe = self.cameras(), self.probe()
         of_cameras, of_tip = artefacts_used_before(cameras, probe)
         stores = (cameras.store, probe.store)
@@ -217,7 +220,13 @@ class AcceptanceBench:
         return self._procedure(session, given.temperature_c)
 
     def resume(self, path: Path, temperature_c: float) -> AcceptanceProcedure:
-        """Go on with a test; raise OcmmError where its file was changed."""
+        """Go on with a test; raise OcmmError where its file was changed, or with a recording."""
+        if origin_of(self.request.source) is Origin.RECORDING:
+            raise InputError(
+                "acceptance.recording",
+                "A test of a recording does not go on: its touches would be measured twice.",
+                "Begin it again; a recording is replayed from its first frame.",
+            )
         return self._procedure(AcceptanceSession.resume(path), temperature_c)
 
     def unfinished(self, now: datetime) -> tuple[OpenTest, ...]:
@@ -243,10 +252,12 @@ class AcceptanceBench:
 
     def hand(
         self, procedure: AcceptanceProcedure, failed: Callable[[OcmmError], None]
-    ) -> VirtualHand | None:
-        """Return who touches where the test wants it; None where a person does."""
+    ) -> VirtualHand | RecordedHand | None:
+        """Return who touches where the test wants it; None where a person does, at cameras."""
         one = self.request
-        if not self.is_virtual or source_of(one.source).spec.scenes is None:
+        if origin_of(one.source) is Origin.RECORDING:
+            return RecordedHand(lambda: recorded_feed(one), procedure, failed)
+        if not self.is_virtual:
             return None
         seed = procedure.session.stage.seed
         return VirtualHand(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -32,6 +32,7 @@ from ocmm_core.calibration.records import (
     load_bar,
     load_sphere,
 )
+from ocmm_core.camera import load_rig
 from ocmm_core.composition._calibrate_scenes import VirtualSite
 from ocmm_core.composition._calibration_choice import (
     checked_for_replay,
@@ -39,12 +40,23 @@ from ocmm_core.composition._calibration_choice import (
     choose_calibration,
     choose_probe,
 )
-from ocmm_core.composition._feeds import Feed
-from ocmm_core.composition._sources import VIRTUAL_NAMES, Origin, origin_of, source_of
+from ocmm_core.composition._defaults import DEMO_PLAN
+from ocmm_core.composition._feeds import Feed, StationRequest
+from ocmm_core.composition._sources import (
+    SOURCES,
+    VIRTUAL_NAMES,
+    Origin,
+    make_feed,
+    names_in_words,
+    origin_of,
+    source_of,
+)
 from ocmm_core.documents import resource
 from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.fieldbus.described import age_doubts
 from ocmm_core.geometry import Float, unit
-from ocmm_core.simulation.calibration_scenes import Scene
+from ocmm_core.inspection.plan import load_plan
+from ocmm_core.simulation.calibration_scenes import CalibratingScript, Scene
 
 SHIPPED = {
     "bar": ("artefacts", "verification_bar.toml"),
@@ -177,9 +189,18 @@ def instrument_of(
         volume_max=_vector(high),
         software=__version__,
         simulated=origin_of(source) is Origin.VIRTUAL,
+        **_doubts(cameras),
         stylus=float(np.linalg.norm(probe.body.leds_probe - probe.body.tip_probe, axis=1).min()),
         away=_vector(unit(rig.volume_world.mean(axis=0) - centres.mean(axis=0))),
     )
+
+
+def _doubts(cameras: CalibrationInUse) -> dict[str, tuple[str, ...]]:
+    """Return what described cameras cannot prove; records of our own stay as they were."""
+    device = cameras.device
+    if device is None:
+        return {}
+    return {"camera_doubts": cameras.camera_doubts, "age_doubts": age_doubts(device)}
 
 
 def require_recorded(
@@ -232,12 +253,33 @@ def acceptance_feed(
     InputError
         The source plays no scenes.
     """
-    make = source_of(source).spec.scenes
+    make = require_scenes(source)
+    script = site.script(scenes)
     if make is None:
+        msg = f"{source!r} is no virtual rig"
+        raise ValueError(msg)
+    return make(script, speed), script.build().n_frames
+
+
+def require_scenes(source: str) -> Callable[[CalibratingScript, float], Feed] | None:
+    """Return what plays the touches of a test on a virtual rig; None where frames come otherwise.
+
+    Raises
+    ------
+    InputError
+        It is a virtual rig that plays no such touches.
+    """
+    spec = source_of(source).spec
+    if spec.origin is Origin.VIRTUAL and spec.scenes is None:
+        possible = [one for one in SOURCES if one.origin is not Origin.VIRTUAL or one.scenes]
         raise InputError(
             "acceptance.source",
-            f"The source is {source!r}, which plays no scenes of an acceptance test.",
-            "Give 'simulated', a recording (replay:FILE), or cameras.",
+            f"The source is {source!r}, which plays no touches of an acceptance test.",
+            f"Give {names_in_words(possible)}.",
         )
-    script = site.script(scenes)
-    return make(script, speed), script.build().n_frames
+    return spec.scenes
+
+
+def recorded_feed(request: StationRequest) -> Feed:
+    """Return cameras or a recording as the source of a test, not started."""
+    return make_feed(request, load_plan(DEMO_PLAN), load_rig(request.rig))

@@ -60,6 +60,9 @@ class Settings:
     stream_token: Path | None
     stream_certificate: Path | None
     stream_key: Path | None
+    window_language: str
+    window_decimal: str
+    window_units: str
     window_theme: str
     window_sounds: bool
     window_far: bool

@@ -25,7 +25,7 @@ from ocmm_gui.acceptance._start_page import AcceptanceStart
 from ocmm_gui.acceptance._start_parts import limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
 from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
-from ocmm_gui.kit import Worker, later, tr
+from ocmm_gui.kit import Worker, later, localised, tr
 from ocmm_gui.wizards import DirectCalculation, GuidedStack, Runner, WizardDriver, temperature
 from ocmm_gui.wizards.parts import (
     VERDICT_ENDS,
@@ -102,7 +102,7 @@ class AcceptanceDesk(GuidedStack):
             trouble = f"{error.what} {error.remedy}"
         proposals = {"who": self._who()}
         if self.bench.is_virtual:
-            proposals["temperature"] = f"{_USUAL_C:g}"
+            proposals["temperature"] = localised(f"{_USUAL_C:g}")
         self.start.ask(self.procedures, proposals, first)
         if trouble:
             self.start.show_trouble(trouble)

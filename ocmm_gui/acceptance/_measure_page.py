@@ -22,7 +22,9 @@ from ocmm_gui.kit import (
     OwnKeysField,
     PlainLabel,
     Theme,
+    localised,
     panel,
+    plain_number,
     sentence_label,
     text_font,
     tr,
@@ -85,7 +87,7 @@ class MeasurePage(CollectPage):
         super().show_seen(seen)
         view = seen.view_as(GuidedAcceptanceView)
         if not self.temperature.hasFocus():
-            text = f"{view.temperature_c:g}"
+            text = localised(f"{view.temperature_c:g}")
             if self.temperature.text() != text:
                 self.temperature.setText(text)
         state = (view.test.done, view.test.current, len(view.test.positions), view.hint)
@@ -139,7 +141,7 @@ class MeasurePage(CollectPage):
         )  # fmt: skip
 
     def _note_temperature(self) -> None:
-        text = self.temperature.text().strip().replace(",", ".")
+        text = plain_number(self.temperature.text())
         try:
             celsius = float(text)
         except ValueError:

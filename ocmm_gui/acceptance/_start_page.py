@@ -29,11 +29,14 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     ChoiceBox,
+    HintField,
     NumberTable,
     PlainLabel,
     Theme,
+    day_words,
     later,
     literal,
+    localised,
     panel,
     sentence_label,
     text_font,
@@ -122,7 +125,12 @@ class AcceptanceStart(QWidget):
         for index, one in enumerate(procedures):
             known = one.procedure
             needs = ", ".join(kind_word(role) for role in one.roles) or tr("nothing")
-            words = (known.title, f"{known.standard}:{known.edition}", needs, f"{known.minutes:g}")
+            words = (
+                known.title,
+                f"{known.standard}:{known.edition}",
+                needs,
+                localised(f"{known.minutes:g}"),
+            )
             self.table.show_words(index, words)
             self.table.setRowHeight(index, ROW_PX)
             title = self.table.item(index, 0)
@@ -166,7 +174,7 @@ class AcceptanceStart(QWidget):
         self.artefacts.clear()
         for one in self._offers:
             use = one.used.use
-            due = use.due_utc[:10]
+            due = day_words(use.due_utc)
             text = tr("{name}, {serial}, due {due}").format(
                 name=use.name, serial=use.serial, due=due
             )
@@ -245,7 +253,7 @@ class AcceptanceStart(QWidget):
         form.setHorizontalSpacing(12)
         form.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
-            field = QLineEdit()
+            field = HintField()
             field.setObjectName(key)
             field.setAccessibleName(tr(label))
             field.setAccessibleDescription(tr(tip))

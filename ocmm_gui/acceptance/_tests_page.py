@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     panel,
     sentence_label,
     text_font,
+    time_words,
     tr,
     tr_all,
 )
@@ -134,9 +135,9 @@ def _words(one: FinishedTest) -> tuple[str, ...]:
             quantity=worst.quantity, error=1e3 * worst.error_mm, limit=1e3 * worst.limit_mm
         )
     verdict = record.verdict.value
-    if record.instrument.simulated:
-        verdict = tr("SIMULATED {verdict}").format(verdict=verdict)
+    if record.instrument.states:
+        verdict = " ".join((*record.instrument.states, verdict))
     return (
-        verdict, record.procedure.title, f"{ended:%Y-%m-%d %H:%M}", record.made_by, value,
+        verdict, record.procedure.title, time_words(ended), record.made_by, value,
         record.number,
     )  # fmt: skip

@@ -6,7 +6,6 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
-    QPushButton,
     QVBoxLayout,
 )
 
@@ -18,10 +17,12 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    NarrowButton,
     NumberTable,
     Theme,
     later,
     literal,
+    localised,
     mark_colour,
     panel,
     sentence_label,
@@ -81,11 +82,11 @@ class AcceptanceVerdictPage(StepPage):
                 (tr("Interim checks"), self.interim),
             )
         )
-        self.paper = QPushButton(tr("Certificate (PDF and DCC)  [P]"))
+        self.paper = NarrowButton(tr("Certificate (PDF and DCC)  [P]"))
         self.paper.setAccessibleName(tr("Write the certificate, PDF and DCC"))
         self.paper.setToolTip(literal(tr("Write the certificate, PDF and DCC")))
         self.paper.setShortcut("P")
-        self.record = QPushButton(tr("Record  [2]"))
+        self.record = NarrowButton(tr("Record  [2]"))
         self.record.setAccessibleName(tr("Show every value of the record"))
         self.paper.clicked.connect(self._want_paper)
         self.record.clicked.connect(lambda: self.show_plot(1))
@@ -130,8 +131,8 @@ class AcceptanceVerdictPage(StepPage):
             superseded = tr(" (repeated)") if one.superseded else ""
             words = (
                 one.quantity, f"{one.position}, {one.name}{superseded}",
-                f"{1e3 * one.error_mm:+.1f}", f"{1e3 * one.expanded_mm:.1f}",
-                f"{1e3 * one.limit_mm:.1f}", one.verdict.value,
+                localised(f"{1e3 * one.error_mm:+.1f}"), localised(f"{1e3 * one.expanded_mm:.1f}"),
+                localised(f"{1e3 * one.limit_mm:.1f}"), one.verdict.value,
             )  # fmt: skip
             self.values.show_words(row, words)
         if outcome.chart is not None:
@@ -160,12 +161,13 @@ class AcceptanceVerdictPage(StepPage):
 
     def _show_word(self, view: GuidedAcceptanceView) -> None:
         error, outcome, theme = view.base.error, view.outcome, self._theme
-        simulated = view.stage.instrument.simulated
-        self._simulated.show_text(
-            tr("SIMULATED: virtual rig and artefact") if simulated else "", theme.warn,
-            Mark.DOUBT if simulated else None,
-        )  # fmt: skip
-        self._simulated.setVisible(simulated)
+        instrument = view.stage.instrument
+        known = ", ".join(instrument.states)
+        if instrument.simulated and not instrument.unproven:
+            known = tr("SIMULATED: virtual rig and artefact")
+        self._simulated.show_text(known, theme.warn, Mark.DOUBT if known else None)
+        self._simulated.setToolTip(literal(" ".join(instrument.unproven)))
+        self._simulated.setVisible(bool(known))
         if error is not None:
             self._word.show_text(tr("NO VERDICT"), theme.bad, Mark.BAD)
             text = f"{error.what} {error.remedy}"

@@ -31,7 +31,16 @@ from ocmm_core.settings import (
 from ocmm_gui.home._file_browser import FileBrowser, Wanted
 from ocmm_gui.home._key_list import KeyList
 from ocmm_gui.home._setting_row import HIGH_PX, SettingRow
-from ocmm_gui.kit import ActionInfo, Sheet, later, panel, sentence_label, text_font, tr
+from ocmm_gui.kit import (
+    ActionInfo,
+    NarrowButton,
+    Sheet,
+    later,
+    panel,
+    sentence_label,
+    text_font,
+    tr,
+)
 
 _APPLY = ActionInfo(
     "apply", later("Use now"), later("Open the job again with these settings; no point is lost"),
@@ -71,7 +80,7 @@ class SettingsPage(Sheet):
         names = QVBoxLayout()
         names.setSpacing(8)
         for number, (section, title) in enumerate(SECTIONS.items()):
-            button = QPushButton(tr(title))
+            button = NarrowButton(tr(title))
             button.setCheckable(True)
             button.setAccessibleName(tr(title))
             button.setMinimumHeight(HIGH_PX)
@@ -81,7 +90,7 @@ class SettingsPage(Sheet):
             self._pages.addWidget(self._section(section))
         self.keys_list = KeyList()
         self.keys_list.changed.connect(lambda keys: self._commit("window.keys", keys))
-        button = QPushButton(tr("Keys"))
+        button = NarrowButton(tr("Keys"))
         button.setCheckable(True)
         button.setAccessibleName(tr("Keys"))
         button.setMinimumHeight(HIGH_PX)
@@ -107,9 +116,9 @@ class SettingsPage(Sheet):
         self.body.addWidget(self.notes)
         self.body.addWidget(self._whole, 1)
         self.use_keys({} if apply is None else {"apply": apply})
-        for button in self.findChildren(QPushButton):
-            if button.objectName().startswith("button_"):
-                button.setMinimumHeight(HIGH_PX)
+        for each in self.findChildren(QPushButton):
+            if each.objectName().startswith("button_"):
+                each.setMinimumHeight(HIGH_PX)
         self.show_section(0)
         self._show()
 

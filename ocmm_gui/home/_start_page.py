@@ -23,12 +23,15 @@ from PySide6.QtWidgets import (
 from ocmm_gui.kit import (
     ActionInfo,
     PlainLabel,
+    day_words,
+    key_words,
     later,
     literal,
     make_button,
     panel,
     sentence_label,
     text_font,
+    time_words,
     tr,
 )
 
@@ -61,7 +64,6 @@ _SMALL = ("theme", "quit")
 _BUTTON_PX = 64
 _ROW_PX = 60
 _PATH = Qt.ItemDataRole.UserRole
-_DATE = 10
 
 
 class StartPage(QWidget):
@@ -191,7 +193,7 @@ class StartPage(QWidget):
     def _button(self, info: ActionInfo, call: Callable[[], None]) -> QPushButton:
         action = QAction(tr(info.text), self)
         action.setObjectName(info.key)
-        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(info.shortcuts)})"))
+        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})"))
         action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         action.setAutoRepeat(False)
@@ -218,12 +220,14 @@ def _word(line: StateLine, *, simulated: bool) -> QLabel:
 def _sentence(line: StateLine) -> str:
     if not line.due_utc:
         return line.sentence
-    return tr("{sentence} Due on {date}.").format(sentence=line.sentence, date=line.due_utc[:_DATE])
+    return tr("{sentence} Due on {date}.").format(
+        sentence=line.sentence, date=day_words(line.due_utc)
+    )
 
 
 def job_words(job: LastJob) -> str:
     """Return the two lines of a job in the list."""
-    when = f"{datetime.fromtimestamp(job.changed_s).astimezone():%Y-%m-%d %H:%M}"
+    when = time_words(datetime.fromtimestamp(job.changed_s).astimezone())
     if job.fault is not None:
         return tr("{name}: cannot be read, {when}\n{why}").format(
             name=job.path.name, when=when, why=job.fault.what

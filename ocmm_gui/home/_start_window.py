@@ -35,6 +35,10 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan import PlanSummary
 
 
+_ANEW = ("window_language", "window_decimal", "window_units")
+"""Settings in which every text of a window is written."""
+
+
 class Errands(Enum):
     """What somebody came for."""
 
@@ -60,11 +64,14 @@ class Choice:
         The plan of a new job, or the job to go on with or to look at.
     otherwise
         What is done instead where that is not possible; None for the Start page.
+    section
+        Of the settings, which the Start page opens at once; empty for the page itself.
     """
 
     errand: Errands
     path: Path | None = None
     otherwise: Choice | None = None
+    section: str = ""
 
 
 class StartWindow(QMainWindow):
@@ -104,7 +111,7 @@ class StartWindow(QMainWindow):
                 "plans": lambda: self._leave_for(Errands.PLANS),
                 "calibrate": lambda: self._leave_for(Errands.CALIBRATE),
                 "demo": lambda: self._leave_for(Errands.DEMO),
-                "settings": self._settings,
+                "settings": self.show_settings,
                 "theme": self._next_theme,
                 "quit": self._quit,
             }
@@ -213,12 +220,18 @@ class StartWindow(QMainWindow):
         self._stack.setCurrentWidget(self.browser)
         self.browser.ask(tr("Plan of the new job"), Wanted.PLAN, self.loaded.settings.job_plans)
 
-    def _settings(self) -> None:
+    def show_settings(self, section: str = "") -> None:
+        """Show the settings, at one of their sections."""
         self._stack.setCurrentWidget(self.settings)
-        self.settings.open()
+        self.settings.open(section)
 
     def _on_settings(self, loaded: LoadedSettings) -> None:
         before, self.loaded = self.loaded, loaded
+        if any(getattr(before.settings, name) != getattr(loaded.settings, name) for name in _ANEW):
+            # Nothing is measured here: the window is made anew, and stands where it stood.
+            self.choice = Choice(Errands.START, section="window")
+            self.close()
+            return
         if before.settings.window_theme != loaded.settings.window_theme:
             self._dress()
         if before.settings != loaded.settings:

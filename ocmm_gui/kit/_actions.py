@@ -15,6 +15,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
+from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import later, literal, tr
 
 DEBOUNCE_S = 0.15
@@ -255,6 +256,26 @@ def show_mode(actions: Mapping[str, QAction], mode: Mode) -> None:
         actions[info.key].setEnabled(info.mode in (None, mode))
 
 
+_KEY_NAMES = {
+    name: name
+    for name in (
+        later("Space"), later("Return"), later("Enter"), later("Backspace"), later("Ins"),
+        later("Del"), later("PgUp"), later("PgDown"), later("Shift"), later("Ctrl"), later("Alt"),
+    )
+}  # fmt: skip
+"""Keys whose names differ between keyboards; Qt's own German names do not fit on buttons."""
+
+
+def key_words(shortcut: QKeySequence | str) -> str:
+    """Return the name of a key as it stands on the keyboard of the language."""
+    text = QKeySequence(shortcut).toString(QKeySequence.SequenceFormat.PortableText)
+    # `Ctrl++` is the plus with Ctrl held.
+    held, plus, key = text[:-1].rpartition("+") if len(text) > 1 else ("", "", "")
+    last = f"{key}{text[-1:]}"
+    parts = [*held.split("+"), last] if plus else [last]
+    return "+".join(tr(part) if part in _KEY_NAMES else part for part in parts)
+
+
 def shortcuts_of(info: ActionInfo, changed: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     """Return the keys of an action: those that somebody chose, or those shipped."""
     return tuple(changed.get(info.key, ())) or info.shortcuts
@@ -294,7 +315,8 @@ def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence
     for info in ACTIONS:
         keys = shortcuts_of(info, changed)
         action = actions[info.key]
-        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(keys)})"))
+        named = ", ".join(map(key_words, keys))
+        action.setToolTip(literal(f"{tr(info.tip)} ({named})"))
         action.setShortcuts([QKeySequence(key) for key in keys])
 
 
@@ -328,7 +350,7 @@ def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[]
 def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     """Return a button that does what ``action`` does and shows its first key."""
     shown = _first_key(action)
-    button = QPushButton(f"{action.text()}  [{shown}]")
+    button = NarrowButton(f"{action.text()}  [{shown}]")
     button.setAccessibleName(action.text())
     button.setAccessibleDescription(action.toolTip())
     button.setToolTip(literal(action.toolTip()))
@@ -349,4 +371,4 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
 
 
 def _first_key(action: QAction) -> str:
-    return action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+    return key_words(action.shortcut())

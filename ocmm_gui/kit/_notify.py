@@ -16,11 +16,12 @@ from types import TracebackType
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
+from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import PlainLabel, tr
 from ocmm_gui.kit._theme import Theme, text_font
 
@@ -201,7 +202,7 @@ class Banner(QFrame):
         self._far = False
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._dismiss = QPushButton(tr("Dismiss  [Esc]"))
+        self._dismiss = NarrowButton(tr("Dismiss  [Esc]"))
         self._dismiss.setAccessibleName(tr("Dismiss this message"))
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._dismiss.clicked.connect(self.hide)

@@ -10,7 +10,7 @@ from enum import Enum
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import Event, EventKind
-from ocmm_gui.kit import DataTable, Theme, later, tr, tr_all
+from ocmm_gui.kit import DataTable, Theme, later, time_words, tr, tr_all
 
 _COLUMNS = (
     (later("Time"), later("Local time")),
@@ -140,4 +140,4 @@ def _line(event: Event) -> Line:
 
 def local_time(utc: str) -> str:
     """Return a time of a record as people read it."""
-    return f"{datetime.fromisoformat(utc).astimezone():%Y-%m-%d %H:%M}"
+    return time_words(datetime.fromisoformat(utc).astimezone())

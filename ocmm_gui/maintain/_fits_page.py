@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QProgressBar,
-    QPushButton,
     QVBoxLayout,
     QWidget,
 )
@@ -30,6 +29,7 @@ from ocmm_gui.kit import (
     ChoiceBox,
     FitText,
     Mark,
+    NarrowButton,
     NumberTable,
     OwnKeysField,
     SideProcess,
@@ -37,6 +37,7 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     later,
+    localised,
     panel,
     sentence_label,
     text_font,
@@ -89,7 +90,7 @@ class FitsPage(QWidget):
             tr("Convention of the certified values"),
             [item.name for item in Convention],
         )
-        self.button = QPushButton(tr("Verify"))
+        self.button = NarrowButton(tr("Verify"))
         self.button.setProperty("role", "primary")
         self.button.setAccessibleName(tr("Verify"))
         self.button.setMinimumHeight(40)
@@ -194,7 +195,7 @@ class FitsPage(QWidget):
         words = (
             report.name,
             str(len(report.results)),
-            *("–" if value is None else f"{value:.1e}" for value in worst),
+            *("–" if value is None else localised(f"{value:.1e}") for value in worst),
             tr("✔  AGREES") if report.passed else tr("✖  OFF"),
         )
         self.table.show_words(row, words)

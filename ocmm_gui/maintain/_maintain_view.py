@@ -21,6 +21,7 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
+    NarrowItems,
     PlainLabel,
     Theme,
     literal,
@@ -80,6 +81,7 @@ class MaintainView(QWidget):
         self.list.setAccessibleName(tr("Pages"))
         self.list.setAccessibleDescription(tr("Up and down select a page"))
         self.list.setFont(text_font(18, bold=True))
+        self.list.setItemDelegate(NarrowItems(self.list))
         self._stack = QStackedWidget()
         self._pages = tuple(page.widget for page in pages)
         for page in pages:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import State, TipEvent, TipEventKind, TipState
-from ocmm_gui.kit import DataTable, Theme, later, text_font, tr, tr_all
+from ocmm_gui.kit import DataTable, Theme, later, localised, text_font, tr, tr_all
 from ocmm_gui.maintain._calibration_table import EventTable, Line, Tone, local_time
 
 _TIPS = (
@@ -103,7 +103,9 @@ def _tip_words(one: TipState) -> tuple[str, ...]:
     until = local_time(one.due_utc)[:10]
     if found is None:
         return (name, one.status.state.value, "–", "–", "–", tr("never"), "–", until)
-    temperature_state = "" if found.temperature_c is None else f", {found.temperature_c:.1f} °C"
+    temperature_state = (
+        "" if found.temperature_c is None else localised(f", {found.temperature_c:.1f} °C")
+    )
     checked = "–"
     if check is not None:
         verdict = tr("passed") if check.passed else tr("FAILED")
@@ -111,9 +113,9 @@ def _tip_words(one: TipState) -> tuple[str, ...]:
     return (
         name,
         one.status.state.value,
-        f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}",
-        f"{1e3 * found.form_mm:.1f}",
-        f"{1e3 * found.articulation_2s_mm:.1f}",
+        localised(f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}"),
+        localised(f"{1e3 * found.form_mm:.1f}"),
+        localised(f"{1e3 * found.articulation_2s_mm:.1f}"),
         f"{local_time(found.made_utc)[:10]}{temperature_state}",
         checked,
         until,

@@ -12,6 +12,7 @@ from ocmm_gui.kit import (
     Mark,
     PlainLabel,
     Theme,
+    day_words,
     far_type,
     literal,
     mark_colour,
@@ -132,5 +133,5 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     said = tr("Probe {title}: {word}, {ball}.")
     if usable:
         said = tr("Probe {title}: {word} until {until}, {ball}.")
-    said = said.format(title=view.title, word=word, until=view.due_utc[:10], ball=ball)
+    said = said.format(title=view.title, word=word, until=day_words(view.due_utc), ball=ball)
     return f"{said}{why}{warnings}"

@@ -21,7 +21,6 @@ from ocmm_core.export.certificate import (
     Conformity,
     certificate_facts,
     certificate_of_folder,
-    origin_words,
     write_certificates,
 )
 from ocmm_core.export.report import NOT_STATED, Particulars, load_paper, template_in_use
@@ -71,9 +70,8 @@ def lay_out(paper: Certificate) -> Canvas:
     if last is not None:
         colour = {"pass": INK.good, "fail": INK.bad}.get(last.word, INK.warn)
         canvas.text(last.words.upper(), Style(40.0, bold=True, colour=colour))
-    words = origin_words(paper)
-    if words:
-        canvas.text(words, Style(34.0, bold=True, colour=INK.warn))
+    for state in paper.states:
+        canvas.text(state, Style(34.0, bold=True, colour=INK.warn))
     canvas.skip(10.0)
     for fact in certificate_facts(paper):
         if fact.name not in ("Title", "Statement"):

@@ -24,10 +24,13 @@ from ocmm_gui.kit import (
     caption,
     digit_font,
     form_field,
+    kind_value,
     later,
+    localised,
     sentence_label,
     tr,
     tr_all,
+    with_unit,
 )
 from ocmm_gui.reports import BatchPrinting
 
@@ -45,7 +48,7 @@ _KEYS = (
 _COLUMNS = (
     (later("Characteristic"), later("as in the plan")),
     (later("Parts"), later("included")),
-    (later("Mean"), later("mm, or degrees for angles")),
+    (later("Mean"), later("{unit}, or degrees for angles")),
     (later("Cp"), later("tolerance relative to the scatter of the parts")),
     (later("Cpk"), later("relative to the nearer limit")),
     (later("95 %"), later("confidence interval of Cpk")),
@@ -74,7 +77,7 @@ class TrendTable(DataTable):
     """One row a characteristic."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Characteristics of the batch"), tr_all(_COLUMNS))
+        super().__init__(tr("Characteristics of the batch"), with_unit(tr_all(_COLUMNS)))
         self._trends: tuple[Trend, ...] = ()
 
     def show_trends(self, trends: tuple[Trend, ...]) -> None:
@@ -264,9 +267,9 @@ def _cells(trend: Trend) -> tuple[str, ...]:
     return (
         trend.name,
         tr("{included} of {count}").format(included=len(values), count=len(trend.parts)),
-        f"{values.mean():.4f}" if len(values) else "–",
-        f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
-        f"{able.cpk:.2f}" if able is not None else "–",
-        f"{able.cpk_low:.2f} – {able.cpk_high:.2f}" if able is not None else "–",
+        kind_value(trend.kind, float(values.mean()), 4) if len(values) else "–",
+        localised(f"{able.cp:.2f}") if able is not None and able.cp is not None else "–",
+        localised(f"{able.cpk:.2f}") if able is not None else "–",
+        localised(f"{able.cpk_low:.2f} – {able.cpk_high:.2f}") if able is not None else "–",
         signals,
     )

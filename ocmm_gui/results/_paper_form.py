@@ -21,9 +21,9 @@ from ocmm_core.export.report import (
 from ocmm_gui.kit import caption, form_field, later, sentence_label, tr
 
 _FIELDS = (
-    ("template", later("Template"), later("TOML file; empty: the station's")),
+    ("template", later("Template"), later("TOML; empty: the station's")),
     ("customer", later("Customer"), later("For whom it was measured")),
-    ("order", later("Order"), later("Order, where the job has none")),
+    ("order", later("Order no."), later("Where the job has none")),
     ("drawing", later("Drawing"), later("Drawing of the part")),
     ("revision", later("Revision"), later("Revision of the drawing")),
     ("place", later("Place"), later("Where it was measured")),

@@ -21,6 +21,7 @@ from ocmm_gui.kit import (
     tr,
     tr_all,
     verdict_colour,
+    with_unit,
 )
 
 VERDICT_SIGNS = {
@@ -35,8 +36,8 @@ VERDICT_SIGNS = {
 _COLUMNS = (
     (later("Characteristic"), later("as in the plan")),
     (later("Of"), later("kind and features")),
-    (later("Nominal"), later("mm, or degrees for angles")),
-    (later("Measured"), later("mm, or degrees for angles")),
+    (later("Nominal"), later("{unit}, or degrees for angles")),
+    (later("Measured"), later("{unit}, or degrees for angles")),
     (later("Deviation"), later("measured minus nominal")),
     (later("Limits"), later("of the deviation")),
     (U_LABEL, later("expanded uncertainty")),
@@ -55,7 +56,7 @@ class ResultTable(DataTable):
     """Emits the name of the characteristic whose row is chosen."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Characteristics"), tr_all(_COLUMNS))
+        super().__init__(tr("Characteristics"), with_unit(tr_all(_COLUMNS)))
         self._results: tuple[CharacteristicResult, ...] = ()
         self._pixels = 0
         self.setFont(text_font(15))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -22,8 +22,10 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
+    NarrowButton,
     Sound,
     Theme,
+    key_words,
     literal,
     mark_colour,
     sentence_label,
@@ -272,8 +274,8 @@ class Runner(QWidget):
         self.buttons["leave"].show()
 
     def _button(self, action: QAction) -> QPushButton:
-        key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
-        button = QPushButton(f"{action.text()}\n[{key}]")
+        key = key_words(action.shortcuts()[0])
+        button = NarrowButton(f"{action.text()}\n[{key}]")
         button.setObjectName(action.objectName())
         button.setAccessibleName(action.text())
         button.setAccessibleDescription(action.toolTip())

@@ -11,7 +11,7 @@ from typing import Any
 from ocmm_core.calibration.guided import ProcedureDecision, sessions
 from ocmm_core.calibration.records import practice_name, require_real_name
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import tr
+from ocmm_gui.kit import time_words, tr
 from ocmm_gui.wizards._registry import WizardSpec
 from ocmm_gui.wizards._site import (
     SESSIONS,
@@ -81,7 +81,7 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
             if step.wanted:
                 count = tr("{done} of {wanted}").format(done=step.done, wanted=step.wanted)
                 where = f"{where}, {count}"
-            found.append(Offer(path, f"{begun:%Y-%m-%d %H:%M}, {base.who}: {where}"))
+            found.append(Offer(path, f"{time_words(begun)}, {base.who}: {where}"))
     return tuple(found)
 
 

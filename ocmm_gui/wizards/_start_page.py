@@ -21,6 +21,8 @@ from PySide6.QtWidgets import (
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
+    HintField,
+    NarrowButton,
     PlainLabel,
     Theme,
     literal,
@@ -152,7 +154,7 @@ class StartPage(QWidget):
             self.fields[one.key] = field
 
     def _line(self, one: Field) -> QLineEdit:
-        field = QLineEdit(one.proposal)
+        field = HintField(one.proposal)
         field.setPlaceholderText(tr(one.tip))
         field.returnPressed.connect(self._begin)
         return field
@@ -219,7 +221,7 @@ class StartPage(QWidget):
 
 
 def _large(text: str, name: str) -> QPushButton:
-    button = QPushButton(text)
+    button = NarrowButton(text)
     button.setAccessibleName(name)
     button.setFont(text_font(18, bold=True))
     button.setMinimumHeight(56)

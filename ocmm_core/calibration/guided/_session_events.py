@@ -17,6 +17,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.chain_file import ChainFile
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.fieldbus.described import AllowedBy, load_device, refuse_unproven
 from ocmm_core.geometry import Float
 from ocmm_core.tracking import ProbeBody
 
@@ -152,9 +153,16 @@ class SessionFormat(Generic[E, B]):
 
         Raises
         ------
+        InputError
+            The cameras cannot prove the age or the order of their data, and the rig document does
+            not allow that.
         StorageError
             The file cannot be written.
         """
+        if rig.device:
+            refuse_unproven(
+                load_device(rig.device), allowed=rig.calibrate_unproven, by=AllowedBy.RIG
+            )
         first: Callable[..., B] = self._first
         begun = first(
             utc=utc_text(now),

@@ -220,6 +220,7 @@ def rig_in_force(record: CameraRecord, design: Rig) -> Rig:
         rig,
         frame_rate_hz=design.frame_rate_hz,
         device=design.device,
+        calibrate_unproven=design.calibrate_unproven,
         sensors=tuple(calibrated or of_document for calibrated, of_document in pairs),
     )
 

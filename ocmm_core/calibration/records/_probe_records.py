@@ -181,6 +181,8 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
         Sphere, and cone where it has a name.
     passed
         The verdict.
+    camera_doubts
+        What the cameras cannot prove, in sentences; records of our own cameras keep their hash.
     """
 
     valid_until_utc: str
@@ -199,6 +201,7 @@ class TipRecord(MadeRecord, frozen=True, kw_only=True):
     checks: tuple[Check, ...]
     artefacts: tuple[ArtefactUse, ...]
     passed: bool
+    camera_doubts: tuple[str, ...] | msgspec.UnsetType = msgspec.UNSET
 
 
 class TipCheckRecord(MadeRecord, frozen=True, kw_only=True):

@@ -9,6 +9,8 @@ from __future__ import annotations
 from datetime import datetime, timedelta
 from pathlib import Path
 
+import msgspec
+
 from ocmm_core.calibration.guided import (
     Decided,
     Gate,
@@ -53,6 +55,7 @@ from ocmm_core.calibration.tip._views import TipOutcome, TipView
 from ocmm_core.calibration.tip._wanted import VALID_DAYS
 from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError
+from ocmm_core.fieldbus.described import doubts_by_name
 from ocmm_core.tracking import ProbeBody
 
 
@@ -199,6 +202,7 @@ class TipQualificationProcedure(TouchProcedure[TipOutcome, TipBegun]):
             attitudes=len(state.in_cone),
             checks=checks,
             passed=all(conforms(check) for check in checks),
+            camera_doubts=doubts_by_name(state.rig.device) or msgspec.UNSET,
         )
         return TipOutcome(
             record=record,

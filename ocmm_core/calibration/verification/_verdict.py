@@ -35,6 +35,7 @@ from ocmm_core.calibration.verification._line_planning import CORNER_SHARE
 from ocmm_core.calibration.verification._state import SphereTouched, Taken, VerificationState
 from ocmm_core.calibration.verification._verification import sphere_checks
 from ocmm_core.errors import CalibrationError
+from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS, doubts_by_name
 
 _ANYWHERE_MM = 100.0
 _REMEDY = "Find what moved (camera, frame, table or seat), fix it, and verify again."
@@ -90,8 +91,13 @@ def verdict(state: VerificationState, reused: Sequence[Finding]) -> Verification
         corners=corners,
         repeats=tuple(_recorded(one) for one in repeats),
         objections=tuple(Objection(code=o.code, what=o.what, remedy=o.remedy) for o in found),
-        notes=state.planning.notes,
+        notes=(*state.planning.notes, *_camera_notes(state)),
     )
+
+
+def _camera_notes(state: VerificationState) -> tuple[str, ...]:
+    """Return what the cameras cannot prove, for the record and its papers."""
+    return tuple(f"{UNPROVEN_CAMERAS}: {one}" for one in doubts_by_name(state.rig.device))
 
 
 def uses_of(state: VerificationState) -> tuple[ArtefactUse, ...]:

@@ -6,6 +6,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.acceptance import AcceptanceRecord
+from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
 _STYLES = {"PASS": "green", "FAIL": "red"}
 
@@ -14,6 +15,8 @@ def print_record(console: Console, record: AcceptanceRecord) -> None:
     """Print quantities, what was repeated or refused, and the verdict."""
     if record.instrument.simulated:
         console.print("SIMULATED: measured on the virtual rig", style="yellow")
+    for why in record.instrument.unproven:
+        console.print(f"{UNPROVEN_CAMERAS}: {why}", style="yellow", highlight=False, markup=False)
     rule = "U taken off the limit" if record.procedure.rule == "guarded" else "simple acceptance"
     console.print(
         f"{record.procedure.id}, {record.wording}; decision rule: {rule}", highlight=False

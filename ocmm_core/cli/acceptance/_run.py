@@ -17,8 +17,10 @@ from ocmm_core.acceptance import (
     Verdict,
     reserved_spots,
 )
+from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.acquisition.recording import FrameRecorder
 from ocmm_core.camera import load_rig
+from ocmm_core.cli.acceptance._collecting import PointCollector
 from ocmm_core.composition import (
     DEMO_PLAN,
     AcceptanceSite,
@@ -28,14 +30,13 @@ from ocmm_core.composition import (
     VirtualSite,
     acceptance_feed,
     artefacts_used_before,
-    collect_acceptance,
-    make_feed,
     origin_of,
+    recorded_feed,
     require_recorded,
+    require_scenes,
     scenes_of_acceptance,
 )
 from ocmm_core.errors import CalibrationError, OcmmError
-from ocmm_core.inspection.plan import load_plan
 
 
 def run_test(
@@ -61,7 +62,9 @@ def run_test(
     CalibrationError
         The test may not begin, or the source ended before the last point.
     """
-    if origin_of(site.source) is Origin.RECORDING:
+    require_scenes(site.source)
+    is_recorded = origin_of(site.source) is Origin.RECORDING
+    if is_recorded:
         # What was recorded is known before a test begins with it.
         feed = _recorded(site, force)
         feed.ring.close()
@@ -70,7 +73,8 @@ def run_test(
         )
         stage = replace(site.stage, instrument=instrument)
         site = replace(site, stage=stage)
-    session = None if new else _unfinished(site, base, console)
+    # A recording begins with the first touch: a test that went on would measure some twice.
+    session = None if new or is_recorded else _unfinished(site, base, console)
     if session is None:
         of_cameras, of_tip = artefacts_used_before(site.cameras, site.probe)
         stores = (site.cameras.store, site.probe.store)
@@ -88,18 +92,18 @@ def run_test(
     console.print(f"Session  {session.path}", highlight=False)
     for note in session.notes:
         console.print(f"Note     {note}", highlight=False)
-    while True:
-        if session.current >= 0:
-            _collect(session, site, console, temperature_c, speed, record, force)
-        view = session.view
-        if not retest or view.verdict in (Verdict.PASS, Verdict.VOID) or not view.retests_left:
-            break
-        try:
-            positions = session.retest(datetime.now(UTC))
-        except CalibrationError as error:
-            console.print(f"Retest   {error.what}", highlight=False)
-            break
-        console.print(f"Retest   {', '.join(one.name for one in positions)}", highlight=False)
+    with _Source(session, site, console, temperature_c, speed, record, force) as source:
+        while True:
+            source.collect()
+            view = session.view
+            if not retest or view.verdict in (Verdict.PASS, Verdict.VOID) or not view.retests_left:
+                break
+            try:
+                positions = session.retest(datetime.now(UTC))
+            except CalibrationError as error:
+                console.print(f"Retest   {error.what}", highlight=False)
+                break
+            console.print(f"Retest   {', '.join(one.name for one in positions)}", highlight=False)
     return session.finish(datetime.now(UTC), temperature_c)
 
 
@@ -122,56 +126,111 @@ def _unfinished(site: AcceptanceSite, base: Path, console: Console) -> Acceptanc
     return None
 
 
-def _collect(
-    session: AcceptanceSession,
-    site: AcceptanceSite,
-    console: Console,
-    temperature_c: float,
-    speed: float,
-    record: Path | None,
-    force: bool,
-) -> None:
-    feed, frames = _feed(session, site, speed, force)
-    recorder = None
-    if record is not None:
-        recorder = FrameRecorder(record, feed.description, load_rig(site.rig))
-    columns = (
-        TextColumn("{task.description}", markup=False),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TimeElapsedColumn(),
-    )
-    console.print(f"Source   {feed.description.name}", highlight=False)
-    with Progress(*columns, console=console, transient=True) as progress:
-        task = progress.add_task("", total=None)
+class _Source:
+    """Where the frames of a test come from: one source for cameras and recordings, to their end.
 
-        def told(view: AcceptanceView, hint: str) -> None:
-            total = sum(len(one.points_world) * one.repeats for one in view.positions)
-            progress.update(
-                task, description=hint or view.instruction, completed=sum(view.done), total=total
-            )
+    A retest goes on where the first run ended, so that no frame is measured with twice. The virtual
+    rig shows what is still wanted, and again what was missed: a wire waits for nobody.
+    """
 
-        collect_acceptance(
-            session, feed, site.cameras.rig, site.probe.body, frames,
-            temperature=lambda: temperature_c, told=told, recorder=recorder,
-        )  # fmt: skip
+    def __init__(
+        self,
+        session: AcceptanceSession,
+        site: AcceptanceSite,
+        console: Console,
+        temperature_c: float,
+        speed: float,
+        record: Path | None,
+        force: bool,
+    ) -> None:
+        self._session, self._site, self._console = session, site, console
+        self._temperature, self._speed = temperature_c, speed
+        self._record, self._force = record, force
+        self._feed: Feed | None = None
+        self._recorder: FrameRecorder | None = None
+        self._shown = 0
 
+    def __enter__(self) -> _Source:
+        return self
 
-def _feed(
-    session: AcceptanceSession, site: AcceptanceSite, speed: float, force: bool
-) -> tuple[Feed, int | None]:
-    """Return the source of a test, and how many frames it has."""
-    if origin_of(site.source) is Origin.VIRTUAL:
+    def __exit__(self, *_why: object) -> None:
+        self._end()
+
+    def collect(self) -> None:
+        """Take what is wanted; CalibrationError where the source ends before."""
+        session, site = self._session, self._site
+        if session.current < 0:
+            return
+        columns = (
+            TextColumn("{task.description}", markup=False),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+        )
+        with Progress(*columns, console=self._console, transient=True) as progress:
+            task = progress.add_task("", total=None)
+
+            def told(view: AcceptanceView, hint: str) -> None:
+                total = sum(len(one.points_world) * one.repeats for one in view.positions)
+                progress.update(
+                    task, description=hint or view.instruction, completed=sum(view.done),
+                    total=total,
+                )  # fmt: skip
+
+            collector = PointCollector(
+                session, site.cameras.rig, site.probe.body,
+                temperature=lambda: self._temperature, told=told,
+                keep=self._keep,
+            )  # fmt: skip
+            if origin_of(site.source) is Origin.VIRTUAL:
+                self._show(collector)
+            else:
+                if self._feed is None:
+                    self._start(_recorded(site, self._force))
+                assert self._feed is not None  # noqa: S101 - started above
+                collector.collect(self._feed)
+            collector.require_complete()
+
+    def _show(self, collector: PointCollector) -> None:
+        """Show what is wanted until all of it is taken, or nothing more of it is."""
+        session, site = self._session, self._site
         virtual = VirtualSite(site.rig, site.probe_document, site.seed, None)
         away = np.array(session.stage.instrument.away)
-        scenes = scenes_of_acceptance(virtual, session.view, session.stage.artefacts, away)
-        return acceptance_feed(virtual, site.source, scenes, speed)
-    return _recorded(site, force), None
+        taken, complete = -1, False
+        while not complete and sum(session.view.done) > taken:
+            taken = sum(session.view.done)
+            scenes = scenes_of_acceptance(virtual, session.view, session.stage.artefacts, away)
+            feed, frames = acceptance_feed(virtual, site.source, scenes, self._speed)
+            self._start(feed)
+            complete = collector.collect(feed, frames)
+            self._end()
+
+    def _start(self, feed: Feed) -> None:
+        self._feed = feed
+        self._console.print(f"Source   {feed.description.name}", highlight=False)
+        if self._record is not None:
+            # The virtual rig begins anew for a retest, with a time of its own: another file.
+            self._shown += 1
+            more = f"-{self._shown}" if self._shown > 1 else ""
+            path = self._record.with_name(f"{self._record.stem}{more}{self._record.suffix}")
+            self._recorder = FrameRecorder(path, feed.description, load_rig(self._site.rig))
+        feed.acquisition.start()
+
+    def _keep(self, block: FrameBlock) -> None:
+        if self._recorder is not None:
+            self._recorder.append(block)
+
+    def _end(self) -> None:
+        if self._feed is not None:
+            self._feed.end()
+            self._feed = None
+        if self._recorder is not None:
+            self._recorder.close()
+            self._recorder = None
 
 
 def _recorded(site: AcceptanceSite, force: bool) -> Feed:
     """Return cameras or a recording as a source."""
-    request = StationRequest(
-        plan=DEMO_PLAN, out=Path(), rig=site.rig, source=site.source, force=force
+    return recorded_feed(
+        StationRequest(plan=DEMO_PLAN, out=Path(), rig=site.rig, source=site.source, force=force)
     )
-    return make_feed(request, load_plan(DEMO_PLAN), load_rig(site.rig))

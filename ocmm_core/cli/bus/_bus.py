@@ -11,6 +11,7 @@ from rich.table import Table
 
 from ocmm_core.cli.bus._camera import black_app, history, intrinsics_app, snapshot
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
+from ocmm_core.cli.bus._record import record
 from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError
@@ -18,7 +19,7 @@ from ocmm_core.errors import BusError, InputError
 bus_app = typer.Typer(
     no_args_is_help=True,
     help="Inspect the cameras on the bus and their objects.\n\nAll commands except 'decode' "
-    "take the bus into operation and release it at the end; nothing else may use it "
+    "and 'record' take the bus into operation and release it at the end; nothing else may use it "
     "meanwhile. --source ethercat:virtual runs them on software cameras.",
 )
 object_app = typer.Typer(no_args_is_help=True, help="Read and write the objects of a camera.")
@@ -27,6 +28,7 @@ bus_app.add_typer(black_app, name="black")
 bus_app.add_typer(intrinsics_app, name="intrinsics")
 bus_app.command()(snapshot)
 bus_app.command()(history)
+bus_app.command()(record)
 
 _AddressArgument = Annotated[
     str, typer.Argument(metavar="INDEX[:SUB]", help="Object, hexadecimal, e.g. 1018:04.")

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         artefact_text,
     )
     from ocmm_core.export.certificate._content import (
+        SIMULATED_WORDS,
         Certificate,
         CertificateLine,
         CertificateRun,
@@ -34,7 +35,6 @@ if TYPE_CHECKING:
     from ocmm_core.export.certificate._facts import (
         certificate_facts,
         open_certificate_clauses,
-        origin_words,
     )
     from ocmm_core.export.certificate._from_acceptance import certificate_of_acceptance
     from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
@@ -53,9 +53,11 @@ else:
     __getattr__ = door(
         __name__,
         _artefact="Expansion artefact_fields artefact_text",
-        _content="Certificate CertificateLine CertificateRun CertificateValue Conformity",
+        _content=(
+            "Certificate CertificateLine CertificateRun CertificateValue Conformity SIMULATED_WORDS"
+        ),
         _dcc="dcc_bytes",
-        _facts="certificate_facts open_certificate_clauses origin_words",
+        _facts="certificate_facts open_certificate_clauses",
         _from_acceptance="certificate_of_acceptance",
         _from_calibration="certificate_of_calibration",
         _from_records="certificate_of_cameras certificate_of_folder certificate_of_tip",
@@ -64,6 +66,7 @@ else:
     )
 
 __all__ = [
+    "SIMULATED_WORDS",
     "Certificate",
     "CertificateLine",
     "CertificateRun",
@@ -83,7 +86,6 @@ __all__ = [
     "check_dcc_seal",
     "dcc_bytes",
     "open_certificate_clauses",
-    "origin_words",
     "read_dcc",
     "write_certificate",
     "write_certificates",

@@ -5,17 +5,22 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Literal
+from typing import Literal, TypeVar
 
 from ocmm_core.calibration.records import PRACTICE, ArtefactUse, is_practice
 from ocmm_core.export.report import Paper
+from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
+T = TypeVar("T")
 Status = Literal["beforeAdjustment", "afterAdjustment"]
 
 STATUS_WORDS: dict[Status, str] = {
     "beforeAdjustment": "as found",
     "afterAdjustment": "after adjustment",
 }
+
+PRACTICE_WORDS = f"{PRACTICE}: made with a virtual hand on the virtual rig; valid for nothing."
+SIMULATED_WORDS = "SIMULATED: the virtual rig was tested, no real machine."
 
 K = 2.0
 """Coverage factor of every expanded uncertainty in the records."""
@@ -184,6 +189,8 @@ class Certificate:
         Laboratory, customer, place.
     simulated
         No real machine was tested.
+    camera_doubts
+        What the cameras cannot prove, in sentences; the paper says CAMERAS UNPROVEN then.
     climate
         What was the temperature of what, degrees Celsius, beside that of the runs.
     not_found, not_after
@@ -208,10 +215,21 @@ class Certificate:
     paper: Paper
     accreditation: str = ""
     simulated: bool = False
+    camera_doubts: tuple[str, ...] = ()
     values_before: tuple[CertificateValue, ...] = ()
     climate: tuple[tuple[str, float], ...] = ()
     not_found: str = ""
     not_after: str = ""
+
+    @property
+    def states(self) -> tuple[str, ...]:
+        """Return what the paper must not be taken for, a sentence each."""
+        practised = self.title.startswith(PRACTICE)
+        unproven = (f"{UNPROVEN_CAMERAS}: {' '.join(self.camera_doubts)}",)
+        return (
+            *((PRACTICE_WORDS if practised else SIMULATED_WORDS,) if self.simulated else ()),
+            *(unproven if self.camera_doubts else ()),
+        )
 
     @property
     def final(self) -> CertificateRun | None:
@@ -229,6 +247,6 @@ def titled(title: str, *made_by: str) -> str:
     return f"{PRACTICE}: {title}" if any(map(is_practice, made_by)) else title
 
 
-def once(items: Sequence[ArtefactUse]) -> tuple[ArtefactUse, ...]:
-    """Return artefacts in their order, each once."""
+def once(items: Sequence[T]) -> tuple[T, ...]:
+    """Return artefacts or sentences in their order, each once."""
     return tuple(dict.fromkeys(items))

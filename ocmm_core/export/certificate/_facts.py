@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ocmm_core.calibration.records import PRACTICE
 from ocmm_core.export.certificate._content import STATUS_WORDS, Certificate, CertificateRun
 from ocmm_core.export.report import NOT_STATED, PaperFact, one_line
 
@@ -14,9 +13,6 @@ IN_HOUSE = (
     "no accreditation."
 )
 
-PRACTICE_WORDS = f"{PRACTICE}: made with a virtual hand on the virtual rig; valid for nothing."
-SIMULATED_WORDS = "SIMULATED: the virtual rig was tested, no real machine."
-
 CERTIFICATE_CLAUSES = (
     "7.8.2.1 a", "7.8.2.1 b", "7.8.2.1 c", "7.8.2.1 d", "7.8.2.1 e", "7.8.2.1 f", "7.8.2.1 g",
     "7.8.2.1 i", "7.8.2.1 j", "7.8.2.1 l", "7.8.2.1 m", "7.8.2.1 n", "7.8.2.1 o", "7.8.4.1 a",
@@ -24,13 +20,6 @@ CERTIFICATE_CLAUSES = (
 )  # fmt: skip
 """What a calibration certificate is asked for. Left out: h (nothing is received: the machine is
 calibrated where it stands), k and p as for reports, and opinions (7.8.4.1 f)."""
-
-
-def origin_words(paper: Certificate) -> str:
-    """Return what a paper must not be taken for; empty where a real machine was tested."""
-    if not paper.simulated:
-        return ""
-    return PRACTICE_WORDS if paper.title.startswith(PRACTICE) else SIMULATED_WORDS
 
 
 def certificate_facts(paper: Certificate) -> tuple[PaperFact, ...]:
@@ -84,9 +73,7 @@ def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
     yield "7.8.4.1 a", "Uncertainty", "U, expanded, k = 2 (about 95 %), with every result."
     yield "7.8.4.1 e", "Conformity", conformity_words(paper)
     yield "7.8.2.1 m", "Units, volume", f"Lengths in mm. {paper.volume}"
-    words = origin_words(paper)
-    simulated = [words] if words else []
-    notes = [*simulated, *given.deviations, *(note for run in paper.runs for note in run.notes)]
+    notes = [*paper.states, *given.deviations, *(note for run in paper.runs for note in run.notes)]
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or "None noted in the record, none stated."
     yield "", "Software", f"OCMM {paper.software}"
     yield "7.8.2.1 o", "Signed by", "; ".join(paper.paper.template.signatures)

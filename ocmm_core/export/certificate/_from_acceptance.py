@@ -79,7 +79,7 @@ def certificate_of_acceptance(
     low, high = (" ".join(f"{x:g}" for x in corner)
                  for corner in (tested.volume_min, tested.volume_max))  # fmt: skip
     return Certificate(
-        title=f"{'SIMULATED: ' if tested.simulated else ''}{words}: {record.procedure.title}",
+        title=": ".join((*tested.states, words, record.procedure.title)),
         number=f"A-{record.number}",
         item=f"Rig {tested.rig}, probe {tested.probe}, tip {tested.tip}",
         identifications=(
@@ -108,8 +108,12 @@ def certificate_of_acceptance(
         paper=replace(paper, given=asked),
         accreditation=accredited,
         simulated=tested.simulated,
+        camera_doubts=once(
+            [why for test in (found, record) if test is not None
+             for why in test.instrument.unproven]
+        ),
         not_found=not_found if adjusted and found is None else "",
-    )
+    )  # fmt: skip
 
 
 def _acceptance_run(record: AcceptanceRecord) -> CertificateRun:

@@ -21,7 +21,6 @@ from ocmm_core.calibration.records import (
     rig_from_record,
 )
 from ocmm_core.camera import N_PARAMETERS, CameraEntry, camera_of
-from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._content import (
     Certificate,
     CertificateRun,
@@ -30,8 +29,9 @@ from ocmm_core.export.certificate._content import (
     once,
     titled,
 )
-from ocmm_core.export.certificate._run import verification_run
+from ocmm_core.export.certificate._run import calibration_in, verification_run
 from ocmm_core.export.report import Paper
+from ocmm_core.fieldbus.described import doubts_by_name
 from ocmm_core.geometry import Float
 
 _NUMBER_DIGITS = 16
@@ -68,13 +68,7 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
     CalibrationError
         A record was changed, or its covariance is invalid.
     """
-    record = store.active()
-    if record is None:
-        raise InputError(
-            "certificate.no_calibration",
-            "There is no calibration of these cameras.",
-            "Calibrate the cameras (ocmm calibrate).",
-        )
+    record = calibration_in(store)
     own, made = record_hash(record), store.verifications()
     before = next((one for one in store.records() if record_hash(one) == record.previous), None)
     found = [one for one in made if record.previous and one.calibration == record.previous][-1:]
@@ -108,6 +102,7 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         end_utc=max([record.made_utc, *(one.made_utc for one in after)]),
         previous=record.previous,
         paper=paper,
+        camera_doubts=doubts_by_name(record.cameras[0].device) if record.cameras else (),
         climate=tuple(_climate(record)),
         not_found=_not_found(record, runs),
         not_after="" if after else (

@@ -29,8 +29,9 @@ from ocmm_core.export.certificate._from_acceptance import (
     found_before,
 )
 from ocmm_core.export.certificate._from_calibration import certificate_of_calibration
-from ocmm_core.export.certificate._run import lines_of, verification_run
+from ocmm_core.export.certificate._run import calibration_in, lines_of, verification_run
 from ocmm_core.export.report import Paper
+from ocmm_core.fieldbus.described import doubts_by_name
 
 _NUMBER_DIGITS = 16
 _MM, _PX, _ONE = "\\milli\\metre", "\\one", "\\one"
@@ -91,13 +92,7 @@ def certificate_of_cameras(store: CalibrationStore, paper: Paper) -> Certificate
     InputError
         There is no calibration, or it was never verified.
     """
-    record = store.active()
-    if record is None:
-        raise InputError(
-            "certificate.no_calibration",
-            "There is no calibration of these cameras.",
-            "Calibrate the cameras and verify the calibration (ocmm calibrate).",
-        )
+    record = calibration_in(store)
     own = record_hash(record)
     made = [one for one in store.verifications() if one.calibration == own]
     if not made:
@@ -145,6 +140,7 @@ def _of_cameras(
         end_utc=last.made_utc,
         previous=record.previous,
         paper=paper,
+        camera_doubts=doubts_by_name(record.cameras[0].device) if record.cameras else (),
     )
 
 
@@ -207,4 +203,5 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         end_utc=found.made_utc,
         previous="",
         paper=paper,
+        camera_doubts=found.camera_doubts or (),
     )  # fmt: skip

@@ -4,8 +4,27 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ocmm_core.calibration.records import Check, VerificationRecord, record_hash
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    CameraRecord,
+    Check,
+    VerificationRecord,
+    record_hash,
+)
+from ocmm_core.errors import InputError
 from ocmm_core.export.certificate._content import CertificateLine, CertificateRun, Status
+
+
+def calibration_in(store: CalibrationStore) -> CameraRecord:
+    """Return the calibration in use; raise InputError where there is none to write of."""
+    record = store.active()
+    if record is None:
+        raise InputError(
+            "certificate.no_calibration",
+            "There is no calibration of these cameras.",
+            "Calibrate the cameras and verify the calibration (ocmm calibrate).",
+        )
+    return record
 
 
 def verification_run(record: VerificationRecord, status: Status) -> CertificateRun:

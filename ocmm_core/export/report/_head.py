@@ -36,7 +36,7 @@ def head_table(data: ReportData) -> Table:
         ("Order", clean_text(view.header.order)),
         ("Batch", clean_text(view.header.batch)),
         ("Begun (UTC)", head.created_utc),
-        ("Last point (UTC)", max(data.taken_utc.values(), default="")),
+        ("Last point (UTC)", data.last_taken_utc),
         ("Plan", data.plan.name),
         ("Plan SHA-256", head.plan_identity),
         *((verdict.value, count) for verdict, count in counts.items()),

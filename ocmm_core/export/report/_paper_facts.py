@@ -108,7 +108,7 @@ def _facts(data: ReportData) -> Iterator[tuple[Group, str, str, str]]:
     yield "measurement", "7.8.2.1 f", "Method", _method(data)
     yield "measurement", "7.8.2.1 c", "Place", given.place or paper.place
     yield "measurement", "7.8.2.1 i", "Begin (UTC)", _moment(head.created_utc)
-    yield "measurement", "7.8.2.1 i", "End (UTC)", _moment(max(data.taken_utc.values(), default=""))
+    yield "measurement", "7.8.2.1 i", "End (UTC)", _moment(data.last_taken_utc)
     yield "measurement", "", "Operator", head.operator
     yield "measurement", "7.8.3.1 a", "Environment", environment(data)
     yield "measurement", "7.8.2.1 n", "Deviations from the plan", " ".join(plan_deviations(data))

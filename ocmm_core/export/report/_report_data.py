@@ -11,7 +11,7 @@ from ocmm_core.alignment import nominal_frame
 from ocmm_core.errors import OcmmError
 from ocmm_core.export.report._elements import Element as Element
 from ocmm_core.export.report._elements import element_of_fit, element_of_nominal
-from ocmm_core.export.report._names import check_file_stem
+from ocmm_core.export.report._names import check_file_stem, last_moment
 from ocmm_core.export.report._template import Paper, plain_paper
 from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.geometry import RigidTransform
@@ -212,6 +212,21 @@ class ReportData:
     def part(self) -> PartVerdict:
         """Return the verdict on the part."""
         return self.view.part_verdict
+
+    @property
+    def last_taken_utc(self) -> str:
+        """Return when the last point was taken, compared as moments, in UTC; empty without points.
+
+        Raises
+        ------
+        StorageError
+            A time is none.
+        """
+        if not self.taken_utc:
+            return ""
+        latest = max(self.taken_utc.values(), key=lambda text: last_moment(text, ()))
+        # As it is stored, to the digit, where it is UTC already.
+        return latest if latest.endswith("+00:00") else last_moment(latest, ()).isoformat()
 
     @property
     def states(self) -> tuple[str, ...]:

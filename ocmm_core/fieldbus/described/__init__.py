@@ -30,9 +30,13 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.described._lens import corrected_from_pixels, pixels_from_corrected
     from ocmm_core.fieldbus.described._process_image import ProcessImage
     from ocmm_core.fieldbus.described._proof import (
+        UNPROVEN_CAMERAS,
+        AllowedBy,
         Doubt,
+        age_doubts,
         doubt_line,
         doubt_sentences,
+        doubts_by_name,
         doubts_of,
         refuse_unproven,
         resting_doubt_mm,
@@ -45,11 +49,16 @@ else:
         _device_file="Clock DeviceDescription Entry ProcessObject Role Sends StartUp",
         _lens="corrected_from_pixels pixels_from_corrected",
         _process_image="ProcessImage",
-        _proof="Doubt doubt_line doubt_sentences doubts_of refuse_unproven resting_doubt_mm",
+        _proof=(
+            "AllowedBy Doubt UNPROVEN_CAMERAS age_doubts doubt_line doubt_sentences "
+            "doubts_by_name doubts_of refuse_unproven resting_doubt_mm"
+        ),
         _translator="InputTranslator Timing",
     )
 
 __all__ = [
+    "UNPROVEN_CAMERAS",
+    "AllowedBy",
     "Clock",
     "DeviceDescription",
     "Doubt",
@@ -61,9 +70,11 @@ __all__ = [
     "Sends",
     "StartUp",
     "Timing",
+    "age_doubts",
     "corrected_from_pixels",
     "doubt_line",
     "doubt_sentences",
+    "doubts_by_name",
     "doubts_of",
     "load_device",
     "pixels_from_corrected",

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from enum import Enum
 
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.fieldbus.described._device_check import load_device
 from ocmm_core.fieldbus.described._device_file import Clock, DeviceDescription, Role
+
+UNPROVEN_CAMERAS = "CAMERAS UNPROVEN"
+"""State of everything that was measured with cameras that cannot prove all that ours do."""
 
 REST_SPEED = 2.0
 """mm/s: a ball that is said to rest moves slower than this; the doubt of a time costs so much."""
@@ -107,7 +112,30 @@ def resting_doubt_mm(device: DeviceDescription) -> float:
     return sum(doubt.costs_mm for doubt in doubts_of(device))
 
 
-def refuse_unproven(device: DeviceDescription, *, allowed: bool) -> None:
+class AllowedBy(Enum):
+    """Which document may allow cameras that cannot prove the age or the order of their data.
+
+    The value is what the document is called, what it is about, and the field that allows them.
+    """
+
+    PLAN = ("plan", "a part may be measured", "'cameras' of the plan")
+    PROCEDURE = (
+        "procedure", "an acceptance test may be made", "'cameras' of a procedure of your own"
+    )  # fmt: skip
+    RIG = (
+        "rig document", "a calibration or a verification may be made",
+        "'calibrate_unproven' of the rig document",
+    )  # fmt: skip
+
+
+def age_doubts(device: DeviceDescription) -> tuple[str, ...]:
+    """Return what a camera lacks to prove how old its data are and in which order they came."""
+    return tuple(doubt.words for doubt in doubts_of(device) if doubt.of_age)
+
+
+def refuse_unproven(
+    device: DeviceDescription, *, allowed: bool, by: AllowedBy = AllowedBy.PLAN
+) -> None:
     """Refuse cameras that cannot prove the age or the order of their data, unless allowed.
 
     Parameters
@@ -115,20 +143,35 @@ def refuse_unproven(device: DeviceDescription, *, allowed: bool) -> None:
     device
         What the cameras are.
     allowed
-        The plan allows them (`cameras = "unproven"`).
+        A document allows them.
+    by
+        Which document that would be.
 
     Raises
     ------
     InputError
-        They cannot prove it, and the plan does not allow that.
+        They cannot prove it, and the document does not allow that.
     """
-    missing = [doubt.words for doubt in doubts_of(device) if doubt.of_age]
+    missing = age_doubts(device)
     if missing and not allowed:
+        document, may, field = by.value
         raise InputError(
             "device.unproven",
             f"The cameras '{device.name}' cannot prove how old their data are or in which order "
-            f"they came ({'; '.join(missing)}), and the plan does not allow such cameras.",
-            "Measure with cameras that send a counter and the time of exposure. Whether a part may "
-            "be measured without them is for who is responsible for the plan to decide: field "
-            "'cameras' of the plan.",
+            f"they came ({'; '.join(missing)}), and the {document} does not allow such cameras.",
+            f"Use cameras that send a counter and the time of exposure. Whether {may} without "
+            f"them is for who is responsible for the {document} to decide: field {field}.",
         )
+
+
+def doubts_by_name(name: str) -> tuple[str, ...]:
+    """Return what cameras cannot prove whose description is named; nothing where they are ours.
+
+    A description that is not on this computer, or cannot be read, proves nothing.
+    """
+    if not name:
+        return ()
+    try:
+        return doubt_sentences(load_device(name))
+    except OcmmError:
+        return (f"Cameras '{name}': their description cannot be read here; nothing is proven.",)

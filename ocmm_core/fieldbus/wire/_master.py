@@ -29,6 +29,7 @@ from ocmm_core.fieldbus.device import (
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
 from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._mapping import check_room
+from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
 from ocmm_core.fieldbus.wire._port import Passage, Port
 from ocmm_core.fieldbus.wire._scan import stored_serial
 from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
@@ -129,6 +130,7 @@ class Master:
                 )
             self._own = [socket.socket(fileno=os.dup(number)) for number in opened]
             self._port = Port(interfaces, self._time, token)
+            refuse_other_programs(interfaces)
         except BaseException:
             self.close()
             raise

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
         compare_files,
         compare_folder,
         compare_jobs,
+        why_not_counted,
     )
     from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs
     from ocmm_core.inspection.archive._part_before import previous_part_pose
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
     from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+    from ocmm_core.inspection.archive._stored_documents import StoredDocuments
     from ocmm_core.inspection.archive._tip_doubts import last_good_utc
     from ocmm_core.inspection.archive._tip_history import settle_tip
 else:
@@ -69,7 +71,9 @@ else:
         __name__,
         _batch="BatchPart SUFFIX next_serial parts_of_batch require_new_serial",
         _camera_history="is_known settle_cameras",
-        _compare="Comparison PartValue Trend compare_files compare_folder compare_jobs",
+        _compare=(
+            "Comparison PartValue Trend compare_files compare_folder compare_jobs why_not_counted"
+        ),
         _last_jobs="LastJob last_jobs",
         _part_before="previous_part_pose",
         _points_in_doubt="first_taken",
@@ -83,6 +87,7 @@ else:
         ),
         _reopen="ReopenedJob Tell reopen reopen_job",
         _reopen_copy="copy_of_job",
+        _stored_documents="StoredDocuments",
         _tip_doubts="last_good_utc",
         _tip_history="settle_tip",
     )
@@ -102,6 +107,7 @@ __all__ = [
     "RecalledJob",
     "RecalledValue",
     "ReopenedJob",
+    "StoredDocuments",
     "Tell",
     "Trend",
     "artefact_wrong",
@@ -131,5 +137,6 @@ __all__ = [
     "settle_cameras",
     "settle_tip",
     "totals",
+    "why_not_counted",
     "worst_first",
 ]

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -33,6 +34,10 @@ from ocmm_core.tolerances.decisions import (
 )
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_core.tolerances.zones import Characteristic
+
+_TRIED, _START_S = 2, 4.0
+"""Jobs that are read before it is decided how, and what the start of processes costs, s: they load
+libraries and kernels for one to two seconds each, on cores that would read meanwhile."""
 
 _ROOM = 1.12
 """A scale is so much longer than what it shows."""
@@ -244,16 +249,11 @@ def compare_files(
     InputError
         There are fewer than two jobs of one plan, or a job is there twice.
     """
-    read = side_by_side(
-        partial(_read, probes=probes, calibrations=calibrations),
-        paths,
-        processes_for(len(paths)) if processes is None else processes,
-        lambda path: f"Reading {path.name}",
-        lambda done: progress(f"Read {done} of {len(paths)} jobs", done / max(len(paths), 1)),
-    )
     jobs: list[PartJob] = []
     unread: list[str] = []
-    for found in read:
+    for found in _read_all(
+        partial(_read, probes=probes, calibrations=calibrations), paths, processes, progress
+    ):
         if isinstance(found, PartJob):
             jobs.append(found)
         else:
@@ -299,6 +299,38 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
     return _trends([_part_job(job) for job in jobs])
 
 
+def _read_all(
+    work: Callable[[Path], PartJob], paths: Sequence[Path], processes: int | None, progress: Tell
+) -> Iterator[PartJob | OcmmError]:
+    """Give what came of each file, in their order; others read with it where that pays.
+
+    How long a job takes (0.03 s with 14 points, 0.2 s with 91 and thirteen characteristics) decides
+    more than how many there are: two are read here, the second one with everything loaded, and
+    processes are started where what is left takes longer than their start.
+    """
+
+    def read(some: Sequence[Path], many: int, before: int) -> Iterator[PartJob | OcmmError]:
+        def told(done: int) -> None:
+            # What was read before was told of then.
+            if done or not before:
+                count = before + done
+                progress(f"Read {count} of {len(paths)} jobs", count / max(len(paths), 1))
+
+        return side_by_side(work, some, many, lambda path: f"Reading {path.name}", told)
+
+    if processes is not None:
+        yield from read(paths, processes, 0)
+        return
+    first, left = paths[:_TRIED], paths[_TRIED:]
+    began = time.perf_counter()
+    for found in read(first, 1, 0):
+        took, began = time.perf_counter() - began, time.perf_counter()
+        yield found
+    if left:
+        pays = took * len(left) > _START_S
+        yield from read(left, processes_for(len(paths)) if pays else 1, len(first))
+
+
 def _read(path: Path, probes: Path | None, calibrations: Path | None) -> PartJob:
     return _part_job(reopen_job(path, probes, calibrations=calibrations))
 
@@ -306,7 +338,7 @@ def _read(path: Path, probes: Path | None, calibrations: Path | None) -> PartJob
 def _part_job(job: ReopenedJob) -> PartJob:
     values = []
     for result in job.view.characteristics:
-        why, stated = _why_not_counted(job, result), result.stated
+        why, stated = why_not_counted(job, result), result.stated
         counted = None if why or stated is None else (stated[0], stated[2])
         values.append((counted, why, result.verdict))
     return PartJob(
@@ -396,7 +428,7 @@ def _trend(index: int, item: Characteristic, jobs: Sequence[PartJob]) -> Trend:
     )  # fmt: skip
 
 
-def _why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
+def why_not_counted(job: ReopenedJob, result: CharacteristicResult) -> str:
     """Return what speaks against counting a value; empty where nothing does."""
     if job.doubts:
         return job.doubts[0]

@@ -7,10 +7,11 @@ that nothing can say less than another.
 
 from __future__ import annotations
 
+from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS as _UNPROVEN
 from ocmm_core.inspection.evaluation._view import JobView
 
 SIMULATED = "SIMULATED"
-UNPROVEN_CAMERAS = "CAMERAS UNPROVEN"
+UNPROVEN_CAMERAS = _UNPROVEN
 """Cameras that a file describes, and that cannot prove all that ours do."""
 
 INCOMPLETE = "INCOMPLETE"

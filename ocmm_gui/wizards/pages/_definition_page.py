@@ -25,6 +25,7 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    NarrowButton,
     PathPanel,
     PlainLabel,
     SideProcess,
@@ -32,6 +33,7 @@ from ocmm_gui.kit import (
     later,
     led_name,
     literal,
+    localised,
     mark_colour,
     panel,
     sentence_label,
@@ -191,9 +193,13 @@ class DefinitionPage(QWidget):
             return
         old = {index: led.direction for index, led in enumerate(self._known_leds())}
         sigmas = np.sqrt(np.diag(np.array(record.covariance)))
-        self.form.fields["tip"].setText(" ".join(f"{value:.4f}" for value in record.tip_mm))
-        self.form.fields["tip_sigma"].setText(" ".join(f"{value:.4f}" for value in sigmas[-3:]))
-        self.form.fields["led_sigma"].setText(f"{float(sigmas[:-3].max()):.4f}")
+        self.form.fields["tip"].setText(
+            " ".join(localised(f"{value:.4f}") for value in record.tip_mm)
+        )
+        self.form.fields["tip_sigma"].setText(
+            " ".join(localised(f"{value:.4f}") for value in sigmas[-3:])
+        )
+        self.form.fields["led_sigma"].setText(localised(f"{float(sigmas[:-3].max()):.4f}"))
         forward = (0.0, -1.0, 0.0)
         self.leds.show_leds(
             [
@@ -224,7 +230,7 @@ class DefinitionPage(QWidget):
             self.left.emit()
 
     def _button(self, text: str, tip: str, keys: str, call: Callable[[], None]) -> QPushButton:
-        button = QPushButton(f"{text}\n[{keys}]")
+        button = NarrowButton(f"{text}\n[{keys}]")
         button.setAccessibleName(text)
         button.setAccessibleDescription(tip)
         button.setToolTip(literal(f"{tip} ({keys})"))

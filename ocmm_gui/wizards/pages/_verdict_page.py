@@ -17,6 +17,7 @@ from ocmm_gui.kit import (
     FitText,
     Mark,
     Theme,
+    localised,
     panel,
     sentence_label,
     session_of,
@@ -105,9 +106,11 @@ class VerdictPage(StepPage):
                     (tr("Worst"), worst.name),
                     (
                         tr("Error"),
-                        f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm",
+                        localised(
+                            f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm"
+                        ),
                     ),
-                    (tr("Limit"), f"± {1e3 * worst.limit_mm:.1f} µm"),
+                    (tr("Limit"), localised(f"± {1e3 * worst.limit_mm:.1f} µm")),
                     *session_of(record),
                     (tr("Artefacts"), artefacts),
                     (tr("Rule"), record.rule),

@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
-    QPushButton,
     QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
@@ -22,6 +21,7 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    NarrowButton,
     PlainLabel,
     Theme,
     mark_colour,
@@ -64,7 +64,7 @@ class PlotTabs(QWidget):
         tabs = QHBoxLayout()
         tabs.setSpacing(6)
         for number, (title, view) in enumerate(plots, start=1):
-            button = QPushButton(f"{title}  [{number}]")
+            button = NarrowButton(f"{title}  [{number}]")
             button.setAccessibleName(title)
             button.setFont(text_font(14, bold=True))
             button.setProperty("role", "tool")

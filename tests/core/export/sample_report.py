@@ -178,7 +178,10 @@ def sample_report(
         reference=Instrument(PLATE),
         climate=Climate(),
         observations=points,
-        taken_utc={p.number: f"2026-03-02T07:10:{p.number:02d}.000000+00:00" for p in points},
+        taken_utc={
+            p.number: f"2026-03-02T07:{10 + p.number // 60}:{p.number % 60:02d}.000000+00:00"
+            for p in points
+        },
     )
 
 

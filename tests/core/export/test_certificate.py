@@ -38,31 +38,14 @@ from ocmm_core.export.certificate import (
     write_certificates,
 )
 from ocmm_core.export.certificate._artefact import Expansion
-from ocmm_core.export.report import NOT_STATED, Paper, Particulars, load_paper, plain_paper
+from ocmm_core.export.report import NOT_STATED, plain_paper
 from ocmm_core.seals import KeyFolder, SealWord
 from tests.core.calibration.made_probe_records import make_probe_record, make_tip_record
 from tests.core.calibration.made_records import make_record, make_verification
+from tests.core.export.certificate_site import lab
 
 NOW = datetime(2026, 11, 25, 12, tzinfo=UTC)
 MUTATIONS = 1000
-TEMPLATE = """
-schema = "ocmm.report-template/1"
-unit = "mm"
-name = "lab"
-place = "Room 2"
-[laboratory]
-name = "Laboratory"
-address = ["1 Street", "Town"]
-country = "DE"
-[machine]
-name = "Optical CMM"
-"""
-
-
-def paper_in(folder: Path) -> Paper:
-    path = folder / "lab.toml"
-    path.write_text(TEMPLATE, encoding="utf-8")
-    return load_paper(path, Particulars(customer="Customer AG"))
 
 
 def store_with(folder: Path, *errors_mm: float) -> CalibrationStore:
@@ -97,7 +80,7 @@ def store_with(folder: Path, *errors_mm: float) -> CalibrationStore:
 
 @pytest.fixture(name="cameras")
 def _cameras(tmp_path: Path) -> Certificate:
-    return certificate_of_cameras(store_with(tmp_path, 0.0312345678912, 0.0011), paper_in(tmp_path))
+    return certificate_of_cameras(store_with(tmp_path, 0.0312345678912, 0.0011), lab(tmp_path))
 
 
 @pytest.fixture(name="tip")
@@ -107,7 +90,7 @@ def _tip(tmp_path: Path) -> Certificate:
     store.calibrate(record, "Ada", "first", NOW)
     found = make_tip_record(record)
     store.qualify(found, NOW)
-    return certificate_of_tip(store, found.tip, paper_in(tmp_path))
+    return certificate_of_tip(store, found.tip, lab(tmp_path))
 
 
 def test_both_runs_are_there_where_something_was_adjusted(cameras: Certificate) -> None:

@@ -150,3 +150,18 @@ def test_without_an_adjustment_there_is_no_state_before(
     alone = save_record(tmp_path / "alone", adjusted(record))
     (tmp_path / "alone" / "broken.json").write_text("{}")
     assert "1 files beside it are no sound records" in condition_of(alone)
+
+
+def test_unproven_cameras_stand_in_title_facts_and_dcc(
+    record: AcceptanceRecord, tmp_path: Path
+) -> None:
+    doubt = "Cameras 'Plain spots': no common clock."
+    known = msgspec.structs.replace(
+        real(record)["instrument"], camera_doubts=(doubt,), age_doubts=("no common clock",)
+    )
+    paper = certificate_of_folder(kept(tmp_path, record, instrument=known), plain_paper())
+    assert paper.title.startswith("CAMERAS UNPROVEN: Test report")
+    facts = {fact.name: fact.value for fact in certificate_facts(paper)}
+    assert facts["Deviations"].startswith(f"CAMERAS UNPROVEN: {doubt}")
+    assert b"CAMERAS UNPROVEN" in dcc_bytes(paper)
+    assert paper.states == (f"CAMERAS UNPROVEN: {doubt}",)

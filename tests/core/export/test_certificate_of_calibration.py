@@ -31,29 +31,13 @@ from ocmm_core.export.certificate import (
     read_dcc,
     write_certificate,
 )
-from ocmm_core.export.report import Paper, Particulars, load_paper, plain_paper
+from ocmm_core.export.report import plain_paper
 from ocmm_core.seals import KeyFolder, SealWord
 from tests.core.calibration.made_records import MADE, make_record, make_verification
+from tests.core.export.certificate_site import lab
 
 Q = "{https://ptb.de/dcc}"
 DRIFT_MM = 0.05
-TEMPLATE = """
-schema = "ocmm.report-template/1"
-unit = "mm"
-name = "lab"
-place = "Room 2"
-[laboratory]
-name = "Laboratory"
-address = ["1 Street", "Town"]
-[machine]
-name = "Optical CMM"
-"""
-
-
-def lab(folder: Path) -> Paper:
-    path = folder / "lab.toml"
-    path.write_text(TEMPLATE, encoding="utf-8")
-    return load_paper(path, Particulars(customer="Customer AG"))
 
 
 def later_record(previous: str) -> CameraRecord:

@@ -11,7 +11,7 @@ from typer.testing import CliRunner
 from ocmm_core.cli import app
 from ocmm_core.cli.campaign import forged
 from ocmm_core.errors import StorageError
-from ocmm_core.export.report import last_moment
+from ocmm_core.export.report import head_table, last_moment, paper_facts
 from tests.core.export.sample_report import sample_report, sample_view, write_incomplete
 from tests.core.inspection.conftest import Bench, bench, quick_touches
 
@@ -56,3 +56,14 @@ def test_the_latest_is_the_latest_in_any_zone() -> None:
     found = last_moment("", ["2026-11-26T09:00:00+08:00", "2026-11-26T02:00:00+00:00"])
     assert found.isoformat() == "2026-11-26T02:00:00+00:00"
     assert last_moment("2026-11-26T02:00:00+00:00", []).hour == 2
+
+
+def test_head_and_paper_say_the_latest_moment_in_utc() -> None:
+    data = sample_report(sample_view())
+    times = {1: "2026-11-26T09:00:00+08:00", 2: "2026-11-26T02:00:00+00:00"}
+    zones = replace(data, taken_utc=times)
+    rows = {row[0]: row[1] for row in head_table(zones).rows}
+    assert rows["Last point (UTC)"] == "2026-11-26T02:00:00+00:00"
+    ends = [one.value for one in paper_facts(zones) if one.name == "End (UTC)"]
+    assert ends == ["2026-11-26 02:00:00"]
+    assert replace(data, taken_utc={}).last_taken_utc == ""

@@ -7,20 +7,26 @@ import json
 from datetime import UTC, datetime
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from rich.console import Console
 
-from ocmm_core.calibration.records import judge, open_design
+from ocmm_core.calibration.cameras import KnownPointsProcedure
+from ocmm_core.calibration.records import CalibrationStore, judge, open_design
+from ocmm_core.camera import load_rig
 from ocmm_core.cli.measure import run_job
 from ocmm_core.composition import StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_core.export.report import head_table, report_of_job
-from ocmm_core.fieldbus.described import doubts_of, load_device, resting_doubt_mm
+from ocmm_core.export.certificate import certificate_of_folder
+from ocmm_core.export.report import head_table, plain_paper, report_of_job
+from ocmm_core.fieldbus.described import doubts_by_name, doubts_of, load_device, resting_doubt_mm
 from ocmm_core.inspection.archive import reopen_job
 from ocmm_core.inspection.evaluation import JobHeader, state_lines
 from ocmm_core.inspection.plan import load_plan, save_plan
+from tests.core.calibration.made_records import MADE, make_record, make_verification
+from tests.core.calibration.procedure_site import Bench
 
 PLAN = resource("plans", "quick.toml")
 DOUBTS = (
@@ -134,3 +140,34 @@ def test_measured_knowingly_job_and_report_say_it_and_it_costs_u(tmp_path: Path)
     report = json.loads(written.read_text())
     assert report["state"] == ["SIMULATED", "CAMERAS UNPROVEN"]
     assert tuple(report["job"]["camera_doubts"]) == DOUBTS
+
+
+def test_calibrations_are_refused_unless_the_rig_document_allows_them(tmp_path: Path) -> None:
+    now = datetime.now(UTC)
+    rig = load_rig(rig_of(tmp_path))
+    points = Bench.at(tmp_path / "site").points(20)
+    store = CalibrationStore(tmp_path / "store")
+    with pytest.raises(InputError, match="no common clock") as caught:
+        KnownPointsProcedure.begin(tmp_path / "sessions", rig, store, points, now, who="Ada")
+    assert "'calibrate_unproven' of the rig document" in caught.value.remedy
+    assert not (tmp_path / "sessions").exists()
+    allowed = tmp_path / "allowed.toml"
+    allowed.write_text(f"calibrate_unproven = true\n{(tmp_path / 'rig.toml').read_text()}")
+    begun = KnownPointsProcedure.begin(
+        tmp_path / "sessions", load_rig(allowed), store, points, now, who="Ada"
+    )
+    assert begun.base.session.exists()
+
+
+def test_the_papers_of_such_cameras_say_so(tmp_path: Path) -> None:
+    record = make_record()
+    described = tuple(msgspec.structs.replace(one, device="plain-spots") for one in record.cameras)
+    record = msgspec.structs.replace(record, cameras=described)
+    store = CalibrationStore(tmp_path / "cameras")
+    store.accept(record, "Ada", "first", MADE)
+    store.verify(make_verification(record), MADE)
+    for calibration in (True, False):
+        paper = certificate_of_folder(tmp_path / "cameras", plain_paper(), calibration=calibration)
+        assert paper.states == (f"CAMERAS UNPROVEN: {' '.join(DOUBTS)}",)
+    # A description that is not here proves nothing.
+    assert "nothing is proven" in doubts_by_name("not-there")[0]

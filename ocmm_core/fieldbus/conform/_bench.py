@@ -1,0 +1,445 @@
+"""The camera under test on its line: registers, states, mailboxes, cycles, and their times."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from ocmm_core.fieldbus.conform._findings import Findings, NotAsDescribedError
+from ocmm_core.fieldbus.conform._line import ConformLine
+from ocmm_core.fieldbus.conform._sdo_talk import (
+    COE,
+    EMERGENCY,
+    REQUEST,
+    Refusal,
+    download,
+    mailbox,
+    parts,
+    upload,
+)
+from ocmm_core.fieldbus.device import (
+    FRAME_DTYPE,
+    HEADER_STRUCT,
+    INPUT_DTYPE,
+    INPUT_START,
+    MAILBOX_BYTES,
+    MAILBOX_IN_START,
+    MAILBOX_OUT_START,
+    NEWEST_LAYOUT,
+    OUTPUT_START,
+    OUTPUT_STRUCT,
+    SII_BYTES,
+    SYNC0_NS,
+    SYNC1_NS,
+    SYNC_MANAGERS,
+    DictionaryObject,
+    Header,
+    object_dictionary,
+)
+from ocmm_core.fieldbus.wire import Command, Datagram, read_words
+
+INIT, PREOP, BOOT, SAFEOP, OP = 1, 2, 3, 4, 8
+ERROR = 0x10
+NAMES = {INIT: "INIT", PREOP: "PREOP", BOOT: "BOOT", SAFEOP: "SAFEOP", OP: "OP"}
+MS = 1_000_000
+SDO_LIMIT_NS, STATE_LIMIT_NS, BACK_LIMIT_NS = 80 * MS, 1000 * MS, 500 * MS
+FIRST_LIMIT_NS, BOOT_LIMIT_NS, ERASE_LIMIT_NS, PACKET_LIMIT_NS = (
+    60 * MS, 5000 * MS, 10_000 * MS, 2000 * MS,
+)  # fmt: skip
+"""Deadlines of the page about the objects, ns."""
+SDO_TIME, STATE_TIME = "Answer to an SDO request", "Change of state"
+_AL_CONTROL, _AL_STATUS = 0x0120, 0x0130
+_SM, _FMMU, _SYNC = 0x0800, 0x0600, 0x0980
+_LOGICAL = 0x0001_0000
+_SYSTEM_TIME, _SYNC0_START, _SYNC0_CYCLE = 0x0910, 0x0990, 0x09A0
+_POLL_S = 0.0005
+_BEGIN_NS = 5 * MS
+"""So long after it was programmed the first exposure begins."""
+_FULL = 0x08
+
+
+@dataclass(frozen=True, slots=True)
+class Status:
+    """What a camera says of its state: with the error bit, and the AL status code."""
+
+    state: int
+    code: int
+
+    def __str__(self) -> str:
+        name = NAMES.get(self.state & 0x0F, f"{self.state:#x}")
+        return f"{name}{' with error' if self.state & ERROR else ''} (code {self.code:#06x})"
+
+
+@dataclass(frozen=True, slots=True)
+class Cycle:
+    """One exchange of process data.
+
+    Attributes
+    ----------
+    working_counter
+        Of the logical datagram.
+    content
+        The inputs, header and frames.
+    header
+        Decoded.
+    system_ns
+        Bus time of the camera when the frame passed it.
+    sent_ns, came_ns
+        Line time before and after.
+    """
+
+    working_counter: int
+    content: bytes
+    header: Header
+    system_ns: int
+    sent_ns: int
+    came_ns: int
+
+    def frame(self, number: int) -> bytes:
+        """Return one frame of the block as bytes."""
+        begin = HEADER_STRUCT.size + number * FRAME_DTYPE.itemsize
+        return self.content[begin : begin + FRAME_DTYPE.itemsize]
+
+
+class Bench:
+    """A camera under test.
+
+    Parameters
+    ----------
+    line
+        The wire.
+    place
+        Position of the camera, 0 first.
+    firmware
+        A firmware file that the maker signed, for the whole update; empty: none.
+    """
+
+    def __init__(self, line: ConformLine, place: int, firmware: bytes = b"") -> None:
+        self.line = line
+        self.firmware = firmware
+        self.findings = Findings({})
+        self.serial = 0
+        self.sync0_start = 0
+        self.emergencies: list[tuple[int, int, bytes]] = []
+        self.place = place
+        self._eeprom = b""
+        self._target = -place & 0xFFFF
+        self._counter = 0
+        self.reply_counters: list[int] = []
+        self.feeding = False
+        self._seen: int | None = None
+        self._heartbeat = 0
+
+    @property
+    def objects(self) -> dict[int, DictionaryObject]:
+        """Return the dictionary that the camera must have."""
+        return object_dictionary(self.serial)
+
+    # Registers
+
+    def get(self, register: int, size: int) -> bytes:
+        """Read memory of the camera; raise NotAsDescribedError where it does not answer."""
+        answer = self._one(Datagram(Command.APRD, self._target, register, bytes(size)))
+        if answer.working_counter != 1:
+            raise NotAsDescribedError(
+                f"Register {register:#06x} is not answered (working counter "
+                f"{answer.working_counter})."
+            )
+        return answer.data
+
+    def number(self, register: int, size: int = 2) -> int:
+        """Read a number."""
+        return int.from_bytes(self.get(register, size), "little")
+
+    def put(self, register: int, content: bytes) -> int:
+        """Write memory of the camera; return the working counter."""
+        return self._one(Datagram(Command.APWR, self._target, register, content)).working_counter
+
+    def exchange_one(self, datagram: Datagram) -> Datagram:
+        """Send one datagram; for the readers of the EEPROM."""
+        return self._one(datagram)
+
+    def system_ns(self) -> int:
+        """Return the bus time of the camera."""
+        return self.number(_SYSTEM_TIME, 8)
+
+    def eeprom(self) -> bytes:
+        """Return the EEPROM as it was when it was first asked for."""
+        if not self._eeprom:
+            self._eeprom = read_words(self._one, self.place, 0, SII_BYTES // 2)
+        return self._eeprom
+
+    # States
+
+    def status(self) -> Status:
+        """Return the state of the camera."""
+        content = self.get(_AL_STATUS, 6)
+        return Status(content[0] & 0x1F, int.from_bytes(content[4:6], "little"))
+
+    def ask_state(
+        self, wanted: int, *, acknowledge: bool = False, settle_s: float = 0.05
+    ) -> Status:
+        """Ask for a state; return what the camera then says, once it is there or has refused."""
+        before = self.line.now_ns()
+        self.put(_AL_CONTROL, bytes([wanted | (ERROR if acknowledge else 0), 0]))
+        limit = STATE_LIMIT_NS if BOOT not in (wanted, self.status().state) else BOOT_LIMIT_NS
+        while True:
+            status = self.status()
+            passed = self.line.now_ns() - before
+            if status.state == wanted:
+                self.findings.timed(STATE_TIME, passed, STATE_LIMIT_NS)
+                return status
+            if status.state & ERROR and passed > settle_s * 1e9:
+                return status
+            if passed > limit:
+                return status
+            self.line.sleep(_POLL_S)
+
+    def go(self, wanted: int) -> None:
+        """Bring the camera to a state as a master does, from whatever state it is in."""
+        self.feeding, self._seen = False, None
+        status = self.status()
+        if status.state & ERROR or status.state == BOOT or status.state > wanted:
+            down = wanted in (INIT, PREOP, SAFEOP) and status.state & 0x0F > wanted
+            self._must(wanted if down and status.state & 0x0F != BOOT else INIT)
+        if wanted == BOOT:
+            # PREOP would confirm firmware that is on trial.
+            self._must(INIT)
+            self.prepare(PREOP)
+            self._must(BOOT)
+            return
+        for each in (PREOP, SAFEOP, OP):
+            if self.status().state < each <= wanted:
+                self.prepare(each)
+                self._must(each)
+
+    def again(self, wanted: int) -> None:
+        """Bring the camera to a state from INIT on, with everything written anew."""
+        self.go(INIT)
+        self.go(wanted)
+
+    def prepare(self, state: int, *, sync0_ns: int = SYNC0_NS, without: Sequence[int] = ()) -> None:
+        """Write into the controller what the way to a state needs.
+
+        Parameters
+        ----------
+        state
+            The one that comes next.
+        sync0_ns
+            Period of SYNC0; 0 leaves it off.
+        without
+            Sync managers that stay off.
+        """
+        numbers = {PREOP: (0, 1), SAFEOP: (2, 3)}.get(state, ())
+        for number in numbers:
+            start, size, control, _status, _active, _kind = SYNC_MANAGERS[number]
+            active = 0 if number in without else 1
+            self.set_manager(number, start, size, control, active)
+        if state == SAFEOP:
+            self._map(0, _LOGICAL, OUTPUT_START, OUTPUT_STRUCT.size, 2)
+            self._map(1, _LOGICAL + OUTPUT_STRUCT.size, INPUT_START, INPUT_DTYPE.itemsize, 1)
+            self.program_clock(sync0_ns)
+        if state == OP:
+            self.cycle()
+
+    def set_manager(self, number: int, start: int, size: int, control: int, active: int) -> None:
+        """Write a sync manager."""
+        self.put(_SM + 8 * number, struct.pack("<HHBBBB", start, size, control, 0, active, 0))
+
+    def program_clock(self, sync0_ns: int, begin_ns: int = _BEGIN_NS) -> None:
+        """Program SYNC0 to begin soon; a period of 0 switches it off."""
+        self.put(_SYNC, bytes(2))
+        if sync0_ns:
+            self.sync0_start = self.system_ns() + begin_ns
+            self.put(_SYNC0_CYCLE, struct.pack("<II", sync0_ns, SYNC1_NS))
+            self.put(_SYNC0_START, struct.pack("<Q", self.sync0_start))
+            self.put(_SYNC, bytes([0, 0x03]))
+
+    def _map(self, number: int, logical: int, physical: int, size: int, kind: int) -> None:
+        content = struct.pack("<IHBBHBBB3x", logical, size, 0, 7, physical, 0, kind, 1)
+        self.put(_FMMU + 16 * number, content)
+
+    def _must(self, wanted: int) -> None:
+        status = self.ask_state(wanted, acknowledge=True)
+        if status.state != wanted:
+            raise NotAsDescribedError(
+                f"The camera does not go to {NAMES[wanted]}: it is in {status}."
+            )
+
+    # Mailboxes
+
+    def post(self, content: bytes) -> bool:
+        """Write a mailbox; say whether the camera took it."""
+        for _ in range(5):
+            if self.put(MAILBOX_OUT_START, content.ljust(MAILBOX_BYTES, b"\x00")):
+                return True
+            self.line.sleep(_POLL_S)
+        return False
+
+    def fetch(self, limit_ns: int) -> bytes | None:
+        """Return the next mailbox of the camera, or None where none comes in time."""
+        deadline = self.line.now_ns() + limit_ns
+        while True:
+            self.feed()
+            if self.number(_SM + 8 + 5, 1) & _FULL:
+                content = self.get(MAILBOX_IN_START, MAILBOX_BYTES)
+                self.reply_counters.append(content[5] >> 4 & 7)
+                return content
+            if self.line.now_ns() > deadline:
+                return None
+            self.line.sleep(_POLL_S)
+
+    def talk(self, kind: int, content: bytes, limit_ns: int = 2 * SDO_LIMIT_NS) -> bytes | None:
+        """Send the content of a mailbox; return the one that answers, emergencies put aside."""
+        self.drain()
+        if not self.post(mailbox(kind, content, self.next_counter())):
+            raise NotAsDescribedError("The camera does not take a mailbox.")
+        while (answer := self.fetch(limit_ns)) is not None:
+            if not self._is_emergency(answer):
+                return answer
+        return None
+
+    def drain(self, wait_ns: int = 0) -> None:
+        """Take what waits in the camera's mailbox."""
+        while (answer := self.fetch(wait_ns)) is not None:
+            self._is_emergency(answer)
+
+    def next_counter(self) -> int:
+        """Return the mailbox counter that is due."""
+        self._counter = self._counter % 7 + 1
+        return self._counter
+
+    def sdo(self, body: bytes) -> bytes:
+        """Send an SDO request; return the answering mailbox and note how long it took."""
+        before = self.line.now_ns()
+        answer = self.talk(COE, struct.pack("<H", REQUEST << 12) + body)
+        if answer is None:
+            raise NotAsDescribedError(
+                f"The SDO request {body[:4].hex(' ')} is not answered within "
+                f"{2 * SDO_LIMIT_NS // MS} ms."
+            )
+        self.findings.timed(SDO_TIME, self.line.now_ns() - before, SDO_LIMIT_NS)
+        return answer
+
+    def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | Refusal:
+        """Read an entry."""
+        return upload(self.sdo, index, sub, complete=complete)
+
+    def write(
+        self, index: int, sub: int, value: bytes, *, complete: bool = False
+    ) -> Refusal | None:
+        """Write an entry; return why it was refused."""
+        return download(self.sdo, index, sub, value, complete=complete)
+
+    def value(self, index: int, sub: int = 0) -> bytes:
+        """Read an entry that must be there."""
+        found = self.read(index, sub)
+        if isinstance(found, Refusal):
+            raise NotAsDescribedError(f"{index:#06x}:{sub:02X} is {found}.")
+        return found
+
+    def count(self, index: int, sub: int) -> int:
+        """Read a number that must be there."""
+        return int.from_bytes(self.value(index, sub), "little")
+
+    def set(self, index: int, sub: int, value: bytes) -> None:
+        """Write an entry that must be taken."""
+        refused = self.write(index, sub, value)
+        if refused is not None:
+            raise NotAsDescribedError(
+                f"Writing {value[:8].hex(' ')} to {index:#06x}:{sub:02X} is {refused}."
+            )
+
+    def _is_emergency(self, content: bytes) -> bool:
+        kind, _counter, body = parts(content)
+        if kind != COE or len(body) < 10 or body[1] >> 4 != EMERGENCY:
+            return False
+        code, register = struct.unpack_from("<HB", body, 2)
+        self.emergencies.append((code, register, body[5:10]))
+        return True
+
+    # Process data
+
+    def cycle(self, acknowledge: int | None = None, *, command: int = Command.LRW) -> Cycle:
+        """Exchange process data once; acknowledge up to that number, None: nothing."""
+        control = 0 if acknowledge is None else 1
+        return self.outputs(control, acknowledge or 0, command)
+
+    def outputs(self, control: int, number: int, command: int = Command.LRW) -> Cycle:
+        """Exchange process data once with these outputs."""
+        self._heartbeat = self._heartbeat + 1 & 0xFFFFFFFF
+        sent = OUTPUT_STRUCT.pack(control, 0, number & 0xFFFFFFFF, self._heartbeat)
+        data = sent + bytes(INPUT_DTYPE.itemsize)
+        before = self.line.now_ns()
+        logical, clock = self.line.exchange(
+            [
+                Datagram(command, _LOGICAL & 0xFFFF, _LOGICAL >> 16, data),
+                Datagram(Command.APRD, self._target, _SYSTEM_TIME, bytes(8)),
+            ]
+        )
+        came = self.line.now_ns()
+        content = logical.data[OUTPUT_STRUCT.size :]
+        return Cycle(
+            logical.working_counter, content, NEWEST_LAYOUT.decode(content),
+            int.from_bytes(clock.data, "little"), before, came,
+        )  # fmt: skip
+
+    def feed(self) -> None:
+        """Keep a camera in operation: exchange process data, and acknowledge what comes."""
+        if not self.feeding:
+            return
+        header = self.cycle(self._seen).header
+        if header.frames_valid:
+            self._seen = header.counter + header.frames_valid - 1
+
+    def belongs(self, cycle: Cycle) -> bool:
+        """Return whether the check sum of an input is right and says that it is this camera's."""
+        return cycle.header.data_crc == NEWEST_LAYOUT.crc(cycle.content, self.serial)
+
+    def run(self, cycles: int, *, step_s: float = 0.001) -> list[Cycle]:
+        """Exchange process data and acknowledge everything; return the cycles."""
+        found: list[Cycle] = []
+        last: int | None = None
+        for _ in range(cycles):
+            each = self.cycle(last)
+            if each.header.frames_valid:
+                last = each.header.counter + each.header.frames_valid - 1
+            found.append(each)
+            self.line.sleep(step_s)
+        return found
+
+    def streaming(self, *, sync0_ns: int = SYNC0_NS) -> Cycle:
+        """Bring the camera to OP with exposures running; return a cycle with frames."""
+        self.feeding = False
+        self.go(INIT)
+        self.go(PREOP)
+        self.prepare(SAFEOP, sync0_ns=sync0_ns)
+        programmed = self.line.now_ns()
+        self._must(SAFEOP)
+        self._must_op()
+        while self.line.now_ns() - programmed < 2 * FIRST_LIMIT_NS + _BEGIN_NS:
+            found = self.cycle()
+            if found.header.frames_valid:
+                passed = self.line.now_ns() - programmed
+                self.findings.timed(
+                    "First exposure after it was programmed", passed, FIRST_LIMIT_NS
+                )
+                return found
+            self.line.sleep(_POLL_S)
+        raise NotAsDescribedError("No frame comes within 120 ms of the programmed SYNC0.")
+
+    def _must_op(self) -> None:
+        self.prepare(OP)
+        before = self.line.now_ns()
+        self.put(_AL_CONTROL, bytes([OP, 0]))
+        # A master feeds the outputs all the time, or the watchdog ends what has just begun.
+        while (status := self.status()).state != OP:
+            if self.line.now_ns() - before > STATE_LIMIT_NS or status.state & ERROR:
+                raise NotAsDescribedError(f"The camera does not go to OP: it is in {status}.")
+            self.cycle()
+            self.line.sleep(_POLL_S)
+        self.findings.timed(STATE_TIME, self.line.now_ns() - before, STATE_LIMIT_NS)
+
+    def _one(self, datagram: Datagram) -> Datagram:
+        return self.line.exchange([datagram])[0]
