@@ -141,7 +141,9 @@ class Translation:
         yield from self._wordless
 
     def _shown(self, known: _Known, text: str, depth: int) -> str | None:
-        shown = {self._filled(known, values, depth) for values in known.said.fillings(text)}
+        shown = {
+            self._filled(known, values, depth) for values in known.said.fillings(text)
+        }
         return shown.pop() if len(shown) == 1 else None
 
     def _filled(self, known: _Known, values: Sequence[str], depth: int) -> str | None:

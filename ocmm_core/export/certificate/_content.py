@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Literal, TypeVar
 
@@ -242,9 +242,11 @@ class Certificate:
         return self.final is not None and self.final.passed
 
 
-def titled(title: str, *made_by: str) -> str:
-    """Return the title of a paper, which begins with PRACTICE where a record was practised."""
-    return f"{PRACTICE}: {title}" if any(map(is_practice, made_by)) else title
+def marked(paper: Certificate, *made_by: str) -> Certificate:
+    """Return a paper that says PRACTICE in its title where one of its records was practised."""
+    if not any(map(is_practice, made_by)):
+        return paper
+    return replace(paper, title=f"{PRACTICE}: {paper.title}", simulated=True)
 
 
 def once(items: Sequence[T]) -> tuple[T, ...]:

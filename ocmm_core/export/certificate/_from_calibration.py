@@ -16,7 +16,6 @@ from ocmm_core.calibration.records import (
     CalibrationStore,
     CameraRecord,
     entry_of,
-    is_practice,
     record_hash,
     rig_from_record,
 )
@@ -26,8 +25,8 @@ from ocmm_core.export.certificate._content import (
     CertificateRun,
     CertificateValue,
     K,
+    marked,
     once,
-    titled,
 )
 from ocmm_core.export.certificate._run import calibration_in, verification_run
 from ocmm_core.export.report import Paper
@@ -77,11 +76,10 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         *(verification_run(one, "beforeAdjustment") for one in found),
         *(verification_run(one, "afterAdjustment") for one in after),
     )
-    return Certificate(
-        title=titled("Calibration record", record.made_by),
+    made_paper = Certificate(
+        title="Calibration record",
         number=f"C-{own[:_NUMBER_DIGITS]}",
         item=f"Cameras of rig {record.rig}",
-        simulated=is_practice(record.made_by),
         identifications=(
             *((f"camera {camera.name} no.", str(camera.serial)) for camera in record.cameras),
             ("calibration", own),
@@ -89,7 +87,8 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         ),
         method=_METHODS[record.method],
         norms=("thesis of the method, 1.2.3 and 3.1", "verified as modelled on VDI/VDE 2634 part 1")
-        if runs else ("thesis of the method, 1.2.3 and 3.1",),
+        if runs
+        else ("thesis of the method, 1.2.3 and 3.1",),
         software=record.software,
         runs=runs,
         values=(*_figures(record), *_parameters(record)),
@@ -105,10 +104,11 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         camera_doubts=doubts_by_name(record.cameras[0].device) if record.cameras else (),
         climate=tuple(_climate(record)),
         not_found=_not_found(record, runs),
-        not_after="" if after else (
-            "the calibration was not verified; it must not be measured with until it is"
-        ),
-    )  # fmt: skip
+        not_after=""
+        if after
+        else ("the calibration was not verified; it must not be measured with until it is"),
+    )
+    return marked(made_paper, record.made_by)  # fmt: skip
 
 
 def _not_found(record: CameraRecord, runs: Sequence[CertificateRun]) -> str:

@@ -11,7 +11,6 @@ from ocmm_core.calibration.records import (
     CameraRecord,
     ProbeStore,
     VerificationRecord,
-    is_practice,
     record_hash,
 )
 from ocmm_core.errors import InputError
@@ -20,8 +19,8 @@ from ocmm_core.export.certificate._content import (
     CertificateRun,
     CertificateValue,
     K,
+    marked,
     once,
-    titled,
 )
 from ocmm_core.export.certificate._from_acceptance import (
     AFTER,
@@ -116,11 +115,10 @@ def _of_cameras(
     digest = record_hash(last)
     low, high = (" ".join(f"{x:g}" for x in corner) for corner in
                  (record.volume_min, record.volume_max))  # fmt: skip
-    return Certificate(
-        title=titled("Verification record", record.made_by, last.made_by),
+    made_paper = Certificate(
+        title="Verification record",
         number=f"V-{digest[:_NUMBER_DIGITS]}",
         item=f"Cameras of rig {record.rig}",
-        simulated=is_practice(record.made_by) or is_practice(last.made_by),
         identifications=(
             *((f"camera {camera.name} no.", str(camera.serial)) for camera in record.cameras),
             ("calibration", record_hash(record)),
@@ -142,6 +140,7 @@ def _of_cameras(
         paper=paper,
         camera_doubts=doubts_by_name(record.cameras[0].device) if record.cameras else (),
     )
+    return marked(made_paper, record.made_by, last.made_by)
 
 
 def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate:
@@ -172,11 +171,10 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         record=digest,
         data_sha256=found.data_sha256,
     )
-    return Certificate(
-        title=titled("Test report (in-house): qualification of a tip", found.made_by),
+    made_paper = Certificate(
+        title="Test report (in-house): qualification of a tip",
         number=f"T-{digest[:_NUMBER_DIGITS]}",
         item=f"Probe {found.probe}, tip {found.tip}",
-        simulated=is_practice(found.made_by),
         identifications=(
             ("rig", found.rig),
             ("cameras", found.rig_identity),
@@ -188,7 +186,9 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         runs=(run,),
         values=(
             CertificateValue(
-                "Effective diameter of the ball", found.diameter_mm, _MM,
+                "Effective diameter of the ball",
+                found.diameter_mm,
+                _MM,
                 K * found.diameter_sigma_mm,
             ),
             CertificateValue("Form of the sphere (P_Form)", found.form_mm, _MM),
@@ -204,4 +204,5 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         previous="",
         paper=paper,
         camera_doubts=found.camera_doubts or (),
-    )  # fmt: skip
+    )
+    return marked(made_paper, found.made_by)  # fmt: skip
