@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable
 from typing import Protocol
 
-from ocmm_core.acquisition.frames import Cycle, CycleVerdict, SourceDescription
+from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, SourceDescription
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.simulation.scene._attitude import rotation_vector
@@ -103,10 +103,13 @@ class SimulatedSource:
 
     def read(self) -> Cycle:
         """Return the next block; wait for its time if the source is paced."""
+        led = self._read_led()
+        if led is not None:
+            if self._speed:
+                self._pace(len(led))
+            return Cycle(CycleVerdict.GOOD, frames=led, finished=False)
         with self._lock:
             first = self._next_frame
-            if self._hand is not None:
-                return self._read_led(self._hand, first)
             left = self._rig.n_frames - first
             if left <= self._block and self._ask_for_more(first):
                 left = self._rig.n_frames - first
@@ -153,14 +156,17 @@ class SimulatedSource:
                 self._rig.resume(*self._hand.place(), self._next_frame + self._block)
                 self._hand = None
 
-    def _read_led(self, hand: LedHand, first: int) -> Cycle:
-        """Return the next block as somebody leads the hand; in `read`, with its lock."""
-        count = self._block
-        self._next_frame = first + count
-        frames = self._rig.led_frames(hand.motion, first, count)
-        if self._speed:
-            self._pace(count)
-        return Cycle(CycleVerdict.GOOD, frames=frames, finished=False)
+    def _read_led(self) -> FrameBlock | None:
+        """Return the next block as somebody leads the hand; None where nobody does.
+
+        The hand is not given away within a block: whoever takes it finds it where it is.
+        """
+        with self._lock:
+            if self._hand is None:
+                return None
+            first = self._next_frame
+            self._next_frame = first + self._block
+            return self._rig.led_frames(self._hand.motion, first, self._block)
 
     def _ask_for_more(self, first: int) -> bool:
         if self.ask is None or (self._asked >= _MOST_ROUNDS and not self._hover):
