@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Callable
 from typing import Protocol
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, QTimer
 from PySide6.QtGui import QAction
 
 from ocmm_core.errors import OcmmError
@@ -93,8 +94,8 @@ class LedProbe(Protocol):
         """Return how it is held."""
         ...
 
-    def part(self) -> PlacedPart | None:
-        """Return what is touched."""
+    def part(self) -> PlacedPart:
+        """Return what is touched; raise OcmmError where it looks like nothing."""
         ...
 
 
@@ -146,6 +147,8 @@ class HandControl(QObject):
             self.lead.touched.connect(self._touch)
             self.lead.nearer.connect(hand.nearer)
             self.lead.leaned.connect(hand.lean)
+            # Once the window is there: whoever watches the robot sees what it touches.
+            QTimer.singleShot(0, self, self._show_part)
 
     @property
     def taken(self) -> bool:
@@ -216,6 +219,13 @@ class HandControl(QObject):
         """Say that nothing counts, as long as a wizard is practised; the strip stands above all."""
         self.strip.show_practice(practises=practises)
         self.strip.setVisible(practises or self._hand is not None)
+
+    def _show_part(self) -> None:
+        if self._hand is None or self._hand.taken:
+            return
+        # A part of places only looks like nothing; what its plan knows of it is shown as ever.
+        with contextlib.suppress(OcmmError):
+            self._view.lead(led=False, part=self._hand.part())
 
     def _touch(self, origin: object, toward: object) -> None:
         if self._hand is not None:

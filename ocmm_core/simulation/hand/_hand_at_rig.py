@@ -79,10 +79,9 @@ class HandAtRig:
         with self._lock:
             if self._taken:
                 return
-            if self._hand is None:
-                self._hand = MouseHand(self._rig)
+            hand = self._led()
             self._clear, self._turn, self._ray = CLEAR_MM, np.zeros(2), None
-            self._source.take_over(self._hand)
+            self._source.take_over(hand)
             self._taken = True
 
     def hand_back(self) -> None:
@@ -134,9 +133,15 @@ class HandAtRig:
             turn = (float(self._turn[0]), float(self._turn[1]))
             return LedView(self._taken, seen, self._clear, turn)
 
-    def part(self) -> PlacedPart | None:
-        """Return what is touched, where it is; None before somebody took the probe."""
-        return None if self._hand is None else self._hand.part()
+    def part(self) -> PlacedPart:
+        """Return what is touched, where it is; InputError as `take_over`."""
+        with self._lock:
+            return self._led().part()
+
+    def _led(self) -> MouseHand:
+        if self._hand is None:
+            self._hand = MouseHand(self._rig)
+        return self._hand
 
     def _lead(self) -> None:
         if self._taken and self._hand is not None and self._ray is not None:

@@ -5,6 +5,8 @@ Everything here is in the part frame: mm, s, rad.
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -49,16 +51,16 @@ def _oval(a: float, b: float, x: float, y: float) -> tuple[float, float]:
     The foot of the normal is found by Newton's method on the parameter, from the point of the
     circle; half a dozen steps reach the last bit for the flat ellipses of parts.
     """
-    t = np.arctan2(a * y, b * x)
+    t = math.atan2(a * y, b * x)
     for _ in range(12):
-        c, s = np.cos(t), np.sin(t)
+        c, s = math.cos(t), math.sin(t)
         slope = (a * a - b * b) * c * s - a * x * s + b * y * c
         # d/dt of the squared distance is -2 slope; its own slope is bounded away from zero.
         bend = (a * a - b * b) * (c * c - s * s) - a * x * c - b * y * s
         if abs(bend) < 1e-12:
             break
         t -= min(max(slope / bend, -0.5), 0.5)
-    return a * np.cos(t), b * np.sin(t)
+    return a * math.cos(t), b * math.sin(t)
 
 
 @njit(cache=True, nogil=True)
@@ -70,7 +72,7 @@ def _outline(hole: Float, x: float, y: float) -> tuple[float, float, float]:
     a, b = hole[HALF_A], hole[HALF_B]
     if hole[OUTLINE] == LONG:
         along = u - min(max(u, -a), a)
-        far = np.sqrt(along * along + v * v)
+        far = math.sqrt(along * along + v * v)
         if far < 1e-12:
             gu, gv, out = 0.0, 1.0, -b
         else:
@@ -79,7 +81,7 @@ def _outline(hole: Float, x: float, y: float) -> tuple[float, float, float]:
         qu, qv = abs(u) - a, abs(v) - b
         su, sv = 1.0 if u >= 0.0 else -1.0, 1.0 if v >= 0.0 else -1.0
         if qu > 0.0 and qv > 0.0:
-            out = np.sqrt(qu * qu + qv * qv)
+            out = math.sqrt(qu * qu + qv * qv)
             gu, gv = su * qu / out, sv * qv / out
         elif qu > qv:
             gu, gv, out = su, 0.0, qu
@@ -88,7 +90,7 @@ def _outline(hole: Float, x: float, y: float) -> tuple[float, float, float]:
     else:
         fu, fv = _oval(a, b, u, v)
         nu, nv = fu / (a * a), fv / (b * b)
-        size = np.sqrt(nu * nu + nv * nv)
+        size = math.sqrt(nu * nu + nv * nv)
         gu, gv = nu / size, nv / size
         out = (u - fu) * gu + (v - fv) * gv
     return out, c * gu - s * gv, s * gu + c * gv
@@ -108,7 +110,7 @@ def _slab(solid: Float, holes: Float, x: float, y: float, z: float, g: Float) ->
     sy = 1.0 if y >= 0.0 else -1.0
     sz = 1.0 if z + half >= 0.0 else -1.0
     ox, oy, oz = max(qx, 0.0), max(qy, 0.0), max(qz, 0.0)
-    box = np.sqrt(ox * ox + oy * oy + oz * oz)
+    box = math.sqrt(ox * ox + oy * oy + oz * oz)
     if box > 0.0:
         g[0], g[1], g[2] = sx * ox / box, sy * oy / box, sz * oz / box
     else:
@@ -134,7 +136,7 @@ def _slab(solid: Float, holes: Float, x: float, y: float, z: float, g: Float) ->
             box = free
             g[0], g[1], g[2] = hx, hy, hz
         else:
-            both = np.sqrt(box * box + free * free)
+            both = math.sqrt(box * box + free * free)
             g[0] = (box * g[0] + free * hx) / both
             g[1] = (box * g[1] + free * hy) / both
             g[2] = (box * g[2] + free * hz) / both
@@ -151,16 +153,16 @@ def _to_segment(
     ux, uy = bx - ax, by - ay
     t = min(max(((x - ax) * ux + (y - ay) * uy) / (ux * ux + uy * uy), 0.0), 1.0)
     dx, dy = x - ax - t * ux, y - ay - t * uy
-    return np.sqrt(dx * dx + dy * dy), dx, dy
+    return math.sqrt(dx * dx + dy * dy), dx, dy
 
 
 @njit(cache=True, nogil=True)
 def _round(solid: Float, x: float, y: float, z: float, g: Float) -> float:
     """Return how far a place is outside a solid of revolution, and the way out of it in ``g``."""
-    rho = np.sqrt(x * x + y * y)
+    rho = math.sqrt(x * x + y * y)
     if solid[KIND] == RING:
         away = rho - solid[SIZES]
-        far = max(np.sqrt(away * away + z * z), 1e-12)
+        far = max(math.sqrt(away * away + z * z), 1e-12)
         gr, gz, out = away / far, z / far, far - solid[SIZES + 1]
     else:
         r0, r1, height = solid[SIZES], solid[SIZES + 1], solid[SIZES + 2]
@@ -176,7 +178,7 @@ def _round(solid: Float, x: float, y: float, z: float, g: Float) -> float:
         if side < 1e-12:
             gr, gz = 0.0, 1.0
             if 0.0 < z < height:
-                slant = np.sqrt(height * height + (r0 - r1) ** 2)
+                slant = math.sqrt(height * height + (r0 - r1) ** 2)
                 gr, gz = height / slant, (r0 - r1) / slant
         else:
             gr, gz = sign * dr / side, sign * dz / side
@@ -203,7 +205,7 @@ def distance(place: Float, solids: Float, holes: Float, normal: Float) -> float:
         mx, my, mz = (
             place[0] - solid[MIDDLE], place[1] - solid[MIDDLE + 1], place[2] - solid[MIDDLE + 2],
         )  # fmt: skip
-        if np.sqrt(mx * mx + my * my + mz * mz) - solid[REACH] >= best:
+        if math.sqrt(mx * mx + my * my + mz * mz) - solid[REACH] >= best:
             continue
         dx, dy, dz = (
             place[0] - solid[ORIGIN], place[1] - solid[ORIGIN + 1], place[2] - solid[ORIGIN + 2],
@@ -214,7 +216,7 @@ def distance(place: Float, solids: Float, holes: Float, normal: Float) -> float:
         if solid[KIND] == BOX:
             out = _slab(solid, holes, x, y, z, g)
         elif solid[KIND] == BALL:
-            far = max(np.sqrt(x * x + y * y + z * z), 1e-12)
+            far = max(math.sqrt(x * x + y * y + z * z), 1e-12)
             g[0], g[1], g[2] = x / far, y / far, z / far
             out = far - solid[SIZES]
         else:
@@ -285,12 +287,12 @@ def drive(
             for a in range(3):
                 g[a] = _STIFFNESS * (_STIFFNESS * (aim[a] - p[a]) - 2.0 * v[a])
                 pull2 += g[a] * g[a]
-            share = min(1.0, _MOST_MM_S2 / max(np.sqrt(pull2), 1e-12))
+            share = min(1.0, _MOST_MM_S2 / max(math.sqrt(pull2), 1e-12))
             speed2 = 0.0
             for a in range(3):
                 v[a] += share * g[a] * period_s
                 speed2 += v[a] * v[a]
-            share = min(1.0, most_mm_s / max(np.sqrt(speed2), 1e-12))
+            share = min(1.0, most_mm_s / max(math.sqrt(speed2), 1e-12))
             for a in range(3):
                 v[a] *= share
                 p[a] += v[a] * period_s
