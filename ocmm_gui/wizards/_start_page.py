@@ -32,7 +32,7 @@ from ocmm_gui.kit import (
     tr,
 )
 from ocmm_gui.wizards._site import Offer
-from ocmm_gui.wizards.parts import Field, practice_title, practice_words
+from ocmm_gui.wizards.parts import Field, practice_title
 
 _ROW_PX = 58
 
@@ -97,7 +97,7 @@ class StartPage(QWidget):
     ) -> None:  # fmt: skip
         """Show what a wizard needs and what was not finished; that is proposed first."""
         self._title.setText(practice_title(tr(title)) if practice else tr(title))
-        self._purpose.setText(f"{practice_words()} {tr(purpose)}" if practice else tr(purpose))
+        self._purpose.setText(tr(purpose))
         self.show_trouble("")
         self._fill_form(fields)
         self._offers = tuple(offers)

@@ -7317,10 +7317,6 @@ Startet: {source}</translation>
         <translation>ÜBUNG: {title}</translation>
     </message>
     <message>
-        <source>A virtual hand does what each step asks. Nothing of it is valid for measuring.</source>
-        <translation>Eine virtuelle Hand tut, was jeder Schritt verlangt. Nichts davon gilt zum Messen.</translation>
-    </message>
-    <message>
         <source>Where to go</source>
         <translation>Wohin</translation>
     </message>

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
         VERDICT_ENDS,
         WizardTexts,
         practice_title,
-        practice_words,
     )
     from ocmm_gui.wizards.parts._pages import (
         CollectPage,
@@ -69,7 +68,7 @@ else:
         _probe_picture="ProbePicture",
         _result_frame="PlotTabs ResultFrame Said",
         _shown="Calculation Seen ShownProcedure Tap TemperatureReadings",
-        _messages=("CALIBRATION_ENDS VERDICT_ENDS WizardTexts practice_title practice_words"),
+        _messages=("CALIBRATION_ENDS VERDICT_ENDS WizardTexts practice_title"),
     )
 
 __all__ = [
@@ -110,6 +109,5 @@ __all__ = [
     "planned_lines",
     "planned_points",
     "practice_title",
-    "practice_words",
     "volume_coverage",
 ]

@@ -60,8 +60,3 @@ class WizardTexts:
 def practice_title(title: str) -> str:
     """Return the title of a wizard in which nothing counts."""
     return tr("PRACTICE: {title}").format(title=title)
-
-
-def practice_words() -> str:
-    """Return what practice is, in two sentences."""
-    return tr("A virtual hand does what each step asks. Nothing of it is valid for measuring.")
