@@ -43,13 +43,16 @@ from ocmm_gui.kit import (
 )
 
 if TYPE_CHECKING:
-    from ocmm_core.composition import StationRequest
+    from ocmm_core.archive import HandOverProcess
+    from ocmm_core.composition import BuiltStation, StationRequest
+    from ocmm_core.station.archiving import ArchiveWatch
     from ocmm_gui.bridge import StationBridge
     from ocmm_gui.window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
 _HELD = "job.locked"
+_SENDER_MS = 5000
 _SAFE = "All points taken are saved in the job file."
 
 
@@ -142,6 +145,17 @@ def run(parsed: argparse.Namespace) -> int:
     _end_on_signals(app)
     store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
+    sender = _sender(store, told)
+    try:
+        return _windows(app, parsed, store, told)
+    finally:
+        if sender is not None:
+            sender.close()
+
+
+def _windows(
+    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
+) -> int:
     asked = parsed.start and parsed.job is None
     choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
     while True:
@@ -172,6 +186,37 @@ def _instead(choice: Choice, error: OcmmError) -> Choice:
     if choice.errand is Errands.CONTINUE and choice.path is not None and error.code == _HELD:
         return Choice(Errands.LOOK, choice.path)
     return _START_PAGE
+
+
+def _sender(store: SettingsStore, told: NoticeCentre) -> HandOverProcess | None:
+    """Return the process that hands jobs over to the archive; it starts when all else stands."""
+    from ocmm_core.archive import HandOverProcess
+    from ocmm_core.station.archiving import archive_place
+
+    try:
+        place = archive_place(settings=store.load().settings)
+    except OcmmError as error:
+        told.error(error)
+        return None
+    if place is None:
+        return None
+    sender = HandOverProcess(place)
+    QTimer.singleShot(_SENDER_MS, sender.start_if_needed)
+    return sender
+
+
+def _watch(built: BuiltStation, loaded: LoadedSettings, choice: Choice) -> ArchiveWatch | None:
+    """Return what puts the jobs of a station into the outbox; None where nothing is archived."""
+    from ocmm_core.station.archiving import ArchiveWatch, archive_place
+
+    if choice.errand is Errands.DEMO:
+        # It shows how it is done; nothing of it is kept but its file.
+        return None
+    try:
+        place = archive_place(settings=loaded.settings)
+    except OcmmError:
+        return None
+    return None if place is None else ArchiveWatch(built.station, place.outbox)
 
 
 def _use_language(app: QApplication, settings: Settings) -> None:
@@ -243,6 +288,7 @@ def _work(
     except BaseException:
         built.station.close()
         raise
+    watch = _watch(built, loaded, choice)
     code, after = EXIT_OK, ""
     path, plan = built.job_path, built.station.job.plan_file
     try:
@@ -279,6 +325,8 @@ def _work(
     finally:
         gc.enable()
         bridge.close()
+        if watch is not None:
+            watch.close()
     failure = built.station.faults.why_failed()
     window.deleteLater()
     if isinstance(failure, InternalError):

@@ -12,6 +12,7 @@ import random
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,7 +55,7 @@ class ArchivePlace:
 
 
 @contextlib.contextmanager
-def only_one(folder: Path):  # type: ignore[no-untyped-def] # a generator of one bool
+def only_one(folder: Path) -> Iterator[bool]:
     """Give whether nobody else hands over from this outbox; it is held until the end."""
     folder.mkdir(parents=True, exist_ok=True)
     descriptor = HOST.open_file(folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)
@@ -104,6 +105,12 @@ class HandOverProcess:
     def __init__(self, place: ArchivePlace) -> None:
         self._place = place
         self._process: subprocess.Popen[bytes] | None = None
+        self._ended = False
+
+    def start_if_needed(self) -> None:
+        """Start it, unless it was ended before it began."""
+        if not self._ended and self._process is None:
+            self.start()
 
     def start(self) -> None:
         """Start it; what goes wrong then stands in the outbox."""
@@ -119,6 +126,7 @@ class HandOverProcess:
 
     def close(self) -> None:
         """End it within two seconds; a job that is under way is sent again by the next one."""
+        self._ended = True
         if self._process is None:
             return
         process, self._process = self._process, None

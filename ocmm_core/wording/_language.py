@@ -23,7 +23,8 @@ def language_of(environment: Mapping[str, str], chosen: str = "") -> str:
         The setting; empty where the system decides.
     """
     system = next(
-        (found for name in ("LC_ALL", "LC_MESSAGES", "LANG") if (found := environment.get(name))), ""
+        (found for name in ("LC_ALL", "LC_MESSAGES", "LANG") if (found := environment.get(name))),
+        "",
     )
     for wanted in (environment.get(_VARIABLE, ""), chosen):
         if _short(wanted) in LANGUAGES:

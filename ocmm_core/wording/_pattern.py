@@ -7,7 +7,7 @@ import string
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-NUMBER, WORD, SENTENCE = "n", "w", "s"
+NUMBER, WORD, KNOWN_WORD, SENTENCE = "n", "w", "k", "s"
 """What stands behind the name of a field: ``{count:n}``."""
 
 _NUMBER = re.compile(r"\s*[-+−±]?(\d[\d,_]*(\.\d+)?([eE][-+]?\d+)?|inf|nan)%?\s*")
@@ -26,8 +26,9 @@ class Pattern:
     names
         Names of the fields.
     marks
-        What each field holds: a number ``n``, a word of the program ``w``, a sentence of the
-        program ``s``, or anything.
+        What each field holds: a number ``n``, a word of the program ``w`` (where it is none,
+        whatever it is), a word of the program for certain ``k``, a sentence of the program ``s``,
+        or anything.
     """
 
     template: str

@@ -10,33 +10,44 @@ said, the English sentence stays (decision 92).
 from __future__ import annotations
 
 import functools
-import json
 import re
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import msgspec
 
-from ocmm_core.documents import read_bytes, resource
-from ocmm_core.errors import OcmmError
+from ocmm_core.documents import decode_json, read_bytes, resource
+from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.wording._language import ENGLISH
-from ocmm_core.wording._pattern import NUMBER, SENTENCE, WORD, Pattern
+from ocmm_core.wording._pattern import KNOWN_WORD, NUMBER, SENTENCE, WORD, Pattern
+
+C = TypeVar("C")
 
 _LETTERS = re.compile(r"[^\W\d_]+")
 _LOWER_WORDS = re.compile(r"(?<![\w'\"/.])[a-z]{2,}(?![\w'\"/.])")
+_SAYS_SOMETHING = re.compile(r"(?:\b[a-z]{2,} ){4}|\w[.!?] [A-Z][a-z]")
 _END_OF_SENTENCE = re.compile(r"(?<=[.!?:;)])\s+|\n+")
+_BEFORE_A_SENTENCE = frozenset(":;,")
 _POINT = re.compile(r"(?<=\d)\.(?=\d)")
-_DEEPEST = 4
-_MOST_PIECES = 40
+_DEEPEST = 2
+_MOST_PIECES = 16
 _REMEMBERED = 4096
 
 
-class _File(msgspec.Struct, frozen=True):
-    """A catalogue: `core.json` with codes, or that of a language with translations."""
+class _English(msgspec.Struct, frozen=True):
+    """`core.json`: every sentence with its codes, and the words."""
 
-    sentences: dict[str, list[str] | str]
-    words: list[str] | dict[str, str]
+    sentences: dict[str, list[str]]
+    words: list[str]
+
+
+class _Shown(msgspec.Struct, frozen=True):
+    """The catalogue of a language; empty where something is not translated yet."""
+
+    sentences: dict[str, str]
+    words: dict[str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +70,8 @@ class Translation:
         Words of enumerations and registries.
     codes
         Codes of the errors that say a template.
+    comma
+        Numbers that the program formatted get a comma before their decimals; nothing else does.
     """
 
     def __init__(
@@ -66,7 +79,10 @@ class Translation:
         sentences: Mapping[str, str],
         words: Mapping[str, str],
         codes: Mapping[str, Iterable[str]] | None = None,
+        *,
+        comma: bool = False,
     ) -> None:
+        self._comma = comma
         self._words = dict(words)
         self._plain: dict[str, str] = {}
         self._by_word: dict[str, list[_Known]] = defaultdict(list)
@@ -113,47 +129,67 @@ class Translation:
 
     def word(self, text: str) -> str:
         """Return a word of an enumeration or a registry in this language."""
-        return self._words.get(text) or self._plain.get(text) or text
+        return (
+            self._words.get(text)
+            or self._plain.get(text)
+            # "cylinder" in a sentence is the shape "Cylinder".
+            or self._words.get(text[:1].upper() + text[1:])
+            or text
+        )
 
     def _of(self, text: str, code: str, depth: int) -> str | None:
         """Return a text in this language; None where it is not known."""
         if not _LETTERS.search(text):
             return text
         whole = self._sentence(text, code, depth)
-        return whole if whole is not None else self._pieces(text, code, depth)
+        return whole if whole is not None or depth else self._pieces(text, code)
 
     def _sentence(self, text: str, code: str, depth: int) -> str | None:
         """Return one sentence in this language; None where it is unknown or in doubt."""
         if text in self._plain:
             return self._plain[text]
-        found = [known for known in self._candidates(text) if known.said.fillings(text)]
+        found = [known for known in self._candidates(text, depth) if known.said.fillings(text)]
         found = [known for known in found if code in known.codes] or found
         if not found:
-            return None
+            return self._before_another(text, code, depth)
         # One sentence can be a special case of another; its own words decide.
         most = max(known.said.weight for known in found)
         shown = {self._shown(known, text, depth) for known in found if known.said.weight == most}
         return shown.pop() if len(shown) == 1 else None
 
-    def _candidates(self, text: str) -> Iterable[_Known]:
+    def _before_another(self, text: str, code: str, depth: int) -> str | None:
+        """Return what leads to the next sentence: ``PART CONFORMS:``."""
+        if text[-1:] not in _BEFORE_A_SENTENCE:
+            return None
+        before = text[:-1]
+        inner = self._words.get(before) if before.isupper() else None
+        inner = inner or self._sentence(before, code, depth)
+        return None if inner is None else inner + text[-1]
+
+    def _candidates(self, text: str, depth: int) -> Iterable[_Known]:
         for word in dict.fromkeys(_LETTERS.findall(text)):
             yield from self._by_word.get(word, ())
-        yield from self._wordless
+        if not depth:
+            yield from self._wordless
 
     def _shown(self, known: _Known, text: str, depth: int) -> str | None:
-        shown = {
-            self._filled(known, values, depth) for values in known.said.fillings(text)
-        }
+        shown = {self._filled(known, values, depth) for values in known.said.fillings(text)}
         return shown.pop() if len(shown) == 1 else None
 
     def _filled(self, known: _Known, values: Sequence[str], depth: int) -> str | None:
         filled = {}
         for name, mark, value in zip(known.said.names, known.said.marks, values, strict=True):
             inner: str | None = value
-            if mark == WORD:
+            if mark == NUMBER and self._comma:
+                inner = with_comma(value)
+            elif mark == WORD:
                 inner = self.word(value)
+            elif mark == KNOWN_WORD:
+                inner = self._words.get(value)
             elif mark == SENTENCE:
                 inner = self._inner(value, depth + 1)
+            elif _SAYS_SOMETHING.search(value):
+                inner = None  # it holds a sentence, which nobody filled in by itself
             if inner is None:
                 return None
             filled[name] = inner
@@ -164,10 +200,12 @@ class Translation:
         if depth > _DEEPEST:
             return None
         found = self._words.get(text) or self._of(text, "", depth)
+        if found is None and (ended := self._plain.get(f"{text}.")) is not None:
+            found = ended.removesuffix(".")
         # Names and numbers alone are no sentence.
         return found if found is not None or _LOWER_WORDS.search(text) else text
 
-    def _pieces(self, text: str, code: str, depth: int) -> str | None:
+    def _pieces(self, text: str, code: str) -> str | None:
         """Return several sentences in this language; None unless all of them are known."""
         ends = [match.span() for match in _END_OF_SENTENCE.finditer(text)]
         if not ends or len(ends) > _MOST_PIECES:
@@ -181,7 +219,7 @@ class Translation:
                 if rest[last + 1] is None or (first == 0 and last == len(stops) - 1):
                     continue
                 piece = text[starts[first] : stops[last]]
-                told = self._sentence(piece, code, depth) if _LETTERS.search(piece) else piece
+                told = self._sentence(piece, code, 0) if _LETTERS.search(piece) else piece
                 if told is not None:
                     between = text[stops[last] : starts[last + 1]] if last + 1 < len(starts) else ""
                     rest[first] = told + between + (rest[last + 1] or "")
@@ -202,8 +240,15 @@ def _whole_words(pattern: Pattern) -> set[str]:
 
 
 @functools.cache
-def load_translation(language: str) -> Translation:
+def load_translation(language: str, *, comma: bool = False) -> Translation:
     """Return what the core says in a language; loaded once, when it is first asked for.
+
+    Parameters
+    ----------
+    language
+        One of `LANGUAGES`.
+    comma
+        A comma stands before the decimals of numbers.
 
     Raises
     ------
@@ -212,9 +257,22 @@ def load_translation(language: str) -> Translation:
     """
     if language == ENGLISH:
         return Translation({}, {})
-    english = msgspec.json.decode(read_bytes(resource("i18n", "core.json")))
-    shown = msgspec.json.decode(read_bytes(resource("i18n", f"core_{language}.json")))
-    return Translation(shown["sentences"], shown["words"], english["sentences"])
+    english = _read("core.json", _English)
+    shown = _read(f"core_{language}.json", _Shown)
+    sentences = {said: told for said, told in shown.sentences.items() if told}
+    return Translation(sentences, shown.words, english.sentences, comma=comma)
+
+
+def _read(name: str, kind: type[C]) -> C:
+    path = resource("i18n", name)
+    try:
+        return decode_json(read_bytes(path), kind)
+    except msgspec.MsgspecError as error:
+        raise InputError(
+            "wording.catalogue",
+            f"{path}: the sentences of another language cannot be read ({error}).",
+            "Install the program completely; until then it speaks English.",
+        ) from error
 
 
 def in_language(error: OcmmError, language: str) -> tuple[str, str]:
@@ -225,6 +283,6 @@ def in_language(error: OcmmError, language: str) -> tuple[str, str]:
     return translation.of(error.what, error.code), translation.of(error.remedy, error.code)
 
 
-def with_comma(text: str) -> str:
-    """Return a text with a comma as the decimal sign of its numbers."""
-    return _POINT.sub(",", text)
+def with_comma(number: str) -> str:
+    """Return a number as it is written with a comma before its decimals; blanks part thousands."""
+    return _POINT.sub(",", number.replace(",", "\N{NARROW NO-BREAK SPACE}"))

@@ -25,7 +25,7 @@ from ocmm_gui.acceptance._start_page import AcceptanceStart
 from ocmm_gui.acceptance._start_parts import limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
 from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
-from ocmm_gui.kit import Worker, later, localised, tr
+from ocmm_gui.kit import Worker, later, localised, said, tr
 from ocmm_gui.wizards import DirectCalculation, GuidedStack, Runner, WizardDriver, temperature
 from ocmm_gui.wizards.parts import (
     VERDICT_ENDS,
@@ -99,7 +99,7 @@ class AcceptanceDesk(GuidedStack):
             self.procedures = self.bench.procedures(now)
         except OcmmError as error:
             self.procedures = ()
-            trouble = f"{error.what} {error.remedy}"
+            trouble = said(f"{error.what} {error.remedy}")
         proposals = {"who": self._who()}
         if self.bench.is_virtual:
             proposals["temperature"] = localised(f"{_USUAL_C:g}")
@@ -122,7 +122,7 @@ class AcceptanceDesk(GuidedStack):
             told = contained(error, tr("Unfinished tests"), tr("Nothing was changed."))
             if asked == self._asked:
                 self.start.show_unfinished(())
-                self.start.show_trouble(f"{told.what} {told.remedy}")
+                self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 
         self._lists.do(lambda: self.bench.unfinished(now), done, failed)
 
@@ -138,7 +138,7 @@ class AcceptanceDesk(GuidedStack):
             found = self.bench.offers(offer, self._clock(), _USUAL_C if warm is None else warm)
         except OcmmError as error:
             self.start.show_artefacts((), limits_text(offer))
-            self.start.show_trouble(f"{error.what} {error.remedy}")
+            self.start.show_trouble(said(f"{error.what} {error.remedy}"))
             return
         self.start.show_artefacts(found, limits_text(offer))
 
@@ -175,7 +175,7 @@ class AcceptanceDesk(GuidedStack):
         try:
             procedure = make()
         except OcmmError as error:
-            self.start.show_trouble(f"{error.what} {error.remedy}".strip())
+            self.start.show_trouble(said(f"{error.what} {error.remedy}".strip()))
             return
         driver = WizardDriver(
             procedure, self._tap_of(procedure), DirectCalculation(procedure), clock=self._clock

@@ -25,6 +25,7 @@ from ocmm_gui.kit import (
     localised,
     panel,
     plain_number,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -96,7 +97,7 @@ class MeasurePage(CollectPage):
         self._shown = state
         self._show_position(view)
         self._show_errors(view.test.values, view.latest)
-        self.hint.setText(f"▲ {view.hint}" if view.hint else "")
+        self.hint.setText(f"▲ {said(view.hint)}" if view.hint else "")
         self._paint()
 
     def set_theme(self, theme: Theme) -> None:

@@ -38,6 +38,7 @@ from ocmm_gui.kit import (
     literal,
     localised,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -160,7 +161,10 @@ class AcceptanceStart(QWidget):
             text = tr("{title}, {who}: {done} of {wanted} points").format(
                 title=test.title, who=test.who, done=test.done, wanted=test.wanted
             )
-            add_line(self.unfinished, f"▲ {test.title}: {test.blocker}" if test.blocker else text)
+            add_line(
+                self.unfinished,
+                f"▲ {said(test.title)}: {said(test.blocker)}" if test.blocker else text,
+            )
         self._unfinished.setVisible(bool(self._open))
         if self._open:
             self.unfinished.setCurrentRow(0)
@@ -223,7 +227,7 @@ class AcceptanceStart(QWidget):
             self.note.setText(tr("No artefact in the register suits. Add one: F9 in Maintain."))
         else:
             u = tr("U {um:.2f} µm (k = 2)").format(um=1e3 * one.used.expanded)
-            self.note.setText(one.refusal or " ".join((u, *one.warnings)))
+            self.note.setText(said(one.refusal) or " ".join((u, *map(said, one.warnings))))
         self._paint()
 
     def _show_open(self, _row: int = 0) -> None:

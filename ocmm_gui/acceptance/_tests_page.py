@@ -18,6 +18,8 @@ from ocmm_gui.kit import (
     Worker,
     later,
     panel,
+    said,
+    said_word,
     sentence_label,
     text_font,
     time_words,
@@ -108,7 +110,7 @@ class TestsPage(QWidget):
         told = contained(error, tr("The list of tests"), tr("Nothing was changed."))
         self._shown = ()
         self.table.setRowCount(0)
-        self.about.setText(f"{told.what} {told.remedy}")
+        self.about.setText(said(f"{told.what} {told.remedy}"))
 
     def selected(self) -> Path | None:
         """Return the record that is selected; None where there is none."""
@@ -134,7 +136,7 @@ def _words(one: FinishedTest) -> tuple[str, ...]:
         value = tr("{quantity} {error:+.1f} of {limit:.1f} µm").format(
             quantity=worst.quantity, error=1e3 * worst.error_mm, limit=1e3 * worst.limit_mm
         )
-    verdict = record.verdict.value
+    verdict = said_word(record.verdict.value)
     if record.instrument.states:
         verdict = " ".join((*record.instrument.states, verdict))
     return (

@@ -25,6 +25,8 @@ from ocmm_gui.kit import (
     localised,
     mark_colour,
     panel,
+    said,
+    said_word,
     sentence_label,
     text_font,
     tr,
@@ -132,7 +134,7 @@ class AcceptanceVerdictPage(StepPage):
             words = (
                 one.quantity, f"{one.position}, {one.name}{superseded}",
                 localised(f"{1e3 * one.error_mm:+.1f}"), localised(f"{1e3 * one.expanded_mm:.1f}"),
-                localised(f"{1e3 * one.limit_mm:.1f}"), one.verdict.value,
+                localised(f"{1e3 * one.limit_mm:.1f}"), said_word(one.verdict.value),
             )  # fmt: skip
             self.values.show_words(row, words)
         if outcome.chart is not None:
@@ -170,14 +172,14 @@ class AcceptanceVerdictPage(StepPage):
         self._simulated.setVisible(bool(known))
         if error is not None:
             self._word.show_text(tr("NO VERDICT"), theme.bad, Mark.BAD)
-            text = f"{error.what} {error.remedy}"
+            text = said(f"{error.what} {error.remedy}")
         elif outcome is None:
             self._word.show_text(tr("NOT CALCULATED"), theme.muted, Mark.OPEN)
             text = tr("Press R to calculate.")
         else:
             mark = _MARKS[outcome.verdict]
             self._word.show_text(tr(outcome.word), mark_colour(theme, mark), mark)
-            text = outcome.sentence
+            text = said(outcome.sentence)
         if text != self.sentence.text():
             self.sentence.setText(text)
 

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.acceptance import InterimChart, InterimWord
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, localised, text_font, tr
+from ocmm_gui.kit import digit_font, localised, said_word, text_font, tr
 
 _SCALE_PX, _FOOT_PX = 84.0, 24.0
 _SIGMAS = 3.0
@@ -33,7 +33,9 @@ class InterimPlot(Plot):
         last = chart.points[-1]
         self._say(
             tr("{count} checks, last {error:+.1f} µm: {word}").format(
-                count=len(chart.points), error=1e3 * last.check.error_mm, word=last.word.value
+                count=len(chart.points),
+                error=1e3 * last.check.error_mm,
+                word=said_word(last.word.value),
             )
         )
 

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit import Painted, digit_font, named_quantity, quantity, tr
+from ocmm_gui.kit import Painted, digit_font, named_quantity, quantity, said_word, tr
 
 _MARGIN_SHARE = 0.4
 """Room on either side of the limits, in widths of the tolerance."""
@@ -94,7 +94,7 @@ class ToleranceBar(Painted):
                     deviation=named_quantity(result, result.deviation, signed=True),
                     lower=named_quantity(result, result.lower, signed=True),
                     upper=named_quantity(result, result.upper, signed=True),
-                    verdict=result.verdict.value,
+                    verdict=said_word(result.verdict.value),
                 )
             )
         self.update()

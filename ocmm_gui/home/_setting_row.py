@@ -26,6 +26,8 @@ from ocmm_gui.kit import (
     caption,
     literal,
     localised,
+    said,
+    said_word,
     sentence_label,
     text_font,
     tr,
@@ -60,7 +62,7 @@ class SettingRow(QObject):
         super().__init__(parent)
         self.spec = spec
         self._shown: Value = spec.default
-        label, tip = tr(spec.label), tr(spec.tip)
+        label, tip = said_word(spec.label), said(spec.tip)
         self.choice: ChoiceBox | None = None
         self.switch: QPushButton | None = None
         # Without a place in the grid it would be a window of its own.
@@ -165,7 +167,7 @@ class SettingRow(QObject):
         try:
             value_of_text(self.spec, text)
         except InputError as error:
-            self._say(error.what, fault=True)
+            self._say(said(error.what), fault=True)
         else:
             self._say(tr("Return takes it."), fault=False)
 
@@ -175,7 +177,7 @@ class SettingRow(QObject):
         try:
             value = value_of_text(self.spec, self.field.text())
         except InputError as error:
-            self._say(error.what, fault=True)
+            self._say(said(error.what), fault=True)
             return
         self.field.setModified(False)
         if value != self._shown:

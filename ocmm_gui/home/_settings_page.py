@@ -37,6 +37,8 @@ from ocmm_gui.kit import (
     Sheet,
     later,
     panel,
+    said,
+    said_word,
     sentence_label,
     text_font,
     tr,
@@ -179,7 +181,7 @@ class SettingsPage(Sheet):
         except OcmmError as error:
             self.failed.emit(error)
         for note in notes:
-            self.told.emit(f"{note.what} {note.remedy}")
+            self.told.emit(said(f"{note.what} {note.remedy}"))
         before = self.loaded.values[key]
         self.loaded = self._store.load()
         if spec_of(key).section == "report":
@@ -201,7 +203,7 @@ class SettingsPage(Sheet):
         wanted = Wanted.FOLDER if spec.kind is Kind.FOLDER else Wanted.ANY
         self._browsed = key
         self._whole.setCurrentWidget(self.browser)
-        self.browser.ask(tr(spec.label), wanted, value if isinstance(value, Path) else None)
+        self.browser.ask(said_word(spec.label), wanted, value if isinstance(value, Path) else None)
 
     def _on_chosen(self, path: Path) -> None:
         self._whole.setCurrentIndex(0)
@@ -212,11 +214,11 @@ class SettingsPage(Sheet):
             row.show_value(self.loaded, in_job=self._reopens)
         self.keys_list.show_keys(self.loaded.settings.window_keys)
         notes = self.loaded.notes
-        text = "\n".join(f"{note.what} {note.remedy}" for note in notes[:_NOTES_SHOWN])
+        text = "\n".join(said(f"{note.what} {note.remedy}") for note in notes[:_NOTES_SHOWN])
         self.notes.setText(text)
         self.notes.setVisible(bool(notes))
         if self._waiting:
-            names = ", ".join(tr(spec_of(key).label) for key in sorted(self._waiting))
+            names = ", ".join(said_word(spec_of(key).label) for key in sorted(self._waiting))
             self.say(
                 tr("Used from the next opening of the job: {names}. F8 opens it again now.").format(
                     names=names

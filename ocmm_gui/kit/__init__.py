@@ -124,7 +124,16 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
-    from ocmm_gui.kit._texts import PlainLabel, later, literal, tr, tr_all, with_unit
+    from ocmm_gui.kit._texts import (
+        PlainLabel,
+        later,
+        literal,
+        said,
+        said_word,
+        tr,
+        tr_all,
+        with_unit,
+    )
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT,
         DEFAULT_THEME,
@@ -181,7 +190,7 @@ else:
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
         _sound="Approach Sound SoundPlayer verdict_sound",
-        _texts="PlainLabel later literal tr tr_all with_unit",
+        _texts=("PlainLabel later literal said said_word tr tr_all with_unit"),
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
             "far_type fitted status_colour text_font verdict_colour wrapped_pixels"
@@ -302,6 +311,8 @@ __all__ = [
     "quantity",
     "reference_led_name",
     "reference_words",
+    "said",
+    "said_word",
     "seen_cameras",
     "seen_targets",
     "sentence_label",

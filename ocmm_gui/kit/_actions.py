@@ -177,6 +177,11 @@ ACTIONS = (
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
+        "archive", later("Archive"),
+        later("Jobs of all stations: lists, trends, what used a calibration"), ("Ctrl+J",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
         "pivot", later("Calibrate probe"),
         later("Find tip and LED positions: pivot the probe with its ball in a cone"), ("P",),
         mode=Mode.MAINTAIN, opens_wizard=True,

@@ -13,6 +13,8 @@ from pathlib import Path
 from PySide6.QtCore import QCoreApplication, QLibraryInfo, QLocale, QTranslator
 
 from ocmm_core.documents import resource
+from ocmm_core.errors import OcmmError
+from ocmm_core.wording import load_translation
 
 LANGUAGES = ("en", "de")
 """Which languages there are; the sentences of the first stand in the sources."""
@@ -74,7 +76,7 @@ def use_language(app: QCoreApplication, language: str) -> bool:
     found = [
         _install(app, path) for path in (of_qt / f"qtbase_{language}.qm", language_file(language))
     ]
-    return all(found)
+    return all(found) and _core_speaks(language)
 
 
 def language_in_use(app: QCoreApplication | None = None) -> str:
@@ -88,3 +90,11 @@ def _install(app: QCoreApplication, path: Path) -> bool:
     translator = QTranslator(app)
     translator.setObjectName(_MARK)
     return translator.load(str(path)) and app.installTranslator(translator)
+
+
+def _core_speaks(language: str) -> bool:
+    try:
+        load_translation(language)
+    except OcmmError:
+        return False
+    return True

@@ -18,7 +18,7 @@ from ocmm_core.inspection.evaluation import (
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
 from ocmm_gui.kit._numbers import length_number, length_words, localised, numbers_in_use, unit_word
-from ocmm_gui.kit._texts import later, tr
+from ocmm_gui.kit._texts import later, said, said_word, tr
 
 DASHES = "———"
 """Stands for every number that is not known or not trusted."""
@@ -34,7 +34,9 @@ def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3)
 
 def shape_word(shape: Shape) -> str:
     """Return a shape as people write it: ``Round slot`` for ``RoundSlot``."""
-    return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
+    return said_word(
+        "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
+    )
 
 
 _LONG_NAME = 16
@@ -320,12 +322,12 @@ def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
     """Return what stands in the way: the machine's own reason, then why a touch was refused."""
     lines = []
     if live is not None and live.status not in (StatusWord.READY, StatusWord.MEASURING):
-        lines.append(f"{live.status.value}: {live.reason}")
+        lines.append(f"{said_word(live.status.value)}: {said(live.reason)}")
     told = live.reason if lines and live is not None else ""
     if job is not None and job.refusal is not None and job.refusal.what not in told:
         lines.append(
             tr("No point: {what} {remedy}")
-            .format(what=job.refusal.what, remedy=job.refusal.remedy)
+            .format(what=said(job.refusal.what), remedy=said(job.refusal.remedy))
             .strip()
         )
     return tuple(lines)
@@ -339,20 +341,20 @@ def progress_word(feature: FeatureView, verdict: Verdict | None) -> str:
         return tr("OPEN")
     if feature.state is FeatureState.SKIPPED:
         return tr("SKIPPED")
-    return tr("DONE") if verdict is None else str(verdict.value)
+    return tr("DONE") if verdict is None else said_word(verdict.value)
 
 
 def verdict_line(summary: VerdictSummary) -> str:
     """Return the verdict of a feature, counted where several characteristics make it."""
     if summary.verdict is None:
         return tr("NO TOLERANCE")
-    return summary.words or str(summary.verdict.value)
+    return said(summary.words) or said_word(summary.verdict.value)
 
 
 def counted_line(job: JobView) -> str:
     """Return the verdict on the part with all counts, behind what the job must not be taken for."""
     part = job.part_verdict
     counted = part.summary.counted or tr("No characteristics in the plan")
-    states = ", ".join(job_states(job))
-    words = f"{part.word.value}: {counted}"
+    states = ", ".join(map(said_word, job_states(job)))
+    words = f"{said_word(part.word.value)}: {said(counted)}"
     return f"{states}. {words}" if states else words

@@ -188,14 +188,15 @@ class NarrowItems(QStyledItemDelegate):
         room = option.rect
         text = option.text
         if is_longer() and text:
+            # Joined by blanks at which no line is broken: an item has one line.
             found = fit_words(
-                text,
+                text.replace(" ", "\N{NO-BREAK SPACE}"),
                 option.font,
                 room.width() - _ITEM_PX,
                 room.height(),
                 wraps=False,
             )
-            if found is not None and "\n" not in found.text:
+            if found is not None:
                 option.font = found.font
 
 

@@ -22,7 +22,7 @@ from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
 from ocmm_gui.kit._narrow import NarrowButton
-from ocmm_gui.kit._texts import PlainLabel, tr
+from ocmm_gui.kit._texts import PlainLabel, said, tr
 from ocmm_gui.kit._theme import Theme, text_font
 
 INFO_SECONDS = 12
@@ -222,7 +222,9 @@ class Banner(QFrame):
         if covered and notice.level is not Level.ERROR:
             return
         self._level = notice.level
-        self._text.setText(f"{_MARKS[notice.level]}  {notice.what} {notice.remedy}".rstrip())
+        self._text.setText(
+            f"{_MARKS[notice.level]}  {said(notice.what)} {said(notice.remedy)}".rstrip()
+        )
         self._set_font()
         self._paint()
         self.show()

@@ -10,6 +10,9 @@ it:
 A sentence is whole: what changes in it has a name in braces and is filled in afterwards, so that a
 translation may put it elsewhere.
 
+What the core says (errors, reasons, steps, verdicts) are finished sentences of its own: `said` and
+`said_word` show them in the language of the window, or as they are.
+
 What is filled in comes from plans, jobs and paths, and Qt reads what looks like HTML as HTML, with
 links and pictures. No text of the window is HTML: labels are `PlainLabel`, and every tool tip goes
 through `literal`.
@@ -17,6 +20,7 @@ through `literal`.
 
 from __future__ import annotations
 
+import functools
 from typing import TypeVar, cast
 
 from PySide6 import QtGui
@@ -24,6 +28,9 @@ from PySide6.QtCore import QCoreApplication, QSize, Qt
 from PySide6.QtGui import QPainter, QPaintEvent
 from PySide6.QtWidgets import QLabel, QWidget
 
+from ocmm_core.errors import OcmmError
+from ocmm_core.wording import ENGLISH, Translation, load_translation
+from ocmm_gui.kit._language import language_in_use
 from ocmm_gui.kit._narrow import Fitted, fit_words, is_longer, least_width
 from ocmm_gui.kit._numbers import Sentence, numbers_in_use, unit_word
 
@@ -65,6 +72,29 @@ def tr_all(table: T) -> T:
         for item in table
     )
     return cast("T", tuple(translated))
+
+
+def said(text: str) -> str:
+    """Return sentences of the core as they are shown; English where one of them is not known."""
+    language = language_in_use()
+    if language == ENGLISH:
+        return text
+    return _catalogue(language, numbers_in_use().comma).of(text)
+
+
+def said_word(text: str) -> str:
+    """Return a word of the core (a verdict, a state, a shape, a heading) as it is shown."""
+    language = language_in_use()
+    return text if language == ENGLISH else _catalogue(language, False).word(text)
+
+
+@functools.cache
+def _catalogue(language: str, comma: bool) -> Translation:  # a key of a cache
+    """Return the sentences of the core; none where they cannot be read, as for those of Qt."""
+    try:
+        return load_translation(language, comma=comma)
+    except OcmmError:
+        return Translation({}, {})
 
 
 def with_unit(table: T) -> T:

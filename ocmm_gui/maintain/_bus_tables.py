@@ -7,7 +7,7 @@ from datetime import datetime
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.fieldbus.report import BusEvent, BusReport, CameraReport, is_present
-from ocmm_gui.kit import DataTable, Theme, day_words, later, localised, tr, tr_all
+from ocmm_gui.kit import DataTable, Theme, day_words, later, localised, said, tr, tr_all
 
 _UNKNOWN = "–"
 _CAMERA_COLUMNS = (
@@ -150,8 +150,8 @@ def _event_words(event: BusEvent) -> tuple[str, ...]:
     return (
         stamp if today else f"{day_words(when)} {stamp}",
         event.camera or tr("all"),
-        event.what,
-        event.remedy,
+        said(event.what),
+        said(event.remedy),
         str(event.cycles),
         event.code,
     )

@@ -10,7 +10,7 @@ from enum import Enum
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import Event, EventKind
-from ocmm_gui.kit import DataTable, Theme, later, time_words, tr, tr_all
+from ocmm_gui.kit import DataTable, Theme, later, said, time_words, tr, tr_all
 
 _COLUMNS = (
     (later("Time"), later("Local time")),
@@ -131,7 +131,7 @@ def _line(event: Event) -> Line:
         local_time(event.utc),
         tr(_WORDS[event.kind]),
         event.who,
-        event.reason,
+        said(event.reason),
         local_time(event.since_utc) if event.since_utc else "",
         event.calibration[:12],
     )

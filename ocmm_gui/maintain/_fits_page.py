@@ -39,6 +39,7 @@ from ocmm_gui.kit import (
     later,
     localised,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -165,7 +166,7 @@ class FitsPage(QWidget):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._end()
-        self._sentence.setText(f"{error.what} {error.remedy}")
+        self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self._reports = ()
         self._paint()
         self.failed.emit(error)

@@ -26,6 +26,8 @@ from ocmm_gui.kit import (
     Theme,
     literal,
     make_button,
+    said,
+    said_word,
     status_colour,
     status_mark,
     text_font,
@@ -123,8 +125,8 @@ class MaintainView(QWidget):
         """Show the state of the machine."""
         self._live = live
         colour = status_colour(self._theme, live.status)
-        self._word.show_text(live.status.value, colour, status_mark(live.status))
-        self._word.setToolTip(literal(live.reason))
+        self._word.show_text(said_word(live.status.value), colour, status_mark(live.status))
+        self._word.setToolTip(literal(said(live.reason)))
 
     def status(self) -> str:
         """Return the word that is shown."""

@@ -49,6 +49,7 @@ from ocmm_gui.kit import (
     localised,
     panel,
     plain_number,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -129,7 +130,7 @@ class ProbeDesignPage(QWidget):
         self._process.advanced.connect(self._on_advanced)
         self._process.finished.connect(self._show_report)
         self._process.failed.connect(self._on_failed)
-        self.fields = {key: OwnKeysField(proposal) for key, _, _, proposal in _FIELDS}
+        self.fields = {key: OwnKeysField(localised(proposal)) for key, _, _, proposal in _FIELDS}
         self.button = NarrowButton(tr("Examine"))
         self.button.setProperty("role", "primary")
         self.button.setMinimumHeight(38)
@@ -224,7 +225,7 @@ class ProbeDesignPage(QWidget):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._wait(False)
-        self._sentence.setText(f"{error.what} {error.remedy}")
+        self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self.failed.emit(error)
 
     def _paint_words(self, report: ProbeReport) -> None:

@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     digit_font,
     fitted,
     length_number,
+    said,
     text_font,
     tr,
     unit_word,
@@ -59,7 +60,7 @@ class Readout(QWidget):
         """
         now = time.monotonic()
         if live.tip_world is None:
-            self._show((DASHES, DASHES, DASHES), live.reason or tr("no valid position"))
+            self._show((DASHES, DASHES, DASHES), said(live.reason) or tr("no valid position"))
         elif now - self._shown_at >= 0.9 / DIGITS_HZ or DASHES in self._values:
             self._shown_at = now
             x, y, z = (length_number(float(value), signed=True) for value in live.tip_world)

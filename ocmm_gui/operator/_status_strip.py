@@ -20,6 +20,8 @@ from ocmm_gui.kit import (
     literal,
     localised,
     millimetres,
+    said,
+    said_word,
     seen_cameras,
     seen_targets,
     status_colour,
@@ -106,8 +108,8 @@ class StatusStrip(QFrame):
             self._word.show_text(tr(PAUSED), self._theme.warn, Mark.DOUBT)
         else:
             colour = status_colour(self._theme, live.status)
-            self._word.show_text(live.status.value, colour, status_mark(live.status))
-        words = (live.reason, *live.faults, live.acquisition.pace_words)
+            self._word.show_text(said_word(live.status.value), colour, status_mark(live.status))
+        words = tuple(map(said, (live.reason, *live.faults, live.acquisition.pace_words)))
         reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
             self._reason.setText(reason)

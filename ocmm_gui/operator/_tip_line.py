@@ -16,6 +16,8 @@ from ocmm_gui.kit import (
     far_type,
     literal,
     mark_colour,
+    said,
+    said_word,
     tr,
 )
 from ocmm_gui.operator._trust_bar import MarkView, TrustPlace
@@ -110,7 +112,7 @@ def _is_calm(view: ProbeView) -> bool:
 
 def tip_words(view: ProbeView, place: TrustPlace) -> str:
     """Return what is said about the probe; from three metres the name of the tip and one word."""
-    word = tr("UNCALIBRATED") if view.uncalibrated else view.word.value
+    word = tr("UNCALIBRATED") if view.uncalibrated else said_word(view.word.value)
     if place is TrustPlace.FAR:
         return (
             tr("Tip {tip}: {word}").format(tip=view.tip, word=word)
@@ -125,7 +127,7 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     # Why no points are taken stands in the status strip of the desk view already.
     why = ""
     if view.blocker is not None and view.uncalibrated:
-        why = f" {view.blocker.what}"
+        why = f" {said(view.blocker.what)}"
     elif view.blocker is not None and place is TrustPlace.MAINTAIN:
         why = " " + tr("No points: {blocker}").format(blocker=view.blocker)
     warnings = f" {' '.join(view.warnings)}" if view.warnings else ""

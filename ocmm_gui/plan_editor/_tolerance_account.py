@@ -15,6 +15,7 @@ from ocmm_gui.kit import (
     NarrowButton,
     Theme,
     later,
+    said,
     sentence_label,
     tr,
 )
@@ -120,7 +121,7 @@ class ToleranceAccount(QWidget):
         self.table.setRowCount(len(self._items))
         for row, item in enumerate(self._items):
             became = ", ".join(item.became)
-            words = "; ".join(part for part in (became, item.why, item.remark) if part)
+            words = "; ".join(part for part in (became, said(item.why), said(item.remark)) if part)
             self.table.show_words(row, (tr(_STATUS[item.status]), item.name, item.kind, words))
             cell = self.table.item(row, 0)
             if cell is not None:

@@ -27,6 +27,7 @@ from ocmm_gui.kit import (
     localised,
     millimetres,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -171,7 +172,7 @@ class AlignmentSheet(Sheet):
             )
         else:
             self._state.show_text(tr("Fully constrained"), theme.good, Mark.GOOD)
-        self.words.setText("\n".join(report.advice))
+        self.words.setText("\n".join(map(said, report.advice)))
         self._spread.setText(_spread_words(report))
         self.table.show_rows([_row(item) for item in report.residuals])
         for row in range(self.table.rowCount()):

@@ -27,6 +27,8 @@ from ocmm_gui.kit import (
     kind_value,
     later,
     localised,
+    said,
+    said_word,
     sentence_label,
     tr,
     tr_all,
@@ -232,7 +234,7 @@ class CompareSheet(WorkSheet):
         try:
             self._shown = self._found.about(self.feature.text().strip())
         except InputError as error:
-            self.say(f"{error.what} {error.remedy}")
+            self.say(said(f"{error.what} {error.remedy}"))
             self._shown = self._found
         self.table.show_trends(self._shown.trends)
         if self._shown.trends:
@@ -245,13 +247,13 @@ class CompareSheet(WorkSheet):
         if trend is None:
             return
         able = trend.capability
-        told = [able.words if able is not None else trend.why_not]
+        told = [said(able.words if able is not None else trend.why_not)]
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
             # The names of the rules are those of the books, and are not translated.
-            told += [trend.caution] if trend.caution else []
+            told += [said(trend.caution)] if trend.caution else []
             told += [
-                f"{counted[i].job}: {why.rule}, {why.value}."
+                f"{counted[i].job}: {why.rule}, {said_word(why.value)}."
                 for i, why in trend.chart.signals[-_MOST_TOLD:]
             ]
         self.words.setText(" ".join(told))

@@ -28,6 +28,8 @@ from ocmm_gui.kit import (
     key_words,
     literal,
     mark_colour,
+    said,
+    said_word,
     sentence_label,
     text_font,
     tr,
@@ -155,9 +157,9 @@ class Runner(QWidget):
             self._was_open = True
             self._go_on.stop()
         self._note_completion(base, page)
-        self._title.show_text(base.step.title)
-        if self.instruction.text() != base.step.instruction:
-            self.instruction.setText(base.step.instruction)
+        self._title.show_text(said_word(base.step.title))
+        if self.instruction.text() != said(base.step.instruction):
+            self.instruction.setText(said(base.step.instruction))
         self.rail.show_steps(
             base.steps, base.current, ended=base.decision is not ProcedureDecision.OPEN
         )

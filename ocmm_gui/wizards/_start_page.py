@@ -27,6 +27,7 @@ from ocmm_gui.kit import (
     Theme,
     literal,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -188,7 +189,7 @@ class StartPage(QWidget):
     def _show_choice(self, _row: int = 0) -> None:
         offer = self._offer()
         self.resume_button.setEnabled(offer is not None and not offer.blocker)
-        self._note.setText("" if offer is None else offer.blocker or tr("Nothing was lost."))
+        self._note.setText("" if offer is None else said(offer.blocker) or tr("Nothing was lost."))
         new = offer is None or bool(offer.blocker)
         for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
             button.setProperty("role", "primary" if primary else "plain")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import tomllib
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from ocmm_core.errors import StorageError
 from ocmm_core.export.report._papers import keep_template, template_in_use
 from ocmm_core.export.report._template import load_paper
 from ocmm_core.settings import Settings, toml_text
+from ocmm_core.wording import LANGUAGES, language_of
 
 _FOLDER = "report-head"
 _LARGEST_LOGO = 4 << 20
@@ -19,9 +21,9 @@ _LARGEST_LOGO = 4 << 20
 def use_head(settings: Settings, folder: Path) -> Path | None:
     """Let every report of this station begin with the head that the settings say.
 
-    Laboratory, address and logo are put into the template of the settings, or into the one in use,
-    and the result is kept for every route to a report (`keep_template`). Where the settings say
-    nothing of it, the template in use stays as it is, and None is returned.
+    Laboratory, address, logo and language are put into the template of the settings, or into the
+    one in use, and the result is kept for every route to a report (`keep_template`). Where the
+    settings say nothing of it, the template in use stays as it is, and None is returned.
 
     Parameters
     ----------
@@ -38,11 +40,14 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
         It cannot be written.
     """
     base = settings.report_template
-    if not (settings.report_laboratory or settings.report_address or settings.report_logo):
-        return None if base is None else keep_template(base)
     source = base or template_in_use()
     paper = load_paper(source)
+    language = _language(settings)
+    said = settings.report_laboratory or settings.report_address or settings.report_logo
+    if not said and language == paper.template.language:
+        return None if base is None else keep_template(base)
     data = tomllib.loads(read_text(source, LARGEST_DOCUMENT))
+    data["language"] = language
     laboratory = data.setdefault("laboratory", {})
     if settings.report_laboratory:
         laboratory["name"] = settings.report_laboratory
@@ -69,3 +74,11 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
             "Give this user the right to write there; reports have the plain head until then.",
         ) from error
     return keep_template(path)
+
+
+def _language(settings: Settings) -> str:
+    """Return the language of reports: what is set, or that of the window, or that of the system."""
+    chosen = settings.report_language
+    if chosen == "window":
+        chosen = settings.window_language
+    return chosen if chosen in LANGUAGES else language_of(os.environ)

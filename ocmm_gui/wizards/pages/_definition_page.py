@@ -36,6 +36,7 @@ from ocmm_gui.kit import (
     localised,
     mark_colour,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -160,7 +161,7 @@ class DefinitionPage(QWidget):
         self._say(tr("GOOD"), Mark.GOOD, examined_words(found))
 
     def _show_refused(self, error: OcmmError) -> None:
-        self._say(tr("CANNOT BE USED"), Mark.BAD, f"{error.what} {error.remedy}")
+        self._say(tr("CANNOT BE USED"), Mark.BAD, said(f"{error.what} {error.remedy}"))
 
     def _say(self, word: str, mark: Mark, sentence: str) -> None:
         self._mark = mark

@@ -10,7 +10,7 @@ from ocmm_core.calibration.tip import ConeProgress, Phase, SphereProgress, Touch
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
-from ocmm_gui.kit import Mark, digit_font, localised, text_font, tr
+from ocmm_gui.kit import Mark, digit_font, localised, said, text_font, tr
 from ocmm_gui.views import upright
 from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
 
@@ -188,7 +188,7 @@ class TipScatter(Plot):
 
 def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
     """Return what the banner says while one observation is awaited: ``word`` until it is near."""
-    countdown, hint = view.countdown, view.base.live.hint
+    countdown, hint = view.countdown, said(view.base.live.hint)
     if not where:
         return Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
     if countdown.phase is Phase.RESTING:
