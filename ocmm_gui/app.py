@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
 EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
+_HELD = "job.locked"
 _SENDER_MS = 5000
 _SAFE = "All points taken are saved in the job file."
 
@@ -172,11 +173,18 @@ def _windows(
                 raise
             told = NoticeCentre()
             told.error(error)
-            choice = choice.otherwise or _START_PAGE
+            choice = choice.otherwise or _instead(choice, error)
             continue
         if code != EXIT_OK or after is None:
             return code
         choice, told = after, NoticeCentre()
+
+
+def _instead(choice: Choice, error: OcmmError) -> Choice:
+    """Return what is done where an errand is not possible: a job of others can be looked at."""
+    if choice.errand is Errands.CONTINUE and choice.path is not None and error.code == _HELD:
+        return Choice(Errands.LOOK, choice.path)
+    return _START_PAGE
 
 
 class _Sender:
@@ -282,6 +290,7 @@ def _work(
     splash = _splash(app, loaded.settings.instrument_source, options)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station
+        from ocmm_core.composition.practice import Practice
         from ocmm_gui.bridge import StationBridge
         from ocmm_gui.kit import ErrorHooks, SoundPlayer
         from ocmm_gui.window import REOPEN, START, MainWindow
@@ -310,6 +319,8 @@ def _work(
                 out=options.export,
                 bench=AcceptanceBench(request, built.recorded),
                 store=store,
+                hand=built.hand,
+                practice=Practice(request) if Practice.is_possible(request) else None,
             )
             window.show_far(options.far)
             _show(window, options.size)
@@ -402,8 +413,6 @@ def _begin(
         if errand is Errands.MEASURE and path is not None:
             window.sheets.look_at(path)
         start()
-    if errand is Errands.DEMO or (parsed.demo and errand is Errands.MEASURE):
-        window.tell_demo()
 
 
 def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice) -> StationRequest:

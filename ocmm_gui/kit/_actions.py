@@ -223,6 +223,13 @@ ACTIONS = (
         later("Write the certificate of what this page shows, PDF and DCC"), ("Ctrl+P",),
         mode=Mode.MAINTAIN,
     ),
+    ActionInfo(
+        "hand", later("Take over"),
+        later("SIMULATED: take the probe from the robot hand, or hand it back"), ("Ctrl+T",),
+    ),
+    ActionInfo(
+        "tour", later("Tour"), later("SIMULATED: learn the window in two minutes"), ("Ctrl+G",),
+    ),
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
         "start", later("Home"),

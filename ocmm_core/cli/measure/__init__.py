@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
-    from ocmm_core.cli.measure._archive_recall import recall_archived
     from ocmm_core.cli.measure._align import align_command, align_plan_command
+    from ocmm_core.cli.measure._archive_recall import recall_archived
     from ocmm_core.cli.measure._certificate import certificate_app
     from ocmm_core.cli.measure._compare import compare_command
     from ocmm_core.cli.measure._headless import (

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from tests.core.cluster.shop_cluster import ShopCluster, make_certificates
+from benchmarks.cluster_processes import ShopCluster, make_certificates
 from tests.host import needs_package
 
 

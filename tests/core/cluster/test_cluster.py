@@ -14,10 +14,10 @@ import numpy as np
 import pytest
 
 import ocmm_core.cluster._over_dask as over_dask
+from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from tests.core.cluster.cluster_work import drawn, noted, some, wrong
-from tests.core.cluster.shop_cluster import ShopCluster
 from tests.host import HANG_S, needs_package
 
 SEEDS = np.random.SeedSequence(22).spawn(40)

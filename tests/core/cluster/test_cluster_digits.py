@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from benchmarks.cluster_processes import ShopCluster
 from benchmarks.recall_scenes import TruePart, World, base_points
 from ocmm_core.calibration.records import seal
 from ocmm_core.cli.study import CoverageSetup, run_coverage
@@ -17,7 +18,6 @@ from ocmm_core.inspection.archive import KeptPlaces, compare_files, recall, reop
 from ocmm_core.inspection.evaluation import job_uncertainty
 from ocmm_core.simulation.scene import ProbeStudy, run_study
 from ocmm_core.tolerances.monte_carlo import MonteCarloOptions, simulate
-from tests.core.cluster.shop_cluster import ShopCluster
 from tests.core.inspection.test_recall import SHIFT, TURN
 
 

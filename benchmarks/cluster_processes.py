@@ -19,9 +19,9 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.x509.oid import NameOID
 
 from ocmm_core.cluster import Site
-from tests.host import HANG_S
 
-ROOT = Path(__file__).resolve().parents[3]
+ROOT = Path(__file__).resolve().parents[1]
+HANG_S = 240.0
 
 
 class ShopCluster:
@@ -55,6 +55,7 @@ class ShopCluster:
         self.workers: list[subprocess.Popen[bytes]] = []
 
     def start_scheduler(self) -> None:
+        """Start it and wait until it answers."""
         self.scheduler = self._run(
             "scheduler", "--host", self.address.rpartition(":")[0], "--port", str(self.port),
             "--no-dashboard",
@@ -68,6 +69,7 @@ class ShopCluster:
             time.sleep(0.05)
 
     def start_worker(self, *more: str) -> subprocess.Popen[bytes]:
+        """Start a worker; it is not waited for."""
         worker = self._run(
             "worker", self.address, "--nthreads", "1", "--no-nanny", "--no-dashboard",
             "--memory-limit", "0", "--local-directory", str(self._folder), *more,
@@ -75,19 +77,37 @@ class ShopCluster:
         self.workers.append(worker)
         return worker
 
+    def wait_for(self, workers: int) -> None:
+        """Wait until so many workers are there."""
+        from distributed import Client
+        from distributed.security import Security
+
+        security = None
+        if self.site.ca is not None:
+            security = Security(
+                tls_ca_file=str(self.site.ca), tls_client_cert=str(self.site.cert),
+                tls_client_key=str(self.site.key), require_encryption=True,
+            )  # fmt: skip
+        with Client(self.address, security=security, set_as_default=False) as client:
+            client.wait_for_workers(workers, timeout=HANG_S)
+
     def _run(self, what: str, *arguments: str) -> subprocess.Popen[bytes]:
         environment = os.environ | {"PYTHONPATH": str(ROOT), "OPENBLAS_NUM_THREADS": "1"}
         command = [sys.executable, "-m", f"distributed.cli.dask_{what}", *arguments, *self._tls]
         with (self._folder / f"{what}.log").open("ab") as log:
-            return subprocess.Popen(command, stdout=log, stderr=log, env=environment)
+            return subprocess.Popen(  # noqa: S603 - our own interpreter
+                command, stdout=log, stderr=log, env=environment
+            )
 
     def kill(self, process: subprocess.Popen[bytes]) -> None:
+        """Kill a process at once."""
         process.send_signal(signal.SIGKILL)
         process.wait()
         if process in self.workers:
             self.workers.remove(process)
 
     def close(self) -> None:
+        """End everything."""
         for process in [*self.workers, *([self.scheduler] if self.scheduler else [])]:
             self.kill(process)
         self.scheduler = None
@@ -126,3 +146,9 @@ def make_certificates(folder: Path) -> Path:
         )
     )
     return folder
+
+
+def wait_a_second(thing: int) -> int:
+    """Take a second; workers import it by its name."""
+    time.sleep(1.0)
+    return thing
