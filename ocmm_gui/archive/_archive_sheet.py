@@ -90,8 +90,7 @@ class ArchiveSheet(WorkSheet):
         self._holders: dict[str, QWidget] = {}
         row = QHBoxLayout()
         row.setSpacing(10)
-        row.addWidget(caption(tr("Question"), self.question))
-        row.addWidget(self.question)
+        row.addWidget(_holder(caption(tr("Question"), self.question), self.question))
         self._holders["kind"] = _holder(caption(tr("Kind"), self.kind), self.kind)
         row.addWidget(self._holders["kind"])
         for key, name, tip in _FIELDS:
