@@ -213,6 +213,41 @@ SETTINGS: tuple[SettingSpec, ...] = (
         "report.logo", Kind.FILE, None, _S, _NOW, "Logo", "PNG or JPEG",
     ),
     _spec(
+        "report.contact", Kind.TEXT, "", _S, _NOW, "Contact", "Telephone, mail or page",
+    ),
+    _spec(
+        "report.accreditation", Kind.TEXT, "", _S, _NOW, "Accreditation",
+        "Number of the laboratory; empty: none",
+    ),
+    _spec(
+        "report.country", Kind.TEXT, "", _S, _NOW, "Country",
+        "Two capital letters, for digital certificates",
+    ),
+    _spec(
+        "report.place", Kind.TEXT, "", _S, _NOW, "Place",
+        "Where it is measured, unless a job says otherwise",
+    ),
+    _spec(
+        "report.machine", Kind.TEXT, "", _S, _NOW, "Machine", "Name of the measuring machine",
+    ),
+    _spec(
+        "report.machine_serial", Kind.TEXT, "", _S, _NOW, "Its serial number",
+        "Of the measuring machine",
+    ),
+    _spec(
+        "report.machine_inventory", Kind.TEXT, "", _S, _NOW, "Its inventory number",
+        "As the laboratory calls it",
+    ),
+    _spec(
+        "report.signatures", Kind.LINES, (), _S, _NOW, "Signatures",
+        "Below the lines, 1 to 3, parted by semicolons",
+    ),
+    _spec(
+        "report.formats", Kind.LINES, ("polyworks",), _S, _NOW, "Formats of E",
+        "polyworks; qif; dfq; xlsx; json; pdf: written together, parted by semicolons",
+        choices=("polyworks", "qif", "dfq", "xlsx", "json", "pdf"),
+    ),
+    _spec(
         "report.template", Kind.FILE, None, _S, _NOW, "Template",
         "Report template; empty: the plain one", schema="ocmm.report-template/1",
         option="--template",
