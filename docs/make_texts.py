@@ -1,7 +1,8 @@
-"""Write the sentences of the window to a file that Qt Linguist translates.
+"""Write the sentences of the window to the files that Qt Linguist translates, and compile those.
 
-``python -m docs.make_texts FILE.ts`` runs Qt's ``lupdate`` over ``ocmm_gui``; a file that is there
-keeps its translations.
+``python -m docs.make_texts`` runs Qt's ``lupdate`` over ``ocmm_gui`` and the table of settings for
+every language in ``resources/i18n``, which keeps its translations, then ``lrelease``.
+``python -m docs.make_texts FILE.ts`` writes another file alone.
 """
 
 from __future__ import annotations
@@ -13,7 +14,16 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parents[1]
 
 LUPDATE = str(Path(sys.executable).with_name("pyside6-lupdate"))
-"""Comes with PySide6, beside Python."""
+LRELEASE = str(Path(sys.executable).with_name("pyside6-lrelease"))
+"""Both come with PySide6, beside Python."""
+
+_CORE = ("ocmm_core/settings/_specs.py",)
+"""Sentences of the core that the window shows as they are, marked with `later`."""
+
+
+def languages() -> list[Path]:
+    """Return the files of all languages."""
+    return sorted((ROOT / "resources" / "i18n").glob("*.ts"))
 
 
 def extract(target: Path, program: str = LUPDATE) -> str:
@@ -27,6 +37,7 @@ def extract(target: Path, program: str = LUPDATE) -> str:
         It warned: some sentence may be missing.
     """
     sources = sorted((ROOT / "ocmm_gui").rglob("*.py"))
+    sources += [path for name in _CORE if (path := ROOT / name).exists()]
     done = subprocess.run(  # noqa: S603  # a program of PySide6, with files of ours
         [
             program,
@@ -45,9 +56,22 @@ def extract(target: Path, program: str = LUPDATE) -> str:
     return done.stdout
 
 
+def compiled(source: Path, target: Path, program: str = LRELEASE) -> str:
+    """Compile the translations of ``source`` for Qt and return what the program says about it."""
+    done = subprocess.run(  # noqa: S603  # a program of PySide6, with files of ours
+        [program, str(source), "-qm", str(target)], check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    return done.stdout
+
+
 def main() -> None:
-    """Write the file that is named."""
-    sys.stdout.write(extract(Path(sys.argv[1])))
+    """Renew the file that is named, or all languages and what is compiled of them."""
+    if len(sys.argv) > 1:
+        sys.stdout.write(extract(Path(sys.argv[1])))
+        return
+    for path in languages():
+        sys.stdout.write(extract(path))
+        sys.stdout.write(compiled(path, path.with_suffix(".qm")))
 
 
 if __name__ == "__main__":

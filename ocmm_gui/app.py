@@ -24,7 +24,7 @@ from PySide6.QtWidgets import QApplication, QLabel, QMainWindow, QWidget
 from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, contained
-from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, SettingsStore
+from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
 from ocmm_gui.arguments import given, parser
 from ocmm_gui.home import Choice, Errands, StartWindow
 from ocmm_gui.kit import (
@@ -34,17 +34,24 @@ from ocmm_gui.kit import (
     NoticeCentre,
     PlainLabel,
     apply_theme,
+    chosen_language,
+    style_of,
     text_font,
     tr,
+    use_language,
+    use_numbers,
 )
 
 if TYPE_CHECKING:
-    from ocmm_core.composition import StationRequest
+    from ocmm_core.archive import HandOverProcess
+    from ocmm_core.composition import BuiltStation, StationRequest
+    from ocmm_core.station.archiving import ArchiveWatch
     from ocmm_gui.bridge import StationBridge
     from ocmm_gui.window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
+_SENDER_MS = 5000
 _SAFE = "All points taken are saved in the job file."
 
 
@@ -137,14 +144,28 @@ def run(parsed: argparse.Namespace) -> int:
     _end_on_signals(app)
     store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
+    sender = _sender(store, told)
+    try:
+        return _windows(app, parsed, store, told)
+    finally:
+        if sender is not None:
+            sender.close()
+
+
+def _windows(
+    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
+) -> int:
     asked = parsed.start and parsed.job is None
     choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
     while True:
-        if choice is _START_PAGE:
-            chosen = _ask(app, parsed, store, told)
+        # Windows are made in the language of the settings; a change of it makes them anew.
+        _use_language(app, store.load().settings)
+        if choice.errand is Errands.START:
+            chosen = _ask(app, parsed, store, choice, told)
             if chosen is None:
                 return EXIT_OK
             choice, told = chosen, NoticeCentre()
+            continue
         try:
             code, after = _work(app, parsed, store, choice, told)
         except OcmmError as error:
@@ -159,8 +180,49 @@ def run(parsed: argparse.Namespace) -> int:
         choice, told = after, NoticeCentre()
 
 
+def _sender(store: SettingsStore, told: NoticeCentre) -> HandOverProcess | None:
+    """Return the process that hands jobs over to the archive; it starts when all else stands."""
+    from ocmm_core.archive import HandOverProcess
+    from ocmm_core.station.archiving import archive_place
+
+    try:
+        place = archive_place(settings=store.load().settings)
+    except OcmmError as error:
+        told.error(error)
+        return None
+    if place is None:
+        return None
+    sender = HandOverProcess(place)
+    QTimer.singleShot(_SENDER_MS, sender.start_if_needed)
+    return sender
+
+
+def _watch(built: BuiltStation, loaded: LoadedSettings, choice: Choice) -> ArchiveWatch | None:
+    """Return what puts the jobs of a station into the outbox; None where nothing is archived."""
+    from ocmm_core.station.archiving import ArchiveWatch, archive_place
+
+    if choice.errand is Errands.DEMO:
+        # It shows how it is done; nothing of it is kept but its file.
+        return None
+    try:
+        place = archive_place(settings=loaded.settings)
+    except OcmmError:
+        return None
+    return None if place is None else ArchiveWatch(built.station, place.outbox)
+
+
+def _use_language(app: QApplication, settings: Settings) -> None:
+    language = chosen_language(settings.window_language)
+    use_language(app, language)
+    use_numbers(style_of(language, settings.window_decimal, settings.window_units))
+
+
 def _ask(
-    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
+    app: QApplication,
+    parsed: argparse.Namespace,
+    store: SettingsStore,
+    choice: Choice,
+    told: NoticeCentre,
 ) -> Choice | None:
     """Show the Start page, and return what was chosen; None where it was closed."""
     notices = NoticeCentre()
@@ -170,6 +232,8 @@ def _ask(
     window.closed.connect(app.quit)
     _show(window, parsed.size)
     window.read()
+    if choice.section:
+        window.show_settings(choice.section)
     _end_after(parsed.quit_after, window.close)
     app.exec()
     _save_pictures(window, parsed.screenshot)
@@ -215,6 +279,7 @@ def _work(
     except BaseException:
         built.station.close()
         raise
+    watch = _watch(built, loaded, choice)
     code, after = EXIT_OK, ""
     path, plan = built.job_path, built.station.job.plan_file
     try:
@@ -249,6 +314,8 @@ def _work(
     finally:
         gc.enable()
         bridge.close()
+        if watch is not None:
+            watch.close()
     failure = built.station.faults.why_failed()
     window.deleteLater()
     if isinstance(failure, InternalError):

@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 from functools import cache
+from pathlib import Path
 from typing import NoReturn
 
 import pytest
@@ -46,6 +47,36 @@ def needs_package(name: str, why: str) -> None:
     """Need a Python package that is not one of the product's own."""
     if importlib.util.find_spec(name) is None:
         not_run(f"the package '{name}' is not installed ({why})")
+
+
+def needs_postgresql() -> Path:
+    """Need the programs of a PostgreSQL server, and a user it may run as; return their folder."""
+    found = postgresql_tools()
+    if isinstance(found, str):
+        not_run(found)
+    return found
+
+
+def postgresql_tools() -> Path | str:
+    """Return the folder of the programs of a PostgreSQL server, or why it cannot be run."""
+    # Debian keeps one folder a version, and none of them in the path.
+    folders = sorted(Path("/usr/lib/postgresql").glob("*/bin"), key=_version_of, reverse=True)
+    found = next((folder for folder in folders if (folder / "initdb").is_file()), None)
+    if found is None:
+        return "PostgreSQL is not installed (Debian: apt-get install postgresql)"
+    if os.geteuid() == 0:
+        if shutil.which("setpriv") is None:
+            return "'setpriv' is not installed, and a server refuses to run as root"
+        if _complaint(("getent", "passwd", "postgres")):
+            return "there is no user 'postgres', and a server refuses to run as root"
+    return found
+
+
+def _version_of(folder: Path) -> float:
+    try:
+        return float(folder.parent.name)
+    except ValueError:
+        return 0.0
 
 
 def needs_root(why: str) -> None:

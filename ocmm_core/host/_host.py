@@ -102,6 +102,10 @@ class Host(ABC):
         """Return how much memory this process holds; 0 where nobody can say."""
 
     @abstractmethod
+    def processor_seconds(self, pid: int) -> float | None:
+        """Return how much time of processors another process took; None where nobody can say."""
+
+    @abstractmethod
     def limit_memory(self, most_bytes: int) -> None:
         """Let this process hold no more than this; nothing where that cannot be had."""
 

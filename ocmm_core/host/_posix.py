@@ -92,6 +92,15 @@ class PosixHost(Host):
             return 0
         return pages * resource.getpagesize()
 
+    def processor_seconds(self, pid: int) -> float | None:
+        try:
+            # What stands before the last bracket is the name of the program, whatever it holds.
+            words = Path(f"/proc/{pid}/stat").read_text("utf-8", "replace").rpartition(")")[2]
+            user, system = (int(word) for word in words.split()[11:13])
+        except (OSError, ValueError):
+            return None
+        return (user + system) / float(os.sysconf("SC_CLK_TCK"))
+
     def limit_memory(self, most_bytes: int) -> None:
         with contextlib.suppress(ValueError, OSError):
             resource.setrlimit(resource.RLIMIT_DATA, (most_bytes, most_bytes))

@@ -101,6 +101,10 @@ class WindowsHost(Host):
     def resident_bytes(self) -> int:
         return 0
 
+    def processor_seconds(self, pid: int) -> float | None:
+        del pid
+        return None
+
     def limit_memory(self, most_bytes: int) -> None:
         del most_bytes
 

@@ -92,13 +92,19 @@ class SettingSpec:
         return self.key.partition(".")[2]
 
 
+def later(sentence: str) -> str:
+    """Return a sentence as it is, marked for translation; the window translates what it shows."""
+    return sentence
+
+
 SECTIONS = {
-    "instrument": "Instrument",
-    "job": "Jobs",
-    "temperature": "Temperature",
-    "report": "Report head",
-    "stream": "Live stream",
-    "window": "Window",
+    "instrument": later("Instrument"),
+    "job": later("Jobs"),
+    "temperature": later("Temperature"),
+    "report": later("Report head"),
+    "stream": later("Live stream"),
+    "archive": later("Archive"),
+    "window": later("Window"),
 }
 """Sections in the order in which they are shown, with their titles."""
 
@@ -118,174 +124,221 @@ def _spec(
 
 SETTINGS: tuple[SettingSpec, ...] = (
     _spec(
-        "instrument.source", Kind.TEXT, "simulated", _S, _LATER, "Cameras",
-        "simulated, ethercat:INTERFACE, ethercat:service or replay:FILE",
+        "instrument.source", Kind.TEXT, "simulated", _S, _LATER, later("Cameras"),
+        later("simulated, ethercat:INTERFACE, ethercat:service or replay:FILE"),
         choices=("simulated", "ethercat:service", "ethercat:virtual"), option="--source",
     ),
     _spec(
-        "instrument.rig", Kind.FILE, resource("rigs", "recommended.toml"), _S, _LATER, "Rig",
-        "Document of the cameras", schema="ocmm.rig/1", option="--rig",
+        "instrument.rig", Kind.FILE, resource("rigs", "recommended.toml"), _S, _LATER, later("Rig"),
+        later("Document of the cameras"), schema="ocmm.rig/1", option="--rig",
     ),
     _spec(
-        "instrument.probe", Kind.FILE, resource("probes", "standard.toml"), _S, _LATER, "Probe",
-        "Document of the probe", schema="ocmm.probe/1", option="--probe",
+        "instrument.probe", Kind.FILE, resource("probes", "standard.toml"), _S, _LATER,
+        later("Probe"),
+        later("Document of the probe"), schema="ocmm.probe/1", option="--probe",
     ),
     _spec(
-        "instrument.tip", Kind.TEXT, None, _S, _LATER, "Tip",
-        "Name of the mounted tip; empty: as its records say", option="--tip",
+        "instrument.tip", Kind.TEXT, None, _S, _LATER, later("Tip"),
+        later("Name of the mounted tip; empty: as its records say"), option="--tip",
     ),
     _spec(
-        "instrument.reference", Kind.FILE, None, _S, _LATER, "Reference body",
-        "Document of the LEDs fixed to the part; empty: none", schema="ocmm.reference/1",
+        "instrument.reference", Kind.FILE, None, _S, _LATER, later("Reference body"),
+        later("Document of the LEDs fixed to the part; empty: none"), schema="ocmm.reference/1",
         option="--reference",
     ),
     _spec(
-        "instrument.calibrations", Kind.FOLDER, None, _S, _LATER, "Camera records",
-        "Folder of calibrations; empty: of this user", option="--calibrations",
+        "instrument.calibrations", Kind.FOLDER, None, _S, _LATER, later("Camera records"),
+        later("Folder of calibrations; empty: of this user"), option="--calibrations",
     ),
     _spec(
-        "instrument.probes", Kind.FOLDER, None, _S, _LATER, "Tip records",
-        "Folder of probe and tip records; empty: of this user", option="--probes",
+        "instrument.probes", Kind.FOLDER, None, _S, _LATER, later("Tip records"),
+        later("Folder of probe and tip records; empty: of this user"), option="--probes",
     ),
     _spec(
-        "instrument.check_after_h", Kind.NUMBER, 8.0, _S, _LATER, "Check the tip after",
-        "Hours without a point or a check", limits=(0.1, 168.0), unit="h", option="--check-after",
+        "instrument.check_after_h", Kind.NUMBER, 8.0, _S, _LATER, later("Check the tip after"),
+        later("Hours without a point or a check"), limits=(0.1, 168.0), unit="h",
+        option="--check-after",
     ),
     _spec(
-        "job.folder", Kind.FOLDER, Path.home() / "ocmm-out", _U, _LATER, "Job folder",
-        "Where jobs and reports are written", option="--out",
+        "instrument.bus_processor", Kind.WHOLE, None, _S, _LATER, later("Processor of the bus"),
+        later("Number of the processor for the camera bus, 0 first; empty: chosen by itself"),
+        limits=(0.0, 1023.0), option="--bus-processor",
     ),
     _spec(
-        "job.plans", Kind.FOLDER, None, _S, _NOW, "Plan folder",
-        "Where plans are looked for; empty: recent places only",
+        "job.folder", Kind.FOLDER, Path.home() / "ocmm-out", _U, _LATER, later("Job folder"),
+        later("Where jobs and reports are written"), option="--out",
     ),
     _spec(
-        "job.operator", Kind.TEXT, "", _U, _NOW, "Operator", "Proposed for a new job",
+        "job.plans", Kind.FOLDER, None, _S, _NOW, later("Plan folder"),
+        later("Where plans are looked for; empty: recent places only"),
+    ),
+    _spec(
+        "job.operator", Kind.TEXT, "", _U, _NOW, later("Operator"), later("Proposed for a new job"),
         option="--operator",
     ),
     _spec(
-        "job.operators", Kind.LINES, (), _S, _NOW, "Users",
-        "Names proposed as operator, parted by semicolons",
+        "job.operators", Kind.LINES, (), _S, _NOW, later("Users"),
+        later("Names proposed as operator, parted by semicolons"),
     ),
     _spec(
-        "temperature.part_c", Kind.NUMBER, None, _S, _LATER, "Part temperature",
-        "Measured today; empty: unknown", limits=(-20.0, 60.0), unit="°C",
+        "temperature.part_c", Kind.NUMBER, None, _S, _LATER, later("Part temperature"),
+        later("Measured today; empty: unknown"), limits=(-20.0, 60.0), unit="°C",
         option="--part-temperature",
     ),
     _spec(
-        "temperature.part_expansion_ppm", Kind.NUMBER, None, _S, _LATER, "Part expansion",
-        "Empty: by the material of the plan", limits=(-5.0, 200.0), unit="1e-6/K",
+        "temperature.part_expansion_ppm", Kind.NUMBER, None, _S, _LATER, later("Part expansion"),
+        later("Empty: by the material of the plan"), limits=(-5.0, 200.0), unit="1e-6/K",
         option="--part-expansion",
     ),
     _spec(
-        "temperature.compensate_part", Kind.SWITCH, False, _S, _LATER, "Compensate the part",
-        "Report coordinates at 20 °C", option="--compensate-part",
+        "temperature.compensate_part", Kind.SWITCH, False, _S, _LATER, later("Compensate the part"),
+        later("Report coordinates at 20 °C"), option="--compensate-part",
     ),
     _spec(
-        "temperature.probe_c", Kind.NUMBER, None, _S, _LATER, "Probe temperature",
-        "Measured today; empty: unknown", limits=(-20.0, 60.0), unit="°C",
+        "temperature.probe_c", Kind.NUMBER, None, _S, _LATER, later("Probe temperature"),
+        later("Measured today; empty: unknown"), limits=(-20.0, 60.0), unit="°C",
         option="--probe-temperature",
     ),
     _spec(
-        "temperature.probe_design", Kind.FILE, None, _S, _LATER, "Probe design",
-        "Document of its materials: growth and bending", schema="ocmm.probe-design/1",
+        "temperature.probe_design", Kind.FILE, None, _S, _LATER, later("Probe design"),
+        later("Document of its materials: growth and bending"), schema="ocmm.probe-design/1",
         option="--probe-design",
     ),
     _spec(
-        "temperature.compensate_probe", Kind.SWITCH, False, _S, _LATER, "Compensate the probe",
-        "Use its geometry at its temperature", option="--compensate-probe",
+        "temperature.compensate_probe", Kind.SWITCH, False, _S, _LATER,
+        later("Compensate the probe"),
+        later("Use its geometry at its temperature"), option="--compensate-probe",
     ),
     _spec(
-        "temperature.sigma_k", Kind.NUMBER, 0.5, _S, _LATER, "Standard uncertainty",
-        "Of each temperature", limits=(0.01, 10.0), unit="K", option="--temperature-sigma",
+        "temperature.sigma_k", Kind.NUMBER, 0.5, _S, _LATER, later("Standard uncertainty"),
+        later("Of each temperature"), limits=(0.01, 10.0), unit="K", option="--temperature-sigma",
     ),
     _spec(
-        "temperature.valid_h", Kind.NUMBER, 8.0, _S, _LATER, "Temperatures hold for",
-        "Older ones are not used: measure again", limits=(0.1, 24.0), unit="h",
+        "temperature.valid_h", Kind.NUMBER, 8.0, _S, _LATER, later("Temperatures hold for"),
+        later("Older ones are not used: measure again"), limits=(0.1, 24.0), unit="h",
     ),
     _spec(
-        "report.laboratory", Kind.TEXT, "", _S, _NOW, "Laboratory", "Over every report",
+        "report.laboratory", Kind.TEXT, "", _S, _NOW, later("Laboratory"),
+        later("Over every report"),
     ),
     _spec(
-        "report.address", Kind.LINES, (), _S, _NOW, "Address", "Lines, parted by semicolons",
+        "report.address", Kind.LINES, (), _S, _NOW, later("Address"),
+        later("Lines, parted by semicolons"),
     ),
     _spec(
-        "report.logo", Kind.FILE, None, _S, _NOW, "Logo", "PNG or JPEG",
+        "report.logo", Kind.FILE, None, _S, _NOW, later("Logo"), later("PNG or JPEG"),
     ),
     _spec(
-        "report.contact", Kind.TEXT, "", _S, _NOW, "Contact", "Telephone, mail or page",
+        "report.contact", Kind.TEXT, "", _S, _NOW, later("Contact"),
+        later("Telephone, mail or page"),
     ),
     _spec(
-        "report.accreditation", Kind.TEXT, "", _S, _NOW, "Accreditation",
-        "Number of the laboratory; empty: none",
+        "report.accreditation", Kind.TEXT, "", _S, _NOW, later("Accreditation"),
+        later("Number of the laboratory; empty: none"),
     ),
     _spec(
-        "report.country", Kind.TEXT, "", _S, _NOW, "Country",
-        "Two capital letters, for digital certificates",
+        "report.country", Kind.TEXT, "", _S, _NOW, later("Country"),
+        later("Two capital letters, for digital certificates"),
     ),
     _spec(
-        "report.place", Kind.TEXT, "", _S, _NOW, "Place",
-        "Where it is measured, unless a job says otherwise",
+        "report.place", Kind.TEXT, "", _S, _NOW, later("Place"),
+        later("Where it is measured, unless a job says otherwise"),
     ),
     _spec(
-        "report.machine", Kind.TEXT, "", _S, _NOW, "Machine", "Name of the measuring machine",
+        "report.machine", Kind.TEXT, "", _S, _NOW, later("Machine"),
+        later("Name of the measuring machine"),
     ),
     _spec(
-        "report.machine_serial", Kind.TEXT, "", _S, _NOW, "Its serial number",
-        "Of the measuring machine",
+        "report.machine_serial", Kind.TEXT, "", _S, _NOW, later("Its serial number"),
+        later("Of the measuring machine"),
     ),
     _spec(
-        "report.machine_inventory", Kind.TEXT, "", _S, _NOW, "Its inventory number",
-        "As the laboratory calls it",
+        "report.machine_inventory", Kind.TEXT, "", _S, _NOW, later("Its inventory number"),
+        later("As the laboratory calls it"),
     ),
     _spec(
-        "report.signatures", Kind.LINES, (), _S, _NOW, "Signatures",
-        "Below the lines, 1 to 3, parted by semicolons",
+        "report.signatures", Kind.LINES, (), _S, _NOW, later("Signatures"),
+        later("Below the lines, 1 to 3, parted by semicolons"),
     ),
     _spec(
-        "report.formats", Kind.LINES, ("polyworks",), _S, _NOW, "Formats of E",
-        "polyworks; qif; dfq; xlsx; json; pdf: written together, parted by semicolons",
+        "report.formats", Kind.LINES, ("polyworks",), _S, _NOW, later("Formats of E"),
+        later("polyworks; qif; dfq; xlsx; json; pdf: written together, parted by semicolons"),
         choices=("polyworks", "qif", "dfq", "xlsx", "json", "pdf"),
     ),
     _spec(
-        "report.template", Kind.FILE, None, _S, _NOW, "Template",
-        "Report template; empty: the plain one", schema="ocmm.report-template/1",
+        "report.template", Kind.FILE, None, _S, _NOW, later("Template"),
+        later("Report template; empty: the plain one"), schema="ocmm.report-template/1",
         option="--template",
     ),
     _spec(
-        "stream.port", Kind.WHOLE, None, _S, _LATER, "Port",
-        "Points and poses for other programs; empty: off", limits=(1.0, 65535.0),
+        "report.language", Kind.CHOICE, "window", _S, _NOW, later("Report language"),
+        later("Of reports on paper; window: that of the window"),
+        choices=(later("window"), "en", "de"),
+    ),
+    _spec(
+        "stream.port", Kind.WHOLE, None, _S, _LATER, later("Port"),
+        later("Points and poses for other programs; empty: off"), limits=(1.0, 65535.0),
         option="--stream",
     ),
     _spec(
-        "stream.host", Kind.TEXT, "127.0.0.1", _S, _LATER, "Address of this computer",
-        "Other computers need a token", option="--stream-host",
+        "stream.host", Kind.TEXT, "127.0.0.1", _S, _LATER, later("Address of this computer"),
+        later("Other computers need a token"), option="--stream-host",
     ),
     _spec(
-        "stream.token", Kind.FILE, None, _S, _LATER, "Token",
-        "File with the token, readable by you alone", option="--stream-token",
+        "stream.token", Kind.FILE, None, _S, _LATER, later("Token"),
+        later("File with the token, readable by you alone"), option="--stream-token",
     ),
     _spec(
-        "stream.certificate", Kind.FILE, None, _S, _LATER, "Certificate",
-        "PEM; the stream then speaks TLS", option="--stream-cert",
+        "stream.certificate", Kind.FILE, None, _S, _LATER, later("Certificate"),
+        later("PEM; the stream then speaks TLS"), option="--stream-cert",
     ),
     _spec(
-        "stream.key", Kind.FILE, None, _S, _LATER, "Private key",
-        "PEM, of that certificate", option="--stream-key",
+        "stream.key", Kind.FILE, None, _S, _LATER, later("Private key"),
+        later("PEM, of that certificate"), option="--stream-key",
     ),
     _spec(
-        "window.theme", Kind.CHOICE, "dark", _U, _NOW, "Theme", "Colours of the window",
-        choices=("dark", "light", "contrast"), option="--theme",
+        "archive.address", Kind.TEXT, "local", _S, _LATER, later("Archive"),
+        later("local, off, a file, or postgresql://USER@SERVER/DATABASE, without password"),
+        choices=("local", "off"), option="--archive",
     ),
     _spec(
-        "window.sounds", Kind.SWITCH, True, _U, _NOW, "Sounds", "Play sounds", option="--silent",
+        "archive.station", Kind.TEXT, "", _S, _LATER, later("Name of this station"),
+        later("In the archive; empty: the name of this computer"),
     ),
     _spec(
-        "window.far", Kind.SWITCH, False, _U, _LATER, "Far view first",
-        "Open jobs in the view for three metres", option="--far",
+        "archive.password", Kind.FILE, None, _S, _LATER, later("Password"),
+        later("File with the password of the server, readable by you alone"),
     ),
     _spec(
-        "window.keys", Kind.KEYS, {}, _U, _NOW, "Keys", "Keys that differ from those shipped",
+        "window.language", Kind.CHOICE, "system", _U, _LATER, later("Language"),
+        later("Of all sentences; system: that of the computer"),
+        choices=(later("system"), "en", "de"),
+    ),
+    _spec(
+        "window.decimal", Kind.CHOICE, "locale", _U, _LATER, later("Decimal sign"),
+        later("On screen; locale: that of the language"),
+        choices=(later("locale"), later("point"), later("comma")),
+    ),
+    _spec(
+        "window.units", Kind.CHOICE, "mm", _U, _LATER, later("Unit of length"),
+        later("On screen; files are in mm"), choices=("mm", later("inch")),
+    ),
+    _spec(
+        "window.theme", Kind.CHOICE, "dark", _U, _NOW, later("Theme"),
+        later("Colours of the window"),
+        choices=(later("dark"), later("light"), later("contrast")), option="--theme",
+    ),
+    _spec(
+        "window.sounds", Kind.SWITCH, True, _U, _NOW, later("Sounds"),
+        later("Play sounds"), option="--silent",
+    ),
+    _spec(
+        "window.far", Kind.SWITCH, False, _U, _LATER, later("Far view first"),
+        later("Open jobs in the view for three metres"), option="--far",
+    ),
+    _spec(
+        "window.keys", Kind.KEYS, {}, _U, _NOW, later("Keys"),
+        later("Keys that differ from those shipped"),
     ),
 )  # fmt: skip
 """All settings, by section."""

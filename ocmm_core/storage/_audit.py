@@ -119,6 +119,14 @@ def read_audit(db: sqlite3.Connection) -> list[AuditedStep]:
     return [AuditedStep(*row) for row in rows]
 
 
+def read_links(db: sqlite3.Connection) -> dict[int, str]:
+    """Return the hash of every row of the audit by its number."""
+    return {
+        int(number): str(link)
+        for number, link in db.execute("SELECT sequence, hash FROM audit ORDER BY sequence")
+    }
+
+
 def find_faults(db: sqlite3.Connection) -> list[str]:
     """Return one sentence for everything in the file that does not agree with the chain."""
     faults: list[str] = []

@@ -20,7 +20,13 @@ from ocmm_core.errors import StorageError
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.part_model import PartModel
 from ocmm_core.seals import KeyFolder, SealWord, StationKey
-from ocmm_core.storage._audit import AuditedStep, find_faults, insert_audited, read_audit
+from ocmm_core.storage._audit import (
+    AuditedStep,
+    find_faults,
+    insert_audited,
+    read_audit,
+    read_links,
+)
 from ocmm_core.storage._connection import connection_to, make_file
 from ocmm_core.storage._faults import FAULTS, disk_failed, not_writable, storage_error
 from ocmm_core.storage._guard import GuardedConnection
@@ -268,10 +274,16 @@ class JobFile:
         with self._reading() as db:
             return next_number(db)
 
-    def verify(self) -> list[str]:
-        """Return one sentence for every fault of the file against its audit chain and signature."""
+    def verify(self, seal: JobSeal | None = None) -> list[str]:
+        """Return one sentence for every fault of the file against its audit chain and signature.
+
+        Parameters
+        ----------
+        seal
+            Of this job as the computer judged it that asks; None: judged by the keys known here.
+        """
         with self._reading() as db:
-            return [*find_faults(db), *self._sealed(db).doubts]
+            return [*find_faults(db), *(seal or self._sealed(db)).doubts]
 
     def seal(self) -> JobSeal:
         """Return how far the job goes, and who signed it."""
@@ -282,6 +294,11 @@ class JobFile:
         """Return everything that was ever stored, oldest first."""
         with self._reading() as db:
             return read_audit(db)
+
+    def links(self) -> dict[int, str]:
+        """Return the hash of every row of the audit by its number: what a later copy goes on."""
+        with self._reading() as db:
+            return read_links(db)
 
     def check_line(self, line: str) -> str:
         """Return in a sentence what the line of a report proves; errors as `check_line`."""

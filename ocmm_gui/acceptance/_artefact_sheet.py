@@ -27,7 +27,9 @@ from ocmm_gui.kit import (
     Teller,
     Theme,
     WorkSheet,
+    day_words,
     later,
+    localised,
     sentence_label,
     text_font,
     tr,
@@ -160,7 +162,9 @@ class ArtefactSheet(WorkSheet):
 
         entry = self.attempt(add)
         if entry is not None:
-            self.told.emit(tr("Stored: {id}, due {due}.").format(id=entry.id, due=entry.due_utc))
+            self.told.emit(
+                tr("Stored: {id}, due {due}.").format(id=entry.id, due=day_words(entry.due_utc))
+            )
             self.form.clear()
             self.open()
 
@@ -194,8 +198,8 @@ class ArtefactSheet(WorkSheet):
             self.table.show_words(
                 row,
                 (
-                    one.id, kind_word(one.kind), one.serial, f"{1e3 * one.expanded:.2f}",
-                    f"{one.certificate}, {one.laboratory}", one.due_utc[:10],
+                    one.id, kind_word(one.kind), one.serial, localised(f"{1e3 * one.expanded:.2f}"),
+                    f"{one.certificate}, {one.laboratory}", day_words(one.due_utc),
                     f"▲ {words}" if refused else words,
                 ),
             )  # fmt: skip

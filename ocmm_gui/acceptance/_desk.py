@@ -26,7 +26,7 @@ from ocmm_gui.acceptance._start_page import AcceptanceStart
 from ocmm_gui.acceptance._start_parts import limits_text
 from ocmm_gui.acceptance._touch_picture import position_contents
 from ocmm_gui.acceptance._verdict_page import AcceptanceVerdictPage
-from ocmm_gui.kit import Worker, later, tr
+from ocmm_gui.kit import Worker, later, localised, said, tr
 from ocmm_gui.wizards import DirectCalculation, GuidedStack, Runner, WizardDriver, temperature
 from ocmm_gui.wizards.parts import (
     VERDICT_ENDS,
@@ -119,13 +119,13 @@ class AcceptanceDesk(GuidedStack):
     def _proposals(self) -> dict[str, str]:
         proposals = {"who": self._who()}
         if self.bench.is_virtual:
-            proposals["temperature"] = f"{_USUAL_C:g}"
+            proposals["temperature"] = localised(f"{_USUAL_C:g}")
         return proposals
 
     def _tell_failure(self, error: Exception, reading: str) -> None:
         """Show on the first page why something could not be read."""
         told = contained(error, reading, tr("Nothing was changed."))
-        self.start.show_trouble(f"{told.what} {told.remedy}")
+        self.start.show_trouble(said(f"{told.what} {told.remedy}"))
 
     def _read_unfinished(self, now: datetime, asked: int) -> None:
         """Read the tests that can go on, and show them when they come."""
@@ -152,7 +152,7 @@ class AcceptanceDesk(GuidedStack):
             warm = temperature(self.start.value("temperature"))
         except OcmmError as error:
             self.start.show_artefacts((), limits_text(offer))
-            self.start.show_trouble(f"{error.what} {error.remedy}")
+            self.start.show_trouble(said(f"{error.what} {error.remedy}"))
             return
         self._chosen += 1
         chosen, now = self._chosen, self._clock()
@@ -208,7 +208,7 @@ class AcceptanceDesk(GuidedStack):
         try:
             procedure = make()
         except OcmmError as error:
-            self.start.show_trouble(f"{error.what} {error.remedy}".strip())
+            self.start.show_trouble(said(f"{error.what} {error.remedy}".strip()))
             return
         driver = WizardDriver(
             procedure, self._tap_of(procedure), DirectCalculation(procedure), clock=self._clock

@@ -22,7 +22,10 @@ from ocmm_gui.kit import (
     OwnKeysField,
     PlainLabel,
     Theme,
+    localised,
     panel,
+    plain_number,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -85,7 +88,7 @@ class MeasurePage(CollectPage):
         super().show_seen(seen)
         view = seen.view_as(GuidedAcceptanceView)
         if not self.temperature.hasFocus():
-            text = f"{view.temperature_c:g}"
+            text = localised(f"{view.temperature_c:g}")
             if self.temperature.text() != text:
                 self.temperature.setText(text)
         state = (view.test.done, view.test.current, len(view.test.positions), view.hint)
@@ -94,7 +97,7 @@ class MeasurePage(CollectPage):
         self._shown = state
         self._show_position(view)
         self._show_errors(view.test.values, view.latest)
-        self.hint.setText(f"▲ {view.hint}" if view.hint else "")
+        self.hint.setText(f"▲ {said(view.hint)}" if view.hint else "")
         self._paint()
 
     def set_theme(self, theme: Theme) -> None:
@@ -139,7 +142,7 @@ class MeasurePage(CollectPage):
         )  # fmt: skip
 
     def _note_temperature(self) -> None:
-        text = self.temperature.text().strip().replace(",", ".")
+        text = plain_number(self.temperature.text())
         try:
             celsius = float(text)
         except ValueError:

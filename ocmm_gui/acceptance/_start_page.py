@@ -29,12 +29,16 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     ChoiceBox,
+    HintField,
     NumberTable,
     PlainLabel,
     Theme,
+    day_words,
     later,
     literal,
+    localised,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -122,7 +126,12 @@ class AcceptanceStart(QWidget):
         for index, one in enumerate(procedures):
             known = one.procedure
             needs = ", ".join(kind_word(role) for role in one.roles) or tr("nothing")
-            words = (known.title, f"{known.standard}:{known.edition}", needs, f"{known.minutes:g}")
+            words = (
+                known.title,
+                f"{known.standard}:{known.edition}",
+                needs,
+                localised(f"{known.minutes:g}"),
+            )
             self.table.show_words(index, words)
             self.table.setRowHeight(index, ROW_PX)
             title = self.table.item(index, 0)
@@ -152,7 +161,10 @@ class AcceptanceStart(QWidget):
             text = tr("{title}, {who}: {done} of {wanted} points").format(
                 title=test.title, who=test.who, done=test.done, wanted=test.wanted
             )
-            add_line(self.unfinished, f"▲ {test.title}: {test.blocker}" if test.blocker else text)
+            add_line(
+                self.unfinished,
+                f"▲ {said(test.title)}: {said(test.blocker)}" if test.blocker else text,
+            )
         self._unfinished.setVisible(bool(self._open))
         if self._open:
             self.unfinished.setCurrentRow(0)
@@ -185,7 +197,7 @@ class AcceptanceStart(QWidget):
         self.artefacts.clear()
         for one in self._offers:
             use = one.used.use
-            due = use.due_utc[:10]
+            due = day_words(use.due_utc)
             text = tr("{name}, {serial}, due {due}").format(
                 name=use.name, serial=use.serial, due=due
             )
@@ -234,7 +246,7 @@ class AcceptanceStart(QWidget):
             self.note.setText(tr("No artefact in the register suits. Add one: F9 in Maintain."))
         else:
             u = tr("U {um:.2f} µm (k = 2)").format(um=1e3 * one.used.expanded)
-            self.note.setText(one.refusal or " ".join((u, *one.warnings)))
+            self.note.setText(said(one.refusal) or " ".join((u, *map(said, one.warnings))))
         self._paint()
 
     def _show_open(self, _row: int = 0) -> None:
@@ -264,7 +276,7 @@ class AcceptanceStart(QWidget):
         form.setHorizontalSpacing(12)
         form.setVerticalSpacing(6)
         for row, (key, label, tip) in enumerate(_FIELDS):
-            field = QLineEdit()
+            field = HintField()
             field.setObjectName(key)
             field.setAccessibleName(tr(label))
             field.setAccessibleDescription(tr(tip))

@@ -6,7 +6,7 @@ from PySide6.QtCore import QSize, Qt
 from PySide6.QtWidgets import QListWidget, QListWidgetItem, QPushButton, QWidget
 
 from ocmm_core.acceptance import ProcedureOffer
-from ocmm_gui.kit import PlainLabel, later, literal, text_font, tr
+from ocmm_gui.kit import NarrowButton, PlainLabel, later, literal, text_font, tr
 
 ROW_PX = 34
 KIND_WORDS = {
@@ -59,7 +59,7 @@ def caption_of(text: str, buddy: QWidget) -> PlainLabel:
 
 def large_button(text: str, name: str, key: str) -> QPushButton:
     """Return a button of the foot with its key; that of Return is the primary one."""
-    button = QPushButton(text)
+    button = NarrowButton(text)
     button.setAccessibleName(name)
     button.setFont(text_font(17, bold=True))
     button.setMinimumHeight(50)

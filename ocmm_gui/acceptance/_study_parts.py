@@ -8,7 +8,17 @@ from PySide6.QtWidgets import QGridLayout
 
 from ocmm_core.errors import InputError
 from ocmm_core.studies import CharacteristicStudy
-from ocmm_gui.kit import ActionInfo, FormField, Mark, caption, form_field, later, tr
+from ocmm_gui.kit import (
+    ActionInfo,
+    FormField,
+    Mark,
+    caption,
+    form_field,
+    later,
+    localised,
+    plain_number,
+    tr,
+)
 
 KEYS = (
     ActionInfo("draw", later("Draw plan"), later("Draw the order and blind codes, and store them"),
@@ -49,11 +59,11 @@ def row_words(one: CharacteristicStudy) -> tuple[str, ...]:
     tolerance = study.tolerance_percent
     return (
         one.name,
-        f"{1e3 * study.grr:.2f} ({1e3 * study.grr_low:.2f}–{1e3 * study.grr_high:.2f})",
-        f"{study.study_percent:.1f}",
-        "–" if tolerance is None else f"{tolerance:.1f}",
+        localised(f"{1e3 * study.grr:.2f} ({1e3 * study.grr_low:.2f}–{1e3 * study.grr_high:.2f})"),
+        localised(f"{study.study_percent:.1f}"),
+        "–" if tolerance is None else localised(f"{tolerance:.1f}"),
         str(study.ndc),
-        "–" if one.stated is None else f"{one.stated.pooled:.2f}",
+        "–" if one.stated is None else localised(f"{one.stated.pooled:.2f}"),
         study.word,
     )
 
@@ -70,7 +80,7 @@ def whole_number(key: str, text: str) -> int:
 def length_mm(key: str, text: str) -> float:
     """Return a length that was typed into a field, mm; InputError where it is none."""
     try:
-        length = float(text.replace(",", "."))
+        length = float(plain_number(text))
     except ValueError:
         length = math.nan
     if not math.isfinite(length):

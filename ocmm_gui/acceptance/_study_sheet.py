@@ -38,6 +38,7 @@ from ocmm_gui.kit import (
     WorkSheet,
     mark_colour,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -255,7 +256,7 @@ class StudySheet(WorkSheet):
         self.components.show_study(one.study)
         self.operators.show_values(self._report.plan.operators, one.values)
         stated = one.stated.message if one.stated is not None else ""
-        self.message.setText(" ".join(filter(None, (one.why_not, stated))))
+        self.message.setText(" ".join(map(said, filter(None, (one.why_not, stated)))))
         word = one.study.word if one.study is not None else tr("NO STUDY")
         mark = MARKS.get(word, Mark.DOUBT)
         self.word.show_text(word.upper(), mark_colour(self._theme, mark), mark)

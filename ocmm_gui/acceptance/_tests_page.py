@@ -18,8 +18,11 @@ from ocmm_gui.kit import (
     Worker,
     later,
     panel,
+    said,
+    said_word,
     sentence_label,
     text_font,
+    time_words,
     tr,
     tr_all,
 )
@@ -107,7 +110,7 @@ class TestsPage(QWidget):
         told = contained(error, tr("The list of tests"), tr("Nothing was changed."))
         self._shown = ()
         self.table.setRowCount(0)
-        self.about.setText(f"{told.what} {told.remedy}")
+        self.about.setText(said(f"{told.what} {told.remedy}"))
 
     def selected(self) -> Path | None:
         """Return the record that is selected; None where there is none."""
@@ -133,10 +136,10 @@ def _words(one: FinishedTest) -> tuple[str, ...]:
         value = tr("{quantity} {error:+.1f} of {limit:.1f} µm").format(
             quantity=worst.quantity, error=1e3 * worst.error_mm, limit=1e3 * worst.limit_mm
         )
-    verdict = record.verdict.value
+    verdict = said_word(record.verdict.value)
     if record.instrument.states:
         verdict = " ".join((*record.instrument.states, verdict))
     return (
-        verdict, record.procedure.title, f"{ended:%Y-%m-%d %H:%M}", record.made_by, value,
+        verdict, record.procedure.title, time_words(ended), record.made_by, value,
         record.number,
     )  # fmt: skip

@@ -6,7 +6,6 @@ from PySide6.QtCore import Signal
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QHeaderView,
-    QPushButton,
     QVBoxLayout,
 )
 
@@ -18,12 +17,16 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    NarrowButton,
     NumberTable,
     Theme,
     later,
     literal,
+    localised,
     mark_colour,
     panel,
+    said,
+    said_word,
     sentence_label,
     text_font,
     tr,
@@ -81,11 +84,11 @@ class AcceptanceVerdictPage(StepPage):
                 (tr("Interim checks"), self.interim),
             )
         )
-        self.paper = QPushButton(tr("Certificate (PDF and DCC)  [P]"))
+        self.paper = NarrowButton(tr("Certificate (PDF and DCC)  [P]"))
         self.paper.setAccessibleName(tr("Write the certificate, PDF and DCC"))
         self.paper.setToolTip(literal(tr("Write the certificate, PDF and DCC")))
         self.paper.setShortcut("P")
-        self.record = QPushButton(tr("Record  [2]"))
+        self.record = NarrowButton(tr("Record  [2]"))
         self.record.setAccessibleName(tr("Show every value of the record"))
         self.paper.clicked.connect(self._want_paper)
         self.record.clicked.connect(lambda: self.show_plot(1))
@@ -130,8 +133,8 @@ class AcceptanceVerdictPage(StepPage):
             superseded = tr(" (repeated)") if one.superseded else ""
             words = (
                 one.quantity, f"{one.position}, {one.name}{superseded}",
-                f"{1e3 * one.error_mm:+.1f}", f"{1e3 * one.expanded_mm:.1f}",
-                f"{1e3 * one.limit_mm:.1f}", one.verdict.value,
+                localised(f"{1e3 * one.error_mm:+.1f}"), localised(f"{1e3 * one.expanded_mm:.1f}"),
+                localised(f"{1e3 * one.limit_mm:.1f}"), said_word(one.verdict.value),
             )  # fmt: skip
             self.values.show_words(row, words)
         if outcome.chart is not None:
@@ -169,14 +172,14 @@ class AcceptanceVerdictPage(StepPage):
         self._simulated.setVisible(bool(known))
         if error is not None:
             self._word.show_text(tr("NO VERDICT"), theme.bad, Mark.BAD)
-            text = f"{error.what} {error.remedy}"
+            text = said(f"{error.what} {error.remedy}")
         elif outcome is None:
             self._word.show_text(tr("NOT CALCULATED"), theme.muted, Mark.OPEN)
             text = tr("Press R to calculate.")
         else:
             mark = _MARKS[outcome.verdict]
             self._word.show_text(tr(outcome.word), mark_colour(theme, mark), mark)
-            text = outcome.sentence
+            text = said(outcome.sentence)
         if text != self.sentence.text():
             self.sentence.setText(text)
 

@@ -14,7 +14,7 @@ from PySide6.QtGui import QColor, QPainter, QPainterPath, QPaintEvent, QPen
 from ocmm_core.fieldbus.report import Histogram, within_us
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import SMALL_HEAD, SMALL_HEAD_PX, Plot
-from ocmm_gui.kit import digit_font, tr
+from ocmm_gui.kit import digit_font, localised, tr
 
 _FOOT_PX = 16.0
 _SCALE_PX = 50.0
@@ -57,7 +57,7 @@ class HistogramChart(Chart):
             return
         self._histogram, self._limit_us = histogram, limit_us
         edge = within_us(histogram, 0.999)
-        inside = f"99.9 % ≤ {edge:g}," if edge is not None else ""
+        inside = localised(f"99.9 % ≤ {edge:g},") if edge is not None else ""
         worst = (
             tr("worst {worst_us:.0f}").format(worst_us=histogram.worst_us)
             if sum(histogram.counts)
@@ -226,7 +226,7 @@ def _draw_if_fits(painter: QPainter, place: QRectF, text: str, room: float) -> N
 def _edge_word(edge_us: float) -> str:
     if edge_us == float("inf"):
         return ">"
-    return f"{edge_us / 1000.0:g}k" if edge_us >= 1000.0 else f"{edge_us:g}"
+    return localised(f"{edge_us / 1000.0:g}k") if edge_us >= 1000.0 else localised(f"{edge_us:g}")
 
 
 def _short(count: int) -> str:

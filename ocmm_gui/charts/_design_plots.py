@@ -10,7 +10,7 @@ from ocmm_core.calibration.probe_design import TipMap
 from ocmm_core.geometry import Float
 from ocmm_core.measuring import Mechanics, colour_at
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import fitted, text_font, tr
+from ocmm_gui.kit import fitted, localised, text_font, tr
 
 _LEFT_PX, _FOOT_PX, _SCALE_PX = 44.0, 36.0, 70.0
 _RIGHT = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
@@ -91,7 +91,7 @@ class MapPlot(Plot):
             y = box.bottom() - share * box.height()
             y = min(max(y, box.top() + 8.0), box.bottom() - 8.0)
             place = QRectF(left + 16.0, y - 8.0, _SCALE_PX - 26.0, 16.0)
-            painter.drawText(place, _LEFT, f"{low + share * (top - low):.1f}")
+            painter.drawText(place, _LEFT, localised(f"{low + share * (top - low):.1f}"))
 
 
 class BendingPlot(Plot):

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.calibration.records import Course, Sample
 from ocmm_gui.charts._bus_charts import Chart
-from ocmm_gui.kit import digit_font, text_font
+from ocmm_gui.kit import day_words, digit_font, text_font
 
 _HEAD_PX = 38.0
 """Title and names of the courses."""
@@ -196,4 +196,4 @@ def _y(box: QRectF, middle: float, reach: float, value: float) -> float:
 
 
 def _day(time: float) -> str:
-    return datetime.fromtimestamp(time, UTC).astimezone().date().isoformat()
+    return day_words(datetime.fromtimestamp(time, UTC).astimezone())

@@ -10,7 +10,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.acceptance import InterimChart, InterimWord
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, text_font, tr
+from ocmm_gui.kit import digit_font, localised, said_word, text_font, tr
 
 _SCALE_PX, _FOOT_PX = 84.0, 24.0
 _SIGMAS = 3.0
@@ -33,7 +33,9 @@ class InterimPlot(Plot):
         last = chart.points[-1]
         self._say(
             tr("{count} checks, last {error:+.1f} µm: {word}").format(
-                count=len(chart.points), error=1e3 * last.check.error_mm, word=last.word.value
+                count=len(chart.points),
+                error=1e3 * last.check.error_mm,
+                word=said_word(last.word.value),
             )
         )
 
@@ -96,7 +98,7 @@ class InterimPlot(Plot):
                 taken.append(y(value))
                 place = QRectF(0.0, y(value) - 9.0, _SCALE_PX - 6.0, 18.0)
                 right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                painter.drawText(place, right, f"{name} {1e3 * value:+.1f}")
+                painter.drawText(place, right, localised(f"{name} {1e3 * value:+.1f}"))
 
     def _paint_checks(
         self, painter: QPainter, box: QRectF, chart: InterimChart, y: Callable[[float], float]

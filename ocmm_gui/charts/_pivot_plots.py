@@ -16,7 +16,7 @@ from ocmm_core.camera import Rig, project
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import Plot, rms_of
 from ocmm_gui.charts._residual_plots import AllSensors, ResidualHistogram
-from ocmm_gui.kit import digit_font, text_font, tr
+from ocmm_gui.kit import digit_font, localised, text_font, tr
 
 _SCALE_PX, _MOST = 58.0, 3000
 _REACH_SIGMAS = 5.0
@@ -40,7 +40,9 @@ class TipCourse(Plot):
         used = self._off_um[self._used]
         rms = [rms_of(axis[np.isfinite(axis)]) for axis in used.T]
         left_out = int(np.count_nonzero(~self._used))
-        axes = ", ".join(f"{name} {value:.1f}" for name, value in zip("XYZ", rms, strict=True))
+        axes = ", ".join(
+            localised(f"{name} {value:.1f}") for name, value in zip("XYZ", rms, strict=True)
+        )
         self._say(
             tr("RMS {axes}; {left_out} left out").format(axes=axes, left_out=left_out or tr("none"))
         )

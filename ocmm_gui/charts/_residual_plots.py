@@ -13,7 +13,7 @@ from ocmm_core.calibration.guided import CameraResiduals
 from ocmm_core.camera import CameraModel, Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.charts._plot import ARROW_SHARE, LEGEND_PX, Plot, arrow_lines, rms_of, scale_arrows
-from ocmm_gui.kit import digit_font, tr
+from ocmm_gui.kit import digit_font, localised, tr
 
 _MOST_ARROWS, _CELLS = 300, 18
 """More arrows hide each other: then one stands for each cell of a side of so many."""
@@ -51,7 +51,7 @@ class SensorArrows(Plot):
         spots = tr("%n spots, {left_out} left out", "", len(used)).format(
             left_out=left_out or tr("none")
         )
-        self._say(f"RMS {rms:.4f} px, {spots}{kind}")
+        self._say(localised(f"RMS {rms:.4f} px, {spots}{kind}"))
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint sensor, arrows and their scale."""
@@ -84,7 +84,7 @@ class SensorArrows(Plot):
             painter.drawLine(QPointF(x - 4.0, y - 4.0), QPointF(x + 4.0, y + 4.0))
             painter.drawLine(QPointF(x - 4.0, y + 4.0), QPointF(x + 4.0, y - 4.0))
         painter.setClipping(False)
-        self._paint_legend(painter, QRectF(self.rect()), pixels, f"{nice:g} px")
+        self._paint_legend(painter, QRectF(self.rect()), pixels, localised(f"{nice:g} px"))
 
 
 class AllSensors(QWidget):
@@ -169,7 +169,7 @@ class ResidualHistogram(Plot):
             x = box.center().x() + 0.5 * box.width() * sigmas * self._sigma / self._reach
             painter.drawLine(QPointF(x, box.bottom()), QPointF(x, box.bottom() + 5.0))
             place = QRectF(x - 70.0, box.bottom() + 6.0, 140.0, 20.0)
-            text = f"{sigmas * self._sigma:+.3f}" if sigmas else "0"
+            text = localised(f"{sigmas * self._sigma:+.3f}") if sigmas else "0"
             painter.drawText(place, Qt.AlignmentFlag.AlignCenter, text)
 
 

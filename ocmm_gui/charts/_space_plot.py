@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts._plot import ARROW_SHARE, LEGEND_PX, Plot, arrow_lines, scale_arrows
-from ocmm_gui.kit import text_font, tr
+from ocmm_gui.kit import localised, text_font, tr
 from ocmm_gui.views import upright
 
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignTop
@@ -45,7 +45,9 @@ class SpaceArrows(Plot):
             return
         rms = 1e3 * np.sqrt(np.mean(vectors_world**2, axis=0))
         worst = 1e3 * float(np.linalg.norm(vectors_world, axis=1).max())
-        axes = ", ".join(f"{name} {value:.1f}" for name, value in zip("XYZ", rms, strict=True))
+        axes = ", ".join(
+            localised(f"{name} {value:.1f}") for name, value in zip("XYZ", rms, strict=True)
+        )
         self._say(tr("RMS {axes} µm, largest {worst:.1f} µm").format(axes=axes, worst=worst))
 
     def paintEvent(self, event: QPaintEvent) -> None:
@@ -69,7 +71,7 @@ class SpaceArrows(Plot):
         ):
             self._paint_side(painter, part, axis, sign, title, middle, scale, nice, pixels)
         if nice:
-            self._paint_legend(painter, QRectF(self.rect()), pixels, f"{nice:g} µm")
+            self._paint_legend(painter, QRectF(self.rect()), pixels, localised(f"{nice:g} µm"))
 
     def _paint_side(
         self,

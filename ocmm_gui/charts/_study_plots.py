@@ -11,7 +11,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 from ocmm_core.geometry import Float
 from ocmm_core.studies import GaugeStudy, Type1Study
 from ocmm_gui.charts._plot import Plot
-from ocmm_gui.kit import digit_font, text_font, tr
+from ocmm_gui.kit import digit_font, localised, text_font, tr
 
 _SCALE_PX, _FOOT_PX = 84.0, 24.0
 _GOOD, _CONDITIONAL = 10.0, 30.0
@@ -67,7 +67,7 @@ class ComponentsPlot(Plot):
             painter.drawText(QRectF(0.0, top, 144.0, high), _RIGHT, name)
             painter.setFont(digit_font(14, bold=False))
             place = QRectF(box.right() + 8.0, top, 142.0, high)
-            painter.drawText(place, _LEFT, f"{share:.1f} %  {um:.1f} µm")
+            painter.drawText(place, _LEFT, localised(f"{share:.1f} %  {um:.1f} µm"))
         for level in (_GOOD, _CONDITIONAL):
             x = box.left() + 0.01 * level * box.width()
             painter.setPen(QPen(QColor(theme.warn), 1.6, Qt.PenStyle.DashLine))
@@ -193,4 +193,4 @@ def _scale(painter: QPainter, box: QRectF, reach: float, colour: str) -> None:
         y = _y(box, share * reach, reach)
         painter.drawLine(QPointF(box.left(), y), QPointF(box.left() + 6.0, y))
         place = QRectF(0.0, y - 9.0, _SCALE_PX - 8.0, 18.0)
-        painter.drawText(place, _RIGHT, f"{share * reach:+.1f}" if share else "0")
+        painter.drawText(place, _RIGHT, localised(f"{share * reach:+.1f}") if share else "0")

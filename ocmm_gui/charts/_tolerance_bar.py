@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen, QPolygonF
 
 from ocmm_core.tolerances.decisions import CharacteristicResult
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit import Painted, digit_font, millimetres, tr
+from ocmm_gui.kit import Painted, digit_font, named_quantity, quantity, said_word, tr
 
 _MARGIN_SHARE = 0.4
 """Room on either side of the limits, in widths of the tolerance."""
@@ -89,14 +89,12 @@ class ToleranceBar(Painted):
             self.setAccessibleDescription(tr("no tolerance"))
         else:
             self.setAccessibleDescription(
-                tr(
-                    "{name}: deviation {deviation} mm, limits {lower} to {upper} mm, {verdict}"
-                ).format(
+                tr("{name}: deviation {deviation}, limits {lower} to {upper}, {verdict}").format(
                     name=result.name,
-                    deviation=millimetres(result.deviation, signed=True),
-                    lower=millimetres(result.lower, signed=True),
-                    upper=millimetres(result.upper, signed=True),
-                    verdict=result.verdict.value,
+                    deviation=named_quantity(result, result.deviation, signed=True),
+                    lower=named_quantity(result, result.lower, signed=True),
+                    upper=named_quantity(result, result.upper, signed=True),
+                    verdict=said_word(result.verdict.value),
                 )
             )
         self.update()
@@ -113,7 +111,7 @@ class ToleranceBar(Painted):
             return
         scale = make_scale(self._result)
         self._paint_fields(painter, bar, scale)
-        self._paint_limits(painter, bar, scale, digits)
+        self._paint_limits(painter, bar, scale, digits, self._result)
         self._paint_marker(painter, bar, scale, self._result)
 
     def _paint_fields(self, painter: QPainter, bar: QRectF, scale: BarScale) -> None:
@@ -133,7 +131,14 @@ class ToleranceBar(Painted):
         painter.setBrush(Qt.BrushStyle.NoBrush)
         painter.drawRect(bar.adjusted(0.5, 0, -0.5, 0))
 
-    def _paint_limits(self, painter: QPainter, bar: QRectF, scale: BarScale, digits: float) -> None:
+    def _paint_limits(
+        self,
+        painter: QPainter,
+        bar: QRectF,
+        scale: BarScale,
+        digits: float,
+        result: CharacteristicResult,
+    ) -> None:
         painter.setFont(digit_font(digits, bold=False))
         metrics = painter.fontMetrics()
         values = [scale.lower, scale.upper]
@@ -143,7 +148,7 @@ class ToleranceBar(Painted):
             x = bar.left() + bar.width() * scale.place(value)
             painter.setPen(QPen(QColor(self._theme.text), 2))
             painter.drawLine(QPointF(x, bar.bottom() - 3), QPointF(x, bar.bottom() + 4))
-            text = "0" if value == 0.0 else millimetres(value, signed=True)
+            text = "0" if value == 0.0 else quantity(result, value, signed=True)
             wide = metrics.horizontalAdvance(text)
             left = min(max(x - 0.5 * wide, 0.0), self.width() - wide)
             place = QRectF(left, bar.bottom() + 3, wide + 2.0, self.height() - bar.bottom() - 3)

@@ -8,7 +8,15 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QPen
 
 from ocmm_core.inspection.archive import Trend
-from ocmm_gui.kit import SCENE_LEAST, SCENE_SIZE, Painted, digit_font, text_font, tr
+from ocmm_gui.kit import (
+    SCENE_LEAST,
+    SCENE_SIZE,
+    Painted,
+    digit_font,
+    kind_value,
+    text_font,
+    tr,
+)
 
 _HEAD_PX, _FOOT_PX, _SCALE_PX = 34.0, 24.0, 112.0
 
@@ -74,7 +82,7 @@ class TrendChart(Painted):
                 taken.append(y(value))
                 place = QRectF(box.left() - _SCALE_PX + 6.0, y(value) - 9.0, _SCALE_PX - 12.0, 18.0)
                 right = Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
-                painter.drawText(place, right, f"{name} {value:.3f}")
+                painter.drawText(place, right, f"{name} {kind_value(trend.kind, value, 3)}")
 
     def _paint_parts(
         self, painter: QPainter, trend: Trend, box: QRectF, low: float, high: float
@@ -123,6 +131,10 @@ def _description(trend: Trend) -> str:
     if not len(values):
         return tr("{name}: no parts included").format(name=trend.name)
     signals = 0 if trend.chart is None else len(trend.chart.signals)
-    return tr("{name}: {count} parts, {least:.4f} to {most:.4f}, {signals} signals").format(
-        name=trend.name, count=len(values), least=values.min(), most=values.max(), signals=signals
+    return tr("{name}: {count} parts, {least} to {most}, {signals} signals").format(
+        name=trend.name,
+        count=len(values),
+        least=kind_value(trend.kind, float(values.min()), 4),
+        most=kind_value(trend.kind, float(values.max()), 4),
+        signals=signals,
     )

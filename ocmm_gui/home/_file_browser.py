@@ -25,6 +25,7 @@ from ocmm_core.documents import resource
 from ocmm_core.settings import RecentPlaces
 from ocmm_gui.home._setting_row import HIGH_PX
 from ocmm_gui.kit import (
+    NarrowButton,
     PlainLabel,
     Worker,
     form_field,
@@ -232,7 +233,7 @@ def _add(to: QListWidget, text: str, path: Path) -> None:
 
 
 def _wide(text: str, role: str) -> QPushButton:
-    button = QPushButton(text)
+    button = NarrowButton(text)
     button.setAccessibleName(text)
     button.setProperty("role", role)
     button.setMinimumHeight(HIGH_PX)

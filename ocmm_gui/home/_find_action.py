@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from PySide6.QtCore import QSize, Qt, Signal
-from PySide6.QtGui import QAction, QKeyEvent, QKeySequence
+from PySide6.QtGui import QAction, QKeyEvent
 from PySide6.QtWidgets import QFrame, QListWidget, QListWidgetItem, QVBoxLayout, QWidget
 
-from ocmm_gui.kit import OwnKeysField, literal, text_font, tr
+from ocmm_gui.kit import OwnKeysField, key_words, literal, text_font, tr
 
 _ROW_PX = 42
 _SHOWN = 8
@@ -89,7 +89,7 @@ class FindAction(QFrame):
         self.list.clear()
         for key in fitting(self.field.text(), self._actions):
             action = self._actions[key]
-            keys = action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+            keys = key_words(action.shortcut())
             about = action.toolTip()
             item = QListWidgetItem(f"{action.text()}  [{keys}]   {about}", self.list)
             item.setToolTip(literal(about))

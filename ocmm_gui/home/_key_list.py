@@ -19,8 +19,10 @@ from ocmm_gui.home._setting_row import HIGH_PX
 from ocmm_gui.kit import (
     ACTIONS,
     ActionInfo,
+    NarrowButton,
     PlainLabel,
     conflict_of,
+    key_words,
     sentence_label,
     shortcuts_of,
     text_font,
@@ -78,7 +80,7 @@ class KeyList(QWidget):
         row = max(self.list.currentRow(), 0)
         self.list.clear()
         for info in ACTIONS:
-            keys = ", ".join(shortcuts_of(info, changed))
+            keys = ", ".join(map(key_words, shortcuts_of(info, changed)))
             mark = "●" if info.key in changed else "  "
             item = QListWidgetItem(f"{mark} {keys}   {tr(info.text)}: {tr(info.tip)}", self.list)
             item.setData(Qt.ItemDataRole.UserRole, info.key)
@@ -94,16 +96,20 @@ class KeyList(QWidget):
         info = self._chosen()
         other = conflict_of(info.key, shortcut, self._changed)
         if shortcut in _KEPT:
-            self.told.setText(tr("{key} leaves and walks through pages.").format(key=shortcut))
+            self.told.setText(
+                tr("{key} leaves and walks through pages.").format(key=key_words(shortcut))
+            )
         elif other is not None:
             self.told.setText(
                 tr(
                     "{key} is already {action}. Choose another key, or change that one first."
-                ).format(key=shortcut, action=tr(other.text))
+                ).format(key=key_words(shortcut), action=tr(other.text))
             )
         else:
             self.told.setText(
-                tr("{action} is now on {key}.").format(action=tr(info.text), key=shortcut)
+                tr("{action} is now on {key}.").format(
+                    action=tr(info.text), key=key_words(shortcut)
+                )
             )
             # A foot switch that is programmed to F13 and later stays beside the new key.
             kept = tuple(
@@ -184,7 +190,7 @@ class _Capture(PlainLabel):
 
 
 def _wide(text: str) -> QPushButton:
-    button = QPushButton(text)
+    button = NarrowButton(text)
     button.setAccessibleName(text)
     button.setMinimumHeight(HIGH_PX)
     button.setFont(text_font(16))

@@ -20,13 +20,18 @@ from ocmm_core.settings import (
 )
 from ocmm_gui.kit import (
     ChoiceBox,
+    NarrowButton,
     OwnKeysField,
     PlainLabel,
     caption,
     literal,
+    localised,
+    said,
+    said_word,
     sentence_label,
     text_font,
     tr,
+    tr_all,
 )
 
 HIGH_PX = 57
@@ -57,7 +62,7 @@ class SettingRow(QObject):
         super().__init__(parent)
         self.spec = spec
         self._shown: Value = spec.default
-        label, tip = tr(spec.label), tr(spec.tip)
+        label, tip = said_word(spec.label), said(spec.tip)
         self.choice: ChoiceBox | None = None
         self.switch: QPushButton | None = None
         # Without a place in the grid it would be a window of its own.
@@ -69,10 +74,10 @@ class SettingRow(QObject):
         self.field.hide()
         editor: QWidget = self.field
         if spec.kind is Kind.CHOICE:
-            editor = self.choice = ChoiceBox(label, tip, spec.choices)
+            editor = self.choice = ChoiceBox(label, tip, tr_all(spec.choices))
             self.choice.activated.connect(lambda index: self._commit(spec.choices[index]))
         elif spec.kind is Kind.SWITCH:
-            editor = self.switch = QPushButton()
+            editor = self.switch = NarrowButton()
             self.switch.setCheckable(True)
             self.switch.setAccessibleName(label)
             self.switch.setToolTip(literal(tip))
@@ -115,7 +120,7 @@ class SettingRow(QObject):
         """Show what holds, where it comes from, and what the default is."""
         key, spec = self.spec.key, self.spec
         self._shown = value = loaded.values[key]
-        text = text_of(value)
+        text = _typed(spec, value)
         if self.choice is not None:
             self.choice.setCurrentIndex(spec.choices.index(text) if text in spec.choices else 0)
         elif self.switch is not None:
@@ -162,7 +167,7 @@ class SettingRow(QObject):
         try:
             value_of_text(self.spec, text)
         except InputError as error:
-            self._say(error.what, fault=True)
+            self._say(said(error.what), fault=True)
         else:
             self._say(tr("Return takes it."), fault=False)
 
@@ -172,19 +177,19 @@ class SettingRow(QObject):
         try:
             value = value_of_text(self.spec, self.field.text())
         except InputError as error:
-            self._say(error.what, fault=True)
+            self._say(said(error.what), fault=True)
             return
         self.field.setModified(False)
         if value != self._shown:
             self._commit(value)
         else:
-            self.field.setText(text_of(value))
+            self.field.setText(_typed(self.spec, value))
             self._say("", fault=False)
 
     def _on_left(self) -> None:
         if self.field.isModified():
             self.field.setModified(False)
-            self.field.setText(text_of(self._shown))
+            self.field.setText(_typed(self.spec, self._shown))
             self._say("", fault=False)
         else:
             self.left.emit()
@@ -216,13 +221,19 @@ class _Field(OwnKeysField):
 
 
 def _button(text: str, name: str) -> QPushButton:
-    button = QPushButton(text)
+    button = NarrowButton(text)
     button.setAccessibleName(name)
     button.setToolTip(literal(name))
     button.setFont(text_font(20))
     button.setFixedSize(QSize(HIGH_PX, HIGH_PX))
     button.setFocusPolicy(Qt.FocusPolicy.TabFocus)
     return button
+
+
+def _typed(spec: SettingSpec, value: Value) -> str:
+    """Return a value as somebody types it here."""
+    text = text_of(value)
+    return localised(text) if spec.kind is Kind.NUMBER else text
 
 
 def _with_unit(label: str, unit: str) -> str:
@@ -232,7 +243,7 @@ def _with_unit(label: str, unit: str) -> str:
 def _default_words(spec: SettingSpec) -> str:
     if spec.kind is Kind.KEYS:
         return tr("as shipped")
-    text = text_of(spec.default)
+    text = _typed(spec, spec.default)
     if not text:
         return tr("empty")
     # The end of a path tells more than its beginning.

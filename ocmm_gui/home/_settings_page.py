@@ -31,7 +31,18 @@ from ocmm_core.settings import (
 from ocmm_gui.home._file_browser import FileBrowser, Wanted
 from ocmm_gui.home._key_list import KeyList
 from ocmm_gui.home._setting_row import HIGH_PX, SettingRow
-from ocmm_gui.kit import ActionInfo, Sheet, later, panel, sentence_label, text_font, tr
+from ocmm_gui.kit import (
+    ActionInfo,
+    NarrowButton,
+    Sheet,
+    later,
+    panel,
+    said,
+    said_word,
+    sentence_label,
+    text_font,
+    tr,
+)
 
 _APPLY = ActionInfo(
     "apply", later("Use now"), later("Open the job again with these settings; no point is lost"),
@@ -71,7 +82,7 @@ class SettingsPage(Sheet):
         names = QVBoxLayout()
         names.setSpacing(8)
         for number, (section, title) in enumerate(SECTIONS.items()):
-            button = QPushButton(tr(title))
+            button = NarrowButton(tr(title))
             button.setCheckable(True)
             button.setAccessibleName(tr(title))
             button.setMinimumHeight(HIGH_PX)
@@ -81,7 +92,7 @@ class SettingsPage(Sheet):
             self._pages.addWidget(self._section(section))
         self.keys_list = KeyList()
         self.keys_list.changed.connect(lambda keys: self._commit("window.keys", keys))
-        button = QPushButton(tr("Keys"))
+        button = NarrowButton(tr("Keys"))
         button.setCheckable(True)
         button.setAccessibleName(tr("Keys"))
         button.setMinimumHeight(HIGH_PX)
@@ -107,9 +118,9 @@ class SettingsPage(Sheet):
         self.body.addWidget(self.notes)
         self.body.addWidget(self._whole, 1)
         self.use_keys({} if apply is None else {"apply": apply})
-        for button in self.findChildren(QPushButton):
-            if button.objectName().startswith("button_"):
-                button.setMinimumHeight(HIGH_PX)
+        for each in self.findChildren(QPushButton):
+            if each.objectName().startswith("button_"):
+                each.setMinimumHeight(HIGH_PX)
         self.show_section(0)
         self._show()
 
@@ -170,7 +181,7 @@ class SettingsPage(Sheet):
         except OcmmError as error:
             self.failed.emit(error)
         for note in notes:
-            self.told.emit(f"{note.what} {note.remedy}")
+            self.told.emit(said(f"{note.what} {note.remedy}"))
         before = self.loaded.values[key]
         self.loaded = self._store.load()
         if spec_of(key).section == "report":
@@ -192,7 +203,7 @@ class SettingsPage(Sheet):
         wanted = Wanted.FOLDER if spec.kind is Kind.FOLDER else Wanted.ANY
         self._browsed = key
         self._whole.setCurrentWidget(self.browser)
-        self.browser.ask(tr(spec.label), wanted, value if isinstance(value, Path) else None)
+        self.browser.ask(said_word(spec.label), wanted, value if isinstance(value, Path) else None)
 
     def _on_chosen(self, path: Path) -> None:
         self._whole.setCurrentIndex(0)
@@ -203,11 +214,11 @@ class SettingsPage(Sheet):
             row.show_value(self.loaded, in_job=self._reopens)
         self.keys_list.show_keys(self.loaded.settings.window_keys)
         notes = self.loaded.notes
-        text = "\n".join(f"{note.what} {note.remedy}" for note in notes[:_NOTES_SHOWN])
+        text = "\n".join(said(f"{note.what} {note.remedy}") for note in notes[:_NOTES_SHOWN])
         self.notes.setText(text)
         self.notes.setVisible(bool(notes))
         if self._waiting:
-            names = ", ".join(tr(spec_of(key).label) for key in sorted(self._waiting))
+            names = ", ".join(said_word(spec_of(key).label) for key in sorted(self._waiting))
             self.say(
                 tr("Used from the next opening of the job: {names}. F8 opens it again now.").format(
                     names=names

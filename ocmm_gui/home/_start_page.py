@@ -23,12 +23,17 @@ from PySide6.QtWidgets import (
 from ocmm_gui.kit import (
     ActionInfo,
     PlainLabel,
+    day_words,
+    key_words,
     later,
     literal,
     make_button,
     panel,
+    said,
+    said_word,
     sentence_label,
     text_font,
+    time_words,
     tr,
 )
 
@@ -46,6 +51,11 @@ START_ACTIONS = (
         ("M",),
     ),
     ActionInfo(
+        "archive", later("Archive"),
+        later("What was measured where, when, by whom and with what; trends over stations"),
+        ("F8",),
+    ),
+    ActionInfo(
         "demo", later("Demo"),
         later("SIMULATED: a robot hand measures a virtual part, to look and learn"), ("F9",),
     ),
@@ -61,7 +71,6 @@ _SMALL = ("theme", "quit")
 _BUTTON_PX = 64
 _ROW_PX = 60
 _PATH = Qt.ItemDataRole.UserRole
-_DATE = 10
 
 
 class StartPage(QWidget):
@@ -102,6 +111,9 @@ class StartPage(QWidget):
         self.state_words: list[QLabel] = []
         """What is said of the station."""
         self._tell_state(tr("Reading the records of cameras and tip"))
+        self.hand_over = sentence_label(tr("Hand-over to the archive"), 15)
+        self.hand_over.setProperty("role", "muted")
+        self.hand_over.hide()
         self.heading = PlainLabel(tr("Last jobs"))
         self.heading.setFont(text_font(18, bold=True))
         self.jobs = QListWidget()
@@ -115,6 +127,7 @@ class StartPage(QWidget):
         right = QVBoxLayout()
         right.setSpacing(12)
         right.addWidget(panel(self.state))
+        right.addWidget(self.hand_over)
         right.addWidget(panel(jobs), 1)
         head = QHBoxLayout()
         head.setSpacing(18)
@@ -140,10 +153,10 @@ class StartPage(QWidget):
         """Show how cameras and tip stand."""
         self._clear_state()
         for row, line in enumerate(state.lines):
-            what = PlainLabel(tr(line.what))
+            what = PlainLabel(said_word(line.what))
             what.setFont(text_font(18, bold=True))
             word = _word(line, simulated=state.simulated)
-            sentence = sentence_label(tr("About {what}").format(what=tr(line.what)), 16)
+            sentence = sentence_label(tr("About {what}").format(what=said_word(line.what)), 16)
             sentence.setText(_sentence(line))
             sentence.setToolTip(literal(sentence.text()))
             for column, label in enumerate((what, sentence, word)):
@@ -158,6 +171,11 @@ class StartPage(QWidget):
             self.hint.setText(tr("Ready. New job begins with the plan; Continue goes on."))
         else:
             self.hint.setText(tr("No points can be taken yet: Calibrate shows what is missing."))
+
+    def show_hand_over(self, line: str) -> None:
+        """Say what waits for the archive, in the words of the core; nothing where nothing does."""
+        self.hand_over.setText(line)
+        self.hand_over.setVisible(bool(line))
 
     def show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
         """List jobs, newest first; one that cannot be read says so and can still be selected."""
@@ -191,7 +209,7 @@ class StartPage(QWidget):
     def _button(self, info: ActionInfo, call: Callable[[], None]) -> QPushButton:
         action = QAction(tr(info.text), self)
         action.setObjectName(info.key)
-        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(info.shortcuts)})"))
+        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})"))
         action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         action.setAutoRepeat(False)
@@ -217,16 +235,18 @@ def _word(line: StateLine, *, simulated: bool) -> QLabel:
 
 def _sentence(line: StateLine) -> str:
     if not line.due_utc:
-        return line.sentence
-    return tr("{sentence} Due on {date}.").format(sentence=line.sentence, date=line.due_utc[:_DATE])
+        return said(line.sentence)
+    return tr("{sentence} Due on {date}.").format(
+        sentence=said(line.sentence), date=day_words(line.due_utc)
+    )
 
 
 def job_words(job: LastJob) -> str:
     """Return the two lines of a job in the list."""
-    when = f"{datetime.fromtimestamp(job.changed_s).astimezone():%Y-%m-%d %H:%M}"
+    when = time_words(datetime.fromtimestamp(job.changed_s).astimezone())
     if job.fault is not None:
         return tr("{name}: cannot be read, {when}\n{why}").format(
-            name=job.path.name, when=when, why=job.fault.what
+            name=job.path.name, when=when, why=said(job.fault.what)
         )
     if job.complete:
         state = tr("all features finished")

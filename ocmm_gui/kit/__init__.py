@@ -3,11 +3,12 @@
 In: themes, settings, values of the core. Out: widgets, texts with units, sounds, one log of
 notices.
 
-Read `_texts` (how sentences are translated), `_theme` (three themes from one table), `_messages`
-(numbers and sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table),
-`_sheet` (pages that Esc closes), `_parts` and `_painted`. Long work: `_side_process`, `_worker`,
-`_work_line`, `_work_sheet`. Questions without dialogs: `_answer_panel`, `_path_panel`,
-`_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
+Read `_texts` (how sentences are translated), `_language` (which languages there are), `_numbers`
+(how numbers, lengths and dates are written), `_theme` (three themes from one table), `_messages`
+(sentences), `_marks` (a shape for each outcome), `_actions` (every key as one table), `_sheet`
+(pages that Esc closes), `_parts`, `_narrow` (words that stay whole) and `_painted`. Long work:
+`_side_process`, `_worker`, `_work_line`, `_work_sheet`. Questions without dialogs: `_answer_panel`,
+`_path_panel`, `_reason_panel`. `_notify` says what went wrong, `_sound` is heard.
 It is the first room of the window and must not know any screen or the station.
 """
 
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
         Mode,
         bind_actions,
         conflict_of,
+        key_words,
         make_actions,
         make_button,
         shortcuts_of,
@@ -38,6 +40,13 @@ if TYPE_CHECKING:
     )
     from ocmm_gui.kit._answer_panel import AnswerPanel
     from ocmm_gui.kit._fit_text import FitText
+    from ocmm_gui.kit._language import (
+        LANGUAGES,
+        chosen_language,
+        language_file,
+        language_in_use,
+        use_language,
+    )
     from ocmm_gui.kit._marks import (
         Mark,
         feature_mark,
@@ -60,10 +69,12 @@ if TYPE_CHECKING:
         has_failed,
         header_words,
         is_held,
+        kind_value,
         led_name,
         limit_words,
         millimetres,
         mode_words,
+        named_quantity,
         next_step,
         outlier_count,
         outlier_words,
@@ -79,7 +90,26 @@ if TYPE_CHECKING:
         trouble,
         verdict_line,
     )
+    from ocmm_gui.kit._narrow import HintField, NarrowButton, NarrowItems, fits, is_longer
     from ocmm_gui.kit._notify import Banner, ErrorHooks, Level, Notice, NoticeCentre
+    from ocmm_gui.kit._numbers import (
+        INCH_MM,
+        NumberStyle,
+        day_words,
+        field_length,
+        length_number,
+        length_of_field,
+        length_words,
+        localised,
+        numbers_in_use,
+        plain_number,
+        split_unit,
+        style_of,
+        time_words,
+        to_mm,
+        unit_word,
+        use_numbers,
+    )
     from ocmm_gui.kit._painted import SCENE_LEAST, SCENE_SIZE, Painted
     from ocmm_gui.kit._parts import (
         ColouredRow,
@@ -95,7 +125,16 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
     from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
-    from ocmm_gui.kit._texts import PlainLabel, later, literal, tr, tr_all
+    from ocmm_gui.kit._texts import (
+        PlainLabel,
+        later,
+        literal,
+        said,
+        said_word,
+        tr,
+        tr_all,
+        with_unit,
+    )
     from ocmm_gui.kit._theme import (
         CAP_HEIGHT,
         DEFAULT_THEME,
@@ -122,20 +161,29 @@ else:
         __name__,
         _actions=(
             "ACTIONS ActionInfo Debounced FINISH_KEYS Mode TAKE_KEYS UNDO_KEYS bind_actions "
-            "SHORT conflict_of make_actions make_button shortcuts_of show_mode usable_keys "
-            "use_shortcuts"
+            "SHORT conflict_of key_words make_actions make_button shortcuts_of show_mode "
+            "usable_keys use_shortcuts"
         ),
         _answer_panel="AnswerPanel",
         _fit_text="FitText",
+        _language="LANGUAGES chosen_language language_file language_in_use use_language",
         _marks="Mark feature_mark mark_colour paint_mark status_mark verdict_mark",
         _messages=(
             "DASHES PAUSED active_feature approach_words basis_words characteristics_of "
             "counted_line distance_words feature_title form_words has_failed header_words is_held "
-            "led_name limit_words millimetres mode_words next_step outlier_count outlier_words "
+            "kind_value "
+            "led_name limit_words millimetres mode_words named_quantity next_step outlier_count "
+            "outlier_words "
             "progress_word quantity reference_led_name reference_words seen_cameras seen_targets "
             "shape_word slot_names step_text trouble verdict_line"
         ),
+        _narrow="HintField NarrowButton NarrowItems fits is_longer",
         _notify="Banner ErrorHooks Level Notice NoticeCentre",
+        _numbers=(
+            "INCH_MM NumberStyle day_words field_length length_number length_of_field length_words "
+            "localised numbers_in_use plain_number split_unit style_of time_words to_mm unit_word "
+            "use_numbers"
+        ),
         _painted="Painted SCENE_LEAST SCENE_SIZE",
         _parts="ColouredRow DataTable NumberTable panel sentence_label stacked value_label",
         _path_panel="OwnKeysField PathPanel dropped_file",
@@ -143,7 +191,7 @@ else:
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
         _sound="Approach Sound SoundPlayer verdict_sound",
-        _texts="PlainLabel later literal tr tr_all",
+        _texts=("PlainLabel later literal said said_word tr tr_all with_unit"),
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
             "far_type fitted status_colour text_font verdict_colour wrapped_pixels"
@@ -160,6 +208,8 @@ __all__ = [
     "DASHES",
     "DEFAULT_THEME",
     "FINISH_KEYS",
+    "INCH_MM",
+    "LANGUAGES",
     "PAUSED",
     "SCENE_LEAST",
     "SCENE_SIZE",
@@ -180,11 +230,15 @@ __all__ = [
     "Failed",
     "FitText",
     "FormField",
+    "HintField",
     "Level",
     "Mark",
     "Mode",
+    "NarrowButton",
+    "NarrowItems",
     "Notice",
     "NoticeCentre",
+    "NumberStyle",
     "NumberTable",
     "OwnKeysField",
     "Painted",
@@ -210,8 +264,10 @@ __all__ = [
     "bind_actions",
     "caption",
     "characteristics_of",
+    "chosen_language",
     "conflict_of",
     "counted_line",
+    "day_words",
     "digit_font",
     "distance_words",
     "dress",
@@ -219,30 +275,46 @@ __all__ = [
     "far_type",
     "feature_mark",
     "feature_title",
+    "field_length",
+    "fits",
     "fitted",
     "form_field",
     "form_words",
     "has_failed",
     "header_words",
     "is_held",
+    "is_longer",
+    "key_words",
+    "kind_value",
+    "language_file",
+    "language_in_use",
     "later",
     "led_name",
+    "length_number",
+    "length_of_field",
+    "length_words",
     "limit_words",
     "literal",
+    "localised",
     "make_actions",
     "make_button",
     "mark_colour",
     "millimetres",
     "mode_words",
+    "named_quantity",
     "next_step",
+    "numbers_in_use",
     "outlier_count",
     "outlier_words",
     "paint_mark",
     "panel",
+    "plain_number",
     "progress_word",
     "quantity",
     "reference_led_name",
     "reference_words",
+    "said",
+    "said_word",
     "seen_cameras",
     "seen_targets",
     "sentence_label",
@@ -251,20 +323,28 @@ __all__ = [
     "shortcuts_of",
     "show_mode",
     "slot_names",
+    "split_unit",
     "stacked",
     "status_colour",
     "status_mark",
     "step_text",
+    "style_of",
     "text_font",
+    "time_words",
+    "to_mm",
     "tr",
     "tr_all",
     "trouble",
+    "unit_word",
     "usable_keys",
+    "use_language",
+    "use_numbers",
     "use_shortcuts",
     "value_label",
     "verdict_colour",
     "verdict_line",
     "verdict_mark",
     "verdict_sound",
+    "with_unit",
     "wrapped_pixels",
 ]

@@ -15,6 +15,7 @@ from PySide6.QtCore import Qt
 from PySide6.QtGui import QAction, QKeySequence
 from PySide6.QtWidgets import QPushButton, QWidget
 
+from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import later, literal, tr
 
 DEBOUNCE_S = 0.15
@@ -176,6 +177,11 @@ ACTIONS = (
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
+        "archive", later("Archive"),
+        later("Jobs of all stations: lists, trends, what used a calibration"), ("Ctrl+J",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
         "pivot", later("Calibrate probe"),
         later("Find tip and LED positions: pivot the probe with its ball in a cone"), ("P",),
         mode=Mode.MAINTAIN, opens_wizard=True,
@@ -248,6 +254,26 @@ def show_mode(actions: Mapping[str, QAction], mode: Mode) -> None:
         actions[info.key].setEnabled(info.mode in (None, mode))
 
 
+_KEY_NAMES = {
+    name: name
+    for name in (
+        later("Space"), later("Return"), later("Enter"), later("Backspace"), later("Ins"),
+        later("Del"), later("PgUp"), later("PgDown"), later("Shift"), later("Ctrl"), later("Alt"),
+    )
+}  # fmt: skip
+"""Keys whose names differ between keyboards; Qt's own German names do not fit on buttons."""
+
+
+def key_words(shortcut: QKeySequence | str) -> str:
+    """Return the name of a key as it stands on the keyboard of the language."""
+    text = QKeySequence(shortcut).toString(QKeySequence.SequenceFormat.PortableText)
+    # `Ctrl++` is the plus with Ctrl held.
+    held, plus, key = text[:-1].rpartition("+") if len(text) > 1 else ("", "", "")
+    last = f"{key}{text[-1:]}"
+    parts = [*held.split("+"), last] if plus else [last]
+    return "+".join(tr(part) if part in _KEY_NAMES else part for part in parts)
+
+
 def shortcuts_of(info: ActionInfo, changed: Mapping[str, Sequence[str]]) -> tuple[str, ...]:
     """Return the keys of an action: those that somebody chose, or those shipped."""
     return tuple(changed.get(info.key, ())) or info.shortcuts
@@ -287,7 +313,8 @@ def use_shortcuts(actions: Mapping[str, QAction], changed: Mapping[str, Sequence
     for info in ACTIONS:
         keys = shortcuts_of(info, changed)
         action = actions[info.key]
-        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(keys)})"))
+        named = ", ".join(map(key_words, keys))
+        action.setToolTip(literal(f"{tr(info.tip)} ({named})"))
         action.setShortcuts([QKeySequence(key) for key in keys])
 
 
@@ -324,7 +351,7 @@ SHORT = "short"
 
 def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     """Return a button that does what ``action`` does and shows its first key."""
-    button = QPushButton()
+    button = NarrowButton("")
     button.setProperty("role", "primary" if primary else "plain")
     shown: tuple[str, str] | None = None
 
@@ -347,4 +374,4 @@ def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
 
 
 def _first_key(action: QAction) -> str:
-    return action.shortcut().toString(QKeySequence.SequenceFormat.NativeText)
+    return key_words(action.shortcut())

@@ -8,11 +8,11 @@ from PySide6.QtWidgets import (
     QApplication,
     QFrame,
     QHBoxLayout,
-    QPushButton,
     QSizePolicy,
     QWidget,
 )
 
+from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._texts import PlainLabel, tr
 from ocmm_gui.kit._theme import DEFAULT_THEME, THEMES, Theme, text_font
 
@@ -53,8 +53,8 @@ class AnswerPanel(QFrame):
         self._label.setWordWrap(True)
         self._label.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
         self._yes, self._no = (
-            QPushButton(tr("{verb}  [Return]").format(verb=verb)),
-            QPushButton(tr("Back  [Esc]")),
+            NarrowButton(tr("{verb}  [Return]").format(verb=verb)),
+            NarrowButton(tr("Back  [Esc]")),
         )
         self._yes.setAccessibleName(tr("{verb} anyway").format(verb=verb))
         self._no.setAccessibleName(tr("Cancel and go back"))

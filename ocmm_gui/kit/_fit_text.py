@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QRectF, Qt
-from PySide6.QtGui import QColor, QPainter, QPaintEvent
+from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPaintEvent
 
 from ocmm_gui.kit._marks import Mark, paint_mark
 from ocmm_gui.kit._painted import Painted
 from ocmm_gui.kit._theme import digit_font, fitted, text_font
+
+_LEAST_PX = 9
 
 
 class FitText(Painted):
@@ -65,6 +67,15 @@ class FitText(Painted):
     def size_of(self, text: str) -> int:
         """Return the pixel size that a line with a mark would be painted with."""
         return self._size(text, marked=True)
+
+    def fits(self) -> bool:
+        """Return whether the whole line is seen, in type that can be read."""
+        size = self._font_size()
+        font = digit_font(size) if self._digits else text_font(size, bold=True)
+        used = QFontMetricsF(font).horizontalAdvance(self._text)
+        if self._mark is not None:
+            used += 0.95 * size
+        return size >= _LEAST_PX and used <= self.width() + 1.0
 
     def _font_size(self) -> int:
         longest = max(self._text, self._reserve, key=len)

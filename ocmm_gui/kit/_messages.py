@@ -17,23 +17,26 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.tolerances.decisions import CharacteristicResult, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import spec_of
-from ocmm_gui.kit._texts import later, tr
+from ocmm_gui.kit._numbers import length_number, length_words, localised, numbers_in_use, unit_word
+from ocmm_gui.kit._texts import later, said, said_word, tr
 
 DASHES = "———"
 """Stands for every number that is not known or not trusted."""
 
 
 def millimetres(value: float | None, *, signed: bool = False, decimals: int = 3) -> str:
-    """Return a length, mm, with a point as decimal sign; dashes where there is none."""
+    """Return a length, given in mm: without a word, in inch with it; dashes where there is none."""
     if value is None or not np.isfinite(value):
         return DASHES
-    rounded = round(value, decimals) + 0.0  # adding zero turns -0.0 into 0.0
-    return f"{rounded:+.{decimals}f}" if signed else f"{rounded:.{decimals}f}"
+    text = length_number(float(value), signed=signed, decimals=decimals)
+    return f"{text} {unit_word()}" if numbers_in_use().inch else text
 
 
 def shape_word(shape: Shape) -> str:
     """Return a shape as people write it: ``Round slot`` for ``RoundSlot``."""
-    return "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
+    return said_word(
+        "".join(f" {c.lower()}" if c.isupper() and i else c for i, c in enumerate(shape.value))
+    )
 
 
 _LONG_NAME = 16
@@ -130,14 +133,33 @@ CRITERION_WORDS = {criterion: word for word, criterion in CRITERIA.items()}
 
 
 def quantity(result: CharacteristicResult, value: float | None, *, signed: bool = False) -> str:
-    """Return a value of a characteristic in its unit: mm without a word, degrees with their sign.
+    """Return a value of a characteristic in its unit: mm without a word, inch and degrees with it.
 
     Angles get a digit more than a hundredth of a degree is long at 50 mm.
     """
+    if value is None or not np.isfinite(value):
+        return DASHES
     if result.unit != "deg":
         return millimetres(value, signed=signed)
-    text = millimetres(value, signed=signed, decimals=4)
-    return text if text == DASHES else f"{text}°"
+    rounded = round(value, 4) + 0.0
+    return localised(localised(f"{rounded:+.4f}°") if signed else localised(f"{rounded:.4f}°"))
+
+
+def kind_value(kind: str, value: float, decimals: int) -> str:
+    """Return a value of a kind of characteristic; as all lengths, in inch with the unit."""
+    if spec_of(kind).unit == "mm":
+        return millimetres(value, decimals=decimals)
+    return localised(f"{value:.{decimals}f}")
+
+
+def named_quantity(
+    result: CharacteristicResult, value: float | None, *, signed: bool = False
+) -> str:
+    """Return a value of a characteristic with its unit, also where that is mm."""
+    text = quantity(result, value, signed=signed)
+    if text == DASHES or result.unit == "deg" or numbers_in_use().inch:
+        return text
+    return f"{text} {unit_word()}"
 
 
 def limit_words(result: CharacteristicResult) -> str:
@@ -190,8 +212,8 @@ def outlier_words(feature: FeatureView, chosen: int) -> str:
 def _off(number: int, residuals: Mapping[int, float]) -> str:
     if number not in residuals:
         return tr("point {number}").format(number=number)
-    return tr("point {number} ({residual} mm)").format(
-        number=number, residual=millimetres(residuals[number], signed=True)
+    return tr("point {number} ({residual})").format(
+        number=number, residual=length_words(residuals[number], signed=True)
     )
 
 
@@ -300,12 +322,12 @@ def trouble(live: LiveView | None, job: JobView | None) -> tuple[str, ...]:
     """Return what stands in the way: the machine's own reason, then why a touch was refused."""
     lines = []
     if live is not None and live.status not in (StatusWord.READY, StatusWord.MEASURING):
-        lines.append(f"{live.status.value}: {live.reason}")
+        lines.append(f"{said_word(live.status.value)}: {said(live.reason)}")
     told = live.reason if lines and live is not None else ""
     if job is not None and job.refusal is not None and job.refusal.what not in told:
         lines.append(
             tr("No point: {what} {remedy}")
-            .format(what=job.refusal.what, remedy=job.refusal.remedy)
+            .format(what=said(job.refusal.what), remedy=said(job.refusal.remedy))
             .strip()
         )
     return tuple(lines)
@@ -319,20 +341,20 @@ def progress_word(feature: FeatureView, verdict: Verdict | None) -> str:
         return tr("OPEN")
     if feature.state is FeatureState.SKIPPED:
         return tr("SKIPPED")
-    return tr("DONE") if verdict is None else str(verdict.value)
+    return tr("DONE") if verdict is None else said_word(verdict.value)
 
 
 def verdict_line(summary: VerdictSummary) -> str:
     """Return the verdict of a feature, counted where several characteristics make it."""
     if summary.verdict is None:
         return tr("NO TOLERANCE")
-    return summary.words or str(summary.verdict.value)
+    return said(summary.words) or said_word(summary.verdict.value)
 
 
 def counted_line(job: JobView) -> str:
     """Return the verdict on the part with all counts, behind what the job must not be taken for."""
     part = job.part_verdict
     counted = part.summary.counted or tr("No characteristics in the plan")
-    states = ", ".join(job_states(job))
-    words = f"{part.word.value}: {counted}"
+    states = ", ".join(map(said_word, job_states(job)))
+    words = f"{said_word(part.word.value)}: {said(counted)}"
     return f"{states}. {words}" if states else words

@@ -16,12 +16,13 @@ from types import TracebackType
 
 from PySide6.QtCore import QObject, Qt, QTimer, Signal
 from PySide6.QtGui import QResizeEvent
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton, QSizePolicy, QWidget
+from PySide6.QtWidgets import QFrame, QHBoxLayout, QSizePolicy, QWidget
 
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import StorageError
 from ocmm_core.failure import contained
-from ocmm_gui.kit._texts import PlainLabel, tr
+from ocmm_gui.kit._narrow import NarrowButton
+from ocmm_gui.kit._texts import PlainLabel, said, tr
 from ocmm_gui.kit._theme import Theme, text_font
 
 INFO_SECONDS = 12
@@ -201,7 +202,7 @@ class Banner(QFrame):
         self._far = False
         self._set_font()
         self._text.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Preferred)
-        self._dismiss = QPushButton(tr("Dismiss  [Esc]"))
+        self._dismiss = NarrowButton(tr("Dismiss  [Esc]"))
         self._dismiss.setAccessibleName(tr("Dismiss this message"))
         self._dismiss.setFocusPolicy(Qt.FocusPolicy.NoFocus)
         self._dismiss.clicked.connect(self.hide)
@@ -221,7 +222,9 @@ class Banner(QFrame):
         if covered and notice.level is not Level.ERROR:
             return
         self._level = notice.level
-        self._text.setText(f"{_MARKS[notice.level]}  {notice.what} {notice.remedy}".rstrip())
+        self._text.setText(
+            f"{_MARKS[notice.level]}  {said(notice.what)} {said(notice.remedy)}".rstrip()
+        )
         self._set_font()
         self._paint()
         self.show()

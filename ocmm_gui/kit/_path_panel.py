@@ -6,9 +6,10 @@ from pathlib import Path
 
 from PySide6.QtCore import QEvent, QMimeData, Qt, QUrl, Signal
 from PySide6.QtGui import QKeyEvent
-from PySide6.QtWidgets import QFileDialog, QFrame, QHBoxLayout, QLineEdit, QPushButton
+from PySide6.QtWidgets import QFileDialog, QFrame, QHBoxLayout
 
 from ocmm_core.settings import RecentPlaces
+from ocmm_gui.kit._narrow import HintField, NarrowButton
 from ocmm_gui.kit._texts import PlainLabel, tr
 
 
@@ -40,14 +41,14 @@ class PathPanel(QFrame):
         self._field.setObjectName("path")
         self._field.setAccessibleName(asked)
         self._field.setMinimumWidth(300)
-        write = QPushButton(verb)
+        write = NarrowButton(verb)
         write.setAccessibleName(what)
         write.setProperty("role", "primary")
-        find = QPushButton(tr("Browse"))
+        find = NarrowButton(tr("Browse"))
         find.setAccessibleName(tr("Look for the file or folder"))
         find.clicked.connect(self._browse)
         self._files: QFileDialog | None = None
-        cancel = QPushButton(tr("Cancel"))
+        cancel = NarrowButton(tr("Cancel"))
         cancel.setAccessibleName(tr("Close without changes"))
         label = PlainLabel(what)
         label.setBuddy(self._field)
@@ -101,7 +102,7 @@ class PathPanel(QFrame):
             self.given.emit(Path(text).expanduser())
 
 
-class OwnKeysField(QLineEdit):
+class OwnKeysField(HintField):
     """A field that keeps its keys, so that a path with a space in it takes no point."""
 
     left = Signal()

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
+from PySide6.QtWidgets import QFrame, QHBoxLayout
 
+from ocmm_gui.kit._narrow import NarrowButton
 from ocmm_gui.kit._path_panel import OwnKeysField
 from ocmm_gui.kit._texts import PlainLabel, later, tr
 
@@ -27,10 +28,10 @@ class ReasonPanel(QFrame):
         self.field.setAccessibleName(tr("Reason for deletion"))
         self.field.setMinimumWidth(260)
         self._label.setBuddy(self.field)
-        delete = QPushButton(tr("Delete"))
+        delete = NarrowButton(tr("Delete"))
         delete.setAccessibleName(tr("Delete the point now"))
         delete.setProperty("role", "primary")
-        cancel = QPushButton(tr("Cancel"))
+        cancel = NarrowButton(tr("Cancel"))
         cancel.setAccessibleName(tr("Close without deleting"))
         layout = QHBoxLayout(self)
         layout.setContentsMargins(12, 6, 8, 6)

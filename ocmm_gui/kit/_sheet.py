@@ -26,7 +26,7 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit._actions import ActionInfo, make_button
+from ocmm_gui.kit._actions import ActionInfo, key_words, make_button
 from ocmm_gui.kit._parts import sentence_label
 from ocmm_gui.kit._path_panel import OwnKeysField
 from ocmm_gui.kit._texts import PlainLabel, later, literal, tr
@@ -106,12 +106,14 @@ class Sheet(QWidget):
 
     def use_keys(self, calls: Mapping[str, Callable[[], None]], primary: str = "") -> None:
         """Make actions and buttons; ``calls`` has one entry for every key but that of `LEAVE`."""
-        rows = -(-len(self._infos) // _MOST_IN_ROW)
+        rows, shift = -(-len(self._infos) // _MOST_IN_ROW), tr("Shift")
         in_row = -(-len(self._infos) // rows)
         for index, info in enumerate(self._infos):
             action = QAction(tr(info.text), self)
             action.setObjectName(info.key)
-            action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(info.shortcuts)})"))
+            action.setToolTip(
+                literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})")
+            )
             action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
             action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
             action.setAutoRepeat(False)
@@ -122,7 +124,7 @@ class Sheet(QWidget):
             button = make_button(action, primary=info.key == primary)
             button.setObjectName(f"button_{info.key}")
             # Spelt out it would not fit into the row.
-            button.setText(button.text().replace("Shift+", "⇧"))
+            button.setText(button.text().replace(f"{shift}+", "⇧"))
             button.setMinimumHeight(_BUTTON_PX)
             button.setFont(text_font(14, bold=info.key == primary))
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)

@@ -17,7 +17,7 @@ def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
             reached=len(record.corners) - len(missing), count=len(record.corners)
         )
         for one in missing:
-            said += f"; {one.name}: " + (one.reason or tr("no reason"))
+            said += f"; {one.name}: " + (said(one.reason) or tr("no reason"))
         facts.append((tr("Corners"), said))
     if record.repeats:
         shifts = (

@@ -41,6 +41,7 @@ from ocmm_gui.kit import (
     Theme,
     later,
     panel,
+    said_word,
     sentence_label,
     stacked,
     text_font,
@@ -185,7 +186,7 @@ class BusPage(QStackedWidget):
     def _show_phase(self, view: BusView, report: BusReport) -> None:
         theme = self._theme
         what, remedy = trouble_words(report)
-        word = report.phase.value.upper()
+        word = said_word(report.phase.value).upper()
         if view.ended:
             self._phase.show_text(tr("ENDED"), theme.bad, Mark.BAD)
             what, remedy = view.ended, tr("These are the last values.")

@@ -7,7 +7,7 @@ from datetime import datetime
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.fieldbus.report import BusEvent, BusReport, CameraReport, is_present
-from ocmm_gui.kit import DataTable, Theme, later, tr, tr_all
+from ocmm_gui.kit import DataTable, Theme, day_words, later, localised, said, tr, tr_all
 
 _UNKNOWN = "–"
 _CAMERA_COLUMNS = (
@@ -135,7 +135,7 @@ def _camera_words(camera: CameraReport) -> tuple[str, ...]:
         str(camera.overruns),
         str(camera.bad_cycles),
         _UNKNOWN if offset is None else str(offset),
-        _UNKNOWN if warm is None else f"{warm:.1f}",
+        _UNKNOWN if warm is None else localised(f"{warm:.1f}"),
         str(camera.link_errors),
         str(camera.emergencies),
         str(camera.boot_counter),
@@ -148,10 +148,10 @@ def _event_words(event: BusEvent) -> tuple[str, ...]:
     today = when.date() == datetime.now().astimezone().date()
     stamp = f"{when:%H:%M:%S.%f}"[:-3]
     return (
-        stamp if today else f"{when:%Y-%m-%d} {stamp}",
+        stamp if today else f"{day_words(when)} {stamp}",
         event.camera or tr("all"),
-        event.what,
-        event.remedy,
+        said(event.what),
+        said(event.remedy),
         str(event.cycles),
         event.code,
     )

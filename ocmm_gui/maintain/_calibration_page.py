@@ -14,7 +14,7 @@ from ocmm_core.calibration.records import (
 )
 from ocmm_core.camera import Rig
 from ocmm_gui.charts import HistoryChart
-from ocmm_gui.kit import later, session_of, stacked, tr
+from ocmm_gui.kit import later, localised, session_of, stacked, tr
 from ocmm_gui.maintain._calibration_table import HistoryTable, local_time
 from ocmm_gui.maintain._status_page import StatusPage, in_a_row
 
@@ -135,14 +135,14 @@ def _facts(
 
 def _record_facts(record: CameraRecord) -> dict[str, str]:
     left_out = tr("%n left out", "", len(record.outliers))
-    around = "?" if record.temperature_c is None else f"{record.temperature_c:.1f}"
-    sensors = "/".join(f"{value:.1f}" for value in record.sensor_temperatures_c) or "?"
+    around = "?" if record.temperature_c is None else localised(f"{record.temperature_c:.1f}")
+    sensors = "/".join(localised(f"{value:.1f}") for value in record.sensor_temperatures_c) or "?"
     return {
         "Method": record.method,
         "Calibrated": f"{local_time(record.made_utc)}, {record.made_by}",
         "Valid until": local_time(record.valid_until_utc),
         "Positions": f"{record.points}, {left_out}" if record.outliers else f"{record.points}",
-        "Residuals": f"{record.rms_px:.4f} px, chi² {record.chi2_per_dof:.2f}",
+        "Residuals": localised(f"{record.rms_px:.4f} px, chi² {record.chi2_per_dof:.2f}"),
         "Warmth": tr("{around} °C, sensors {sensors} °C").format(around=around, sensors=sensors),
         "Artefacts": ", ".join(f"{used.name} {used.serial}" for used in record.artefacts)
         or tr("none"),

@@ -10,7 +10,7 @@ from enum import Enum
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import Event, EventKind
-from ocmm_gui.kit import DataTable, Theme, later, tr, tr_all
+from ocmm_gui.kit import DataTable, Theme, later, said, time_words, tr, tr_all
 
 _COLUMNS = (
     (later("Time"), later("Local time")),
@@ -131,7 +131,7 @@ def _line(event: Event) -> Line:
         local_time(event.utc),
         tr(_WORDS[event.kind]),
         event.who,
-        event.reason,
+        said(event.reason),
         local_time(event.since_utc) if event.since_utc else "",
         event.calibration[:12],
     )
@@ -140,4 +140,4 @@ def _line(event: Event) -> Line:
 
 def local_time(utc: str) -> str:
     """Return a time of a record as people read it."""
-    return f"{datetime.fromisoformat(utc).astimezone():%Y-%m-%d %H:%M}"
+    return time_words(datetime.fromisoformat(utc).astimezone())

@@ -6,7 +6,7 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPainter, QPaintEvent
 
 from ocmm_core.fieldbus.report import BusReport, shares, unaccounted
-from ocmm_gui.kit import Painted, digit_font, later, text_font, tr
+from ocmm_gui.kit import Painted, digit_font, later, localised, text_font, tr
 
 _ROW_PX = 19.0
 _BAR_PX = 12.0
@@ -35,7 +35,7 @@ class CycleAccounts(Painted):
     def rows(self) -> tuple[tuple[str, str, str], ...]:
         """Return name, count and share of every line."""
         lines = [
-            (tr(name), str(count), f"{share:.3f} %")
+            (tr(name), str(count), localised(f"{share:.3f} %"))
             for name, count, share in zip(_NAMES, self._counts, shares(self._counts), strict=True)
         ]
         if self._gap:

@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt, Signal
 from PySide6.QtWidgets import (
     QHBoxLayout,
     QProgressBar,
-    QPushButton,
     QVBoxLayout,
     QWidget,
 )
@@ -30,6 +29,7 @@ from ocmm_gui.kit import (
     ChoiceBox,
     FitText,
     Mark,
+    NarrowButton,
     NumberTable,
     OwnKeysField,
     SideProcess,
@@ -37,7 +37,9 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     later,
+    localised,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -89,7 +91,7 @@ class FitsPage(QWidget):
             tr("Convention of the certified values"),
             [item.name for item in Convention],
         )
-        self.button = QPushButton(tr("Verify"))
+        self.button = NarrowButton(tr("Verify"))
         self.button.setProperty("role", "primary")
         self.button.setAccessibleName(tr("Verify"))
         self.button.setMinimumHeight(40)
@@ -164,7 +166,7 @@ class FitsPage(QWidget):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._end()
-        self._sentence.setText(f"{error.what} {error.remedy}")
+        self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self._reports = ()
         self._paint()
         self.failed.emit(error)
@@ -194,7 +196,7 @@ class FitsPage(QWidget):
         words = (
             report.name,
             str(len(report.results)),
-            *("–" if value is None else f"{value:.1e}" for value in worst),
+            *("–" if value is None else localised(f"{value:.1e}") for value in worst),
             tr("✔  AGREES") if report.passed else tr("✖  OFF"),
         )
         self.table.show_words(row, words)

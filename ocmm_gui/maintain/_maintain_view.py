@@ -21,10 +21,13 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
+    NarrowItems,
     PlainLabel,
     Theme,
     literal,
     make_button,
+    said,
+    said_word,
     status_colour,
     status_mark,
     text_font,
@@ -80,6 +83,7 @@ class MaintainView(QWidget):
         self.list.setAccessibleName(tr("Pages"))
         self.list.setAccessibleDescription(tr("Up and down select a page"))
         self.list.setFont(text_font(18, bold=True))
+        self.list.setItemDelegate(NarrowItems(self.list))
         self._stack = QStackedWidget()
         self._pages = tuple(page.widget for page in pages)
         for page in pages:
@@ -121,8 +125,8 @@ class MaintainView(QWidget):
         """Show the state of the machine."""
         self._live = live
         colour = status_colour(self._theme, live.status)
-        self._word.show_text(live.status.value, colour, status_mark(live.status))
-        self._word.setToolTip(literal(live.reason))
+        self._word.show_text(said_word(live.status.value), colour, status_mark(live.status))
+        self._word.setToolTip(literal(said(live.reason)))
 
     def status(self) -> str:
         """Return the word that is shown."""

@@ -12,7 +12,6 @@ from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
     QProgressBar,
-    QPushButton,
     QVBoxLayout,
     QWidget,
 )
@@ -39,6 +38,7 @@ from ocmm_gui.kit import (
     DataTable,
     FitText,
     Mark,
+    NarrowButton,
     OwnKeysField,
     PlainLabel,
     SideProcess,
@@ -46,7 +46,10 @@ from ocmm_gui.kit import (
     Theme,
     later,
     literal,
+    localised,
     panel,
+    plain_number,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -127,8 +130,8 @@ class ProbeDesignPage(QWidget):
         self._process.advanced.connect(self._on_advanced)
         self._process.finished.connect(self._show_report)
         self._process.failed.connect(self._on_failed)
-        self.fields = {key: OwnKeysField(proposal) for key, _, _, proposal in _FIELDS}
-        self.button = QPushButton(tr("Examine"))
+        self.fields = {key: OwnKeysField(localised(proposal)) for key, _, _, proposal in _FIELDS}
+        self.button = NarrowButton(tr("Examine"))
         self.button.setProperty("role", "primary")
         self.button.setMinimumHeight(38)
         self.button.setAccessibleName(tr("Examine"))
@@ -222,14 +225,15 @@ class ProbeDesignPage(QWidget):
 
     def _on_failed(self, error: OcmmError) -> None:
         self._wait(False)
-        self._sentence.setText(f"{error.what} {error.remedy}")
+        self._sentence.setText(said(f"{error.what} {error.remedy}"))
         self.failed.emit(error)
 
     def _paint_words(self, report: ProbeReport) -> None:
         theme, number = self._theme, report.number
         seen = bool(np.isfinite(number.space_um))
         self._number.show_text(
-            f"{number.space_um:.1f} µm" if seen else "–", theme.text if seen else theme.bad
+            localised(f"{number.space_um:.1f} µm") if seen else "–",
+            theme.text if seen else theme.bad,
         )
         safe = report.coded or all(item.is_safe for item in report.labels)
         self._labels.show_text(
@@ -342,7 +346,7 @@ class PointBudgetTable(DataTable):
         self.setRowCount(len(terms))
         for row, term in enumerate(terms):
             self._write(row, 0, term.name)
-            self._write(row, 1, f"{term.sigma_um:.2f}")
+            self._write(row, 1, localised(f"{term.sigma_um:.2f}"))
             self._cell(row, 1).setTextAlignment(
                 Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignVCenter
             )
@@ -358,13 +362,13 @@ class PointBudgetTable(DataTable):
 
 def _numbers(what: str, text: str, count: int) -> list[float]:
     try:
-        values = [float(word) for word in text.replace(",", " ").split()]
+        values = [float(plain_number(word)) for word in text.replace(";", " ").split()]
     except ValueError:
         values = []
     if len(values) != count or not np.isfinite(values).all():
         raise InputError(
             "design.number",
             f"Field '{what}' is {text!r}; it needs {count} number(s).",
-            "Enter numbers with a decimal point, separated by spaces.",
+            "Enter numbers separated by spaces.",
         )
     return values

@@ -8,7 +8,7 @@ from PySide6.QtWidgets import QVBoxLayout
 
 from ocmm_core.calibration.records import CalibrationStatus, ProbeOverview, ProbeView
 from ocmm_gui.charts import HistoryChart
-from ocmm_gui.kit import later, stacked, tr
+from ocmm_gui.kit import later, localised, stacked, tr
 from ocmm_gui.maintain._calibration_table import local_time
 from ocmm_gui.maintain._probe_tables import TipHistoryTable, TipTable
 from ocmm_gui.maintain._status_page import StatusPage, in_a_row
@@ -103,7 +103,7 @@ def _facts(view: ProbeView) -> dict[str, str]:
     words |= {
         "Probe": view.probe,
         "Tip": view.tip or "–",
-        "Ball": f"{view.diameter_mm:.4f} mm",
+        "Ball": localised(f"{view.diameter_mm:.4f} mm"),
         "Hash": view.identity[:12],
     }
     if view.records is None:
@@ -111,7 +111,7 @@ def _facts(view: ProbeView) -> dict[str, str]:
     calibration, qualification = view.records.calibration, view.records.qualification
     made = [calibration] if qualification is None else [calibration, qualification]
     temperature_state = " / ".join(
-        "?" if one.temperature_c is None else f"{one.temperature_c:.1f}" for one in made
+        "?" if one.temperature_c is None else localised(f"{one.temperature_c:.1f}") for one in made
     )
     words |= {
         "Calibrated": f"{local_time(calibration.made_utc)[:10]}, {calibration.made_by}",

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.calibration.records import State, TipEvent, TipEventKind, TipState
-from ocmm_gui.kit import DataTable, Theme, later, text_font, tr, tr_all
+from ocmm_gui.kit import DataTable, Theme, later, localised, said, said_word, text_font, tr, tr_all
 from ocmm_gui.maintain._calibration_table import EventTable, Line, Tone, local_time
 
 _TIPS = (
@@ -102,18 +102,20 @@ def _tip_words(one: TipState) -> tuple[str, ...]:
     name = f"▶ {one.tip}" if one.mounted else f"   {one.tip}"
     until = local_time(one.due_utc)[:10]
     if found is None:
-        return (name, one.status.state.value, "–", "–", "–", tr("never"), "–", until)
-    temperature_state = "" if found.temperature_c is None else f", {found.temperature_c:.1f} °C"
+        return (name, said_word(one.status.state.value), "–", "–", "–", tr("never"), "–", until)
+    temperature_state = (
+        "" if found.temperature_c is None else localised(f", {found.temperature_c:.1f} °C")
+    )
     checked = "–"
     if check is not None:
         verdict = tr("passed") if check.passed else tr("FAILED")
         checked = f"{local_time(check.made_utc)[:10]} {verdict}"
     return (
         name,
-        one.status.state.value,
-        f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}",
-        f"{1e3 * found.form_mm:.1f}",
-        f"{1e3 * found.articulation_2s_mm:.1f}",
+        said_word(one.status.state.value),
+        localised(f"{found.diameter_mm:.4f} ± {found.diameter_sigma_mm:.4f}"),
+        localised(f"{1e3 * found.form_mm:.1f}"),
+        localised(f"{1e3 * found.articulation_2s_mm:.1f}"),
         f"{local_time(found.made_utc)[:10]}{temperature_state}",
         checked,
         until,
@@ -122,7 +124,8 @@ def _tip_words(one: TipState) -> tuple[str, ...]:
 
 def _line(event: TipEvent) -> Line:
     kind = event.kind
-    word = kind.value[0].upper() + kind.value[1:]
+    word = said_word(kind.value)
+    word = word[0].upper() + word[1:]
     if kind in (TipEventKind.FAILED, TipEventKind.NOT_QUALIFIED):
         word = word.replace("failed", "FAILED")
     cells = (
@@ -130,7 +133,7 @@ def _line(event: TipEvent) -> Line:
         word,
         event.tip,
         event.who,
-        event.reason,
+        said(event.reason),
         local_time(event.since_utc) if event.since_utc else "",
         event.record[:12],
     )

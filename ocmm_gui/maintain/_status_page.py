@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     literal,
     mark_colour,
     panel,
+    said_word,
     sentence_label,
     text_font,
     tr,
@@ -151,7 +152,7 @@ class StatusPage(QWidget, Generic[V, H]):
             view.word is CalibrationStatus.DESIGN and view.blocker is not None
         )
         self._mark = Mark.BAD if bad else _MARKS.get(view.word, Mark.BAD)
-        self._paint_word(tr("UNCALIBRATED") if view.uncalibrated else view.word.value)
+        self._paint_word(tr("UNCALIBRATED") if view.uncalibrated else said_word(view.word.value))
         in_order = self._design if view.word is CalibrationStatus.DESIGN else self._in_order
         self._sentence.setText(_sentence(view.blocker, in_order, uncalibrated=view.uncalibrated))
         notes = list(view.warnings)

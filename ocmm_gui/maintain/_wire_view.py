@@ -13,7 +13,7 @@ from ocmm_core.fieldbus.report import (
     is_present,
     wire_picture,
 )
-from ocmm_gui.kit import Painted, fitted, literal, text_font, tr
+from ocmm_gui.kit import Painted, fitted, literal, said, text_font, tr
 
 _WORDS_PX = 20.0
 _BOX_SHARE = 0.78
@@ -42,13 +42,13 @@ class WireView(Painted):
                 )
                 for camera, link in zip(wire.cameras, wire.links, strict=True)
             )
-            self.setAccessibleDescription(f"{wire.interface}, {chain}. {wire.words}")
-            self.setToolTip(literal(wire.words))
+            self.setAccessibleDescription(f"{wire.interface}, {chain}. {said(wire.words)}")
+            self.setToolTip(literal(said(wire.words)))
             self.update()
 
     def words(self) -> str:
         """Return the sentence below the picture."""
-        return self._wire.words if self._wire is not None else ""
+        return said(self._wire.words) if self._wire is not None else ""
 
     def paintEvent(self, event: QPaintEvent) -> None:
         """Paint boxes, cables and the sentence."""
@@ -78,9 +78,9 @@ class WireView(Painted):
         painter.setPen(QColor(self._theme.bad if broken else self._theme.text))
         line = QRectF(0.0, self.height() - _WORDS_PX, self.width(), _WORDS_PX)
         painter.setFont(
-            fitted(text_font(10, bold=broken), wire.words, line.width(), line.height(), 14)
+            fitted(text_font(10, bold=broken), said(wire.words), line.width(), line.height(), 14)
         )
-        painter.drawText(line, _LEFT, wire.words)
+        painter.drawText(line, _LEFT, said(wire.words))
 
     def _camera(self, painter: QPainter, box: QRectF, camera: CameraReport) -> None:
         theme = self._theme

@@ -35,7 +35,7 @@ class CoverageView(Painted):
         self._feature, self._chosen = feature, chosen
         said = tr("no points")
         if feature.coverage is not None:
-            said = f"{feature.coverage.words}. {feature.coverage.warning}".strip()
+            said = said(f"{feature.coverage.words}. {feature.coverage.warning}".strip())
         self.setAccessibleDescription(f"{feature.name}: {said}")
         self.setToolTip(literal(said))
         self.update()

@@ -38,6 +38,8 @@ from ocmm_gui.kit import (
     next_step,
     outlier_count,
     quantity,
+    said,
+    said_word,
     status_colour,
     status_mark,
     step_text,
@@ -172,7 +174,7 @@ class FarView(QWidget):
         # From afar the first sentence is enough.
         step, point, rest = next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
-        counted = f"{summary.deciding}: {summary.words}." if summary.words else ""
+        counted = f"{summary.deciding}: {said(summary.words)}." if summary.words else ""
         parts = (counted, rest, far_off, step_text(job))
         words = " ".join(part for part in parts if part)
         hidden = self._live if job.shows_part and has_failed(self._live) else None
@@ -216,11 +218,11 @@ class FarView(QWidget):
         """Return the verdict, with how many share it where that is still read from afar."""
         if summary.verdict is None:
             return verdict_line(summary)
-        short = summary.words.replace(" of ", "/")
-        for words in (summary.words, short):
+        short = said(summary.words.replace(" of ", "/"))
+        for words in (said(summary.words), short):
             if words and self._verdict.size_of(words) >= far_type(self):
                 return words
-        return str(summary.verdict.value)
+        return said_word(summary.verdict.value)
 
     def verdict(self) -> str:
         """Return the verdict on the shown feature; empty where that on the part is shown."""
@@ -261,7 +263,7 @@ class FarView(QWidget):
             return
         status = self._live.status
         self._status.show_text(
-            status.value, status_colour(self._theme, status), status_mark(status)
+            said_word(status.value), status_colour(self._theme, status), status_mark(status)
         )
 
     def _show_ring(self) -> None:

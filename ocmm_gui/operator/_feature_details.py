@@ -12,7 +12,8 @@ from ocmm_gui.kit import (
     THEMES,
     Theme,
     digit_font,
-    millimetres,
+    quantity,
+    said_word,
     text_font,
     tr,
     verdict_colour,
@@ -90,7 +91,7 @@ class CharacteristicList(QWidget):
         self.updateGeometry()
         self.setAccessibleDescription(
             "; ".join(
-                f"{r.name} {millimetres(r.deviation, signed=True)} {r.verdict.value}"
+                f"{r.name} {quantity(r, r.deviation, signed=True)} {said_word(r.verdict.value)}"
                 for r in results
             )
         )
@@ -117,7 +118,7 @@ class CharacteristicList(QWidget):
         painter = QPainter(self)
         rows = [(tr("Also"), tr("deviation"), self._theme.muted)]
         rows += [
-            (r.name, f"{millimetres(r.deviation, signed=True)}  {r.verdict.value}",
+            (r.name, f"{quantity(r, r.deviation, signed=True)}  {said_word(r.verdict.value)}",
              verdict_colour(self._theme, r.verdict))
             for r in self._results
         ]  # fmt: skip

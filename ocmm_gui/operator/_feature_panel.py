@@ -34,6 +34,8 @@ from ocmm_gui.kit import (
     millimetres,
     outlier_words,
     quantity,
+    said,
+    said_word,
     text_font,
     tr,
     verdict_colour,
@@ -152,7 +154,7 @@ class FeaturePanel(QFrame):
         self._outliers.setText(outlier_words(feature, self._chosen))
         self._outliers.setStyleSheet(f"color: {self._theme.bad if flagged else self._theme.text};")
         self._outliers.setVisible(bool(self._outliers.text()))
-        note = feature.note or (result.note if result is not None else "")
+        note = said(feature.note or (result.note if result is not None else ""))
         self._note.setText(note)
         # Beside a number the note explains; without one it is the reason, and must be seen.
         explains = result is not None and result.measured is not None and not feature.note
@@ -267,7 +269,7 @@ class FeaturePanel(QFrame):
 
 def subject(result: CharacteristicResult) -> str:
     """Return what a characteristic is about, in words."""
-    return f"{spec_of(result.kind).words} {' – '.join(result.features)}"
+    return f"{said_word(spec_of(result.kind).words)} {' – '.join(result.features)}"
 
 
 def _label(name: str, font: QFont, *, text: str = "", muted: bool = False) -> QLabel:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 from collections.abc import Mapping
 from dataclasses import replace
+from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import QSize, Qt
@@ -30,6 +31,7 @@ from ocmm_gui.kit import (
     panel,
     sentence_label,
     text_font,
+    time_words,
     tr,
 )
 
@@ -45,7 +47,7 @@ _KEYS = (
 _FIELDS = (
     ("operator", later("Operator"), later("Name of the operator")),
     ("serial", later("Serial number"), later("Of the part; - if it has none")),
-    ("order", later("Order"), later("Order number; optional")),
+    ("order", later("Order no."), later("Order number; optional")),
     ("batch", later("Batch"), later("Groups parts for comparison; optional")),
 )
 _PATH = Qt.ItemDataRole.UserRole
@@ -312,7 +314,7 @@ class JobSheet(Sheet):
         for part in reversed(parts):
             if part.path == running:
                 continue
-            when = part.created_utc[:16].replace("T", " ")
+            when = time_words(datetime.fromisoformat(part.created_utc))
             item = QListWidgetItem(
                 tr("Serial {serial}: {points} points, {operator}, {when} UTC, {name}").format(
                     serial=part.serial,

@@ -11,6 +11,7 @@ from ocmm_gui.kit import (
     Painted,
     fitted,
     paint_mark,
+    said_word,
     text_font,
     tr,
     verdict_colour,
@@ -48,7 +49,7 @@ class PartVerdictView(Painted):
 
     def word(self) -> str:
         """Return the word of the verdict."""
-        return "" if self._job is None else self._job.part_verdict.word.value
+        return "" if self._job is None else said_word(self._job.part_verdict.word.value)
 
     def lines(self) -> tuple[str, ...]:
         """Return what stands below the word."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 
 from PySide6.QtCore import QRectF, QSize, Qt, QTimer
@@ -18,9 +19,11 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     fitted,
-    millimetres,
+    length_number,
+    said,
     text_font,
     tr,
+    unit_word,
     wrapped_pixels,
 )
 
@@ -57,11 +60,11 @@ class Readout(QWidget):
         """
         now = time.monotonic()
         if live.tip_world is None:
-            self._show((DASHES, DASHES, DASHES), live.reason or tr("no valid position"))
+            self._show((DASHES, DASHES, DASHES), said(live.reason) or tr("no valid position"))
         elif now - self._shown_at >= 0.9 / DIGITS_HZ or DASHES in self._values:
             self._shown_at = now
-            x, y, z = (millimetres(float(value), signed=True) for value in live.tip_world)
-            uncertainty = millimetres(live.tip_uncertainty)
+            x, y, z = (length_number(float(value), signed=True) for value in live.tip_world)
+            uncertainty = _known(live.tip_uncertainty)
             frame = (
                 tr("world frame")
                 if live.reference is None
@@ -69,8 +72,8 @@ class Readout(QWidget):
             )
             self._show(
                 (x, y, z),
-                tr("ball centre, mm, {frame}   ±{uncertainty} (k=2)").format(
-                    frame=frame, uncertainty=uncertainty
+                tr("ball centre, {unit}, {frame}   ±{uncertainty} (k=2)").format(
+                    unit=unit_word(), frame=frame, uncertainty=uncertainty
                 ),
             )
 
@@ -182,3 +185,7 @@ class Readout(QWidget):
     def _stop_flash(self) -> None:
         self._flash = None
         self.update()
+
+
+def _known(value: float | None) -> str:
+    return DASHES if value is None or not math.isfinite(value) else length_number(value)

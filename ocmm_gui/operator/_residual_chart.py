@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import FeatureView
-from ocmm_gui.kit import Painted, digit_font, millimetres, text_font, tr
+from ocmm_gui.kit import Painted, digit_font, length_words, millimetres, text_font, tr
 
 _LINE_PX = 22.0
 _TALLEST_PX = 90.0
@@ -69,7 +69,7 @@ class ResidualChart(Painted):
         painter.setPen(QColor(self._theme.muted))
         line = QRectF(0, 0, self.width(), top)
         painter.drawText(line, _LEFT, tr("Points from the fit"))
-        painter.drawText(line, _RIGHT, f"±{reach:.3f} mm")
+        painter.drawText(line, _RIGHT, f"±{length_words(reach)}")
         high = min(0.5 * (self.height() - 2.0 * top), _TALLEST_PX)
         zero = top + high
         pitch = self._pitch()

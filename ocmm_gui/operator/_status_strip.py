@@ -18,20 +18,24 @@ from ocmm_gui.kit import (
     is_held,
     later,
     literal,
+    localised,
     millimetres,
+    said,
+    said_word,
     seen_cameras,
     seen_targets,
     status_colour,
     status_mark,
     text_font,
     tr,
+    unit_word,
 )
 
 _COUNTERS = (
     (later("Cameras"), later("cameras that see the probe / in the rig")),
     (later("Targets"), later("LEDs that two cameras see / on the probe")),
     (later("Reference"), later("LEDs of the reference body that two cameras see / on it")),
-    (later("U point"), later("expanded uncertainty of a point here, mm, k = 2")),
+    (later("U point"), later("expanded uncertainty of a point here, {unit}, k = 2")),
     (later("Frames/s"), later("frames tracked per second")),
     (later("Good"), later("bus cycles on time")),
     (later("Late"), later("late bus cycles")),
@@ -80,13 +84,14 @@ class StatusStrip(QFrame):
         grid.setHorizontalSpacing(16)
         grid.setVerticalSpacing(0)
         for column, (name, tip) in enumerate(_COUNTERS):
+            said = tr(tip).replace("{unit}", unit_word())
             caption, value = PlainLabel(tr(name)), PlainLabel("–")
             caption.setProperty("role", "muted")
             caption.setFont(text_font(12))
             value.setFont(digit_font(16))
             value.setAccessibleName(tr(name))
-            value.setAccessibleDescription(tr(tip))
-            value.setToolTip(literal(tr(tip)))
+            value.setAccessibleDescription(said)
+            value.setToolTip(literal(said))
             for row, label in enumerate((caption, value)):
                 label.setAlignment(Qt.AlignmentFlag.AlignRight)
                 grid.addWidget(label, row, column)
@@ -103,8 +108,8 @@ class StatusStrip(QFrame):
             self._word.show_text(tr(PAUSED), self._theme.warn, Mark.DOUBT)
         else:
             colour = status_colour(self._theme, live.status)
-            self._word.show_text(live.status.value, colour, status_mark(live.status))
-        words = (live.reason, *live.faults, live.acquisition.pace_words)
+            self._word.show_text(said_word(live.status.value), colour, status_mark(live.status))
+        words = tuple(map(said, (live.reason, *live.faults, live.acquisition.pace_words)))
         reason = " ".join(filter(None, words))
         if self._reason.text() != reason:
             self._reason.setText(reason)
@@ -156,4 +161,4 @@ class StatusStrip(QFrame):
 
 def _short(count: int) -> str:
     # Six digits keep their place in the strip for any length of shift.
-    return f"{count}" if count < 1_000_000 else f"{count / 1e6:.2f}M"
+    return f"{count}" if count < 1_000_000 else localised(f"{count / 1e6:.2f}M")

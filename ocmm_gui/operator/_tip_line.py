@@ -12,9 +12,12 @@ from ocmm_gui.kit import (
     Mark,
     PlainLabel,
     Theme,
+    day_words,
     far_type,
     literal,
     mark_colour,
+    said,
+    said_word,
     tr,
 )
 from ocmm_gui.operator._trust_bar import MarkView, TrustPlace
@@ -109,7 +112,7 @@ def _is_calm(view: ProbeView) -> bool:
 
 def tip_words(view: ProbeView, place: TrustPlace) -> str:
     """Return what is said about the probe; from three metres the name of the tip and one word."""
-    word = tr("UNCALIBRATED") if view.uncalibrated else view.word.value
+    word = tr("UNCALIBRATED") if view.uncalibrated else said_word(view.word.value)
     if place is TrustPlace.FAR:
         return (
             tr("Tip {tip}: {word}").format(tip=view.tip, word=word)
@@ -124,7 +127,7 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     # Why no points are taken stands in the status strip of the desk view already.
     why = ""
     if view.blocker is not None and view.uncalibrated:
-        why = f" {view.blocker.what}"
+        why = f" {said(view.blocker.what)}"
     elif view.blocker is not None and place is TrustPlace.MAINTAIN:
         why = " " + tr("No points: {blocker}").format(blocker=view.blocker)
     warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
@@ -132,5 +135,5 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
     said = tr("Probe {title}: {word}, {ball}.")
     if usable:
         said = tr("Probe {title}: {word} until {until}, {ball}.")
-    said = said.format(title=view.title, word=word, until=view.due_utc[:10], ball=ball)
+    said = said.format(title=view.title, word=word, until=day_words(view.due_utc), ball=ball)
     return f"{said}{why}{warnings}"

@@ -18,6 +18,7 @@ from ocmm_gui.kit import (
     far_type,
     literal,
     paint_mark,
+    said,
     tr,
 )
 
@@ -121,7 +122,7 @@ def trust_words(view: CalibrationView, place: TrustPlace) -> str:
     if view.uncalibrated:
         if place is TrustPlace.FAR:
             return tr("UNCALIBRATED: no proof")
-        why = view.blocker.what if view.blocker is not None else ""
+        why = said(view.blocker.what) if view.blocker is not None else ""
         return (
             tr("UNCALIBRATED: results are not proven. {why} {warnings}")
             .format(why=why, warnings=warnings)

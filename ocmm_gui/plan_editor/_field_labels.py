@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
+from enum import Enum
 
 import msgspec
 
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_core.tolerances.zones import Characteristic
-from ocmm_gui.kit import later, tr_all
+from ocmm_gui.kit import later, tr_all, unit_word
 
 Words = tuple[str, str]
 """Label and explanation."""
@@ -189,10 +191,35 @@ _OF_TYPE: Mapping[str, Mapping[str, Words]] = {
 }
 
 
+_UNIT = re.compile(r"\bmm\b")
+
+
+class Measure(Enum):
+    """What the numbers of a field are."""
+
+    NONE = "no lengths"
+    LENGTH = "lengths"
+    BY_KIND = "lengths, or degrees for an angle"
+
+
 def words_of(struct: type[msgspec.Struct], field: str) -> Words:
     """Return label and explanation of a field; KeyError where nobody wrote them."""
     own = _OF_TYPE.get(struct.__name__, {})
-    return tr_all(own[field] if field in own else _ALL[field])
+    label, tip = tr_all(own[field] if field in own else _ALL[field])
+    if measure_of(struct, field) is Measure.NONE or "digest" in struct.__struct_fields__:
+        return label, tip
+    # The unit stands at the end of the label, or in the explanation.
+    return _UNIT.sub(unit_word(), label), _UNIT.sub(unit_word(), tip)
+
+
+def measure_of(struct: type[msgspec.Struct], field: str) -> Measure:
+    """Return whether the numbers of a field are lengths."""
+    own = _OF_TYPE.get(struct.__name__, {})
+    label, tip = own[field] if field in own else _ALL[field]
+    if struct is Characteristic and field in ("nominal", "lower", "upper"):
+        return Measure.BY_KIND
+    is_length = label.endswith(", mm") or tip.endswith(", mm")
+    return Measure.LENGTH if is_length else Measure.NONE
 
 
 def choices_of(struct: type[msgspec.Struct], field: str) -> tuple[str, ...]:

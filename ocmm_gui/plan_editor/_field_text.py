@@ -7,6 +7,15 @@ from typing import Any
 
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.plan import number
+from ocmm_gui.kit import (
+    field_length,
+    localised,
+    numbers_in_use,
+    split_unit,
+    to_mm,
+    unit_word,
+)
+from ocmm_gui.plan_editor._field_labels import Measure
 from ocmm_gui.plan_editor._form_lines import FieldKind, FormLine
 
 _YES, _NO = "yes", "no"
@@ -22,9 +31,17 @@ _WANTED: Mapping[FieldKind, str] = {
 }
 
 
-def text_of(line: FormLine, value: Any) -> str:
-    """Return what stands in the field of a line."""
+def text_of(line: FormLine, value: Any, *, angle: bool = False) -> str:
+    """Return what stands in the field of a line.
+
+    Parameters
+    ----------
+    angle
+        The item is an angle: what would be a length by its kind is in degrees.
+    """
     match line.kind:
+        case _ if numbers_in_use().inch and _is_length(line, angle=angle):
+            return _in_inch(line, value)
         case FieldKind.FLAG:
             return _YES if value else _NO
         case FieldKind.NAMES:
@@ -41,8 +58,13 @@ def text_of(line: FormLine, value: Any) -> str:
             return _plain(value)
 
 
-def value_of(line: FormLine, text: str) -> Any:
-    """Return what the text of a field means, as plain data.
+def value_of(line: FormLine, text: str, *, angle: bool = False) -> Any:
+    """Return what the text of a field means, as plain data; lengths in mm, whatever was typed.
+
+    Parameters
+    ----------
+    angle
+        See `text_of`.
 
     Raises
     ------
@@ -58,14 +80,18 @@ def value_of(line: FormLine, text: str) -> Any:
             return text
         case FieldKind.PLACES:
             rows = [row.split() for row in text.splitlines() if row.strip()]
+            units = [_taken_unit(line, row, angle=angle) for row in rows]
             if any(len(row) < 4 for row in rows):
                 raise _fault(line, text)
             name, place = line.parts
             return [
-                {name: " ".join(row[:-3]), place: _numbers(line, text, row[-3:])} for row in rows
+                {name: " ".join(row[:-3]), place: _numbers(line, text, row[-3:], unit)}
+                for row, unit in zip(rows, units, strict=True)
             ]
         case _:
-            values = _numbers(line, text, text.split())
+            words = text.split()
+            unit = _taken_unit(line, words, angle=angle)
+            values = _numbers(line, text, words, unit)
     if line.kind is FieldKind.NUMBERS:
         return values
     if len(values) != (3 if line.kind is FieldKind.VECTOR else 1):
@@ -79,8 +105,40 @@ def value_of(line: FormLine, text: str) -> Any:
     return values[0]
 
 
-def _numbers(line: FormLine, text: str, words: list[str]) -> list[float]:
+def _is_length(line: FormLine, *, angle: bool) -> bool:
+    return line.measure is Measure.LENGTH or (line.measure is Measure.BY_KIND and not angle)
+
+
+def _in_inch(line: FormLine, value: Any) -> str:
+    """Return lengths in inch; the unit stands behind the last one of a row."""
+    if line.kind is FieldKind.PLACES:
+        rows = [(name, values) for name, values in (item.values() for item in value)]
+        return "\n".join(f"{name}  {_inches(values)}" for name, values in rows)
+    return _inches(value if isinstance(value, list | tuple) else (value,))
+
+
+def _inches(values: Iterable[float]) -> str:
+    texts = [field_length(float(value)).removesuffix(f" {unit_word()}") for value in values]
+    return f"{'  '.join(texts)} {unit_word()}" if texts else ""
+
+
+def _taken_unit(line: FormLine, words: list[str], *, angle: bool) -> str | None:
+    """Take the unit off the end of a row of words; None where its numbers are no lengths."""
+    if not _is_length(line, angle=angle):
+        # With a unit behind it such a number is none.
+        return None
+    if not words:
+        return unit_word()
+    last, unit = split_unit(words[-1])
+    if unit:
+        words[-1:] = [last] if last else []
+    return unit or unit_word()
+
+
+def _numbers(line: FormLine, text: str, words: list[str], unit: str | None) -> list[float]:
     values = [number(word) for word in words]
+    if unit is not None:
+        values = [value if value is None else to_mm(value, unit) for value in values]
     found = [value for value in values if value is not None]
     if len(found) < len(values):
         raise _fault(line, text)
@@ -108,6 +166,7 @@ def _row(values: Iterable[Any]) -> str:
 
 
 def _plain(value: Any) -> str:
-    if isinstance(value, float) and float(f"{value:g}") == value:
-        return f"{value:g}"
+    if isinstance(value, float):
+        short = f"{value:g}"
+        return localised(short if float(short) == value else str(value))
     return "" if value is None else str(value)

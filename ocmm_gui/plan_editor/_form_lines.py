@@ -16,7 +16,7 @@ from typing import Any, Literal, Union, get_args, get_origin
 import msgspec
 
 from ocmm_core.part_model import NominalFace
-from ocmm_gui.plan_editor._field_labels import Words, choices_of, words_of
+from ocmm_gui.plan_editor._field_labels import Measure, Words, choices_of, measure_of, words_of
 
 GIVEN = "given"
 """Stands for the field that tells whether a struct without a tag is there."""
@@ -57,6 +57,8 @@ class FormLine:
         Other lines follow from its choice.
     parts
         Fields that every line of `FieldKind.PLACES` gives: of the name, and of the numbers.
+    measure
+        Whether its numbers are lengths.
     """
 
     key: str
@@ -67,6 +69,7 @@ class FormLine:
     neutral: Any = ""
     decides: bool = False
     parts: tuple[str, ...] = ()
+    measure: Measure = Measure.NONE
 
 
 def form_lines(
@@ -192,7 +195,10 @@ def _line(struct: type[msgspec.Struct], item: msgspec.structs.FieldInfo, at: str
         # The hash stands for all of the document but what is decided here.
         kind = FieldKind.FIXED
     neutral = msgspec.to_builtins(neutral)
-    return FormLine(at + item.name, label, tip, kind, choices, neutral, parts=parts)
+    measure = Measure.NONE if kind is FieldKind.FIXED else measure_of(struct, item.name)
+    return FormLine(
+        at + item.name, label, tip, kind, choices, neutral, parts=parts, measure=measure
+    )
 
 
 def _held(make: Any) -> tuple[FieldKind, tuple[str, ...], Any]:

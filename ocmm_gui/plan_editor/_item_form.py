@@ -20,6 +20,7 @@ from PySide6.QtWidgets import (
 )
 
 from ocmm_core.errors import InputError
+from ocmm_core.tolerances.kinds import KINDS, spec_of
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
@@ -117,6 +118,10 @@ class ItemForm(QScrollArea):
                 "plan.form", f"Invalid entry: {error}.", "Correct that field."
             ) from error
 
+    def lines(self) -> tuple[FormLine, ...]:
+        """Return the lines that are shown."""
+        return self._lines
+
     def choice(self) -> str:
         """Return which kind of item is filled in; empty for none, and where there is one kind."""
         first = self._lines[0]
@@ -154,7 +159,7 @@ class ItemForm(QScrollArea):
             self._lay_out()
         for line in self._lines:
             field = self.fields[line.key]
-            text = text_of(line, _at(data, line.key, line.neutral))
+            text = text_of(line, _at(data, line.key, line.neutral), angle=_is_angle(data, line.key))
             if self._text(line.key) == text:
                 continue
             field.blockSignals(True)
@@ -180,7 +185,14 @@ class ItemForm(QScrollArea):
                     )
                 continue
             try:
-                value = value_of(line, self._text(line.key))
+                text, before = self._text(line.key), _at(self._data, line.key, line.neutral)
+                if text == text_of(line, before, angle=_is_angle(self._data, line.key)) and (
+                    _is_angle(data, line.key) == _is_angle(self._data, line.key)
+                ):
+                    # What nobody touched keeps every digit of the document.
+                    _put(data, line.key, before)
+                    continue
+                value = value_of(line, text, angle=_is_angle(data, line.key))
             except InputError:
                 if strict:
                     raise
@@ -255,6 +267,13 @@ class ItemForm(QScrollArea):
         field.editingFinished.connect(self.edited)
         field.left.connect(self.left)
         return field
+
+
+def _is_angle(data: Mapping[str, Any], key: str) -> bool:
+    """Return whether the item that a line belongs to is an angle, by its kind."""
+    outer = key.rpartition(".")[0]
+    kind = _at(data, f"{outer}.kind" if outer else "kind", "")
+    return kind in KINDS and spec_of(kind).unit == "deg"
 
 
 def _at(data: Mapping[str, Any], key: str, otherwise: Any) -> Any:

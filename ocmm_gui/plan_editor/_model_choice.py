@@ -11,7 +11,6 @@ from PySide6.QtWidgets import (
     QHBoxLayout,
     QListWidget,
     QListWidgetItem,
-    QPushButton,
     QVBoxLayout,
 )
 
@@ -22,14 +21,19 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     ChoiceBox,
+    NarrowButton,
     PlainLabel,
     Theme,
     caption,
     form_field,
     literal,
+    millimetres,
     shape_word,
+    split_unit,
     text_font,
+    to_mm,
     tr,
+    unit_word,
 )
 from ocmm_gui.views import PartPicture
 
@@ -59,7 +63,7 @@ class ModelChoice(QFrame):
         self._offers: tuple[Offer, ...] = ()
         self._row_of: dict[int, int] = {}
         self.picture = PartPicture()
-        self.list = _OfferList()
+        self.list = ChoiceList(tr("Surfaces of the model"))
         self._told = PlainLabel()
         self._told.setAccessibleName(tr("What is chosen"))
         self._told.setWordWrap(True)
@@ -71,13 +75,15 @@ class ModelChoice(QFrame):
         self._about.setMinimumHeight(44)
         self._up = ChoiceBox(tr("Axis that points up"), tr("How the part stands"), UPS)
         self.zone = form_field(
-            tr("Profile of free forms, mm"),
+            tr("Profile of free forms, {unit}").format(unit=unit_word()),
             tr("Width of the zone"),
         )
-        self._zone_words = caption(tr("Profile of free forms, mm"), self.zone)
+        self._zone_words = caption(
+            tr("Profile of free forms, {unit}").format(unit=unit_word()), self.zone
+        )
         self.zone.textChanged.connect(lambda _text: self._show_choice())
-        self._take = QPushButton(tr("Take over  [Return]"))
-        self._back = QPushButton(tr("Back  [Esc]"))
+        self._take = NarrowButton(tr("Take over  [Return]"))
+        self._back = NarrowButton(tr("Back  [Esc]"))
         self._take.setAccessibleName(tr("Take the chosen surfaces over as features"))
         self._back.setAccessibleName(tr("Go back without features"))
         self._take.setProperty("role", "primary")
@@ -124,7 +130,9 @@ class ModelChoice(QFrame):
 
     def zone_mm(self) -> float | None:
         """Return the zone of free forms; None where none is chosen, or no zone is given."""
-        value = number(self.zone.text().strip())
+        typed, unit = split_unit(self.zone.text())
+        found = number(typed)
+        value = None if found is None else to_mm(found, unit)
         has_free = any(offer.free_form is not None for offer in self.chosen())
         return value if has_free and value is not None and value > 0.0 else None
 
@@ -135,12 +143,7 @@ class ModelChoice(QFrame):
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
         self._theme = theme
-        # The style's own empty box cannot be seen on a dark panel.
-        self.list.setStyleSheet(
-            f"QListView::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.muted};"
-            f" border-radius: 3px; }} QListView::indicator:checked {{ background: {theme.good};"
-            f" border-color: {theme.good}; }}"
-        )
+        self.list.set_theme(theme)
         self._show_choice()
 
     def _is_chosen(self, row: int) -> bool:
@@ -221,20 +224,35 @@ class ModelChoice(QFrame):
         self._about.setFixedWidth(_LIST_PX)
 
 
-class _OfferList(QListWidget):
-    """A line for each surface; Return and Esc are its own."""
+class ChoiceList(QListWidget):
+    """A line for each surface; Return and Esc are its own.
+
+    Parameters
+    ----------
+    name
+        Accessible name.
+    """
 
     taken = Signal()
     declined = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, name: str) -> None:
         super().__init__()
-        self.setAccessibleName(tr("Surfaces of the model"))
+        self.setAccessibleName(name)
         self.setAccessibleDescription(tr("Space chooses, Return takes over, Esc goes back"))
         self.setUniformItemSizes(True)
         self.setSpacing(2)
         self.setFont(text_font(14))
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        # The style's own empty box cannot be seen on a dark panel.
+        self.setStyleSheet(
+            f"QListView::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.muted};"
+            f" border-radius: 3px; }} QListView::indicator:checked {{ background: {theme.good};"
+            f" border-color: {theme.good}; }}"
+        )
 
     def event(self, event: QEvent) -> bool:
         """Take Return and Esc before the sheet does."""
@@ -257,9 +275,11 @@ class _OfferList(QListWidget):
 def _words(offer: Offer) -> str:
     """Return a line: name, shape, size, and what stands against it."""
     feature = offer.feature
-    size = f"\N{LATIN CAPITAL LETTER O WITH STROKE} {feature.diameter:.3f}"
+    size = f"\N{LATIN CAPITAL LETTER O WITH STROKE} {millimetres(feature.diameter)}"
     if not feature.diameter:
-        size = f"{feature.length:.1f} \N{MULTIPLICATION SIGN} {feature.width:.1f}"
+        size = " \N{MULTIPLICATION SIGN} ".join(
+            millimetres(side, decimals=1) for side in (feature.length, feature.width)
+        )
     shape = shape_word(feature.shape) if offer.free_form is None else tr("Free form")
     words = f"{feature.name}   {shape}   {size}"
     return f"{words}   \N{EN DASH} {offer.against}" if offer.against else words

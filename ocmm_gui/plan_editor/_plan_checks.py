@@ -9,7 +9,7 @@ from PySide6.QtWidgets import QVBoxLayout, QWidget
 
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.plan import Plan, nominal_doubts, without_file
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, sentence_label, tr
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, Theme, said, sentence_label, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._plan_items import ALIGNMENT, HEAD, LISTS, ItemKey, place_of
 
@@ -38,7 +38,9 @@ class PlanChecks(QWidget):
     def show_fault(self, fault: OcmmError) -> None:
         """Say why something is not taken over."""
         self._say(
-            tr("✖  Not applied: {what} {remedy}").format(what=fault.what, remedy=fault.remedy),
+            tr("✖  Not applied: {what} {remedy}").format(
+                what=said(fault.what), remedy=said(fault.remedy)
+            ),
             "bad",
         )
 

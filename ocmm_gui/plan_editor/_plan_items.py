@@ -9,7 +9,7 @@ from PySide6.QtCore import QSize, Signal
 from PySide6.QtWidgets import QListWidget, QListWidgetItem
 
 from ocmm_core.inspection.plan import Plan
-from ocmm_gui.kit import literal, text_font, tr
+from ocmm_gui.kit import literal, said_word, text_font, tr
 
 LISTS = ("features", "constructions", "characteristics")
 """Lists of a plan, in the order in which they are shown."""
@@ -57,13 +57,13 @@ class PlanItems(QListWidget):
         for feature in plan.features:
             points = tr("%n points", "1 point", feature.points)
             self._add(
-                f"{feature.name}   {feature.shape.value}, {points}",
+                f"{feature.name}   {said_word(feature.shape.value)}, {points}",
                 ItemKey("features", feature.name),
             )
         shapes = plan.shapes
         for item in plan.constructions:
             self._add(
-                f"=  {item.name}   {_tag(item)}: {shapes[item.name].value}",
+                f"=  {item.name}   {_tag(item)}: {said_word(shapes[item.name].value)}",
                 ItemKey("constructions", item.name),
             )
         for wanted in plan.characteristics:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from PySide6.QtCore import Signal
 from PySide6.QtGui import QColor
-from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QPushButton, QVBoxLayout, QWidget
+from PySide6.QtWidgets import QHBoxLayout, QHeaderView, QVBoxLayout, QWidget
 
 from ocmm_core.inspection.drawing import Account, AccountItem
 from ocmm_gui.kit import (
@@ -12,8 +12,10 @@ from ocmm_gui.kit import (
     THEMES,
     AnswerPanel,
     DataTable,
+    NarrowButton,
     Theme,
     later,
+    said,
     sentence_label,
     tr,
 )
@@ -68,7 +70,7 @@ class ToleranceAccount(QWidget):
         self.question = AnswerPanel(tr("Take over the tolerances"), tr("Take over"))
         self.question.agreed.connect(self.agreed)
         self.question.declined.connect(self.declined)
-        self.features_only = QPushButton(tr("Features only"))
+        self.features_only = NarrowButton(tr("Features only"))
         self.features_only.setAccessibleName(tr("Take over the features without tolerances"))
         self.features_only.clicked.connect(self.without)
         line = QHBoxLayout()
@@ -119,7 +121,7 @@ class ToleranceAccount(QWidget):
         self.table.setRowCount(len(self._items))
         for row, item in enumerate(self._items):
             became = ", ".join(item.became)
-            words = "; ".join(part for part in (became, item.why, item.remark) if part)
+            words = "; ".join(part for part in (became, said(item.why), said(item.remark)) if part)
             self.table.show_words(row, (tr(_STATUS[item.status]), item.name, item.kind, words))
             cell = self.table.item(row, 0)
             if cell is not None:

@@ -13,6 +13,7 @@ from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
 from ocmm_gui.kit import THEMES, text_font
+from ocmm_gui.reports._speech import Speech
 
 INK = THEMES["light"]
 """Paper is white whatever the window looks like."""
@@ -62,12 +63,15 @@ class Canvas:
 
     Attributes
     ----------
+    speech
+        The language of the paper: headings are in it, and whoever writes text asks it.
     pages
         What is drawn on each.
     y
         Where the next thing goes on the last page.
     """
 
+    speech: Speech = field(default_factory=Speech)
     pages: list[list[Draw]] = field(default_factory=lambda: [[]])
     y: float = TOP
 
@@ -100,7 +104,7 @@ class Canvas:
         """Write a heading together with ``below`` of what follows it."""
         self.skip(24.0)
         self.room(60.0 + below)
-        self.text(text, HEADING)
+        self.text(self.speech.word(text), HEADING)
         self.skip(4.0)
 
     def table(self, columns: Sequence[Column], rows: Sequence[Sequence[PageField]]) -> None:
@@ -122,9 +126,13 @@ class Canvas:
 
     def _heads(self, columns: Sequence[Column]) -> None:
         style = Style(24.0, bold=True, colour=INK.muted)
-        height = 10.0 + max(text_height(c.title, style, c.width - 16.0) for c in columns)
+        titles = [self.speech.word(column.title) for column in columns]
+        height = 10.0 + max(
+            text_height(title, style, column.width - 16.0)
+            for title, column in zip(titles, columns, strict=True)
+        )
         self.room(height + 60.0)
-        self._row(columns, [PageField(column.title, style) for column in columns], height, 3.0)
+        self._row(columns, [PageField(title, style) for title in titles], height, 3.0)
 
     def _row(
         self, columns: Sequence[Column], row: Sequence[PageField], height: float, line: float = 1.0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from ocmm_core.export.report import Element, ReportedResult
 from ocmm_core.inspection.evaluation import FeatureView
+from ocmm_gui.reports._speech import Speech
 
 
 def count_words(seen: FeatureView) -> str:
@@ -12,19 +13,24 @@ def count_words(seen: FeatureView) -> str:
     return f"{seen.taken} of {seen.needed}" if unfinished else str(seen.taken)
 
 
-def element_words(element: Element) -> str:
+def element_words(element: Element, speech: Speech) -> str:
     """Return an element in up to three lines: where it is, where it points to, how large it is."""
     parts = ["x {:z.4f}  y {:z.4f}  z {:z.4f}".format(*element.point)]
     if element.direction is not None:
         parts.append("i {:z.5f}  j {:z.5f}  k {:z.5f}".format(*element.direction))
-    named = (("Ø", element.diameter), ("length", element.length), ("width", element.width))
+    named = (
+        ("Ø", element.diameter),
+        (speech.word("length"), element.length),
+        (speech.word("width"), element.width),
+    )
     sizes = [f"{name} {value:.4f}" for name, value in named if value is not None]
     if element.angle_deg is not None:
-        sizes.append(f"angle {element.angle_deg:.4f}°")
-    return "\n".join([*parts, *(["   ".join(sizes)] if sizes else [])])
+        sizes.append(f"{speech.word('angle')} {element.angle_deg:.4f}°")
+    return speech.number("\n".join([*parts, *(["   ".join(sizes)] if sizes else [])]))
 
 
-def measurand(item: ReportedResult) -> str:
+def measurand(item: ReportedResult, speech: Speech) -> str:
     """Return what was measured of which features."""
     axis = f" {item.asked.axis}" if item.asked is not None and item.asked.axis else ""
-    return f"{item.result.kind}{axis} of {', '.join(item.result.features)}"
+    of = speech.word("of")
+    return f"{speech.word(item.result.kind)}{axis} {of} {', '.join(item.result.features)}"

@@ -20,9 +20,15 @@ def closing(canvas: Canvas, data: ReportData) -> None:
     told = statements(data)
     canvas.room(60.0 * len(told) + _LINES + 60.0)
     for sentence in told:
-        canvas.text(sentence, Style(26.0))
-    canvas.draw(_LINES, partial(paint_signatures, words=data.paper.template.signatures))
-    end = f"End of report {report_number(data)}"
+        canvas.text(canvas.speech.say(sentence), Style(26.0))
+    canvas.draw(
+        _LINES,
+        partial(
+            paint_signatures,
+            words=[canvas.speech.say(one) for one in data.paper.template.signatures],
+        ),
+    )
+    end = canvas.speech.say(f"End of report {report_number(data)}")
     canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from functools import partial
 
 from PySide6.QtCore import QRectF, Qt
@@ -69,14 +69,26 @@ def paper_letterhead(canvas: Canvas, paper: Paper) -> None:
 
 def head_facts(canvas: Canvas, data: ReportData) -> None:
     """Write the facts of the head in two columns; long ones below them, as wide as the page."""
-    facts = [fact for fact in paper_facts(data) if fact.name not in ("Title", "Statement")]
+    facts = [
+        PaperFact(fact.group, canvas.speech.word(fact.name), canvas.speech.say(fact.value))
+        for fact in paper_facts(data)
+        if fact.name not in ("Title", "Statement")
+    ]
     short = [fact for fact in facts if len(fact.value) <= _LONG]
     columns = [
-        [(words, [one for one in short if one.group == group]) for group, words in groups]
+        [
+            (canvas.speech.word(words), [one for one in short if one.group == group])
+            for group, words in groups
+        ]
         for groups in _COLUMNS
     ]
     height = max(sum(_block_height(block) for _, block in column) for column in columns)
-    canvas.draw(height, partial(_paint_columns, columns=columns))
+    canvas.draw(
+        height,
+        partial(
+            _paint_columns, columns=columns, unsaid={NOT_STATED, canvas.speech.say(NOT_STATED)}
+        ),
+    )
     for fact in facts:
         if len(fact.value) > _LONG:
             canvas.skip(6.0)
@@ -93,7 +105,11 @@ def _fact_height(fact: PaperFact) -> float:
 
 
 def _paint_columns(
-    painter: QPainter, box: QRectF, *, columns: Sequence[Sequence[tuple[str, list[PaperFact]]]]
+    painter: QPainter,
+    box: QRectF,
+    *,
+    columns: Sequence[Sequence[tuple[str, list[PaperFact]]]],
+    unsaid: Collection[str],
 ) -> None:
     for number, column in enumerate(columns):
         left, y = LEFT + number * (_HALF + _GAP), box.top()
@@ -104,7 +120,7 @@ def _paint_columns(
                 height = _fact_height(fact)
                 paint_text(painter, QRectF(left, y, _NAME_WIDTH - 10.0, height), fact.name, _NAMED)
                 said = QRectF(left + _NAME_WIDTH, y, _HALF - _NAME_WIDTH, height)
-                style = _UNSAID if fact.value == NOT_STATED else _SAID
+                style = _UNSAID if fact.value in unsaid else _SAID
                 paint_text(painter, said, fact.value, style)
                 y += height
             y += 6.0

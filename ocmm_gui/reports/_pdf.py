@@ -18,6 +18,7 @@ from ocmm_gui.reports._part_picture import picture
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 from ocmm_gui.reports._plots import deviations
 from ocmm_gui.reports._sections import basis, features, records, title, verdicts, why_not
+from ocmm_gui.reports._speech import speech_of
 
 _LONGEST_TITLE, _LONGEST_NUMBER = 200, 60
 
@@ -38,7 +39,7 @@ SECTION_PAINTERS: dict[Section, Callable[[Canvas, ReportData], None]] = {
 
 def lay_out(data: ReportData) -> Canvas:
     """Return the pages of the report."""
-    canvas = Canvas()
+    canvas = Canvas(speech_of(data))
     letterhead(canvas, data)
     title(canvas, data)
     head_facts(canvas, data)
@@ -112,7 +113,7 @@ def paint_page(painter: QPainter, canvas: Canvas, index: int, data: ReportData) 
     number = report_number(data)
     # Shortened, so that the states behind it are on every page; whole among the facts.
     short = number if len(number) <= _LONGEST_NUMBER else f"{number[: _LONGEST_NUMBER - 1]}…"
-    named = "   ".join((short, *data.states, f"OCMM {data.written_by}"))
+    named = "   ".join((short, *map(speech_of(data).word, data.states), f"OCMM {data.written_by}"))
     paint_with_foot(painter, canvas, index, named)
 
 
@@ -122,8 +123,9 @@ def _paint_band(painter: QPainter, data: ReportData) -> None:
     painter.setPen(Qt.PenStyle.NoPen)
     painter.setBrush(QColor(INK.warn))
     painter.drawRect(band)
-    words = "   ·   ".join(data.states)
+    speech = speech_of(data)
+    words = "   ·   ".join(map(speech.word, data.states))
     if SIMULATED in data.states:
-        words += f"   ({NO_REAL_PART})"
+        words += f"   ({speech.say(NO_REAL_PART)})"
     style = Style(44.0, bold=True, colour="#ffffff")
     paint_text(painter, band, words, style, Qt.AlignmentFlag.AlignCenter)

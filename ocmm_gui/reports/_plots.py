@@ -12,6 +12,7 @@ from ocmm_core.export.report import ReportData, ReportedResult
 from ocmm_core.tolerances.decisions import U_LABEL
 from ocmm_gui.kit import verdict_colour
 from ocmm_gui.reports._canvas import INK, SMALL, Canvas, Style, paint_text
+from ocmm_gui.reports._speech import Speech
 
 _ROW = 52.0
 _NAME = 520.0
@@ -26,11 +27,11 @@ def deviations(canvas: Canvas, data: ReportData) -> None:
         return
     canvas.heading("Deviations within their tolerances", 4.0 * _ROW)
     canvas.text(
-        f"Band: tolerance about its middle. Whisker: {U_LABEL}.",
+        canvas.speech.say(f"Band: tolerance about its middle. Whisker: {U_LABEL}."),
         SMALL,
     )
     for item in shown:
-        canvas.draw(_ROW, partial(_paint_deviation, item=item))
+        canvas.draw(_ROW, partial(_paint_deviation, item=item, speech=canvas.speech))
 
 
 def _place(item: ReportedResult) -> tuple[float, float] | None:
@@ -44,7 +45,9 @@ def _place(item: ReportedResult) -> tuple[float, float] | None:
     return (deviation - middle) / half, uncertainty / half
 
 
-def _paint_deviation(painter: QPainter, box: QRectF, *, item: ReportedResult) -> None:
+def _paint_deviation(
+    painter: QPainter, box: QRectF, *, item: ReportedResult, speech: Speech
+) -> None:
     found = _place(item)
     if found is None:
         return
@@ -83,7 +86,7 @@ def _paint_deviation(painter: QPainter, box: QRectF, *, item: ReportedResult) ->
     unit = "°" if item.unit == "deg" else " mm"
     paint_text(
         painter, QRectF(plot.right() + 20.0, box.top(), 340.0, box.height()),
-        f"{result.deviation:+z.4f}{unit}",
+        speech.number(f"{result.deviation:+z.4f}{unit}"),
         Style(28.0, bold=True, colour=verdict_colour(INK, result.verdict)),
         Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
     )  # fmt: skip

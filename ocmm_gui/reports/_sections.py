@@ -30,6 +30,7 @@ from ocmm_gui.reports._canvas import (
     paint_text,
 )
 from ocmm_gui.reports._messages import count_words, element_words, measurand
+from ocmm_gui.reports._speech import Speech, speech_of
 from ocmm_gui.reports._symbols import paint_symbol
 
 _CODE_SIDE = 300.0
@@ -85,20 +86,29 @@ _BASIS_COLUMNS = (
 )
 
 
+_CODE_WORDS = (
+    "This code holds the head of the job file and its signature.\n"
+    "ocmm audit verify JOB --line TEXT says whether a file is the one that was reported."
+)
+
+
 def title(canvas: Canvas, data: ReportData) -> None:
     """Write the name of the part and the verdict on it, with its reasons."""
     canvas.draw(150.0, partial(_paint_title, data=data))
     canvas.skip(20.0)
     part = data.part
     origin = (f"{SIMULATED}: {NO_REAL_PART}",) if data.view.simulated else ()
+    speech = canvas.speech
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn
-        canvas.text(line, Style(34.0, bold=True, colour=INK.bad if fails else plain))
+        canvas.text(
+            canvas.speech.say(line), Style(34.0, bold=True, colour=INK.bad if fails else plain)
+        )
     for note in (data.view.unproven, *data.view.camera_doubts, *data.notes):
         if note:
             canvas.skip(6.0)
-            canvas.text(f"! {note}", Style(32.0, bold=True, colour=INK.bad))
+            canvas.text(f"! {canvas.speech.say(note)}", Style(32.0, bold=True, colour=INK.bad))
 
 
 def verdicts(canvas: Canvas, data: ReportData) -> None:
@@ -109,9 +119,11 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
     for item in data.reported:
         mark = ""
         if item.result.note:
-            remarks.append(f"{len(remarks) + 1}) {item.result.name}: {item.result.note}")
+            remarks.append(
+                f"{len(remarks) + 1}) {item.result.name}: {canvas.speech.say(item.result.note)}"
+            )
             mark = f" {len(remarks)})"
-        rows.append(_result_row(item, mark, _symbol(item, data)))
+        rows.append(_result_row(item, mark, _symbol(item, data), canvas.speech))
     canvas.table(_RESULT_COLUMNS, rows)
     canvas.skip(12.0)
     for remark in remarks:
@@ -132,8 +144,8 @@ def why_not(canvas: Canvas, data: ReportData) -> None:
                 PageField(
                     f"{_MARKS[item.verdict]} {item.characteristic}", Style(bold=True, colour=colour)
                 ),
-                PageField(said),
-                PageField(item.suggestion, STRONG),
+                PageField(canvas.speech.say(said)),
+                PageField(canvas.speech.say(item.suggestion), STRONG),
                 PageField(", ".join(str(number) for number in item.points) or "–"),
             ]
         )
@@ -152,39 +164,54 @@ def features(canvas: Canvas, data: ReportData) -> None:
         rows.append(
             [
                 PageField(feature.name, STRONG),
-                _verdict_field(data.view.verdict_of(feature.name), undone=seen.provisional),
-                PageField(feature.shape.value),
-                PageField("" if fit is None else fit.criterion.name.lower().replace("_", " ")),
-                PageField(count_words(seen)),
-                PageField(f"{fit.form:.4f}" if fit is not None and shows_form else "–"),
-                PageField(seen.note if element is None else element_words(element)),
+                _verdict_field(
+                    data.view.verdict_of(feature.name), canvas.speech, undone=seen.provisional
+                ),
+                PageField(canvas.speech.word(feature.shape.value)),
+                PageField(
+                    ""
+                    if fit is None
+                    else canvas.speech.word(fit.criterion.name.lower().replace("_", " "))
+                ),
+                PageField(canvas.speech.say(count_words(seen))),
+                PageField(
+                    canvas.speech.number(f"{fit.form:.4f}")
+                    if fit is not None and shows_form
+                    else "–"
+                ),
+                PageField(
+                    canvas.speech.say(seen.note)
+                    if element is None
+                    else element_words(element, canvas.speech)
+                ),
             ]
         )
     canvas.table(_FEATURE_COLUMNS, rows)
     if data.annulled:
         canvas.skip(10.0)
         numbers = ", ".join(str(number) for number in data.annulled)
-        canvas.text(f"Points undone, kept in the job file: {numbers}.", SMALL)
+        canvas.text(canvas.speech.say(f"Points undone, kept in the job file: {numbers}."), SMALL)
 
 
-def _verdict_field(summary: VerdictSummary, *, undone: bool) -> PageField:
+def _verdict_field(summary: VerdictSummary, speech: Speech, *, undone: bool) -> PageField:
     """Return the verdict on a feature, how many share it, which decides, and what is missing."""
-    lines = [INCOMPLETE] if undone else []
+    lines = [speech.word(INCOMPLETE)] if undone else []
     if summary.verdict is None:
         colour = INK.warn if undone else INK.muted
         return PageField(
-            "\n".join(["no tolerance", *lines]), Style(28.0, bold=undone, colour=colour)
+            "\n".join([speech.say("no tolerance"), *lines]), Style(28.0, bold=undone, colour=colour)
         )
     if summary.verdict is not Verdict.CONFORM:
         lines.insert(0, summary.deciding)
-    words = f"{_MARKS[summary.verdict]} {summary.words or summary.verdict.value}"
+    told = speech.say(summary.words) or speech.word(summary.verdict.value)
+    words = f"{_MARKS[summary.verdict]} {told}"
     style = Style(28.0, bold=True, colour=verdict_colour(INK, summary.verdict))
     return PageField("\n".join([words, *lines]), style)
 
 
 def basis(canvas: Canvas, data: ReportData) -> None:
     """Write what the results rest on: frame, association, interval, what noise alone would show."""
-    rows = []
+    rows, number = [], canvas.speech.number
     for item in data.reported:
         result = item.result
         if result.stated is None:
@@ -192,15 +219,19 @@ def basis(canvas: Canvas, data: ReportData) -> None:
         rows.append(
             [
                 PageField(result.name, STRONG),
-                PageField(result.frame.replace("|", " | ") or "–"),
-                PageField(result.association or item.association or "least squares"),
+                PageField(canvas.speech.say(result.frame).replace("|", " | ") or "–"),
+                PageField(
+                    canvas.speech.word(result.association or item.association or "least squares")
+                ),
                 PageField(
                     "–" if result.interval is None
-                    else f"{result.interval[0]:z.4f} … {result.interval[1]:z.4f}"
+                    else number(
+                        f"{result.interval[0]:z.4f} … {result.interval[1]:z.4f}"
+                    )
                 ),
-                PageField("–" if result.tur is None else f"{result.tur:.1f}"),
-                PageField("–" if result.floor is None else f"{result.floor:.4f}"),
-                PageField(f"{result.bonus:.4f}" if result.bonus else "–"),
+                PageField("–" if result.tur is None else number(f"{result.tur:.1f}")),
+                PageField("–" if result.floor is None else number(f"{result.floor:.4f}")),
+                PageField(number(f"{result.bonus:.4f}") if result.bonus else "–"),
             ]
         )  # fmt: skip
     if rows:
@@ -235,13 +266,18 @@ def _seal(canvas: Canvas, data: ReportData) -> None:
     if seal is None:
         return
     _fact(canvas, "Job at step", f"{seal.steps}: {seal.head}", SMALL)
-    _fact(canvas, "Signed with key", shown_key(seal.state.fingerprint) or "not signed", SMALL)
+    _fact(
+        canvas,
+        "Signed with key",
+        shown_key(seal.state.fingerprint) or canvas.speech.say("not signed"),
+        SMALL,
+    )
     if seal.line:
         canvas.skip(16.0)
-        canvas.draw(_CODE_SIDE, partial(_paint_code, line=seal.line))
+        canvas.draw(_CODE_SIDE, partial(_paint_code, line=seal.line, speech=canvas.speech))
 
 
-def _paint_code(painter: QPainter, box: QRectF, *, line: str) -> None:
+def _paint_code(painter: QPainter, box: QRectF, *, line: str, speech: Speech) -> None:
     rows = [bytes(row) for row in segno.make(line, micro=False, error="m").matrix]
     side = _CODE_SIDE / len(rows)
     painter.setPen(Qt.PenStyle.NoPen)
@@ -257,8 +293,7 @@ def _paint_code(painter: QPainter, box: QRectF, *, line: str) -> None:
     words = QRectF(box.left() + _CODE_SIDE + 40.0, box.top(), 1200.0, 110.0)
     paint_text(
         painter, words,
-        "This code holds the head of the job file and its signature.\n"
-        "ocmm audit verify JOB --line TEXT says whether a file is the one that was reported.",
+        speech.say(_CODE_WORDS),
         SMALL,
     )  # fmt: skip
 
@@ -269,8 +304,8 @@ def _fact(canvas: Canvas, name: str, value: str, style: Style = BODY) -> None:
     if len(canvas.pages) > pages:
         y = canvas.y - 46.0
     box = QRectF(LEFT, y, 350.0, 60.0)
-    muted = Style(style.size, colour=INK.muted)
-    canvas.pages[-1].append(lambda painter: paint_text(painter, box, name, muted))
+    muted, words = Style(style.size, colour=INK.muted), canvas.speech.word(name)
+    canvas.pages[-1].append(lambda painter: paint_text(painter, box, words, muted))
 
 
 def _symbol(item: ReportedResult, data: ReportData) -> Symbol | None:
@@ -279,7 +314,9 @@ def _symbol(item: ReportedResult, data: ReportData) -> Symbol | None:
     return symbol_of(item.result.kind, shapes.get(item.result.features[0]))
 
 
-def _result_row(item: ReportedResult, mark: str, symbol: Symbol | None) -> list[PageField]:
+def _result_row(
+    item: ReportedResult, mark: str, symbol: Symbol | None, speech: Speech
+) -> list[PageField]:
     result = item.result
     places, unit = 4, "°" if item.unit == "deg" else ""
     limits = f"{result.upper:+.{places}f}\n{result.lower:+.{places}f}"
@@ -298,18 +335,19 @@ def _result_row(item: ReportedResult, mark: str, symbol: Symbol | None) -> list[
             f"{deviation:+z.{places}f}{unit}",
             f"{uncertainty:.{places}f}{unit}",
         )
-    word = f"{_MARKS[result.verdict]} {result.verdict.value}"
+    told = result.verdict.value
     if result.leaning:
-        word += f", leaning {result.leaning}"
+        told += f", leaning {result.leaning}"
+    word = f"{_MARKS[result.verdict]} {speech.word(told)}"
     return [
         PageField(draw=draw),
-        PageField(f"{result.name}{mark}\n{measurand(item)}"),
+        PageField(f"{result.name}{mark}\n{measurand(item, speech)}"),
         PageField(" | ".join(item.datums)),
-        PageField("–" if item.one_sided else f"{result.nominal:z.{places}f}"),
-        PageField(limits),
-        PageField(numbers[0], STRONG),
-        PageField(numbers[1]),
-        PageField(numbers[2]),
+        PageField("–" if item.one_sided else speech.number(f"{result.nominal:z.{places}f}")),
+        PageField(speech.number(limits)),
+        PageField(speech.number(numbers[0]), STRONG),
+        PageField(speech.number(numbers[1])),
+        PageField(speech.number(numbers[2])),
         PageField(word, Style(28.0, bold=True, colour=colour)),
     ]
 
@@ -326,8 +364,9 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     part = data.part
     # Nothing runs below the verdict: long names stand whole among the facts.
     beside = box.adjusted(0.0, 0.0, -_VERDICT - 30.0, 0.0)
-    paint_line(painter, beside, data.paper.template.title, TITLE)
-    named = f"{one_line(data.head.part)}   no. {one_line(data.head.serial)}"
+    speech = speech_of(data)
+    paint_line(painter, beside, speech.say(data.paper.template.title), TITLE)
+    named = f"{one_line(data.head.part)}   {speech.word('no.')} {one_line(data.head.serial)}"
     paint_line(painter, beside.adjusted(0.0, 84.0, 0.0, 0.0), named, Style(38.0))
     # What is missing is a warning on paper, where nobody can go on measuring.
     undone = part.word is PartWord.NOT_COMPLETE
@@ -339,9 +378,15 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
     if data.states:
         states = QRectF(frame.left(), frame.top() + 8.0, frame.width(), 36.0)
         style = Style(28.0, bold=True, colour=INK.warn)
-        paint_text(painter, states, " · ".join(data.states), style, Qt.AlignmentFlag.AlignCenter)
+        paint_text(
+            painter,
+            states,
+            " · ".join(map(speech.word, data.states)),
+            style,
+            Qt.AlignmentFlag.AlignCenter,
+        )
         frame.setTop(frame.top() + 36.0)
     paint_text(
-        painter, frame, f"{_MARKS[part.verdict]} {part.word.value}",
+        painter, frame, f"{_MARKS[part.verdict]} {speech.word(part.word.value)}",
         Style(56.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,
     )  # fmt: skip

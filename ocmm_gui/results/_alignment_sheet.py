@@ -23,12 +23,17 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     later,
+    length_number,
+    localised,
     millimetres,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
     tr_all,
+    unit_word,
+    with_unit,
 )
 from ocmm_gui.results._drill import alignment_of_file
 
@@ -43,11 +48,11 @@ _KEYS = (
 )
 _COLUMNS = (
     (later("Feature"), later("in brackets: not used for the frame, only checks it")),
-    ("dx", later("mm, deviation from nominal, in the frame")),
-    ("dy", "mm"),
-    ("dz", "mm"),
-    (later("off"), later("mm, length of the deviation vector")),
-    ("U (k=2)", later("mm, U of the distance, in its least certain direction")),
+    ("dx", later("{unit}, deviation from nominal, in the frame")),
+    ("dy", "{unit}"),
+    ("dz", "{unit}"),
+    (later("off"), later("{unit}, length of the deviation vector")),
+    ("U (k=2)", later("{unit}, U of the distance, in its least certain direction")),
     (later("turned, °"), later("angular deviation")),
 )
 
@@ -66,7 +71,7 @@ class AlignmentSheet(Sheet):
         self._theme = THEMES[DEFAULT_THEME]
         self._bridge = bridge
         self._report: AlignmentReport | None = None
-        self.table = NumberTable(tr("Residuals"), tr_all(_COLUMNS), whole=False)
+        self.table = NumberTable(tr("Residuals"), with_unit(tr_all(_COLUMNS)), whole=False)
         self.table.right_heads(range(1, len(_COLUMNS)))
         self._state = FitText(tr("Degrees of freedom"), limit=28)
         self._state.setFixedHeight(40)
@@ -167,7 +172,7 @@ class AlignmentSheet(Sheet):
             )
         else:
             self._state.show_text(tr("Fully constrained"), theme.good, Mark.GOOD)
-        self.words.setText("\n".join(report.advice))
+        self.words.setText("\n".join(map(said, report.advice)))
         self._spread.setText(_spread_words(report))
         self.table.show_rows([_row(item) for item in report.residuals])
         for row in range(self.table.rowCount()):
@@ -188,7 +193,7 @@ _OFF = 4
 
 def _row(item: Residual) -> tuple[str, ...]:
     name = item.feature if item.aligned else f"({item.feature})"
-    turned = f"{np.degrees(item.angle):.3f}" if item.angle else DASHES
+    turned = localised(f"{np.degrees(item.angle):.3f}") if item.angle else DASHES
     return (
         name,
         *(millimetres(float(value), signed=True) for value in item.offset),
@@ -201,8 +206,8 @@ def _row(item: Residual) -> tuple[str, ...]:
 def _spread_words(report: AlignmentReport) -> str:
     if report.origin_uncertainty is None or report.turn_uncertainty is None:
         return ""
-    shifts = "  ".join(millimetres(float(value)) for value in report.origin_uncertainty)
-    turns = "  ".join(f"{value:.4f}" for value in np.degrees(report.turn_uncertainty))
+    shifts = "  ".join(length_number(float(value)) for value in report.origin_uncertainty)
+    turns = "  ".join(localised(f"{value:.4f}") for value in np.degrees(report.turn_uncertainty))
     return tr(
-        "U (k=2) of the origin, x y z: {shifts} mm. Of rotations about x y z: {turns}°."
-    ).format(shifts=shifts, turns=turns)
+        "U (k=2) of the origin, x y z: {shifts} {unit}. Of rotations about x y z: {turns}°."
+    ).format(shifts=shifts, unit=unit_word(), turns=turns)

@@ -6,7 +6,17 @@ from PySide6.QtCore import QRectF, Qt
 from PySide6.QtGui import QColor, QPaintEvent, QPen
 
 from ocmm_core.tolerances.uncertainty import Budget, BudgetRow
-from ocmm_gui.kit import NumberTable, Painted, digit_font, later, literal, text_font, tr, tr_all
+from ocmm_gui.kit import (
+    NumberTable,
+    Painted,
+    digit_font,
+    later,
+    literal,
+    localised,
+    text_font,
+    tr,
+    tr_all,
+)
 
 _COLUMNS = (
     (later("Source"), later("of the uncertainty")),
@@ -41,7 +51,8 @@ class BudgetTable(NumberTable):
         self.setMaximumHeight(round((len(rows) + 1.6) * _LINE_PX))
         self.show_rows(
             [
-                (row.name, f"{row.kind}, {row.distribution}", f"{1e3 * row.standard:.2f}",
+                (row.name, f"{row.kind}, {row.distribution}",
+                 localised(f"{1e3 * row.standard:.2f}"),
                  f"{100.0 * row.share:.0f} %")
                 for row in rows
             ]
@@ -102,7 +113,7 @@ class BudgetBars(Painted):
             painter.fillRect(bar, QColor(colour))
             painter.setFont(digit_font(12, bold=False))
             box = QRectF(self.width() - digits, y, digits, pitch)
-            painter.drawText(box, _RIGHT, f"{1e3 * u:.2f}")
+            painter.drawText(box, _RIGHT, localised(f"{1e3 * u:.2f}"))
         painter.setPen(QPen(QColor(self._theme.border), 1.0))
         line = (len(rows) - 1) * pitch
         painter.drawLine(0, round(line), self.width(), round(line))

@@ -24,10 +24,15 @@ from ocmm_gui.kit import (
     caption,
     digit_font,
     form_field,
+    kind_value,
     later,
+    localised,
+    said,
+    said_word,
     sentence_label,
     tr,
     tr_all,
+    with_unit,
 )
 from ocmm_gui.reports import BatchPrinting
 
@@ -45,7 +50,7 @@ _KEYS = (
 _COLUMNS = (
     (later("Characteristic"), later("as in the plan")),
     (later("Parts"), later("included")),
-    (later("Mean"), later("mm, or degrees for angles")),
+    (later("Mean"), later("{unit}, or degrees for angles")),
     (later("Cp"), later("tolerance relative to the scatter of the parts")),
     (later("Cpk"), later("relative to the nearer limit")),
     (later("95 %"), later("confidence interval of Cpk")),
@@ -74,7 +79,7 @@ class TrendTable(DataTable):
     """One row a characteristic."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Characteristics of the batch"), tr_all(_COLUMNS))
+        super().__init__(tr("Characteristics of the batch"), with_unit(tr_all(_COLUMNS)))
         self._trends: tuple[Trend, ...] = ()
 
     def show_trends(self, trends: tuple[Trend, ...]) -> None:
@@ -229,7 +234,7 @@ class CompareSheet(WorkSheet):
         try:
             self._shown = self._found.about(self.feature.text().strip())
         except InputError as error:
-            self.say(f"{error.what} {error.remedy}")
+            self.say(said(f"{error.what} {error.remedy}"))
             self._shown = self._found
         self.table.show_trends(self._shown.trends)
         if self._shown.trends:
@@ -242,13 +247,13 @@ class CompareSheet(WorkSheet):
         if trend is None:
             return
         able = trend.capability
-        told = [able.words if able is not None else trend.why_not]
+        told = [said(able.words if able is not None else trend.why_not)]
         if trend.chart is not None:
             counted = [part for part in trend.parts if part.value is not None]
             # The names of the rules are those of the books, and are not translated.
-            told += [trend.caution] if trend.caution else []
+            told += [said(trend.caution)] if trend.caution else []
             told += [
-                f"{counted[i].job}: {why.rule}, {why.value}."
+                f"{counted[i].job}: {why.rule}, {said_word(why.value)}."
                 for i, why in trend.chart.signals[-_MOST_TOLD:]
             ]
         self.words.setText(" ".join(told))
@@ -264,9 +269,9 @@ def _cells(trend: Trend) -> tuple[str, ...]:
     return (
         trend.name,
         tr("{included} of {count}").format(included=len(values), count=len(trend.parts)),
-        f"{values.mean():.4f}" if len(values) else "–",
-        f"{able.cp:.2f}" if able is not None and able.cp is not None else "–",
-        f"{able.cpk:.2f}" if able is not None else "–",
-        f"{able.cpk_low:.2f} – {able.cpk_high:.2f}" if able is not None else "–",
+        kind_value(trend.kind, float(values.mean()), 4) if len(values) else "–",
+        localised(f"{able.cp:.2f}") if able is not None and able.cp is not None else "–",
+        localised(f"{able.cpk:.2f}") if able is not None else "–",
+        localised(f"{able.cpk_low:.2f} – {able.cpk_high:.2f}") if able is not None else "–",
         signals,
     )

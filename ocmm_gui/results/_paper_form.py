@@ -18,12 +18,12 @@ from ocmm_core.export.report import (
     load_paper,
     template_in_use,
 )
-from ocmm_gui.kit import caption, form_field, later, sentence_label, tr
+from ocmm_gui.kit import caption, form_field, later, said, sentence_label, tr
 
 _FIELDS = (
-    ("template", later("Template"), later("TOML file; empty: the station's")),
+    ("template", later("Template"), later("TOML; empty: the station's")),
     ("customer", later("Customer"), later("For whom it was measured")),
-    ("order", later("Order"), later("Order, where the job has none")),
+    ("order", later("Order no."), later("Where the job has none")),
     ("drawing", later("Drawing"), later("Drawing of the part")),
     ("revision", later("Revision"), later("Revision of the drawing")),
     ("place", later("Place"), later("Where it was measured")),
@@ -105,7 +105,7 @@ class PaperForm(QWidget):
     def show_fault(self, error: OcmmError | None) -> None:
         """Say what is wrong with the template beside its field; None: nothing."""
         self.fault.setVisible(error is not None)
-        self.fault.setText("" if error is None else f"{error.what} {error.remedy}")
+        self.fault.setText("" if error is None else said(f"{error.what} {error.remedy}"))
 
     def _template(self) -> Path:
         typed = self.fields["template"].text().strip()

@@ -29,6 +29,7 @@ from ocmm_gui.kit import (
     digit_font,
     form_field,
     later,
+    said_word,
     text_font,
     tr,
 )
@@ -257,7 +258,9 @@ class ReportSheet(Sheet):
         for row in range(self.formats.count()):
             item = self.formats.item(row)
             name = str(item.data(_NAME))
-            item.setText(f"{'☑' if name in self._marked else '☐'}  {FORMATS[name].title}")
+            item.setText(
+                f"{'☑' if name in self._marked else '☐'}  {said_word(FORMATS[name].title)}"
+            )
 
     def _chosen(self) -> str:
         row = self.formats.currentRow()

@@ -23,6 +23,8 @@ from ocmm_gui.kit import (
     later,
     literal,
     quantity,
+    said,
+    said_word,
     sentence_label,
     text_font,
     tr,
@@ -112,7 +114,7 @@ class ResultDetail(QFrame):
         self.bar.show_result(result)
         self._rule.setText(decision_words(result))
         self._standing.setText(status)
-        self._note.setText(" ".join(part for part in (result.note, result.caution) if part))
+        self._note.setText(" ".join(said(part) for part in (result.note, result.caution) if part))
         self._note.setVisible(bool(self._note.text()))
         self._paint_verdict()
         self._look_again()
@@ -155,7 +157,9 @@ class ResultDetail(QFrame):
         of = " – ".join(result.features)
         self._title.show_text(f"{result.name}: {result.kind} {of}")
         colour = verdict_colour(self._theme, result.verdict)
-        self._verdict.show_text(result.verdict.value, colour, verdict_mark(result.verdict))
+        self._verdict.show_text(
+            said_word(result.verdict.value), colour, verdict_mark(result.verdict)
+        )
 
     def _show_numbers(self) -> None:
         name = "" if self._result is None else self._result.name
@@ -189,7 +193,7 @@ class ResultDetail(QFrame):
         found, result = self.explanation(), self._result
         asked = result is not None and result.verdict in EXPLAINED
         waits = asked and found is None and self._drill.is_running()
-        self._why.setText(tr(_SEARCHING) if waits else "" if found is None else found.why)
+        self._why.setText(tr(_SEARCHING) if waits else "" if found is None else said(found.why))
         self._now.setText("" if found is None else found.suggestion)
         self._now.setToolTip(literal("" if found is None else found.finding.evidence))
         self._why.setVisible(bool(self._why.text()))

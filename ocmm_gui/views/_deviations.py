@@ -18,10 +18,11 @@ from ocmm_core.tolerances.decisions import (
     DeviationPicture,
     deviation_picture,
 )
-from ocmm_gui.kit import Theme, later, text_font, tr
+from ocmm_gui.kit import Theme, fitted, is_longer, later, length_number, length_words, text_font, tr
 from ocmm_gui.views._part_scene import blended
 from ocmm_gui.views._scene import Diamonds, Dots, Item, Lines, Tag
 
+_LEAST_PX = 9
 _BLUES = ("#0a4fb4", "#7db4ff")
 """Too little material, on light and on dark ground; no theme has a colour for it."""
 
@@ -88,9 +89,7 @@ def deviation_items(picture: DeviationPicture, theme: Theme) -> tuple[Item, ...]
             items.append(Dots(ends, colour if filled else theme.panel, 6.0, colour))
     worst = picture.worst
     if worst is not None:
-        words = tr("{feature} {deviation:+.3f} mm").format(
-            feature=worst.feature, deviation=worst.deviation
-        )
+        words = f"{worst.feature} {length_words(worst.deviation, signed=True)}"
         items.append(Tag(worst.end_world, words, deviation_colour(theme, worst.kind)))
     return tuple(items)
 
@@ -108,7 +107,8 @@ def limit_words(picture: DeviationPicture) -> tuple[str, str, str]:
     """Return what stands at the ends and the middle of the part of the scale that is within."""
     if picture.limit is None:
         return tr("lower limit"), "0", tr("upper limit")
-    return f"{-picture.limit:+.3f}", "0", f"{picture.limit:+.3f} mm"
+    limit = picture.limit
+    return length_number(-limit, signed=True), "0", length_words(limit, signed=True)
 
 
 def scale_place(box: QRectF) -> QRectF:
@@ -199,8 +199,12 @@ def _line(
     font: QFont,
     where: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
 ) -> None:
+    if is_longer():
+        least = fitted(font, words, box.width(), box.height(), font.pixelSize()).pixelSize()
+        font = QFont(font)
+        font.setPixelSize(max(_LEAST_PX, least))
     painter.setFont(font)
-    fitted = painter.fontMetrics().elidedText(
+    shown = painter.fontMetrics().elidedText(
         words, Qt.TextElideMode.ElideRight, int(box.width()) + 1
     )
-    painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, fitted)
+    painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, shown)

@@ -14,11 +14,12 @@ from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import (
     JobDrawing,
-    active_targets,
     grid_items,
     probe_items,
     probe_places,
     reference_items,
+    shown_target,
+    shown_targets,
     target_items,
 )
 from ocmm_gui.views._deviations import paint_scale, scale_place
@@ -197,21 +198,21 @@ class PointView(OrbitView):
     def rough_words(self) -> str:
         """Return what the picture says while nobody knows where the part is; empty where known."""
         if self._part.is_rough():
-            return tr("Part placed roughly: not aligned yet")
+            return self._supposed_words() or tr("Part placed roughly: not aligned yet")
         job = self._job
         if job is None or not job.active or job.target is not None or self._part.is_there():
             return ""
+        if words := self._supposed_words():
+            return words
         return tr("Part not located yet. Touch {feature}.").format(feature=job.active)
 
-    def _active_name(self) -> tuple[Tag, ...]:
-        """Return the name of the active feature on its faces, as long as it has no fit."""
-        job, places = self._job, self._part.extent("" if self._job is None else self._job.active)
-        if job is None or not len(places):
-            return ()
-        feature = next((item for item in job.features if item.name == job.active), None)
-        if feature is None or feature.fit is not None:
-            return ()
-        return (Tag(places.mean(axis=0), feature.name, self._theme.accent),)
+    def _supposed_words(self) -> str:
+        """Return what is said while the part stands where it may be; empty where more is known."""
+        planned = None if self._job is None else self._job.planned
+        if planned is None or not planned.supposed:
+            return ""
+        words = tr("Part not located yet, placed roughly. Touch {feature} on the real part.")
+        return words.format(feature=planned.nominal.name)
 
     def _draw_job(self, job: JobView) -> None:
         items, reach = self._drawing.items(job, self._theme, self._chosen)
@@ -228,8 +229,9 @@ class PointView(OrbitView):
 
     def _work_now(self) -> Work:
         ball, job = self._probe[-1:], self._job
-        target = None if job is None else job.target
-        return Work(ball, target, self._active, self._whole if len(self._whole) else self._probe)
+        return Work(
+            ball, shown_target(job), self._active, self._whole if len(self._whole) else self._probe
+        )
 
     def _look_for_work(self) -> None:
         """Keep what is worked with in the picture: calmly, but at once if the ball has left it."""
@@ -252,7 +254,7 @@ class PointView(OrbitView):
         if target is None or _is_same(target, self._seen_target):
             return orbit, False
         self._seen_target = target
-        later = () if self._job is None else active_targets(self._job)
+        later = () if self._job is None else shown_targets(self._job)
         turned = side_for(orbit, target, later, lambda side: self._part.hides(target, side))
         return turned, turned is not orbit
 
@@ -286,7 +288,6 @@ class PointView(OrbitView):
         next_place = target_items(self._job, tip, theme, orbit.up)
         moving = (
             *(item for item in next_place if isinstance(item, Tag)),
-            *self._active_name(),
             *self._tags,
             *(item for item in next_place if not isinstance(item, Tag)),
             *reference_items(self._live, theme, named=named),

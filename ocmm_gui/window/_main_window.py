@@ -44,6 +44,8 @@ from ocmm_gui.kit import (
     dropped_file,
     make_actions,
     reference_words,
+    said,
+    said_word,
     show_mode,
     tr,
     usable_keys,
@@ -323,6 +325,7 @@ class MainWindow(QMainWindow):
             "alignment": sheets.open_alignment,
             "keys": sheets.open_keys,
             "recall": sheets.open_recall,
+            "archive": sheets.open_archive,
             "view": lambda: self.show_far(not self.is_far()),
             "cameras": self.desk.toggle_cameras,
             "part_mode": self.desk.points.next_mode,
@@ -356,7 +359,7 @@ class MainWindow(QMainWindow):
 
     def _why_failed(self) -> str:
         fault = self._bridge.station.faults.measuring
-        return "" if fault is None else fault.error.what
+        return "" if fault is None else said(fault.error.what)
 
     def _show_live(self, live: LiveView) -> None:
         place = TrustPlace.FAR if self.is_far() else TrustPlace.DESK
@@ -408,7 +411,7 @@ class MainWindow(QMainWindow):
         if view.blocking_reason is None:
             self._notices.inform(
                 tr("Points are taken again: {title} is {word}.").format(
-                    title=view.title, word=view.word.value
+                    title=view.title, word=said_word(view.word.value)
                 )
             )
             return

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from PySide6.QtCore import Signal
-from PySide6.QtWidgets import QFrame, QHBoxLayout, QPushButton
+from PySide6.QtWidgets import QFrame, QHBoxLayout
 
-from ocmm_gui.kit import OwnKeysField, PlainLabel, later, text_font, tr
+from ocmm_gui.kit import NarrowButton, OwnKeysField, PlainLabel, later, text_font, tr
 
 _WELCOME, _NEEDED = later("Reason, for the history"), later("A reason is required")
 
@@ -29,10 +29,10 @@ class DecisionBar(QFrame):
         self._reason.setObjectName("reason")
         self._reason.setAccessibleName(tr("Reason"))
         self._reason.setFont(text_font(16))
-        self._yes = QPushButton(tr("Yes  [Return]"))
+        self._yes = NarrowButton(tr("Yes  [Return]"))
         self._yes.setAccessibleName(tr("Yes"))
         self._yes.setProperty("role", "primary")
-        self._no = QPushButton(tr("No  [Esc]"))
+        self._no = NarrowButton(tr("No  [Esc]"))
         self._no.setAccessibleName(tr("No"))
         layout = QHBoxLayout(self)
         layout.setContentsMargins(14, 8, 10, 8)

@@ -14,6 +14,7 @@ from ocmm_gui.kit import (
     UNDO_KEYS,
     ActionInfo,
     Debounced,
+    key_words,
     later,
     literal,
     tr,
@@ -60,7 +61,7 @@ def make_wizard_actions(
     for info in WIZARD_ACTIONS:
         action = QAction(tr(info.text), wizard)
         action.setObjectName(info.key)
-        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(info.shortcuts)})"))
+        action.setToolTip(literal(f"{tr(info.tip)} ({', '.join(map(key_words, info.shortcuts))})"))
         action.setShortcuts([QKeySequence(keys) for keys in info.shortcuts])
         action.setShortcutContext(Qt.ShortcutContext.WidgetWithChildrenShortcut)
         action.setAutoRepeat(False)

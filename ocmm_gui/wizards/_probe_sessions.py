@@ -11,7 +11,7 @@ from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TipCheckProcedure, TipQualificationProcedure
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError
-from ocmm_gui.kit import later
+from ocmm_gui.kit import later, localised, plain_number
 from ocmm_gui.wizards._site import SessionPlace, WizardSite, given, named, temperature
 from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 
@@ -56,7 +56,7 @@ def resume_pivot(place: SessionPlace, path: Path) -> PivotProcedure:
 
 def qualification_fields(site: WizardSite) -> tuple[Field, ...]:
     """Return what is filled in before a tip is qualified."""
-    nominal = "" if site.probe is None else f"{2.0 * site.probe.design.tip_radius:g}"
+    nominal = "" if site.probe is None else localised(f"{2.0 * site.probe.design.tip_radius:g}")
     ball = Field("nominal", later("Ball, mm"), later("Nominal diameter"), nominal)
     return (WHO, TEMPERATURE, _mounted(site), ball, _SPHERE, _CONE)
 
@@ -138,7 +138,7 @@ def _diameter(text: str) -> float | None:
     if not text.strip():
         return None
     try:
-        value = float(text.strip().replace(",", "."))
+        value = float(plain_number(text))
     except ValueError as error:
         raise InputError(
             "wizard.diameter",

@@ -9,7 +9,7 @@ from PySide6.QtGui import QColor, QPaintEvent, QPen
 from PySide6.QtWidgets import QSizePolicy
 
 from ocmm_core.calibration.guided import Step
-from ocmm_gui.kit import Mark, Painted, fitted, paint_mark, text_font, tr
+from ocmm_gui.kit import Mark, Painted, fitted, paint_mark, said_word, text_font, tr
 
 _ROW_PX, _MARK_PX = 66.0, 30.0
 _LEFT = Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter
@@ -33,7 +33,7 @@ class Rail(Painted):
             step = steps[current]
             self.setAccessibleDescription(
                 tr("Step {current} of {count}: {title}").format(
-                    current=current + 1, count=len(steps), title=step.title
+                    current=current + 1, count=len(steps), title=said_word(step.title)
                 )
             )
             self.update()
@@ -57,7 +57,7 @@ class Rail(Painted):
             mark = Mark.GOOD if done else Mark.ACTIVE if current else Mark.OPEN
             paint_mark(painter, mark, box, colour, theme.background)
             text = QRectF(box.right() + 10.0, top, self.width() - box.right() - 12.0, row)
-            title = f"{index + 1}  {step.title}"
+            title = f"{index + 1}  {said_word(step.title)}"
             painter.setFont(fitted(text_font(17, bold=current), title, text.width(), 26.0, 17))
             painter.setPen(QColor(theme.text if current or done else theme.muted))
             if step.wanted:

@@ -13,7 +13,7 @@ from ocmm_core.calibration.relocation import RelocationProcedure
 from ocmm_core.calibration.sweeping import PivotProcedure
 from ocmm_core.calibration.tip import TouchView
 from ocmm_core.errors import InputError
-from ocmm_gui.kit import later, tr
+from ocmm_gui.kit import later, localised, tr
 from ocmm_gui.wizards import _camera_sessions as cameras
 from ocmm_gui.wizards import _probe_sessions as probe
 from ocmm_gui.wizards._site import SessionPlace, Subject, WizardSite
@@ -239,9 +239,12 @@ _PIVOT = WizardSpec(
 
 def _touch_pages(place: SessionPlace, view: TouchView, result: StepPage) -> dict[str, StepPage]:
     """Return the pages of qualification and check, which differ in their result."""
-    sphere = f"{view.sphere_diameter_mm:.4f} mm, U {1e3 * view.sphere_expanded_mm:.1f} µm"
+    sphere = localised(
+        f"{view.sphere_diameter_mm:.4f} mm, U {1e3 * view.sphere_expanded_mm:.1f} µm"
+    )
     facts = (
-        (tr("Probe"), view.probe), (tr("Tip"), view.tip), (tr("Ball"), f"{view.nominal_mm:g} mm"),
+        (tr("Probe"), view.probe), (tr("Tip"), view.tip),
+        (tr("Ball"), localised(f"{view.nominal_mm:g} mm")),
         (view.sphere_name, sphere),
     )  # fmt: skip
     return {

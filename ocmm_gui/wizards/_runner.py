@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from functools import partial
 
 from PySide6.QtCore import Qt, QTimer, Signal
-from PySide6.QtGui import QAction, QKeySequence
+from PySide6.QtGui import QAction
 from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
@@ -22,10 +22,14 @@ from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
     FitText,
+    NarrowButton,
     Sound,
     Theme,
+    key_words,
     literal,
     mark_colour,
+    said,
+    said_word,
     sentence_label,
     text_font,
     tr,
@@ -141,9 +145,9 @@ class Runner(QWidget):
             self._was_open = True
             self._go_on.stop()
         self._note_completion(base, page)
-        self._title.show_text(base.step.title)
-        if self.instruction.text() != base.step.instruction:
-            self.instruction.setText(base.step.instruction)
+        self._title.show_text(said_word(base.step.title))
+        if self.instruction.text() != said(base.step.instruction):
+            self.instruction.setText(said(base.step.instruction))
         self.rail.show_steps(
             base.steps, base.current, ended=base.decision is not ProcedureDecision.OPEN
         )
@@ -260,8 +264,8 @@ class Runner(QWidget):
         self.buttons["leave"].show()
 
     def _button(self, action: QAction) -> QPushButton:
-        key = action.shortcuts()[0].toString(QKeySequence.SequenceFormat.NativeText)
-        button = QPushButton(f"{action.text()}\n[{key}]")
+        key = key_words(action.shortcuts()[0])
+        button = NarrowButton(f"{action.text()}\n[{key}]")
         button.setObjectName(action.objectName())
         button.setAccessibleName(action.text())
         button.setAccessibleDescription(action.toolTip())

@@ -10,7 +10,7 @@ from typing import Any
 
 from ocmm_core.calibration.guided import ProcedureDecision, sessions
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import tr
+from ocmm_gui.kit import said, said_word, time_words, tr
 from ocmm_gui.wizards._registry import WizardSpec
 from ocmm_gui.wizards._site import (
     SESSIONS,
@@ -68,17 +68,17 @@ def offers(site: WizardSite, spec: WizardSpec[Any]) -> tuple[Offer, ...]:
             base = resume(site, spec, path).procedure.base
         except OcmmError as error:
             if error.code not in _PAST:
-                found.append(Offer(path, path.name, f"{error.what} {error.remedy}"))
+                found.append(Offer(path, path.name, said(f"{error.what} {error.remedy}")))
             continue
         # What was accepted, but is not in the store, was interrupted just before it got there.
         if not (base.stored or base.decision is ProcedureDecision.KEPT):
             begun = datetime.fromisoformat(base.begun_utc).astimezone()
             step = base.step
-            where = step.title.lower()
+            where = said_word(step.title).lower()
             if step.wanted:
                 count = tr("{done} of {wanted}").format(done=step.done, wanted=step.wanted)
                 where = f"{where}, {count}"
-            found.append(Offer(path, f"{begun:%Y-%m-%d %H:%M}, {base.who}: {where}"))
+            found.append(Offer(path, f"{time_words(begun)}, {base.who}: {where}"))
     return tuple(found)
 
 

@@ -14,7 +14,7 @@ from ocmm_core.camera import Rig
 from ocmm_core.errors import CalibrationError, InputError
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import tr
+from ocmm_gui.kit import plain_number, tr
 from ocmm_gui.wizards.parts import Calculation, ShownProcedure, Tap, TemperatureReadings
 
 C = TypeVar("C", bound=str)
@@ -271,7 +271,7 @@ def temperature(text: str) -> float | None:
     if not text.strip():
         return None
     try:
-        value = float(text.strip().replace(",", "."))
+        value = float(plain_number(text))
     except ValueError as error:
         raise InputError(
             "wizard.temperature",

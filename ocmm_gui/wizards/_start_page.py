@@ -21,10 +21,13 @@ from PySide6.QtWidgets import (
 from ocmm_gui.kit import (
     DEFAULT_THEME,
     THEMES,
+    HintField,
+    NarrowButton,
     PlainLabel,
     Theme,
     literal,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -151,7 +154,7 @@ class StartPage(QWidget):
             self.fields[one.key] = field
 
     def _line(self, one: Field) -> QLineEdit:
-        field = QLineEdit(one.proposal)
+        field = HintField(one.proposal)
         field.setPlaceholderText(tr(one.tip))
         field.returnPressed.connect(self._begin)
         return field
@@ -185,7 +188,7 @@ class StartPage(QWidget):
     def _show_choice(self, _row: int = 0) -> None:
         offer = self._offer()
         self.resume_button.setEnabled(offer is not None and not offer.blocker)
-        self._note.setText("" if offer is None else offer.blocker or tr("Nothing was lost."))
+        self._note.setText("" if offer is None else said(offer.blocker) or tr("Nothing was lost."))
         new = offer is None or bool(offer.blocker)
         for button, primary in ((self.begin_button, new), (self.resume_button, not new)):
             button.setProperty("role", "primary" if primary else "plain")
@@ -218,7 +221,7 @@ class StartPage(QWidget):
 
 
 def _large(text: str, name: str) -> QPushButton:
-    button = QPushButton(text)
+    button = NarrowButton(text)
     button.setAccessibleName(name)
     button.setFont(text_font(18, bold=True))
     button.setMinimumHeight(56)

@@ -10,7 +10,7 @@ from typing import Any
 
 from ocmm_core.calibration.guided import ProcedureKind
 from ocmm_core.errors import OcmmError
-from ocmm_gui.kit import tr
+from ocmm_gui.kit import said, tr
 from ocmm_gui.wizards._driver import WizardDriver
 from ocmm_gui.wizards._guided_stack import GuidedStack
 from ocmm_gui.wizards._registry import WIZARDS, WizardSpec, wizard_of
@@ -57,7 +57,7 @@ class Wizard(GuidedStack):
             asked, offered = fields(self._site, spec), offers(self._site, spec)
             require_store(self._site, spec.subject)
         except OcmmError as error:
-            trouble = f"{error.what} {error.remedy}"
+            trouble = said(f"{error.what} {error.remedy}")
         self.start.ask(spec.texts.title, spec.texts.purpose, asked, offered)
         self.setCurrentWidget(self.start)
         self.start.show_trouble(trouble)
@@ -72,7 +72,7 @@ class Wizard(GuidedStack):
         try:
             opened = make()
         except OcmmError as error:
-            self.start.show_trouble(f"{error.what} {error.remedy}")
+            self.start.show_trouble(said(f"{error.what} {error.remedy}"))
             return
         driver = WizardDriver(
             opened.procedure, self._site.tap, opened.calculation, opened.predict,

@@ -139,9 +139,9 @@ def sources() -> list[Path]:
 
 
 def marked() -> list[Marked]:
-    """Return all calls of `tr` and `later`."""
+    """Return all calls of `tr` and `later`, also those of the table of settings."""
     found = []
-    for path in sources():
+    for path in (*sources(), ROOT / "ocmm_core" / "settings" / "_specs.py"):
         tree, parents = _read(path)
         for node in ast.walk(tree):
             if isinstance(node, ast.Call) and _callee(node) in MARKS and _is_name(node.func):

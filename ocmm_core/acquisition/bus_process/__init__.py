@@ -4,8 +4,9 @@ In: a configuration as JSON, and requests for objects of cameras, line by line.
 Out: frames in the shared ring, the report of the bus, answers, and the reason of its end.
 
 Inside the process: `_start` (one thread, least rights), `_process` (the program ``ocmm-acq``),
-`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process` and
-`_maintenance_process` are errands (`_errand`) in a process of their own;
+`_ethercat` (one read is one bus cycle), `_commands`, `_rights`, `_realtime`; `_scan_process`,
+`_maintenance_process`, `_conform_process` and `_record_process` are errands (`_errand`) in a
+process of their own;
 `_stepped_time` for a virtual bus, whose time waits for a slow computer.
 In the application: `_config`, `_launch`, `_client`, `_remote_objects`, and `_service_client` for
 a bus that runs as a service.
@@ -22,6 +23,11 @@ if TYPE_CHECKING:
     from ocmm_core.acquisition.bus_process._client import Acquisition, BusProcess, ChildProcess
     from ocmm_core.acquisition.bus_process._commands import read_first_line
     from ocmm_core.acquisition.bus_process._config import BusConfig, read_config
+    from ocmm_core.acquisition.bus_process._conform_process import (
+        ConformConfig,
+        ConformNews,
+        conform_command,
+    )
     from ocmm_core.acquisition.bus_process._ethercat import EthercatSource
     from ocmm_core.acquisition.bus_process._launch import RECIPE, bus_command
     from ocmm_core.acquisition.bus_process._maintenance_process import (
@@ -35,6 +41,7 @@ if TYPE_CHECKING:
         lock_memory,
         take_priority,
     )
+    from ocmm_core.acquisition.bus_process._record_process import RecordConfig, record_command
     from ocmm_core.acquisition.bus_process._remote_objects import RemoteObjects
     from ocmm_core.acquisition.bus_process._rights import (
         NEEDED,
@@ -53,12 +60,14 @@ else:
     __getattr__ = door(
         __name__,
         _maintenance_process="MaintenanceConfig MaintenanceNews maintenance_command",
+        _conform_process="ConformConfig ConformNews conform_command",
         _client="Acquisition BusProcess ChildProcess",
         _commands="read_first_line",
         _config="BusConfig read_config",
         _ethercat="EthercatSource",
         _launch="RECIPE bus_command",
         _realtime="BUS_PRIORITY CAMERA_PRIORITY lock_memory take_priority",
+        _record_process="RecordConfig record_command",
         _remote_objects="RemoteObjects",
         _rights=(
             "Capability NEEDED ProcessRights allow_locked_memory give_up_all_but granted_by "
@@ -79,16 +88,20 @@ __all__ = [
     "BusProcess",
     "Capability",
     "ChildProcess",
+    "ConformConfig",
+    "ConformNews",
     "EthercatSource",
     "MaintenanceConfig",
     "MaintenanceNews",
     "ProcessRights",
+    "RecordConfig",
     "RemoteObjects",
     "ScanConfig",
     "ServiceBus",
     "SteppedTime",
     "allow_locked_memory",
     "bus_command",
+    "conform_command",
     "give_up_all_but",
     "granted_by",
     "hold_nothing",
@@ -96,6 +109,7 @@ __all__ = [
     "maintenance_command",
     "read_config",
     "read_first_line",
+    "record_command",
     "rights_of",
     "scan_command",
     "take_priority",

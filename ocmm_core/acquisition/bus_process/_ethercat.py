@@ -115,7 +115,7 @@ class EthercatSource:
         self._steps: Iterator[BusPhase] = iter(())
         self._pacer: CyclePacer | None = None
         self._published: tuple[BusPhase, str, str] | None = None
-        self._published_ns = 0
+        self._published_ns = self._foreign = 0
         self.lateness_ns = 0
 
     @property
@@ -208,7 +208,7 @@ class EthercatSource:
         late = self._time.now_ns() > pacer.deadline_ns
         if clock.known:
             pacer.follow(clock, self._bus.schedule.start_ns + _PHASE_NS)
-        fault = judge(answer, self._records, self._bus.schedule)
+        fault = self._second_master() or judge(answer, self._records, self._bus.schedule)
         if fault is not None:
             self._bus.look_closer()
             return self._refuse(self._or_the_computer(fault, elapsed), elapsed)
@@ -234,6 +234,14 @@ class EthercatSource:
             elapsed=elapsed,
             frames_lost=given.lost,
         )
+
+    def _second_master(self) -> CycleFault | None:
+        """Return why a cycle is refused in which another master sent frames, too."""
+        before, self._foreign = self._foreign, self._bus.foreign_frames
+        if self._foreign <= before:
+            return None
+        words = f"Another master sent {self._foreign - before} frame(s) on the camera bus."
+        return CycleFault(Trouble.BAD, Alarm.SECOND_MASTER, words)
 
     def _or_the_computer(self, fault: CycleFault, elapsed: int) -> CycleFault:
         """Return a lost answer as what it is where this computer stood still in that cycle.
@@ -304,6 +312,7 @@ class EthercatSource:
 
     def _begin_session(self) -> None:
         """Take up the exposures that a bring-up started."""
+        self._foreign = 0
         schedule = self._bus.schedule
         self._records = [
             CameraPast(camera.name, layout=layout, mark=layout.mark(camera.serial))

@@ -11,14 +11,15 @@ from rich.table import Table
 
 from ocmm_core.cli.bus._camera import black_app, history, intrinsics_app, snapshot
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
-from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
+from ocmm_core.cli.bus._record import record
+from ocmm_core.cli.terminal import BusProcessorOption, ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError
 
 bus_app = typer.Typer(
     no_args_is_help=True,
     help="Inspect the cameras on the bus and their objects.\n\nAll commands except 'decode' "
-    "take the bus into operation and release it at the end; nothing else may use it "
+    "and 'record' take the bus into operation and release it at the end; nothing else may use it "
     "meanwhile. --source ethercat:virtual runs them on software cameras.",
 )
 object_app = typer.Typer(no_args_is_help=True, help="Read and write the objects of a camera.")
@@ -27,6 +28,9 @@ bus_app.add_typer(black_app, name="black")
 bus_app.add_typer(intrinsics_app, name="intrinsics")
 bus_app.command()(snapshot)
 bus_app.command()(history)
+bus_app.command()(record)
+
+_STATISTICS = (".json", ".csv")
 
 _AddressArgument = Annotated[
     str, typer.Argument(metavar="INDEX[:SUB]", help="Object, hexadecimal, e.g. 1018:04.")
@@ -151,6 +155,11 @@ def watch(
     out: Annotated[
         Path | None, typer.Option("--out", help="Write the report at the end to this file.")
     ] = None,
+    statistics: Annotated[
+        Path | None,
+        typer.Option("--statistics", help="Counts and histograms of the cycles, .json or .csv."),
+    ] = None,
+    bus_processor: BusProcessorOption = None,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
@@ -161,10 +170,23 @@ def watch(
     """
     from ocmm_core.cli.bus._session import open_bus
     from ocmm_core.cli.bus._watch import watch_bus
+    from ocmm_core.fieldbus.report import statistics_csv, statistics_json
 
     console = make_console()
-    with open_bus(source, rig, force=force, wait=False) as bus:
+    if statistics is not None and statistics.suffix not in _STATISTICS:
+        raise InputError(
+            "bus.statistics",
+            f"'{statistics.name}' is neither .json nor .csv.",
+            "Give a file with one of these endings.",
+        )
+    with open_bus(source, rig, force=force, wait=False, processor=bus_processor) as bus:
         text, in_operation = watch_bus(bus, seconds, every, console)
+        report = bus.report()
+    if statistics is not None:
+        if report is None:
+            raise BusError("bus.statistics", "The bus reported nothing.", "Watch it for longer.")
+        form = statistics_csv if statistics.suffix == ".csv" else statistics_json
+        write_bytes(statistics, form(report))
     if out is not None:
         write_bytes(out, text.encode("utf-8"))
     raise typer.Exit(0 if in_operation else 1)

@@ -10,6 +10,7 @@ import msgspec
 import typer
 
 from ocmm_core.cli.bus._camera import bar, interruptible
+from ocmm_core.cli.bus._conform import conform
 from ocmm_core.cli.bus._options import BusOption, CameraArgument
 from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
@@ -20,6 +21,9 @@ camera_app = typer.Typer(
     help="Maintain one camera: alias, errors, identification, firmware.\n\n'alias' and 'firmware' "
     "need a bus that nobody uses and leave it in INIT.",
 )
+
+
+camera_app.command()(conform)
 
 
 @camera_app.command()

@@ -11,10 +11,14 @@ from pathlib import Path
 
 from ocmm_core.acquisition.bus_process import (
     ChildProcess,
+    ConformConfig,
     MaintenanceConfig,
+    RecordConfig,
     RemoteObjects,
     ScanConfig,
+    conform_command,
     maintenance_command,
+    record_command,
     scan_command,
 )
 from ocmm_core.acquisition.frames import AcquisitionState, read_status
@@ -34,7 +38,7 @@ from ocmm_core.errors import BusError, InputError
 from ocmm_core.fieldbus.report import BusPhase, BusReport, decode_report
 from ocmm_core.fieldbus.wire import ScannedDevice, decode_scan
 from ocmm_core.inspection.plan import load_plan
-from ocmm_core.simulation.bus import maintain_virtual, scan_virtual
+from ocmm_core.simulation.bus import conform_virtual, maintain_virtual, scan_virtual
 
 _START_S = 60.0
 """The bus process gives up by itself where starting is of no use."""
@@ -84,7 +88,13 @@ def camera_of(rig: Rig, name: str) -> CameraModel:
 
 @contextmanager
 def open_bus(
-    source: str, rig_path: Path, *, camera: str = "", force: bool = False, wait: bool = True
+    source: str,
+    rig_path: Path,
+    *,
+    camera: str = "",
+    force: bool = False,
+    wait: bool = True,
+    processor: int | None = None,
 ) -> Iterator[BusSession]:
     """Bring the bus of a source to operation, for as long as the context lasts.
 
@@ -96,6 +106,8 @@ def open_bus(
         Who will be asked for; checked before anything is started.
     wait
         Without it the context begins when the bus process is started.
+    processor
+        As in `StationRequest`.
 
     Raises
     ------
@@ -109,7 +121,14 @@ def open_bus(
     rig = load_rig(rig_path)
     if camera:
         camera_of(rig, camera)
-    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source, force=force)
+    request = StationRequest(
+        plan=DEMO_PLAN,
+        out=Path(),
+        rig=rig_path,
+        source=source,
+        force=force,
+        bus_processor=processor,
+    )
     feed = make_feed(request, load_plan(DEMO_PLAN), rig)
     try:
         process = feed.acquisition
@@ -159,6 +178,46 @@ def maintenance_of(
     return maintain_virtual(
         named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path)), config
     )
+
+
+def conformance_of(
+    source: str, rig_path: Path, serial: int, firmware: str, *, force: bool = False
+) -> tuple[list[str], bytes]:
+    """Return the command that tests a camera, and its input; errors as `scan`."""
+    named = source_of(source)
+    if not _may_scan(named.spec):
+        what = "whose bus is private" if named.spec.on_bus else _NO_BUS
+        raise _wrong_source(source, what, [spec for spec in SOURCES if _may_scan(spec)])
+    config = ConformConfig(interface=named.value, force=force, serial=serial, firmware=firmware)
+    if named.spec.segment is None:
+        return conform_command(), config.to_json()
+    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source)
+    return conform_virtual(
+        named.spec.segment(request, load_plan(DEMO_PLAN), load_rig(rig_path)), config
+    )
+
+
+def recorder_of(
+    source: str, seconds: float, size_bytes: int, *, force: bool = False
+) -> tuple[list[str], bytes]:
+    """Return the command that records the bus of a source, and its input.
+
+    Raises
+    ------
+    InputError
+        The source has no network interface that can be looked at.
+    """
+    named = source_of(source)
+    if not named.spec.on_bus or not named.value or named.spec.segment is not None:
+        what = "whose bus is private" if named.spec.on_bus else _NO_BUS
+        raise _wrong_source(
+            source, what, [s for s in SOURCES if _may_scan(s) and s.segment is None]
+        )
+    config = RecordConfig(
+        interface=named.value.partition("+")[0], force=force, seconds=seconds,
+        size_bytes=size_bytes,
+    )  # fmt: skip
+    return record_command(), config.to_json()
 
 
 def _ask(command: list[str], first_lines: bytes) -> bytes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import tomllib
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from ocmm_core.errors import StorageError
 from ocmm_core.export.report._papers import keep_template, template_in_use
 from ocmm_core.export.report._template import load_paper
 from ocmm_core.settings import Settings, toml_text
+from ocmm_core.wording import LANGUAGES, language_of
 
 _FOLDER = "report-head"
 _LARGEST_LOGO = 4 << 20
@@ -19,9 +21,10 @@ _LARGEST_LOGO = 4 << 20
 def use_head(settings: Settings, folder: Path) -> Path | None:
     """Let every report of this station begin with the head that the settings say.
 
-    Laboratory, logo, machine, place and signatures are put into the template of the settings, or
-    into the one in use, and the result is kept for every route to a report (`keep_template`). Where
-    the settings say nothing of it, the template in use stays as it is, and None is returned.
+    Laboratory, logo, machine, place, signatures and language are put into the template of the
+    settings, or into the one in use, and the result is kept for every route to a report
+    (`keep_template`). Where the settings say nothing of it, the template in use stays as it is, and
+    None is returned.
 
     Parameters
     ----------
@@ -38,12 +41,14 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
         It cannot be written.
     """
     base = settings.report_template
-    said = {key: value for key, value in _said(settings).items() if value}
-    if not (said or settings.report_logo):
-        return None if base is None else keep_template(base)
     source = base or template_in_use()
     paper = load_paper(source)
+    language = _language(settings)
+    said = {key: value for key, value in _said(settings).items() if value}
+    if not (said or settings.report_logo) and language == paper.template.language:
+        return None if base is None else keep_template(base)
     data = tomllib.loads(read_text(source, LARGEST_DOCUMENT))
+    data["language"] = language
     laboratory = data.setdefault("laboratory", {})
     for (part, name), value in said.items():
         (data.setdefault(part, {}) if part else data)[name] = value
@@ -85,3 +90,11 @@ def _said(settings: Settings) -> dict[tuple[str, str], str | list[str]]:
         ("", "place"): settings.report_place,
         ("", "signatures"): list(settings.report_signatures),
     }
+
+
+def _language(settings: Settings) -> str:
+    """Return the language of reports: what is set, or that of the window, or that of the system."""
+    chosen = settings.report_language
+    if chosen == "window":
+        chosen = settings.window_language
+    return chosen if chosen in LANGUAGES else language_of(os.environ)

@@ -82,9 +82,12 @@ class ReportTemplate(Document, frozen=True, kw_only=True):
         What stands below the lines.
     sections
         Which parts the paper has, in their order.
+    language
+        Of the paper. What a program reads (JSON, tables, QIF) stays English.
     """
 
     name: str
+    language: Literal["en", "de"] = "en"
     title: str = "Measurement report"
     laboratory: LaboratoryPart = msgspec.field(default_factory=LaboratoryPart)
     machine: MachinePart = msgspec.field(default_factory=MachinePart)

@@ -297,6 +297,7 @@ def _await_devices(settings: BusSettings, live: tuple[str, ...], host_time: Host
                 f"Interface '{settings.interface}' {trouble}.",
                 "Plug in the bus cable at both ends; check the camera supply.",
             )
+        port.refuse_other_masters()
         count = port.count_devices()
         if not count:
             raise BusError(

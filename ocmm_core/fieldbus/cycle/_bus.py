@@ -101,6 +101,12 @@ class CameraBus:
         return self._stray_before + now + self._service.stray
 
     @property
+    def foreign_frames(self) -> int:
+        """Return how many frames of another master came in this session."""
+        master = self._session.master
+        return 0 if master is None else master.port.foreign
+
+    @property
     def redundancy_broken(self) -> bool:
         """Return whether there is a redundancy cable and the ring is open somewhere."""
         session = self._session

@@ -6,7 +6,8 @@ Read `_camera_objects` (the object dictionary) with `_object_entries` and `_prof
 `_camera_slave` (process data and configuration), `_input_layout` (the header by the revision of a
 camera, and whose input it is), `_controller` (EEPROM and clock), `_identity` (which device is which
 camera), `_intrinsics` (the block of data in a camera), `_firmware` (its file), `_diagnosis`,
-`_esi`, and `_object_page` with `_page_of_the_wire`, which writes docs/camera_objects.md.
+`_esi`, and `_object_page` with `_page_of_the_wire` and
+`_page_of_the_protocol`, which writes docs/camera_objects.md.
 It must not know sockets, cycles or the virtual rig.
 """
 
@@ -108,7 +109,7 @@ if TYPE_CHECKING:
         data_mark,
     )
     from ocmm_core.fieldbus.device._intrinsics import BLOB_BYTES, Intrinsics
-    from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
+    from ocmm_core.fieldbus.device._object_entries import Access, DictionaryObject, ObjectEntry
     from ocmm_core.fieldbus.device._profile_objects import (
         BLACK_IMAGE,
         CALIBRATION,
@@ -154,7 +155,7 @@ else:
             "DATA_CRC DATA_CRC_AT Header INPUT_LAYOUTS InputLayout NEWEST_LAYOUT NO_MARK data_mark"
         ),
         _intrinsics="BLOB_BYTES Intrinsics",
-        _object_entries="DictionaryObject ObjectEntry",
+        _object_entries="Access DictionaryObject ObjectEntry",
         _profile_objects=(
             "BLACK_IMAGE BlackCommand BlackImage CALIBRATION CHUNK_BYTES CONFIGURATION COUNTERS "
             "IDENTIFY INFORMATION MAX_BLACK_FRAMES NOTE_BYTES SNAPSHOT SnapshotCommand VERSIONS "
@@ -233,6 +234,7 @@ __all__ = [
     "VENDOR_NAME",
     "VERSIONS",
     "WINDOWS",
+    "Access",
     "BlackCommand",
     "BlackImage",
     "CameraConfig",

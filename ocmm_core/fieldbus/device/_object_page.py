@@ -41,6 +41,7 @@ from ocmm_core.fieldbus.device._controller import CONTROLLERS, SYNC_PULSE_NS
 from ocmm_core.fieldbus.device._diagnosis import MESSAGE_BYTES
 from ocmm_core.fieldbus.device._esi import ESI_FILE, esi_document, type_name
 from ocmm_core.fieldbus.device._object_entries import DictionaryObject, ObjectEntry
+from ocmm_core.fieldbus.device._page_of_the_protocol import CATEGORIES, MAILBOXES, STATES
 from ocmm_core.fieldbus.device._page_of_the_wire import SII_WORDS, WIRE
 
 PAGE = Path(__file__).resolve().parents[3] / "docs" / "camera_objects.md"
@@ -162,6 +163,8 @@ def object_page() -> str:
             _eeprom(),
             _FLOW,
             _COMMANDS,
+            STATES,
+            MAILBOXES,
             WIRE,
             _ERRORS,
             _table(("Code", "Meaning"), ((f"{c:#06x}", text) for c, text in ERROR_TEXTS.items())),
@@ -232,6 +235,7 @@ def _eeprom() -> str:
             _table(titles, rows),
             "All words (ETG.2010):\n",
             _table(("Word", "Content"), SII_WORDS),
+            CATEGORIES,
         )
     )
 

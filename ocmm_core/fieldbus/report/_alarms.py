@@ -193,6 +193,11 @@ class Alarm(StrEnum):
         "Look up the error code in the camera's error history.",
         AlarmResponse.NOTE,
     )  # fmt: skip
+    SECOND_MASTER = AlarmSpec(
+        "bus.second_master", "Another master is on the camera bus",
+        "Stop the other program, or disconnect the other computer from the bus.",
+        AlarmResponse.BRING_UP, confirmed=3,
+    )  # fmt: skip
     OBJECT_TIMEOUT = AlarmSpec(
         "bus.object_timeout", "A camera does not answer a request",
         "Measuring continues; repeat the request.",

@@ -4,8 +4,9 @@ In: bytes of an interface. Out: answers told apart, words of EEPROM, who is on t
 
 Read `_datagrams` (bytes of EtherCAT), `_sockets` and `_port` (our own raw sockets), `_interface`
 (may it be used), `_host_time` (which clock waits for whom), `_master` (the only file that imports
-pysoem), `_service` (one frame of our own per cycle), `_tally` (which answers came), `_scan`,
-`_mapping`, `_eeprom`, `_ring_cable`.
+pysoem) with `_fuse`, `_service` (one frame of our own per cycle), `_tally` (which answers came),
+`_scan`, `_mapping`, `_eeprom`, `_ring_cable`, `_other_masters`; `_tap` and `_pcapng` (frames for
+Wireshark).
 It must not know objects or alarms; it decides nothing about a fault.
 """
 
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.fieldbus.wire._mapping import check_mapping
     from ocmm_core.fieldbus.wire._master import OP, PREOP, SAFEOP, STATE_NAMES, Master, al_text
+    from ocmm_core.fieldbus.wire._pcapng import pcapng_end, pcapng_frame, pcapng_head
     from ocmm_core.fieldbus.wire._port import Passage, Port
     from ocmm_core.fieldbus.wire._scan import (
         Exchange,
@@ -47,6 +49,7 @@ if TYPE_CHECKING:
     from ocmm_core.fieldbus.wire._service import Job, ServiceChannel
     from ocmm_core.fieldbus.wire._sockets import LinkWatch
     from ocmm_core.fieldbus.wire._tally import OWN_TOKEN
+    from ocmm_core.fieldbus.wire._tap import Tap, TappedFrame
 else:
     __getattr__ = door(
         __name__,
@@ -56,6 +59,7 @@ else:
         _interface="check_interface is_virtual_cable is_virtual_interface",
         _mapping="check_mapping",
         _master="Master OP PREOP SAFEOP STATE_NAMES al_text",
+        _pcapng="pcapng_end pcapng_frame pcapng_head",
         _port="Passage Port",
         _scan=(
             "Exchange RawLine ScannedDevice decode_scan encode_scan read_words scan_devices "
@@ -63,6 +67,7 @@ else:
         ),
         _service="Job ServiceChannel",
         _tally="OWN_TOKEN",
+        _tap="Tap TappedFrame",
         _sockets="LinkWatch",
     )
 
@@ -85,6 +90,8 @@ __all__ = [
     "RawLine",
     "ScannedDevice",
     "ServiceChannel",
+    "Tap",
+    "TappedFrame",
     "al_text",
     "check_interface",
     "check_mapping",
@@ -96,6 +103,9 @@ __all__ = [
     "has_passed",
     "is_virtual_cable",
     "is_virtual_interface",
+    "pcapng_end",
+    "pcapng_frame",
+    "pcapng_head",
     "read_words",
     "scan_devices",
     "write_word",

@@ -21,7 +21,7 @@ DATAGRAM_OVERHEAD = 12
 """Head and working counter of a datagram."""
 
 _BROADCAST = b"\xff" * 6
-_SOURCE = bytes((0x00, 0x4F, 0x43, 0x4D, 0x4D, 0x01))
+OWN_SOURCE = bytes((0x00, 0x4F, 0x43, 0x4D, 0x4D, 0x01))
 """The slaves set bit 1 of the first byte on the way, which tells sent from returned."""
 _PASSED = 0x02
 _ETHERNET_HEAD = struct.Struct(">6s6sH")
@@ -105,7 +105,7 @@ def encode_frame(index: int, datagrams: Sequence[Datagram]) -> bytes:
             "Report this as a program error.",
         )
     parts = [
-        _ETHERNET_HEAD.pack(_BROADCAST, _SOURCE, ETHERTYPE),
+        _ETHERNET_HEAD.pack(_BROADCAST, OWN_SOURCE, ETHERTYPE),
         _ETHERCAT_HEAD.pack(size | _KIND_DATAGRAMS << 12),
     ]
     for number, datagram in enumerate(datagrams, start=1):

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram, frame_index
 from ocmm_core.fieldbus.wire._host_time import HostTime
+from ocmm_core.fieldbus.wire._other_masters import FEW, LISTEN_S, foreign_frames, is_foreign
 from ocmm_core.fieldbus.wire._ring_cable import RingCable
 from ocmm_core.fieldbus.wire._service import FIRST_INDEX, Job, ServiceChannel
 from ocmm_core.fieldbus.wire._sockets import LinkWatch, listen, transmit, waiting_on
@@ -70,6 +71,9 @@ class Port:
         State of the link of each interface.
     ring
         What a redundancy cable makes of the answers; None without one.
+    foreign
+        Frames that another master sent. On a ring our own pass no camera, too, and nothing is
+        counted.
     """
 
     def __init__(
@@ -86,7 +90,8 @@ class Port:
         self._questions = ServiceChannel()
         self._service_came = False
         self._copies = 0
-        self._came = 0
+        self._came = self.foreign = 0
+        self._names = tuple(interfaces)
         try:
             for name in interfaces:
                 self._channels.append(listen(name))
@@ -121,6 +126,25 @@ class Port:
                 return tuple(answers)
             service.abandon()
         return None
+
+    def refuse_other_masters(self) -> None:
+        """Listen for a moment, before anything is sent, whether somebody else sends.
+
+        Raises
+        ------
+        BusError
+            Another master is on the bus.
+        """
+        if self.ring is not None:
+            return
+        self.foreign = 0
+        deadline = time.monotonic() + LISTEN_S
+        while (left := deadline - time.monotonic()) > 0.0:
+            with contextlib.suppress(OSError, ValueError):
+                select.select(self._channels, [], [], left)
+            self.collect(self._questions)
+        if self.foreign > FEW:
+            raise foreign_frames(self._names[0], self.foreign)
 
     def count_devices(self) -> int:
         """Return how many devices answer; blocks for 30 ms at most."""
@@ -197,6 +221,9 @@ class Port:
                 self._came += 1
                 index = frame_index(frame)
                 if index is None:
+                    continue
+                if self.ring is None and is_foreign(frame):
+                    self.foreign += 1
                     continue
                 if index >= FIRST_INDEX:
                     if self._is_whole(end, index, frame):

@@ -23,6 +23,7 @@ from ocmm_core.fieldbus.wire._datagrams import (
     encode_frame,
     frame_index,
 )
+from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
 from ocmm_core.fieldbus.wire._sockets import listen, receive
 
 _TYPE, _AL_STATUS = 0x0000, 0x0130
@@ -120,15 +121,29 @@ class RawLine:
     ----------
     interface
         One that `check_interface` accepted.
+
+    Raises
+    ------
+    BusError
+        Another program is a master there.
     """
 
     def __init__(self, interface: str) -> None:
         self._interface = interface
         self._index = 0
         self._channel = listen(interface)
+        try:
+            refuse_other_programs([interface])
+        except BaseException:
+            self._channel.close()
+            raise
 
     def exchange(self, datagram: Datagram) -> Datagram:
-        """Send a datagram until it comes back.
+        """Send a datagram until it comes back; errors as `exchange_all`."""
+        return self.exchange_all([datagram])[0]
+
+    def exchange_all(self, datagrams: Sequence[Datagram]) -> list[Datagram]:
+        """Send datagrams in one frame until it comes back.
 
         Raises
         ------
@@ -137,8 +152,8 @@ class RawLine:
         """
         for _ in range(_TRIES):
             self._index = self._index % 0xFF + 1
-            self._channel.send(encode_frame(self._index, [datagram]))
-            answer = self._wait(datagram)
+            self._channel.send(encode_frame(self._index, datagrams))
+            answer = self._wait(datagrams)
             if answer is not None:
                 return answer
         raise BusError(
@@ -151,7 +166,7 @@ class RawLine:
         """Give the interface back."""
         self._channel.close()
 
-    def _wait(self, asked: Datagram) -> Datagram | None:
+    def _wait(self, asked: Sequence[Datagram]) -> list[Datagram] | None:
         deadline = time.monotonic() + _ANSWER_S
         while (left := deadline - time.monotonic()) > 0.0:
             if not select.select([self._channel], [], [], left)[0]:
@@ -159,9 +174,9 @@ class RawLine:
             frame = receive(self._channel)
             if frame is None or frame_index(frame) != self._index:
                 continue
-            answer = answers_like(frame, [asked])
+            answer = answers_like(frame, asked)
             if answer is not None:
-                return answer[0]
+                return list(answer)
         return None
 
 

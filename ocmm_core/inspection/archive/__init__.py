@@ -5,7 +5,7 @@ Out: jobs computed anew from raw observations, points in doubt, batches side by 
 
 Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch`, `_last_jobs`, `_compare`.
 What became of the calibration: `_camera_history` and `_camera_doubts`, `_tip_history` and
-`_tip_doubts`.
+`_tip_doubts`; `_known` sends it to a worker.
 Then `_recall`: `_recall_job` (one job under two calibrations), `_recall_fit`, `_recall_judge`,
 `_recall_artefact`, `_recall_record`. Jobs are looked at through a copy of their file.
 It must not know a running station.
@@ -34,12 +34,19 @@ if TYPE_CHECKING:
         compare_files,
         compare_folder,
         compare_jobs,
+        why_not_counted,
     )
-    from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs
-    from ocmm_core.inspection.archive._part_before import previous_part_pose
+    from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs, previous_part_pose
     from ocmm_core.inspection.archive._points_in_doubt import first_taken
-    from ocmm_core.inspection.archive._recall import KeptPlaces, decide, recall
+    from ocmm_core.inspection.archive._recall import (
+        Doubting,
+        KeptPlaces,
+        decide,
+        recall,
+        recall_doubted,
+    )
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
+    from ocmm_core.inspection.archive._recall_job import DoubtedJob
     from ocmm_core.inspection.archive._recall_messages import (
         COLUMNS,
         checked,
@@ -62,6 +69,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
     from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+    from ocmm_core.inspection.archive._stored_documents import StoredDocuments
     from ocmm_core.inspection.archive._tip_doubts import last_good_utc
     from ocmm_core.inspection.archive._tip_history import settle_tip
 else:
@@ -69,12 +77,14 @@ else:
         __name__,
         _batch="BatchPart SUFFIX next_serial parts_of_batch require_new_serial",
         _camera_history="is_known settle_cameras",
-        _compare="Comparison PartValue Trend compare_files compare_folder compare_jobs",
-        _last_jobs="LastJob last_jobs",
-        _part_before="previous_part_pose",
+        _compare=(
+            "Comparison PartValue Trend compare_files compare_folder compare_jobs why_not_counted"
+        ),
+        _last_jobs="LastJob last_jobs previous_part_pose",
         _points_in_doubt="first_taken",
-        _recall="KeptPlaces decide recall",
+        _recall="Doubting KeptPlaces decide recall recall_doubted",
         _recall_artefact="artefact_wrong",
+        _recall_job="DoubtedJob",
         _recall_messages=(
             "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
         ),
@@ -83,6 +93,7 @@ else:
         ),
         _reopen="ReopenedJob Tell reopen reopen_job",
         _reopen_copy="copy_of_job",
+        _stored_documents="StoredDocuments",
         _tip_doubts="last_good_utc",
         _tip_history="settle_tip",
     )
@@ -93,6 +104,8 @@ __all__ = [
     "SUFFIX",
     "BatchPart",
     "Comparison",
+    "DoubtedJob",
+    "Doubting",
     "KeptPlaces",
     "LastJob",
     "Outcome",
@@ -102,6 +115,7 @@ __all__ = [
     "RecalledJob",
     "RecalledValue",
     "ReopenedJob",
+    "StoredDocuments",
     "Tell",
     "Trend",
     "artefact_wrong",
@@ -123,6 +137,7 @@ __all__ = [
     "parts_of_batch",
     "previous_part_pose",
     "recall",
+    "recall_doubted",
     "reopen",
     "reopen_job",
     "require_new_serial",
@@ -131,5 +146,6 @@ __all__ = [
     "settle_cameras",
     "settle_tip",
     "totals",
+    "why_not_counted",
     "worst_first",
 ]

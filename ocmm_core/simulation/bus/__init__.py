@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from ocmm_core.simulation.bus._fault_commands import FaultCommands
     from ocmm_core.simulation.bus._fault_rig import CAMERAS, FAR, HOST, NEAR, FaultRig
     from ocmm_core.simulation.bus._faults import (
+        COPIED,
         CORRUPT_WITH_SUM,
+        EXCHANGED,
+        SHARED,
         CameraDeed,
         DeedAnswer,
         FaultKind,
@@ -46,6 +49,7 @@ if TYPE_CHECKING:
         CAMERA_INTERFACE,
         HOST_INTERFACE,
         VirtualBus,
+        conform_virtual,
         maintain_virtual,
         namespace_command,
         scan_virtual,
@@ -58,15 +62,15 @@ else:
         _chain="Chain Unit",
         _fault_commands="FaultCommands",
         _fault_rig="CAMERAS FAR FaultRig HOST NEAR",
-        _faults="CORRUPT_WITH_SUM CameraDeed FaultKind DeedAnswer Faults",
+        _faults="COPIED CORRUPT_WITH_SUM CameraDeed EXCHANGED SHARED FaultKind DeedAnswer Faults",
         _frame_watch="FrameWatch Watched",
         _line_rules="FrameKind LineLog LineOrder LineRule Trick Way",
         _named_rig="RigStatus named_rig rig_down rig_status rig_up",
         _network="make_link set_link",
         _proxy="LineTricks ProxyConfig kind_of",
         _virtual_bus=(
-            "CAMERA_INTERFACE HOST_INTERFACE VirtualBus maintain_virtual namespace_command "
-            "scan_virtual"
+            "CAMERA_INTERFACE HOST_INTERFACE VirtualBus conform_virtual maintain_virtual "
+            "namespace_command scan_virtual"
         ),
         _wire="Wire",
     )
@@ -74,12 +78,15 @@ else:
 __all__ = [
     "CAMERAS",
     "CAMERA_INTERFACE",
+    "COPIED",
     "CORRUPT_WITH_SUM",
+    "EXCHANGED",
     "FAR",
     "HOST",
     "HOST_INTERFACE",
     "NEAR",
     "READY",
+    "SHARED",
     "CameraDeed",
     "Chain",
     "DeedAnswer",
@@ -102,6 +109,7 @@ __all__ = [
     "Watched",
     "Way",
     "Wire",
+    "conform_virtual",
     "kind_of",
     "maintain_virtual",
     "make_link",

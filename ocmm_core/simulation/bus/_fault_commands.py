@@ -18,11 +18,20 @@ from ocmm_core.fieldbus.device import (
     ErrorRegister,
 )
 from ocmm_core.simulation.bus._chain import Chain, Unit
-from ocmm_core.simulation.bus._faults import CORRUPT_WITH_SUM, CameraDeed, DeedAnswer, FaultKind
+from ocmm_core.simulation.bus._faults import (
+    COPIED,
+    CORRUPT_WITH_SUM,
+    EXCHANGED,
+    SHARED,
+    CameraDeed,
+    DeedAnswer,
+    FaultKind,
+)
 from ocmm_core.simulation.slave import AL_STATUS, STATION_ADDRESS
 
 _CLOCK_STEP_NS = 1_234_567_891
 """What the clock of a restarted camera shows more than the time before."""
+_SHARE = 0.3
 _SPOILED_BYTES = 160
 """Header and first two frames of a camera's inputs: always used, unlike the last frames."""
 _TIMES_BYTES = 16
@@ -119,6 +128,11 @@ class FaultCommands:
         _restart(other)
 
     def _corrupt(self, unit: Unit, command: CameraDeed, _now_ns: int) -> None:
+        kind = command.value % SHARED
+        if kind in (COPIED, EXCHANGED):
+            self._exchange_inputs(command, exchanged=kind == EXCHANGED)
+            return
+
         def spoil(memory: bytearray) -> None:
             with_sum = command.value == CORRUPT_WITH_SUM
             bit = int(self._random.integers(8 * (_TIMES_BYTES if with_sum else _SPOILED_BYTES)))
@@ -129,6 +143,29 @@ class FaultCommands:
                 DATA_CRC.pack_into(memory, INPUT_START + DATA_CRC_AT, crc)
 
         unit.camera.esc.spoil = spoil if command.value else None
+        if not command.value:
+            for other in self._chain.units:
+                other.camera.esc.spoil = None
+
+    def _exchange_inputs(self, command: CameraDeed, *, exchanged: bool) -> None:
+        """Let a camera send the inputs of the next one, whole and as that one last sent them."""
+        units = self._chain.units
+        one, two = units[command.camera], units[(command.camera + 1) % 2]
+        last: dict[int, bytes] = {}
+        place = slice(INPUT_START, INPUT_START + INPUT_DTYPE.itemsize)
+        share = _SHARE if command.value >= SHARED else 1.0
+
+        def spoil(mine: int, other: int) -> Callable[[bytearray], None]:
+            def put(memory: bytearray) -> None:
+                last[mine] = bytes(memory[place])
+                if other in last and self._random.random() < share:
+                    memory[place] = last[other]
+
+            return put
+
+        one.camera.esc.spoil = spoil(0, 1)
+        # Where only one is wrong the other shows what it sends, and nothing else.
+        two.camera.esc.spoil = spoil(1, 0) if exchanged else spoil(1, 2)
 
 
 def _restart(unit: Unit) -> None:

@@ -24,8 +24,8 @@ class Faults:
     seed: int = 0
 
 
-CORRUPT_WITH_SUM = 2
-"""Value of `FaultKind.CORRUPT`."""
+CORRUPT_WITH_SUM, COPIED, EXCHANGED, SHARED = 2, 3, 4, 16
+"""Values of `FaultKind.CORRUPT`; the last one is added to another."""
 
 
 class FaultKind(StrEnum):
@@ -69,7 +69,8 @@ class FaultKind(StrEnum):
     """The camera sends an emergency message with error code ``value``; 0: the error is over."""
     CORRUPT = "corrupt"
     """1: one bit of each of the camera's answers is wrong; 2: one bit of its frame counter and
-    times, with the right check sum; 0: no more."""
+    times, with the right check sum; 3: its inputs are those of the next camera; 4: so are those of
+    that camera its own; 16 more: in three of ten cycles only; 0: no more."""
     REMAP = "remap"
     """Position ``value`` of the input assignment shows the mapping object ``code``."""
     LINK_ERRORS = "link errors"

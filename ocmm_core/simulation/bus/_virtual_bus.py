@@ -22,9 +22,11 @@ from ocmm_core.acquisition.bus_process import (
     CAMERA_PRIORITY,
     BusConfig,
     ChildProcess,
+    ConformConfig,
     MaintenanceConfig,
     ScanConfig,
     bus_command,
+    conform_command,
     maintenance_command,
     read_first_line,
     scan_command,
@@ -39,7 +41,7 @@ from ocmm_core.simulation.bus._network import make_link, run, tool
 HOST_INTERFACE = "ocmm-host"
 CAMERA_INTERFACE = "ocmm-cameras"
 _MODULE = "ocmm_core.simulation.bus._virtual_bus"
-_SCAN, _MAINTAIN = "scan", "maintain"
+_SCAN, _MAINTAIN, _CONFORM = "scan", "maintain", "conform"
 _STOP_S = 2.0
 _FAREWELL_S = 10.0
 """A bus process that ends has so long with its cameras."""
@@ -127,11 +129,22 @@ def maintain_virtual(segment: SegmentConfig, config: MaintenanceConfig) -> tuple
     return command, cameras.to_json() + told.to_json()
 
 
+def conform_virtual(segment: SegmentConfig, config: ConformConfig) -> tuple[list[str], bytes]:
+    """Return the command that tests a software camera on a virtual cable, and its input."""
+    # The first camera, where none is named: the test is for one of them.
+    serial = config.serial or segment.cameras[0].serial
+    cameras = msgspec.structs.replace(segment, interface=CAMERA_INTERFACE)
+    command = [*namespace_command(), sys.executable, "-m", _MODULE, _CONFORM]
+    told = msgspec.structs.replace(config, interface=HOST_INTERFACE, serial=serial)
+    return command, cameras.to_json() + told.to_json()
+
+
 def main() -> None:
     """Run inside the namespace: make the cable, start who looks at the cameras, be the cameras."""
     try:
         what = sys.argv[1] if sys.argv[1:] else ""
-        command = {_SCAN: scan_command, _MAINTAIN: maintenance_command}.get(what, bus_command)()
+        errands = {_SCAN: scan_command, _MAINTAIN: maintenance_command, _CONFORM: conform_command}
+        command = errands.get(what, bus_command)()
         sys.exit(_run(read_first_line(sys.stdin.fileno()), command))
     except OcmmError as error:
         sys.stderr.write(f"{error}\n")

@@ -101,6 +101,11 @@ class Electronics:
         """Return what corrects the image, or None where no intrinsics are stored."""
         return Intrinsics.decode(self._intrinsics).model() if self._intrinsics else None
 
+    @property
+    def sensor_px(self) -> tuple[int, int]:
+        """Return width and height of the sensor as the objects tell them, px."""
+        return self._told_sensor[1], self._told_sensor[2]
+
     def configure(self, config: CameraConfig) -> None:
         """Hand the configuration to the sensor."""
         self._sensor.configure(

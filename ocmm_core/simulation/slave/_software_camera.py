@@ -282,7 +282,12 @@ class SoftwareCamera:
         except InputError:
             self.esc.fall_back(PREOP, _AL_INCONSISTENT)
             return
-        if config.mode is CameraMode.CORRECTED and lens is None:
+        width, height = self.electronics.sensor_px
+        off = any(
+            left + across > width or top + down > height
+            for left, top, across, down in config.windows
+        )
+        if off or (config.mode is CameraMode.CORRECTED and lens is None):
             self.esc.fall_back(PREOP, _AL_INCONSISTENT)
             return
         self._crc = config.crc()

@@ -12,12 +12,15 @@ from ocmm_core.camera import MAX_LEDS, Vector3
 from ocmm_core.errors import InputError
 from ocmm_core.tracking import SCHEMA, LedEntry, OrientationRule, ProbeDocument, StrobeEntry
 from ocmm_gui.kit import (
+    HintField,
     NumberTable,
     PlainLabel,
     digit_font,
     later,
     led_name,
     literal,
+    localised,
+    plain_number,
     text_font,
     tr,
     tr_all,
@@ -67,9 +70,9 @@ class LedTable(NumberTable):
         """Show LEDs instead of those that are there."""
         rows = []
         for row, led in enumerate(leds):
-            place = (f"{value:.7g}" for value in led.position)
+            place = (localised(f"{value:.7g}") for value in led.position)
             # A hundredth is half a degree: nobody knows the light of an LED better.
-            light = (f"{round(value, 2):g}" for value in led.direction)
+            light = (localised(f"{round(value, 2):g}") for value in led.direction)
             rows.append((led_name(row), *place, *light))
         self.blockSignals(True)
         self.show_rows(rows)
@@ -122,7 +125,7 @@ class DefinitionForm(QWidget):
             caption = PlainLabel(tr(label))
             caption.setFont(text_font(15))
             caption.setProperty("role", "muted")
-            field = QLineEdit()
+            field = HintField()
             field.setObjectName(key)
             field.setAccessibleName(tr(label))
             field.setAccessibleDescription(tr(tip))
@@ -147,11 +150,11 @@ class DefinitionForm(QWidget):
         for key, text in (
             ("name", document.name),
             ("tip", _words(document.tip)),
-            ("tip_diameter", f"{document.tip_diameter:g}"),
-            ("tip_diameter_sigma", f"{document.tip_diameter_sigma:g}"),
+            ("tip_diameter", localised(f"{document.tip_diameter:g}")),
+            ("tip_diameter_sigma", localised(f"{document.tip_diameter_sigma:g}")),
             ("tip_sigma", _words(document.tip_sigma)),
-            ("led_sigma", f"{document.led_sigma:g}"),
-            ("emission_half_angle_deg", f"{document.emission_half_angle_deg:g}"),
+            ("led_sigma", localised(f"{document.led_sigma:g}")),
+            ("emission_half_angle_deg", localised(f"{document.emission_half_angle_deg:g}")),
             ("rules", rules),
             ("strobe", strobe),
         ):
@@ -188,7 +191,7 @@ class DefinitionForm(QWidget):
 def number(text: str, what: str) -> float:
     """Return a number, with a point or a comma; raise InputError where it is none."""
     try:
-        value = float(text.strip().replace(",", "."))
+        value = float(plain_number(text))
     except ValueError:
         value = float("nan")
     if not -1e6 < value < 1e6:
@@ -242,4 +245,4 @@ def _frame(text: str) -> int:
 
 
 def _words(vector: Vector3) -> str:
-    return " ".join(f"{value:g}" for value in vector)
+    return " ".join(localised(f"{value:g}") for value in vector)

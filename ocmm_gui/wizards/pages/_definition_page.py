@@ -25,6 +25,7 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    NarrowButton,
     PathPanel,
     PlainLabel,
     SideProcess,
@@ -32,8 +33,10 @@ from ocmm_gui.kit import (
     later,
     led_name,
     literal,
+    localised,
     mark_colour,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -158,7 +161,7 @@ class DefinitionPage(QWidget):
         self._say(tr("GOOD"), Mark.GOOD, examined_words(found))
 
     def _show_refused(self, error: OcmmError) -> None:
-        self._say(tr("CANNOT BE USED"), Mark.BAD, f"{error.what} {error.remedy}")
+        self._say(tr("CANNOT BE USED"), Mark.BAD, said(f"{error.what} {error.remedy}"))
 
     def _say(self, word: str, mark: Mark, sentence: str) -> None:
         self._mark = mark
@@ -191,9 +194,13 @@ class DefinitionPage(QWidget):
             return
         old = {index: led.direction for index, led in enumerate(self._known_leds())}
         sigmas = np.sqrt(np.diag(np.array(record.covariance)))
-        self.form.fields["tip"].setText(" ".join(f"{value:.4f}" for value in record.tip_mm))
-        self.form.fields["tip_sigma"].setText(" ".join(f"{value:.4f}" for value in sigmas[-3:]))
-        self.form.fields["led_sigma"].setText(f"{float(sigmas[:-3].max()):.4f}")
+        self.form.fields["tip"].setText(
+            " ".join(localised(f"{value:.4f}") for value in record.tip_mm)
+        )
+        self.form.fields["tip_sigma"].setText(
+            " ".join(localised(f"{value:.4f}") for value in sigmas[-3:])
+        )
+        self.form.fields["led_sigma"].setText(localised(f"{float(sigmas[:-3].max()):.4f}"))
         forward = (0.0, -1.0, 0.0)
         self.leds.show_leds(
             [
@@ -224,7 +231,7 @@ class DefinitionPage(QWidget):
             self.left.emit()
 
     def _button(self, text: str, tip: str, keys: str, call: Callable[[], None]) -> QPushButton:
-        button = QPushButton(f"{text}\n[{keys}]")
+        button = NarrowButton(f"{text}\n[{keys}]")
         button.setAccessibleName(text)
         button.setAccessibleDescription(tip)
         button.setToolTip(literal(f"{tip} ({keys})"))

@@ -13,7 +13,17 @@ from ocmm_core.calibration.sweeping import PivotChange, PivotOutcome, led_paths
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
 from ocmm_gui.charts import SpotResiduals, TipCourse, Trail, TrailPlot
-from ocmm_gui.kit import Mark, NumberTable, later, led_name, sentence_label, tr, tr_all
+from ocmm_gui.kit import (
+    Mark,
+    NumberTable,
+    day_words,
+    later,
+    led_name,
+    localised,
+    sentence_label,
+    tr,
+    tr_all,
+)
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _TIP = (
@@ -143,8 +153,8 @@ class PivotResultPage(ResultFrame):
                 ),
             ),
             (tr("Turned"), "{:.0f}°, {:.0f}°, {:.0f}°".format(*np.degrees(first.coverage.ranges))),
-            (tr("Residuals"), f"{first.rms_px:.4f} px RMS"),
-            (tr("chi² / dof"), f"{first.chi2 / max(first.dof, 1):.3f}"),
+            (tr("Residuals"), localised(f"{first.rms_px:.4f} px RMS")),
+            (tr("chi² / dof"), localised(f"{first.chi2 / max(first.dof, 1):.3f}")),
         ]
         if np.isfinite(validation.articulation_2s):
             facts.append((tr("Articulation"), f"2s {_um(validation.articulation_2s)}"))
@@ -158,12 +168,12 @@ def _tip_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
     return [
         (
             tr("tip {axis}").format(axis="XYZ"[axis]),
-            f"{first.tip_probe[axis]:.4f}",
-            f"{1e3 * sigma[axis]:.1f}",
-            f"{1e3 * validation.tip_difference[axis]:+.1f}",
-            f"{1e3 * validation.tip_difference_sigma[axis]:.1f}",
-            f"{1e3 * thesis[axis]:+.1f}",
-            "–" if change is None else f"{1e3 * change.tip_difference[axis]:+.1f}",
+            localised(f"{first.tip_probe[axis]:.4f}"),
+            localised(f"{1e3 * sigma[axis]:.1f}"),
+            localised(f"{1e3 * validation.tip_difference[axis]:+.1f}"),
+            localised(f"{1e3 * validation.tip_difference_sigma[axis]:.1f}"),
+            localised(f"{1e3 * thesis[axis]:+.1f}"),
+            "–" if change is None else localised(f"{1e3 * change.tip_difference[axis]:+.1f}"),
         )
         for axis in range(3)
     ]
@@ -176,9 +186,9 @@ def _led_rows(outcome: PivotOutcome) -> list[tuple[str, ...]]:
     return [
         (
             led_name(led),
-            *(f"{value:.3f}" for value in place),
-            f"{1e3 * second[led]:.1f}",
-            "–" if moved is None else f"{1e3 * moved[led]:.1f}",
+            *(localised(f"{value:.3f}") for value in place),
+            localised(f"{1e3 * second[led]:.1f}"),
+            "–" if moved is None else localised(f"{1e3 * moved[led]:.1f}"),
         )
         for led, place in enumerate(leds)
     ]
@@ -189,9 +199,9 @@ def _change_words(change: PivotChange | None) -> str:
         return tr("First calibration of this tip: nothing to compare with.")
     when = datetime.fromisoformat(change.previous.made_utc).astimezone()
     return tr(
-        "Since the calibration of {when:%Y-%m-%d} the tip moved by "
+        "Since the calibration of {when} the tip moved by "
         "{tip_distance:.4f} mm and the LEDs by {led_rms:.4f} mm (RMS)."
-    ).format(when=when, tip_distance=change.tip_distance, led_rms=change.led_rms)
+    ).format(when=day_words(when), tip_distance=change.tip_distance, led_rms=change.led_rms)
 
 
 def _length(vector: Float) -> float:
@@ -199,4 +209,4 @@ def _length(vector: Float) -> float:
 
 
 def _um(value_mm: float) -> str:
-    return f"{1e3 * value_mm:.1f} µm"
+    return localised(f"{1e3 * value_mm:.1f} µm")

@@ -20,6 +20,7 @@ from ocmm_gui.kit import (
     Painted,
     fitted,
     later,
+    localised,
     paint_mark,
     text_font,
     tr,
@@ -270,7 +271,7 @@ def show_prediction(score: Score, view: RelocationView) -> None:
     note = tr("of {length_mm:.0f} mm (k = 1); {limit:.1f} µm is enough").format(
         length_mm=view.length_mm, limit=1e3 * limit
     )
-    score.show_score(f"{1e3 * sigma:.1f} µm", note, share)
+    score.show_score(localised(f"{1e3 * sigma:.1f} µm"), note, share)
 
 
 def example_places(volume_world: Float, wanted: int, taken: int) -> tuple[BarPlace, ...]:

@@ -11,7 +11,7 @@ from ocmm_core.calibration.guided import CalibrationComparison, CalibrationOutco
 from ocmm_core.calibration.records import Finding
 from ocmm_core.camera import N_PARAMETERS, PARAMETERS, Rig
 from ocmm_gui.charts import AllSensors, ResidualHistogram, SpaceArrows
-from ocmm_gui.kit import Mark, NumberTable, later, sentence_label, tr, tr_all
+from ocmm_gui.kit import Mark, NumberTable, later, localised, sentence_label, tr, tr_all
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
 _CHANGES = (
@@ -119,14 +119,17 @@ class ResultPage(ResultFrame):
         variance = np.diag(outcome.rig.parameter_covariance)[focal::N_PARAMETERS]
         left_out = ", ".join(record.outliers[:4]) + (" …" if len(record.outliers) > 4 else "")
         facts = [
-            (tr("Residuals"), f"{record.rms_px:.4f} px RMS"),
-            (tr("chi² / dof"), f"{record.chi2_per_dof:.3f}"),
+            (tr("Residuals"), localised(f"{record.rms_px:.4f} px RMS")),
+            (tr("chi² / dof"), localised(f"{record.chi2_per_dof:.3f}")),
             (tr("Used"), tr("%n positions", "", record.points)),
             (
                 tr("Left out"),
                 f"{len(record.outliers)}  {left_out}" if record.outliers else tr("none"),
             ),
-            (tr("Focal length"), f"± {1e3 * float(np.sqrt(variance.max())):.2f} µm (k = 1)"),
+            (
+                tr("Focal length"),
+                localised(f"± {1e3 * float(np.sqrt(variance.max())):.2f} µm (k = 1)"),
+            ),
         ]
         if len(outcome.errors_world):
             rms = 1e3 * np.sqrt(np.mean(outcome.errors_world**2, axis=0))
@@ -147,13 +150,13 @@ class ResultPage(ResultFrame):
 def _change_words(one: CameraChange) -> tuple[str, ...]:
     return (
         one.name,
-        f"{one.shift_mm:.4f}",
-        f"{1e3 * one.turn_rad:.4f}",
-        f"{one.focal_mm:+.5f}",
-        f"{one.u0_px:+.3f}",
-        f"{one.v0_px:+.3f}",
+        localised(f"{one.shift_mm:.4f}"),
+        localised(f"{1e3 * one.turn_rad:.4f}"),
+        localised(f"{one.focal_mm:+.5f}"),
+        localised(f"{one.u0_px:+.3f}"),
+        localised(f"{one.v0_px:+.3f}"),
     )
 
 
 def _um(value_mm: float) -> str:
-    return f"{1e3 * value_mm:.1f} µm"
+    return localised(f"{1e3 * value_mm:.1f} µm")

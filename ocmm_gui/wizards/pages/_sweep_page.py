@@ -15,7 +15,7 @@ from ocmm_core.calibration.sweeping import (
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Points3
 from ocmm_gui.charts import Bars, Mapped, Row
-from ocmm_gui.kit import Mark, Sound, later, tr, tr_all
+from ocmm_gui.kit import Mark, Sound, later, localised, said, tr, tr_all
 from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
 
 _TURNS = (later("Leaning"), later("Leaning the other way"), later("Turning the handle"))
@@ -70,7 +70,7 @@ class SweepPage(HandsPage):
         wanted, sigma = sweep.tip_sigma_wanted_mm, sweep.tip_sigma_mm
         known = bool(np.isfinite(sigma)) and sigma > 0.0
         self.sigma.show_score(
-            f"{1e3 * sigma:.1f} µm" if known else "–",
+            localised(f"{1e3 * sigma:.1f} µm") if known else "–",
             tr("(k = 1); {wanted:.0f} µm is enough").format(wanted=1e3 * wanted)
             if known
             else tr("too early to tell"),
@@ -123,7 +123,7 @@ class FirstConePage(HandsPage):
         if step.gate.open:
             self.banner.tell(Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0))
         else:
-            hint = view.base.live.hint or step.instruction
+            hint = said(view.base.live.hint or step.instruction)
             self.banner.tell(Told(tr("BACK INTO THE FIRST CONE"), hint, Mark.DOUBT))
         share = 1.0 if step.gate.open else 0.0
         self.visits.show_score(f"{step.done} / {step.wanted}", tr("held as at the start"), share)
@@ -131,7 +131,7 @@ class FirstConePage(HandsPage):
 
 def told_of(view: PivotView, sweep: SweepView) -> Told:
     """Return what the banner says of a sweep."""
-    hint = view.base.live.hint
+    hint = said(view.base.live.hint)
     if sweep.phase is SweepPhase.COUNTDOWN:
         seconds = max(view.countdown_s or 0.0, 0.0)
         share = 1.0 - seconds / COUNTDOWN_S

@@ -15,7 +15,17 @@ from ocmm_core.calibration.tip import TipCheckOutcome, TipOutcome
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3
 from ocmm_gui.charts import ErrorChart, Plot
-from ocmm_gui.kit import Mark, NumberTable, digit_font, later, text_font, tr, tr_all
+from ocmm_gui.kit import (
+    Mark,
+    NumberTable,
+    day_words,
+    digit_font,
+    later,
+    localised,
+    text_font,
+    tr,
+    tr_all,
+)
 from ocmm_gui.wizards.pages._touch_pages import TipScatter
 from ocmm_gui.wizards.parts import ResultFrame, Said
 
@@ -55,9 +65,9 @@ class ChecksView(QWidget):
             [
                 (
                     one.name,
-                    f"{1e3 * one.error_mm:+.1f}",
-                    f"{1e3 * one.expanded_mm:.1f}" if one.expanded_mm else "–",
-                    f"± {1e3 * one.limit_mm:.1f}",
+                    localised(f"{1e3 * one.error_mm:+.1f}"),
+                    localised(f"{1e3 * one.expanded_mm:.1f}") if one.expanded_mm else "–",
+                    localised(f"± {1e3 * one.limit_mm:.1f}"),
                 )
                 for one in checks
             ]
@@ -166,16 +176,16 @@ class TipResultPage(ResultFrame):
         self.cone.show_off(outcome.cone_off_world, float("nan"))
         self.compared.show_rows(_compared(record, outcome.previous))
         facts = [
-            (tr("Diameter"), f"{record.diameter_mm:.4f} mm"),
-            ("", f"± {1e3 * record.diameter_sigma_mm:.1f} µm (k = 1)"),
+            (tr("Diameter"), localised(f"{record.diameter_mm:.4f} mm")),
+            ("", localised(f"± {1e3 * record.diameter_sigma_mm:.1f} µm (k = 1)")),
             (
                 tr("Form"),
                 tr("{form_mm:.1f} µm, {points} points").format(
                     form_mm=1e3 * record.form_mm, points=record.points
                 ),
             ),
-            (tr("In the cone"), f"2s {1e3 * record.articulation_2s_mm:.1f} µm"),
-            (tr("Largest"), f"{1e3 * record.articulation_max_mm:.1f} µm"),
+            (tr("In the cone"), localised(f"2s {1e3 * record.articulation_2s_mm:.1f} µm")),
+            (tr("Largest"), localised(f"{1e3 * record.articulation_max_mm:.1f} µm")),
             (tr("Valid until"), _day(record.valid_until_utc)),
             (tr("Artefacts"), _artefacts(record)),
         ]
@@ -248,4 +258,4 @@ def _artefacts(record: TipRecord | TipCheckRecord) -> str:
 
 
 def _day(utc: str) -> str:
-    return f"{datetime.fromisoformat(utc).astimezone():%Y-%m-%d}"
+    return day_words(datetime.fromisoformat(utc).astimezone())

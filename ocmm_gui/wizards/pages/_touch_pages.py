@@ -10,7 +10,7 @@ from ocmm_core.calibration.tip import ConeProgress, Phase, SphereProgress, Touch
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float, Points3, unit
 from ocmm_gui.charts import Bars, Mapped, Plot, Row
-from ocmm_gui.kit import Mark, digit_font, text_font, tr
+from ocmm_gui.kit import Mark, digit_font, localised, said, text_font, tr
 from ocmm_gui.views import upright
 from ocmm_gui.wizards.parts import HandsPage, Score, Seen, Told
 
@@ -46,7 +46,7 @@ class SpherePage(HandsPage):
         sigma, limit = sphere.diameter_sigma_mm, sphere.diameter_sigma_limit_mm
         known = bool(np.isfinite(sigma)) and sigma > 0.0
         self.ball.show_score(
-            f"{sphere.diameter_mm:.4f} mm" if np.isfinite(sphere.diameter_mm) else "–",
+            localised(f"{sphere.diameter_mm:.4f} mm") if np.isfinite(sphere.diameter_mm) else "–",
             tr("{nominal_mm:.4f} expected").format(nominal_mm=view.nominal_mm),
             min(limit / sigma, 1.0) if known else 0.0,
         )
@@ -57,12 +57,16 @@ class SpherePage(HandsPage):
             Row(tr("Places"), f"{touched} / {places}", touched / max(places, 1)),
             Row(
                 tr("Uncertainty of the diameter"),
-                f"{1e3 * sigma:.1f} / {1e3 * limit:.1f} µm" if known else "–",
+                localised(f"{1e3 * sigma:.1f} / {1e3 * limit:.1f} µm") if known else "–",
                 min(limit / sigma, 1.0) if known else 0.0,
             ),
         ]
         if np.isfinite(end) and sphere.missing and end > 0.0:
-            rows.append(Row(tr("… with all places"), f"{1e3 * end:.1f} µm", min(limit / end, 1.0)))
+            rows.append(
+                Row(
+                    tr("… with all places"), localised(f"{1e3 * end:.1f} µm"), min(limit / end, 1.0)
+                )
+            )
         self.bars.show_rows(rows)
 
 
@@ -96,7 +100,7 @@ class ConePage(HandsPage):
         spread, limit = cone.spread_2s_mm, cone.spread_limit_mm
         known = bool(np.isfinite(spread)) and bool(np.isfinite(limit))
         self.spread.show_score(
-            f"{1e3 * spread:.1f} µm" if known else "–",
+            localised(f"{1e3 * spread:.1f} µm") if known else "–",
             tr("at most {limit:.1f} µm").format(limit=1e3 * limit)
             if known
             else tr("after two attitudes"),
@@ -184,7 +188,7 @@ class TipScatter(Plot):
 
 def told_of(view: TouchView, word: str, where: str, *, automatic: bool) -> Told:
     """Return what the banner says while one observation is awaited: ``word`` until it is near."""
-    countdown, hint = view.countdown, view.base.live.hint
+    countdown, hint = view.countdown, said(view.base.live.hint)
     if not where:
         return Told(tr("COMPLETE"), tr("Nothing is missing."), Mark.GOOD, 1.0)
     if countdown.phase is Phase.RESTING:

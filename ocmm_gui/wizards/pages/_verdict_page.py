@@ -17,7 +17,9 @@ from ocmm_gui.kit import (
     FitText,
     Mark,
     Theme,
+    localised,
     panel,
+    said,
     sentence_label,
     session_of,
     tr,
@@ -105,15 +107,17 @@ class VerdictPage(StepPage):
                     (tr("Worst"), worst.name),
                     (
                         tr("Error"),
-                        f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm",
+                        localised(
+                            f"{1e3 * worst.error_mm:+.1f} ± {1e3 * worst.expanded_mm:.1f} µm"
+                        ),
                     ),
-                    (tr("Limit"), f"± {1e3 * worst.limit_mm:.1f} µm"),
+                    (tr("Limit"), localised(f"± {1e3 * worst.limit_mm:.1f} µm")),
                     *session_of(record),
                     (tr("Artefacts"), artefacts),
                     (tr("Rule"), record.rule),
                 )
             )
-            told = [f"▲ {one.what} {one.remedy}" for one in view.outcome.warnings]
+            told = [f"▲ {said(one.what)} {said(one.remedy)}" for one in view.outcome.warnings]
             told += [tr("First: {error}").format(error=_error(one)) for one in record.superseded]
             self.warnings.setText("\n".join(told))
         self._show_word()
@@ -135,7 +139,7 @@ class VerdictPage(StepPage):
         error, outcome = view.base.error, view.outcome
         if error is not None:
             self._word.show_text(tr("NO VERDICT"), theme.bad, Mark.BAD)
-            text = f"{error.what} {error.remedy}"
+            text = said(f"{error.what} {error.remedy}")
         elif outcome is None:
             self._word.show_text(tr("NOT CALCULATED"), theme.muted, Mark.OPEN)
             text = tr("Press R to calculate.")
@@ -145,8 +149,8 @@ class VerdictPage(StepPage):
         elif outcome.record.objections:
             self._word.show_text(tr("FAILED"), theme.bad, Mark.BAD)
             objections = outcome.record.objections
-            remedies = dict.fromkeys(one.remedy for one in objections)
-            text = "\n".join((*(one.what for one in objections), *remedies))
+            remedies = dict.fromkeys(said(one.remedy) for one in objections)
+            text = "\n".join((*(said(one.what) for one in objections), *remedies))
         elif outcome.record.superseded:
             self._word.show_text(tr("FAILED"), theme.bad, Mark.BAD)
             text = tr(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ocmm_core.calibration.guided import ProcedureDecision, ProcedureView
-from ocmm_gui.kit import Mark, tr
+from ocmm_gui.kit import Mark, said, tr
 from ocmm_gui.wizards.parts._shown import Seen
 
 
@@ -31,13 +31,13 @@ def gate_words(seen: Seen, accepted: str, *, going_on: bool) -> tuple[str, Mark]
             return tr("No result to accept; see the reason and remedy above."), Mark.DOUBT
         if seen.view.outcome is None:
             return tr("Nothing to accept yet: calculate the result first."), Mark.DOUBT
-        return gate.remedy, Mark.ACTIVE
+        return said(gate.remedy), Mark.ACTIVE
     if gate.open:
         return tr("Complete: continuing.") if going_on else tr(
             "Next is ready: press Return."
         ), Mark.GOOD
     return tr("Next is locked: {reason} {remedy}").format(
-        reason=gate.reason, remedy=gate.remedy
+        reason=said(gate.reason), remedy=said(gate.remedy)
     ), Mark.DOUBT
 
 

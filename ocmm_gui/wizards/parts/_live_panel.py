@@ -21,6 +21,7 @@ from ocmm_gui.kit import (
     Theme,
     digit_font,
     fitted,
+    said,
     text_font,
     tr,
 )
@@ -231,7 +232,7 @@ class LivePanel(QFrame):
             text = tr("Taken automatically.") if self._automatic else tr("Press Space to take it.")
         else:
             self._word.show_text(tr("WAIT"), theme.warn, Mark.DOUBT)
-            text = live.hint
+            text = said(live.hint)
             if live.frames < live.wanted and np.isfinite(live.motion_px):
                 text = tr("{text} {frames} of {wanted} frames.").format(
                     text=text, frames=live.frames, wanted=live.wanted

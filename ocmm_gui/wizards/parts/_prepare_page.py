@@ -10,7 +10,7 @@ from PySide6.QtWidgets import QVBoxLayout
 
 from ocmm_core.calibration.guided import KnownPointsView, ProcedureView, VerificationView
 from ocmm_core.camera import Rig
-from ocmm_gui.kit import panel, sentence_label, tr
+from ocmm_gui.kit import panel, said_word, sentence_label, time_words, tr
 from ocmm_gui.wizards.parts._facts import Facts
 from ocmm_gui.wizards.parts._pages import SIDE_PX, StepPage, beside
 from ocmm_gui.wizards.parts._picture import (
@@ -88,9 +88,9 @@ def session_facts(base: ProcedureView) -> list[tuple[str, str]]:
     return [
         (tr("Rig"), base.rig),
         (tr("Done by"), base.who),
-        (tr("Begun"), f"{begun:%Y-%m-%d %H:%M}"),
+        (tr("Begun"), time_words(begun)),
         *(
-            (step.title, tr("{wanted} wanted").format(wanted=step.wanted))
+            (said_word(step.title), tr("{wanted} wanted").format(wanted=step.wanted))
             for step in base.steps
             if step.wanted
         ),

@@ -9,7 +9,6 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QButtonGroup,
     QHBoxLayout,
-    QPushButton,
     QSizePolicy,
     QStackedWidget,
     QVBoxLayout,
@@ -22,10 +21,12 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    NarrowButton,
     PlainLabel,
     Theme,
     mark_colour,
     panel,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -64,7 +65,7 @@ class PlotTabs(QWidget):
         tabs = QHBoxLayout()
         tabs.setSpacing(6)
         for number, (title, view) in enumerate(plots, start=1):
-            button = QPushButton(f"{title}  [{number}]")
+            button = NarrowButton(f"{title}  [{number}]")
             button.setAccessibleName(title)
             button.setFont(text_font(14, bold=True))
             button.setProperty("role", "tool")
@@ -196,7 +197,7 @@ class ResultFrame(StepPage):
                 tr("Window and session stay as they are; C cancels the calculation."),
             )
         if error is not None:
-            return Said(tr("NO RESULT"), Mark.BAD, f"{error.what} {error.remedy}")
+            return Said(tr("NO RESULT"), Mark.BAD, said(f"{error.what} {error.remedy}"))
         if self._shown is None:
             return Said(tr("NOT CALCULATED"), Mark.OPEN, tr("Press R to calculate."))
         return self.judge(self._shown)
@@ -210,4 +211,6 @@ class ResultFrame(StepPage):
         if outcome is not None:
             facts, findings = self.fill(outcome)
         self.facts.show_facts(facts)
-        self.warnings.setText("\n".join(f"▲ {one.what} {one.remedy}" for one in findings))
+        self.warnings.setText(
+            "\n".join(f"▲ {said(one.what)} {said(one.remedy)}" for one in findings)
+        )

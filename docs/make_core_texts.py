@@ -1,0 +1,161 @@
+"""Collect the sentences of the core for translation, and say what the languages lack.
+
+``python -m docs.make_core_texts`` reads the sources and writes ``resources/i18n/core.json``: every
+sentence that the core can say to a person, with names in braces for what is filled in, and the
+codes of the errors that say it. It renews ``core_de.json``, empty where a sentence is new, and
+lists what is to be done there (decision 92).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import string
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from docs.core_sentences import Reader
+from ocmm_core.wording import LANGUAGES
+
+ROOT = Path(__file__).resolve().parents[1]
+TEXTS = ROOT / "resources" / "i18n"
+
+ROOMS = ("ocmm_core", "ocmm_gui/reports")
+"""All that is said there is collected."""
+ERRORS_ONLY = ("ocmm_gui", "ocmm_core/cli", "ocmm_core/simulation")
+"""Only what is raised with a code: sentences of the window have `tr`, help stays English."""
+LEFT_OUT = (
+    # Words that other programs read.
+    "ocmm_core/export/qif", "ocmm_core/export/aqdef", "ocmm_core/export/certificate/_dcc.py",
+    "ocmm_core/export/report/_json_schema.py", "ocmm_core/export/report/_polyworks.py",
+    "ocmm_core/inspection/pmi/_",
+    # For whoever builds a camera: the rules of a conforming one, by the words of the ETG.
+    "ocmm_core/fieldbus/conform",
+    # Documents of the cameras, in English as the ETG wants them.
+    "ocmm_core/fieldbus/device",
+    # The report on a camera, for its maker, in the words of that page.
+    "ocmm_core/fieldbus/conform",
+    # Names of functions, of files, and patterns.
+    "ocmm_core/composition/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
+)  # fmt: skip
+
+COMPOSED = (
+    # What is joined from words at run time.
+    "{count:n} of {total:n} {verdict:k}", "{count:n} {verdict:k}",
+    "{count:n} {verdict:k}, {count_2:n} {verdict_2:k}",
+    "{count:n} {verdict:k}, {count_2:n} {verdict_2:k}, {count_3:n} {verdict_3:k}",
+    "NOT CONFORM: {names}", "NOT PROVEN: {names}", "INCOMPLETE: {names}", "NOT MEASURED: {names}",
+)  # fmt: skip
+
+WORD_FILES = re.compile(
+    r"_steps|_procedure_\w+|_guided_view|settings/_specs|_facts|_paper_facts|_report_data|_head"
+    r"|_tables|_recall_messages|_causes|_registry|_station_state|_gauge_rr|_linearity|_in_use"
+    r"|_model_frame|_job_messages|_usable|certificate/_content|_contributions|_evaluating|_kinds"
+)
+"""Where a single word is a heading or the title of a step."""
+
+
+@dataclass(frozen=True, slots=True)
+class Texts:
+    """What the core can say to a person, in English.
+
+    Attributes
+    ----------
+    sentences
+        Each with the codes of the errors that say it.
+    words
+        Members of enumerations, names of kinds and shapes; they are filled into sentences.
+    """
+
+    sentences: dict[str, list[str]]
+    words: list[str]
+
+
+def collect(root: Path = ROOT) -> Texts:
+    """Read the sources."""
+    found: dict[str, set[str]] = {sentence: set() for sentence in COMPOSED}
+    words: set[str] = set()
+    for path in sorted(p for room in (ROOMS[0], "ocmm_gui") for p in (root / room).rglob("*.py")):
+        name = path.relative_to(root).as_posix()
+        if name.startswith(LEFT_OUT):
+            continue
+        all_of_it = name.startswith(ROOMS[1]) or not name.startswith(ERRORS_ONLY)
+        reader = Reader(path.read_text(encoding="utf-8"))
+        for sentence, code in reader.sentences(all_of_it=all_of_it):
+            codes = found.setdefault(sentence, set())
+            if code:
+                codes.add(code)
+        if name.startswith(ROOMS[0]) and not name.startswith(ERRORS_ONLY):
+            words.update(reader.words(single=bool(WORD_FILES.search(name))))
+    return Texts({sentence: sorted(found[sentence]) for sentence in sorted(found)}, sorted(words))
+
+
+def faults(texts: Texts, shown: Shown) -> list[str]:
+    """Return what is wrong with the catalogue of a language, one line each."""
+    found = [f"not translated: {one!r}" for one in texts.sentences if not shown.sentences.get(one)]
+    found += [f"nobody says: {one!r}" for one in shown.sentences if one not in texts.sentences]
+    for said, told in shown.sentences.items():
+        try:
+            if told and fields(said) != fields(told):
+                found.append(f"other names than {said!r}: {told!r}")
+        except ValueError:
+            found.append(f"braces that do not close: {told!r}")
+    found += [f"no such word: {one!r}" for one in texts.words if not shown.words.get(one)]
+    return found
+
+
+def fields(sentence: str) -> frozenset[str]:
+    """Return the names in a sentence."""
+    return frozenset(name for _, name, *_ in string.Formatter().parse(sentence) if name is not None)
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """The catalogue of a language: English to translated."""
+
+    sentences: dict[str, str]
+    words: dict[str, str]
+
+
+def load_shown(language: str) -> Shown:
+    """Return the catalogue of a language as it is stored."""
+    path = TEXTS / f"core_{language}.json"
+    stored = json.loads(path.read_text(encoding="utf-8"))
+    return Shown(stored["sentences"], stored["words"])
+
+
+def renewed(texts: Texts, shown: Shown) -> Shown:
+    """Return a catalogue with all that is said, empty where new, without what nobody says."""
+    # Words also hold what the system says, such as "Permission denied": they stay.
+    words = {one: shown.words.get(one, "") for one in {*texts.words, *shown.words}}
+    return Shown(
+        {one: shown.sentences.get(one, "") for one in texts.sentences},
+        {one: words[one] for one in sorted(words)},
+    )
+
+
+def catalogue(sentences: object, words: object) -> str:
+    """Return a catalogue as it is stored: one line a sentence, so that changes can be read."""
+    stored = {"sentences": sentences, "words": words}
+    return json.dumps(stored, ensure_ascii=False, indent=0) + "\n"
+
+
+def main() -> None:
+    """Renew the catalogues; the end is 1 where a language lacks something."""
+    texts = collect()
+    (TEXTS / "core.json").write_text(catalogue(texts.sentences, texts.words), encoding="utf-8")
+    sys.stdout.write(f"{len(texts.sentences)} sentences, {len(texts.words)} words\n")
+    left = 0
+    for language in LANGUAGES[1:]:
+        shown = renewed(texts, load_shown(language))
+        path = TEXTS / f"core_{language}.json"
+        path.write_text(catalogue(shown.sentences, shown.words), encoding="utf-8")
+        told = faults(texts, shown)
+        left += len(told)
+        sys.stdout.write("".join(f"{path.name}: {line}\n" for line in told))
+    sys.exit(1 if left else 0)
+
+
+if __name__ == "__main__":
+    main()

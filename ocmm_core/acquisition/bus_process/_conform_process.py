@@ -1,0 +1,106 @@
+"""The conformance test of a camera in a process of its own, which has the rights that this needs.
+
+It reads one line of JSON from standard input and writes lines of JSON: how far it is, and at the
+end the report. The bus must not be in operation.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.acquisition.bus_process._errand import run_errand
+from ocmm_core.acquisition.bus_process._launch import bus_command
+from ocmm_core.documents import read_bytes
+from ocmm_core.errors import InputError
+from ocmm_core.fieldbus.conform import ConformanceReport, WireLine, conform, find_place
+from ocmm_core.fieldbus.wire import RawLine, check_interface
+
+_MODULE = "ocmm_core.acquisition.bus_process._conform_process"
+
+
+class ConformConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Which camera to test.
+
+    Attributes
+    ----------
+    interface, force
+        As in `ScanConfig`.
+    serial
+        Of the camera; 0: the only one there.
+    firmware
+        File that its maker signed; empty: none.
+    """
+
+    interface: str
+    force: bool = False
+    serial: int = 0
+    firmware: str = ""
+
+    def to_json(self) -> bytes:
+        """Return the configuration as one line of JSON."""
+        return msgspec.json.encode(self) + b"\n"
+
+
+class ConformNews(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """How far it is, or what was found.
+
+    Attributes
+    ----------
+    done, total
+        Rules.
+    title
+        Of the rule that is tried.
+    report
+        At the end; None before.
+    """
+
+    done: int = 0
+    total: int = 0
+    title: str = ""
+    report: ConformanceReport | None = None
+
+
+def conform_command() -> list[str]:
+    """Return the command that does it, with the interpreter of the bus process."""
+    return [*bus_command()[:-1], _MODULE]
+
+
+def main() -> None:
+    """Do it; see the module."""
+    run_errand(_run, "The conformance test")
+
+
+def _run(content: bytes) -> None:
+    try:
+        config = msgspec.json.decode(content, type=ConformConfig)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise InputError(
+            "bus.conform", f"Invalid request: {error}.", "Use the command 'ocmm camera conform'."
+        ) from error
+    image = read_bytes(Path(config.firmware)) if config.firmware else b""
+    check_interface(config.interface, force=config.force)
+    raw = RawLine(config.interface)
+    try:
+        line = WireLine(raw)
+        place = find_place(line, config.serial)
+        report = conform(
+            line,
+            place,
+            firmware=image,
+            told=lambda done, total, title: _say(ConformNews(done=done, total=total, title=title)),
+        )
+    finally:
+        raw.close()
+    _say(ConformNews(report=report))
+
+
+def _say(news: ConformNews) -> None:
+    sys.stdout.buffer.write(msgspec.json.encode(news) + b"\n")
+    sys.stdout.buffer.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,379 @@
+"""What the archive keeps of a job: its rows, and what must hold before one is stored.
+
+A row may come from anywhere: a station of another version, a damaged outbox, somebody who means
+harm. Nothing is stored of what does not hold, by either store.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from datetime import UTC, datetime
+from typing import Literal
+
+import msgspec
+
+from ocmm_core.errors import InputError
+
+JobState = Literal["finished", "paused", "open"]
+STATES: tuple[JobState, ...] = ("finished", "paused", "open")
+UseKind = Literal["calibration", "tip", "probe", "artefact", "rig", "plan", "reference"]
+USES: tuple[UseKind, ...] = (
+    "calibration", "tip", "probe", "artefact", "rig", "plan", "reference",
+)  # fmt: skip
+VERDICTS = ("CONFORM", "NOT CONFORM", "NOT PROVEN", "NOT MEASURED", "PROVISIONAL")
+PART_VERDICTS = (
+    "PART CONFORMS", "PART DOES NOT CONFORM", "NOT PROVEN", "NOT COMPLETE", "NO TOLERANCE",
+)  # fmt: skip
+
+LONGEST_NAME = 300
+LONGEST_SENTENCE = 3000
+MOST_RESULTS = 20_000
+LARGEST_CONTENT = 256 << 20
+"""Bytes of a job file that is archived; one of 100,000 points has less."""
+
+_HEX64 = re.compile(r"[0-9a-f]{64}")
+_UUID = re.compile(r"[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}")
+
+
+class ResultRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One characteristic of one job.
+
+    Attributes
+    ----------
+    position
+        In the plan, from 0.
+    characteristic, kind
+        As in the plan.
+    unit
+        Of all numbers here: mm or deg.
+    nominal, low, high
+        Limits of the value; None where there is none.
+    value, uncertainty
+        As they may be reported, U (95 %); None where there is no trustworthy value.
+    verdict
+        One of `VERDICTS`.
+    why_not
+        Why the value counts in no statistic; empty where it does.
+    """
+
+    position: int
+    characteristic: str
+    kind: str
+    unit: str
+    nominal: float
+    low: float | None
+    high: float | None
+    value: float | None
+    uncertainty: float | None
+    verdict: str
+    why_not: str
+
+
+class UseRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Something that a job was measured with.
+
+    Attributes
+    ----------
+    kind
+        What it is.
+    identity
+        SHA-256 of its record or document; the serial number of an artefact.
+    name
+        What people call it.
+    """
+
+    kind: UseKind
+    identity: str
+    name: str
+
+
+class JobRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One job as it stood when it was handed over.
+
+    Attributes
+    ----------
+    job_uuid, steps, head
+        Which job, how many rows its audit has, and the hash of the last one.
+    sha256, size
+        Of the file.
+    station
+        Where it was measured.
+    state
+        Finished, paused, or left open.
+    part, serial, order_name, batch, operator
+        As entered.
+    plan, plan_sha256
+        Name of the plan, and hash of its document.
+    program
+        Version that made the file.
+    created_utc, changed_utc
+        Begun, and what happened last, ISO 8601 text in UTC.
+    rig, calibration
+        Name of the rig, and hash of its record; the latter is empty where it was not calibrated.
+    probe, tip
+        Names; that of the tip is empty where no record names it.
+    part_c, probe_c
+        Temperatures, °C; None where nobody gave them.
+    verdict
+        On the part, one of `PART_VERDICTS`.
+    complete, simulated
+        Everything was measured; it came from a virtual rig.
+    points
+        That count.
+    seal, signer
+        What is said of the signature of its head, and fingerprint of the key.
+    fault
+        Why nothing of it counts; empty where nothing speaks against the file.
+    """
+
+    job_uuid: str
+    steps: int
+    head: str
+    sha256: str
+    size: int
+    station: str
+    state: JobState
+    part: str
+    serial: str
+    order_name: str
+    batch: str
+    operator: str
+    plan: str
+    plan_sha256: str
+    program: str
+    created_utc: str
+    changed_utc: str
+    rig: str
+    calibration: str
+    probe: str
+    tip: str
+    part_c: float | None
+    probe_c: float | None
+    verdict: str
+    complete: bool
+    simulated: bool
+    points: int
+    seal: str
+    signer: str
+    fault: str
+
+
+class JobRecord(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Everything that the archive keeps of a job beside its file."""
+
+    job: JobRow
+    results: tuple[ResultRow, ...]
+    uses: tuple[UseRow, ...]
+
+
+class Sender(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Who hands over.
+
+    Attributes
+    ----------
+    outbox
+        Identity of the outbox.
+    station
+        Name of the station.
+    machine
+        Identity of the computer, so that two of one name are told apart; empty where jobs are
+        taken from their files.
+    host, user
+        Names, for people.
+    """
+
+    outbox: str
+    station: str
+    machine: str
+    host: str
+    user: str
+
+
+class Delivery(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """One thing that is handed over.
+
+    Attributes
+    ----------
+    sender
+        By whom.
+    sequence
+        Number in that outbox, from 1; never used twice.
+    sent_utc
+        By the clock of the sender.
+    record, content
+        The rows, and the bytes of the job file.
+    """
+
+    sender: Sender
+    sequence: int
+    sent_utc: str
+    record: JobRecord
+    content: bytes
+
+
+class MarkRow(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Something that became known of an archived job; the latest of a kind holds.
+
+    Attributes
+    ----------
+    job_uuid
+        Of which job.
+    kind
+        ``altered``, ``recall`` or ``quality``.
+    holds
+        The job counts in no statistic, and stations hold it back.
+    why, who
+        A sentence, and a name.
+    utc
+        When, ISO 8601 text.
+    finding
+        Number of the document that it rests on; 0 for none.
+    """
+
+    job_uuid: str
+    kind: str
+    holds: bool
+    why: str
+    who: str
+    utc: str
+    finding: int = 0
+
+
+def utc_text(text: str) -> str:
+    """Return a time in UTC as the archive sorts it; InputError where it is none."""
+    try:
+        found = datetime.fromisoformat(text)
+        if found.tzinfo is None:
+            found = found.replace(tzinfo=UTC)
+        return found.astimezone(UTC).isoformat(timespec="milliseconds")
+    except (ValueError, OverflowError, TypeError):
+        raise _bad("time", text, "is no time of ISO 8601") from None
+
+
+def check_delivery(delivery: Delivery) -> None:
+    """Raise InputError where something that is handed over cannot be kept as it is."""
+    check_sender(delivery.sender)
+    _whole("sequence", delivery.sequence, 1, 1 << 53)
+    utc_text(delivery.sent_utc)
+    if len(delivery.content) > LARGEST_CONTENT:
+        raise _bad(
+            "file", f"{len(delivery.content) >> 20} MB", f"is above {LARGEST_CONTENT >> 20} MB"
+        )
+    check_record(delivery.record)
+    if delivery.record.job.size != len(delivery.content):
+        raise _bad("size", delivery.record.job.size, f"is not {len(delivery.content)}")
+    if delivery.record.job.station != delivery.sender.station:
+        raise _bad("station", delivery.record.job.station, "is not the one that hands over")
+
+
+def check_sender(sender: Sender) -> None:
+    """Raise InputError where the names of a sender cannot be kept."""
+    for field in ("station", "machine", "host", "user"):
+        _name(field, getattr(sender, field), empty=field != "station")
+    if not _UUID.fullmatch(sender.outbox):
+        raise _bad("outbox", sender.outbox, "is no identity")
+
+
+def check_record(record: JobRecord) -> None:
+    """Raise InputError where the rows of a job do not hold together."""
+    job = record.job
+    if not _UUID.fullmatch(job.job_uuid):
+        raise _bad("job", job.job_uuid, "is no identity of a job")
+    for field in ("head", "sha256", "plan_sha256"):
+        if not _HEX64.fullmatch(getattr(job, field)):
+            raise _bad(field, getattr(job, field), "is no SHA-256")
+    for field in (
+        "station", "part", "serial", "order_name", "batch", "operator", "plan", "program", "rig",
+        "calibration", "probe", "tip", "seal", "signer",
+    ):  # fmt: skip
+        _name(field, getattr(job, field), empty=True)
+    _name("fault", job.fault, LONGEST_SENTENCE, empty=True)
+    for field in ("created_utc", "changed_utc"):
+        if utc_text(getattr(job, field)) != getattr(job, field):
+            raise _bad(field, getattr(job, field), "is not in UTC to the millisecond")
+    for field in ("part_c", "probe_c"):
+        _number(field, getattr(job, field))
+    _whole("steps", job.steps, 1, 1 << 53)
+    _whole("points", job.points, 0, 1 << 53)
+    _whole("size", job.size, 1, LARGEST_CONTENT)
+    _one_of("state", job.state, STATES)
+    _one_of("verdict", job.verdict, PART_VERDICTS)
+    if len(record.results) > MOST_RESULTS or len(record.uses) > MOST_RESULTS:
+        raise _bad("results", len(record.results), f"are more than {MOST_RESULTS}")
+    if [row.position for row in record.results] != list(range(len(record.results))):
+        raise _bad("results", "their positions", "are not counted from 0")
+    for row in record.results:
+        _check_result(row)
+    seen = set()
+    for use in record.uses:
+        _one_of("use", use.kind, USES)
+        _name("identity", use.identity)
+        _name("name", use.name, empty=True)
+        if (use.kind, use.identity) in seen:
+            raise _bad("use", use.identity, "is there twice")
+        seen.add((use.kind, use.identity))
+
+
+def check_mark(mark: MarkRow) -> None:
+    """Raise InputError where a mark cannot be kept."""
+    if not _UUID.fullmatch(mark.job_uuid):
+        raise _bad("job", mark.job_uuid, "is no identity of a job")
+    _one_of("kind", mark.kind, ("altered", "recall", "quality"))
+    _name("why", mark.why, LONGEST_SENTENCE)
+    _name("who", mark.who)
+    utc_text(mark.utc)
+    _whole("finding", mark.finding, 0, 1 << 53)
+
+
+def _check_result(row: ResultRow) -> None:
+    _name("characteristic", row.characteristic)
+    _name("kind", row.kind)
+    _one_of("unit", row.unit, ("mm", "deg"))
+    _one_of("verdict", row.verdict, VERDICTS)
+    _name("why_not", row.why_not, LONGEST_SENTENCE, empty=True)
+    for field in ("nominal", "low", "high", "value", "uncertainty"):
+        _number(field, getattr(row, field))
+    if (row.value is None) != (row.uncertainty is None):
+        raise _bad(row.characteristic, row.value, "has a value without U, or U without a value")
+    if row.uncertainty is not None and row.uncertainty < 0.0:
+        raise _bad(row.characteristic, row.uncertainty, "is a negative U")
+    if not row.why_not and row.value is None:
+        raise _bad(row.characteristic, row.value, "counts without a value")
+
+
+def _name(field: str, text: object, longest: int = LONGEST_NAME, *, empty: bool = False) -> None:
+    if not isinstance(text, str):
+        raise _bad(field, text, "is no text")
+    if not text and not empty:
+        raise _bad(field, text, "is empty")
+    if len(text) > longest:
+        raise _bad(field, text[:40], f"has more than {longest} characters")
+    # No line, no NUL (PostgreSQL has none), nothing that turns a line of a table round.
+    if not text.isprintable():
+        raise _bad(field, text[:80], "has characters that cannot be shown")
+
+
+def _number(field: str, value: object) -> None:
+    if value is None:
+        return
+    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+        raise _bad(field, value, "is no finite number")
+
+
+def _whole(field: str, value: object, least: int, most: int) -> None:
+    if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
+        raise _bad(field, value, f"is no whole number from {least} to {most}")
+
+
+def _one_of(field: str, value: object, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise _bad(field, value, f"is none of {', '.join(known)}")
+
+
+def _bad(field: str, value: object, why: str) -> InputError:
+    return InputError(
+        "archive.row",
+        f"The archive cannot keep this job: {field} {str(value)[:80]!r} {why}.",
+        "Keep the job file, and ask whoever looks after the archive.",
+    )

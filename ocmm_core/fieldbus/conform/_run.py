@@ -1,0 +1,205 @@
+"""The whole test of one camera: every rule in its order, and the report."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable
+from datetime import UTC, datetime
+from importlib.metadata import PackageNotFoundError, version
+
+import msgspec
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import INIT, PREOP
+from ocmm_core.fieldbus.conform._findings import (
+    ConformanceReport,
+    Findings,
+    NotAsDescribedError,
+    NotTestedError,
+    RuleResult,
+    TimingSheet,
+    Verdict,
+)
+from ocmm_core.fieldbus.conform._line import ConformLine
+from ocmm_core.fieldbus.conform._rule import Rule
+from ocmm_core.fieldbus.conform._rules_clock import RULES as CLOCK
+from ocmm_core.fieldbus.conform._rules_eeprom import RULES as EEPROM
+from ocmm_core.fieldbus.conform._rules_errors import RULES as ERRORS
+from ocmm_core.fieldbus.conform._rules_firmware import RULES as FIRMWARE
+from ocmm_core.fieldbus.conform._rules_frames import RULES as FRAMES
+from ocmm_core.fieldbus.conform._rules_mailbox import RULES as MAILBOX
+from ocmm_core.fieldbus.conform._rules_objects import RULES as OBJECTS
+from ocmm_core.fieldbus.conform._rules_services import RULES as SERVICES
+from ocmm_core.fieldbus.conform._rules_states import RULES as STATES
+
+RULES: tuple[Rule, ...] = (
+    *EEPROM, *STATES, *OBJECTS, *MAILBOX, *FRAMES, *CLOCK, *ERRORS, *SERVICES, *FIRMWARE,
+)  # fmt: skip
+"""In the order in which they are tried: what others build on first, what is kept for good last."""
+
+_TRIES = 3
+_SILENT = "bus.silent"
+
+Told = Callable[[int, int, str], None]
+"""Is told how many rules of how many are done, and the title of the next."""
+
+
+def conform(
+    line: ConformLine,
+    place: int = 0,
+    *,
+    firmware: bytes = b"",
+    rules: tuple[Rule, ...] = RULES,
+    told: Told = lambda _done, _total, _title: None,
+    until_red: bool = False,
+) -> ConformanceReport:
+    """Drive a camera through the rules of the page about its objects.
+
+    The camera's black image is dropped, its error history is cleared, and with ``firmware`` it
+    runs that afterwards; everything else is put back. It is left in INIT.
+
+    Parameters
+    ----------
+    line
+        The wire; nobody else may use it.
+    place
+        Position of the camera, 0 first.
+    firmware
+        A firmware file that the camera's maker signed, of another version than the one that runs.
+    rules
+        Which to try.
+    told
+        Progress.
+    until_red
+        End at the first rule that is broken.
+
+    Raises
+    ------
+    BusError
+        Nobody answers any more.
+    """
+    bench = Bench(line, place, firmware)
+    times: dict[str, tuple[int, list[int]]] = {}
+    bench.findings = Findings(times)
+    started = datetime.now(UTC).isoformat(timespec="seconds")
+    eeprom = bench.eeprom()
+    vendor, product, revision, bench.serial = struct.unpack_from("<IIII", eeprom, 16)
+    results: list[RuleResult] = []
+    for number, rule in enumerate(rules):
+        told(number, len(rules), rule.title)
+        results.append(_tried(bench, rule, times))
+        if until_red and _is_red(results, times):
+            break
+    told(len(rules), len(rules), "")
+    return ConformanceReport(
+        serial=bench.serial,
+        alias=int.from_bytes(eeprom[8:10], "little"),
+        vendor=vendor,
+        product=product,
+        revision=revision,
+        firmware=_left(bench),
+        started_utc=started,
+        program=_program(),
+        results=tuple(results),
+        timings=tuple(TimingSheet.of(name, found, limit) for name, (limit, found) in times.items()),
+    )
+
+
+def _tried(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
+    """Try one rule; what broke while this computer paused is tried again."""
+    for _ in range(_TRIES):
+        bench.line.paused_ns()
+        taken: dict[str, tuple[int, list[int]]] = {}
+        result = _once(bench, rule, taken)
+        late = any(limit and max(found) > limit for limit, found in taken.values())
+        paused_ns = bench.line.paused_ns()
+        if not paused_ns or not (late or result.verdict is Verdict.FAILED):
+            for name, (limit, found) in taken.items():
+                times.setdefault(name, (limit, []))[1].extend(found)
+            return result
+    why = (
+        f"This computer paused for {paused_ns / 1e6:.0f} ms in each of {_TRIES} tries. Close other "
+        "programs, then repeat the test."
+    )
+    return msgspec.structs.replace(result, verdict=Verdict.NOT_TESTED, complaints=(why,))
+
+
+def _once(bench: Bench, rule: Rule, times: dict[str, tuple[int, list[int]]]) -> RuleResult:
+    """Try one rule; what one camera does wrong never ends the test of the others."""
+    see = bench.findings = Findings(times)
+    verdict = Verdict.PASSED
+    bench.feeding = False
+    try:
+        rule.run(bench, see)
+    except NotTestedError as why:
+        verdict = Verdict.NOT_TESTED
+        see.complaints.append(why.complaint)
+    except NotAsDescribedError as broken:
+        see.checked += 1
+        if broken.complaint not in see.complaints:
+            see.complaints.append(broken.complaint)
+    except BusError as broken:
+        if broken.code == _SILENT:
+            raise
+        see.checked += 1
+        see.complaints.append(broken.what)
+    except (struct.error, IndexError) as broken:
+        see.checked += 1
+        see.complaints.append(f"An answer is too short to be read ({broken}).")
+    if see.complaints and verdict is Verdict.PASSED:
+        verdict = Verdict.FAILED
+    return RuleResult(
+        code=rule.code,
+        section=rule.section,
+        title=rule.title,
+        verdict=verdict,
+        checked=see.checked,
+        complaints=tuple(see.complaints),
+    )
+
+
+def _is_red(results: list[RuleResult], times: dict[str, tuple[int, list[int]]]) -> bool:
+    late = any(limit and max(found) > limit for limit, found in times.values())
+    return late or results[-1].verdict is Verdict.FAILED
+
+
+def _left(bench: Bench) -> str:
+    """Leave the camera in INIT; return which firmware it says it runs."""
+    try:
+        bench.go(PREOP)
+        found = bench.mail.value(0x100A).rstrip(b"\x00").decode("ascii", errors="replace")
+        bench.go(INIT)
+    except NotAsDescribedError:
+        return "unknown"
+    return found
+
+
+def find_place(line: ConformLine, serial: int) -> int:
+    """Return the position of the camera with a serial number; 0 takes the only one there.
+
+    Raises
+    ------
+    BusError
+        It is not there, or there are several and none was named.
+    """
+    from ocmm_core.fieldbus.wire import scan_devices
+
+    devices = scan_devices(lambda datagram: line.exchange([datagram])[0])
+    numbers = [each.device.serial for each in devices]
+    places = [n for n, number in enumerate(numbers) if serial in (0, number)]
+    if len(places) == 1:
+        return places[0]
+    there = ", ".join(map(str, numbers)) or "none"
+    raise BusError(
+        "bus.camera_missing",
+        f"{len(places) or 'No'} devices match; serial numbers on the bus: {there}.",
+        "Connect one camera only, or name it with --serial.",
+    )
+
+
+def _program() -> str:
+    try:
+        return version("ocmm")
+    except PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,70 @@
+"""What the page of the camera's objects says about states, mailboxes and the EEPROM's categories.
+
+`ocmm camera conform` tries every sentence of it.
+"""
+
+from __future__ import annotations
+
+from ocmm_core.fieldbus.device._camera_slave import DEVICE_NAME, SYNC_MANAGERS
+from ocmm_core.fieldbus.device._controller import CLOCK_MODES, DEVICE_GROUP, PHYSICAL_PORTS
+
+_MANAGERS = ", ".join(
+    f"{start:#06x} {size} {control:#04x} {active} {kind}"
+    for start, size, control, _status, active, kind in SYNC_MANAGERS
+)
+_CLOCK = "; ".join(f"`{mode.name}` with activation {mode.activate:#06x}" for mode in CLOCK_MODES)
+
+CATEGORIES = f"""\
+Categories. General: group `{DEVICE_GROUP}` (byte 0), name `{DEVICE_NAME}` (byte 3), CoE details
+0x23 (byte 5: SDO, SDO information, complete access), FoE 1 (byte 6), ports {PHYSICAL_PORTS:#06x}
+(UINT at byte 16). FMMU: 1, 2. Sync managers, each start, bytes, control, status 0, activation and
+type: {_MANAGERS}. TxPDO: the header (0x1A00) and the
+frames in order, sync manager 3; RxPDO 0x1600, sync manager 2; their entries as the tables of the
+process data say. Clock, 24 bytes a mode, activation at byte 14: {_CLOCK}.
+"""
+
+STATES = """\
+## States
+
+Every change is asked for in 0x0120 and shown in 0x0130; 0x0134 holds the AL status code, 0 while
+there is no error. What is refused leaves the camera where it is, with the error bit (0x10). While
+that is set, a request for the same or a higher state without the acknowledge bit (0x10) is ignored.
+
+| From | To | Needs | Otherwise |
+| --- | --- | --- | --- |
+| INIT | PREOP | sync managers 0 and 1, start and bytes as above, active | 0x0016 |
+| PREOP | SAFEOP | sync manager 2 likewise | 0x001D |
+| PREOP | SAFEOP | sync manager 3 likewise | 0x001E |
+| PREOP | SAFEOP | SYNC0, where it is active, every 50000 ns or more | 0x0030 |
+| PREOP | SAFEOP | a configuration that does not contradict itself: the camera falls back | 0x0026 |
+| SAFEOP | OP | nothing more | |
+| INIT | BOOT | sync managers 0 and 1 | 0x0015 |
+| any | the same or a lower one | nothing; from BOOT only INIT | 0x0011 |
+| any | BOOT, SAFEOP or OP by another way | | 0x0011 |
+| any | a number that is no state | | 0x0012 |
+
+Process data are exchanged from SAFEOP on; outputs count 2 in LRW, inputs 1. Exposures begin with
+SAFEOP where SYNC0 is active, or else with OP, and end below SAFEOP. Each start begins with exposure
+0: at the SYNC0 start that was programmed, not before.
+"""
+
+MAILBOXES = """\
+## Mailboxes
+
+The counter in the head of an answer runs from 1 to 7 and begins again. A mailbox that nobody has
+fetched stays; where the master turns bit 1 of 0x080E, the last one is sent again and bit 1 of
+0x080F follows. Error replies (protocol 0: type UINT 1, detail UINT) count in 0xA000:04: detail 2
+unknown protocol, 4 unknown CoE service, 6 too short, 8 longer than the mailbox. An abort of the
+master is not answered. SDO information (lists, object and entry descriptions) tells everything on
+this page. Segments may have any length that fits into the mailbox.
+
+A record that is written as a whole is kept wholly or not at all. 0x10F3:03 takes entries that hold
+a message, or 0; anything else is 0x06090030. Messages stand in entries 6 to 21 in turn; the error
+of the watchdog sets bits 0 and 4 of the error register, and the change to OP ends it.
+
+Black image: 2 and 3 without an image are 0x08000024. Snapshot: a region that is not on the sensor
+is 0x06090030; a chunk before the picture is done, or behind its end, 0x08000024. Intrinsics: a
+damaged block and a foreign one are 0x06090030, no bytes take it away; mode 1 without them is
+0x08000024. FoE: a packet that no request to write went before is 0x8004. Leaving BOOT is a start:
+leaving it twice without PREOP in between ends a trial.
+"""

@@ -1,0 +1,111 @@
+"""Two masters on one bus spoil each other's frames; the second one is seen and refused.
+
+Of programs on this computer the kernel tells who has a socket for EtherCAT on the same interface
+(``/proc/net/packet``); sockets end with their process, so nothing is left behind by one that was
+killed. A socket of our own is opened before the look, so that of two that start at once at least
+one sees the other. A master elsewhere is seen by its frames: what comes in without having passed a
+camera was sent by somebody else. Not seen are masters that bypass the kernel, while they are
+silent.
+"""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Sequence
+from pathlib import Path
+
+from ocmm_core.errors import BusError
+from ocmm_core.fieldbus.wire._datagrams import ETHERTYPE, OWN_SOURCE, frame_index, has_passed
+
+_SOCKETS = Path("/proc/self/net/packet")
+_PROTOCOL, _INTERFACE, _INODE = 3, 4, 8
+"""Columns of its lines."""
+LISTEN_S = 0.03
+"""A master with a cycle of up to 10 ms sends three frames in it."""
+FEW = 2
+"""So many foreign frames may come from one that was broken on the way."""
+
+
+def is_foreign(frame: bytes) -> bool:
+    """Return whether a frame that came in was sent by another master, and passed no camera."""
+    if frame_index(frame) is None or has_passed(frame):
+        return False
+    return frame[6:12] != OWN_SOURCE
+
+
+def refuse_other_programs(interfaces: Sequence[str]) -> None:
+    """Refuse interfaces on which another program of this computer has a socket for EtherCAT.
+
+    Raises
+    ------
+    BusError
+        ``bus.second_master``, with the name of the program where this user may know it.
+    """
+    own = _own_inodes()
+    for interface in interfaces:
+        others = [inode for inode in _sockets_on(interface) if inode not in own]
+        if others:
+            raise BusError(
+                "bus.second_master",
+                f"{_who(others[0])} uses interface '{interface}' as an EtherCAT master.",
+                "Close that program (another OCMM window or command, a configuration tool), "
+                "then try again.",
+            )
+
+
+def foreign_frames(interface: str, count: int) -> BusError:
+    """Return the error that another master sends on the bus."""
+    return BusError(
+        "bus.second_master",
+        f"Another master sends on the bus of interface '{interface}' ({count} frames that did "
+        "not come from this computer).",
+        "Disconnect the other computer or controller from the camera bus, or stop its master.",
+    )
+
+
+def _sockets_on(interface: str) -> list[int]:
+    """Return the inodes of the sockets for EtherCAT that are bound to an interface."""
+    try:
+        number = socket.if_nametoindex(interface)
+        lines = _SOCKETS.read_text(encoding="ascii").splitlines()[1:]
+    except OSError:
+        return []
+    found = []
+    for fields in map(str.split, lines):
+        of_ethercat = len(fields) > _INODE and int(fields[_PROTOCOL], 16) == ETHERTYPE
+        if of_ethercat and int(fields[_INTERFACE]) == number:
+            found.append(int(fields[_INODE]))
+    return found
+
+
+def _own_inodes() -> set[int]:
+    return set(_inodes_of(Path("/proc/self")))
+
+
+def _inodes_of(process: Path) -> list[int]:
+    found = []
+    try:
+        entries = list((process / "fd").iterdir())
+    except OSError:
+        return []
+    for entry in entries:
+        try:
+            target = os.readlink(entry)  # noqa: PTH115 - it leads to no path
+        except OSError:
+            continue
+        if target.startswith("socket:["):
+            found.append(int(target[8:-1]))
+    return found
+
+
+def _who(inode: int) -> str:
+    """Return the program that holds a socket, as far as this user may look."""
+    for process in Path("/proc").iterdir():
+        if process.name.isdigit() and inode in _inodes_of(process):
+            try:
+                name = (process / "comm").read_text(encoding="utf-8", errors="replace").strip()
+            except OSError:
+                break
+            return f"The program '{name}' (process {process.name})"
+    return "Another program on this computer"

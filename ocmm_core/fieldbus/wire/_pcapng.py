@@ -1,0 +1,76 @@
+"""Frames of the bus as a pcapng file, which Wireshark opens (IETF draft-ietf-opsawg-pcapng).
+
+Blocks: section header, interface description with times in nanoseconds, one enhanced packet block
+a frame with its direction, and interface statistics at the end, which tell what was dropped.
+"""
+
+from __future__ import annotations
+
+import struct
+
+_SECTION, _INTERFACE, _STATISTICS, _PACKET = 0x0A0D0D0A, 1, 5, 6
+_BYTE_ORDER, _UNKNOWN_LENGTH = 0x1A2B3C4D, -1
+_ETHERNET = 1
+SNAP_BYTES = 2048
+"""Longer frames are cut; Ethernet has none."""
+_END, _HARDWARE_OS, _USER_APPLICATION = 0, 3, 4
+_NAME, _RESOLUTION, _FLAGS = 2, 9, 2
+_NANOSECONDS = b"\x09"
+_RECEIVED, _DROPPED = 4, 5
+_INBOUND, _OUTBOUND = 1, 2
+_EPB = struct.Struct("<IIIII")
+_FLAGS_OPTION = struct.Struct("<HHI")
+_END_OF_OPTIONS = struct.pack("<HH", _END, 0)
+_OPTIONS = {
+    outgoing: _FLAGS_OPTION.pack(_FLAGS, 4, _OUTBOUND if outgoing else _INBOUND) + _END_OF_OPTIONS
+    for outgoing in (False, True)
+}
+
+
+def pcapng_head(interface: str, program: str) -> bytes:
+    """Return what a file begins with: section and the one interface that was recorded."""
+    section = struct.pack("<IHHq", _BYTE_ORDER, 1, 0, _UNKNOWN_LENGTH)
+    section += _option(_HARDWARE_OS, b"Linux") + _option(_USER_APPLICATION, program.encode("utf-8"))
+    description = struct.pack("<HHI", _ETHERNET, 0, SNAP_BYTES)
+    description += _option(_NAME, interface.encode("utf-8")) + _option(_RESOLUTION, _NANOSECONDS)
+    return _block(_SECTION, section + _END_OF_OPTIONS) + _block(
+        _INTERFACE, description + _END_OF_OPTIONS
+    )
+
+
+def pcapng_frame(frame: bytes, utc_ns: int, *, outgoing: bool) -> bytes:
+    """Return the block of one frame.
+
+    Parameters
+    ----------
+    frame
+        From the destination address on, without check sequence.
+    utc_ns
+        When it passed the interface, ns since 1970.
+    outgoing
+        It left this computer.
+    """
+    kept = frame[:SNAP_BYTES]
+    head = _EPB.pack(0, utc_ns >> 32, utc_ns & 0xFFFFFFFF, len(kept), len(frame))
+    return _block(_PACKET, head + _padded(kept) + _OPTIONS[outgoing])
+
+
+def pcapng_end(utc_ns: int, received: int, dropped: int) -> bytes:
+    """Return the last block: how many frames there were, and how many of them are missing."""
+    content = struct.pack("<III", 0, utc_ns >> 32, utc_ns & 0xFFFFFFFF)
+    content += _option(_RECEIVED, struct.pack("<Q", received))
+    content += _option(_DROPPED, struct.pack("<Q", dropped))
+    return _block(_STATISTICS, content + _END_OF_OPTIONS)
+
+
+def _block(kind: int, content: bytes) -> bytes:
+    size = struct.pack("<I", len(content) + 12)
+    return struct.pack("<I", kind) + size + content + size
+
+
+def _option(code: int, value: bytes) -> bytes:
+    return struct.pack("<HH", code, len(value)) + _padded(value)
+
+
+def _padded(content: bytes) -> bytes:
+    return content + bytes(-len(content) % 4)

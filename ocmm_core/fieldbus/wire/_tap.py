@@ -1,0 +1,85 @@
+"""A second look at an interface: every EtherCAT frame that leaves or comes in, with its time.
+
+The kernel hands copies out; the bus itself is neither asked nor slowed.
+"""
+
+from __future__ import annotations
+
+import select
+import socket
+import struct
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from ocmm_core.fieldbus.wire._datagrams import ETHERTYPE
+
+_ALL = 0x0003
+"""Linux: ETH_P_ALL. Only such sockets see what leaves; and `refuse_other_programs` passes them."""
+_SOL_PACKET, _STATISTICS = 263, 6
+_TIMESTAMP_NS, _OUTGOING = 35, 4
+"""Linux: SO_TIMESTAMPNS; PACKET_OUTGOING."""
+_BUFFER_BYTES = 8 << 20
+_FRAME_BYTES = 2048
+_TIME = struct.Struct("@qq")
+_ETHERTYPE_BYTES = ETHERTYPE.to_bytes(2, "big")
+
+
+class TappedFrame(NamedTuple):
+    """A frame that was seen: its bytes, when (ns since 1970), and which way it went."""
+
+    content: bytes
+    utc_ns: int
+    outgoing: bool
+
+
+class Tap:
+    """The frames of an interface.
+
+    Parameters
+    ----------
+    interface
+        One that `check_interface` accepted.
+
+    Attributes
+    ----------
+    received, dropped
+        Frames that the kernel had for us, and those of them that found no room.
+    """
+
+    def __init__(self, interface: str) -> None:
+        self.received = self.dropped = 0
+        self._channel = socket.socket(
+            socket.AF_PACKET, socket.SOCK_RAW | socket.SOCK_NONBLOCK, socket.htons(_ALL)
+        )
+        try:
+            self._channel.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, _BUFFER_BYTES)
+            self._channel.setsockopt(socket.SOL_SOCKET, _TIMESTAMP_NS, 1)
+            self._channel.bind((interface, _ALL))
+        except OSError:
+            self._channel.close()
+            raise
+
+    def frames(self, wait_s: float) -> Iterator[TappedFrame]:
+        """Yield the frames that are there, and wait for the first one so long."""
+        select.select([self._channel], [], [], wait_s)
+        while True:
+            try:
+                content, beside, _flags, address = self._channel.recvmsg(_FRAME_BYTES, 64)
+            except OSError:
+                # Nothing there any more, or the interface is down.
+                return
+            if content[12:14] != _ETHERTYPE_BYTES:
+                continue
+            seconds, rest = _TIME.unpack_from(beside[0][2]) if beside else (0, 0)
+            yield TappedFrame(content, seconds * 1_000_000_000 + rest, address[2] == _OUTGOING)
+
+    def count(self) -> None:
+        """Bring `received` and `dropped` up to date; the kernel counts since the last look."""
+        content = self._channel.getsockopt(_SOL_PACKET, _STATISTICS, 8)
+        received, dropped = struct.unpack("@II", content)
+        self.received += received
+        self.dropped += dropped
+
+    def close(self) -> None:
+        """Give the socket back."""
+        self._channel.close()

@@ -1,0 +1,288 @@
+"""Which sentence was said, and how another language says it.
+
+The core raises some nine hundred errors, and says reasons, steps and warnings, as finished English
+sentences: they are what logs and files hold. So a sentence is recognised afterwards, by the
+catalogue that `docs/make_core_texts.py` collects from the sources, and what was filled in is copied
+into the sentence of the other language, character by character. Where there is any doubt what was
+said, the English sentence stays (decision 92).
+"""
+
+from __future__ import annotations
+
+import functools
+import re
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TypeVar
+
+import msgspec
+
+from ocmm_core.documents import decode_json, read_bytes, resource
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.wording._language import ENGLISH
+from ocmm_core.wording._pattern import KNOWN_WORD, NUMBER, SENTENCE, WORD, Pattern
+
+C = TypeVar("C")
+
+_LETTERS = re.compile(r"[^\W\d_]+")
+_LOWER_WORDS = re.compile(r"(?<![\w'\"/.])[a-z]{2,}(?![\w'\"/.])")
+_SAYS_SOMETHING = re.compile(r"(?:\b[a-z]{2,} ){4}|\w[.!?] [A-Z][a-z]")
+_END_OF_SENTENCE = re.compile(r"(?<=[.!?:;)])\s+|\n+")
+_BEFORE_A_SENTENCE = frozenset(":;,")
+_POINT = re.compile(r"(?<=\d)\.(?=\d)")
+_DEEPEST = 2
+_MOST_PIECES = 16
+_REMEMBERED = 4096
+
+
+class _English(msgspec.Struct, frozen=True):
+    """`core.json`: every sentence with its codes, and the words."""
+
+    sentences: dict[str, list[str]]
+    words: list[str]
+
+
+class _Shown(msgspec.Struct, frozen=True):
+    """The catalogue of a language; empty where something is not translated yet."""
+
+    sentences: dict[str, str]
+    words: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """A sentence with what it is in another language."""
+
+    said: Pattern
+    shown: Pattern
+    codes: frozenset[str]
+
+
+class Translation:
+    """Everything that the core can say, in another language.
+
+    Parameters
+    ----------
+    sentences
+        English and translated templates. A template without a translation stays English.
+    words
+        Words of enumerations and registries.
+    codes
+        Codes of the errors that say a template.
+    comma
+        Numbers that the program formatted get a comma before their decimals; nothing else does.
+    """
+
+    def __init__(
+        self,
+        sentences: Mapping[str, str],
+        words: Mapping[str, str],
+        codes: Mapping[str, Iterable[str]] | None = None,
+        *,
+        comma: bool = False,
+    ) -> None:
+        self._comma = comma
+        self._words = dict(words)
+        self._plain: dict[str, str] = {}
+        self._by_word: dict[str, list[_Known]] = defaultdict(list)
+        self._wordless: list[_Known] = []
+        self._seen: dict[tuple[str, str], str | None] = {}
+        patterns = []
+        for english, shown in sentences.items():
+            said = Pattern.of(english)
+            if said.names:
+                known = frozenset((codes or {}).get(english, ()))
+                patterns.append(_Known(said, Pattern.of(shown), known))
+            else:
+                self._plain[said.literals[0]] = Pattern.of(shown).literals[0]
+        self._index(patterns)
+
+    def _index(self, patterns: Sequence[_Known]) -> None:
+        """File each sentence under the rarest of its whole words."""
+        words = {id(known): _whole_words(known.said) for known in patterns}
+        often = Counter(word for found in words.values() for word in found)
+        for known in patterns:
+            found = words[id(known)]
+            if found:
+                self._by_word[min(found, key=lambda word: (often[word], word))].append(known)
+            else:
+                self._wordless.append(known)
+
+    def of(self, text: str, code: str = "") -> str:
+        """Return a text of the core in this language, or as it is where it is not known.
+
+        Parameters
+        ----------
+        text
+            One or several sentences.
+        code
+            Of the error that says it; empty if there is none.
+        """
+        key = (text, code)
+        if key not in self._seen:
+            if len(self._seen) >= _REMEMBERED:
+                self._seen.clear()
+            self._seen[key] = self._of(text, code, 0)
+        found = self._seen[key]
+        return text if found is None else found
+
+    def word(self, text: str) -> str:
+        """Return a word of an enumeration or a registry in this language."""
+        return (
+            self._words.get(text)
+            or self._plain.get(text)
+            # "cylinder" in a sentence is the shape "Cylinder".
+            or self._words.get(text[:1].upper() + text[1:])
+            or text
+        )
+
+    def _of(self, text: str, code: str, depth: int) -> str | None:
+        """Return a text in this language; None where it is not known."""
+        if not _LETTERS.search(text):
+            return text
+        whole = self._sentence(text, code, depth)
+        return whole if whole is not None or depth else self._pieces(text, code)
+
+    def _sentence(self, text: str, code: str, depth: int) -> str | None:
+        """Return one sentence in this language; None where it is unknown or in doubt."""
+        if text in self._plain:
+            return self._plain[text]
+        found = [known for known in self._candidates(text, depth) if known.said.fillings(text)]
+        found = [known for known in found if code in known.codes] or found
+        if not found:
+            return self._before_another(text, code, depth)
+        # One sentence can be a special case of another; its own words decide.
+        most = max(known.said.weight for known in found)
+        shown = {self._shown(known, text, depth) for known in found if known.said.weight == most}
+        return shown.pop() if len(shown) == 1 else None
+
+    def _before_another(self, text: str, code: str, depth: int) -> str | None:
+        """Return what leads to the next sentence: ``PART CONFORMS:``."""
+        if text[-1:] not in _BEFORE_A_SENTENCE:
+            return None
+        before = text[:-1]
+        inner = self._words.get(before) if before.isupper() else None
+        inner = inner or self._sentence(before, code, depth)
+        return None if inner is None else inner + text[-1]
+
+    def _candidates(self, text: str, depth: int) -> Iterable[_Known]:
+        for word in dict.fromkeys(_LETTERS.findall(text)):
+            yield from self._by_word.get(word, ())
+        if not depth:
+            yield from self._wordless
+
+    def _shown(self, known: _Known, text: str, depth: int) -> str | None:
+        shown = {self._filled(known, values, depth) for values in known.said.fillings(text)}
+        return shown.pop() if len(shown) == 1 else None
+
+    def _filled(self, known: _Known, values: Sequence[str], depth: int) -> str | None:
+        filled = {}
+        for name, mark, value in zip(known.said.names, known.said.marks, values, strict=True):
+            inner: str | None = value
+            if mark == NUMBER and self._comma:
+                inner = with_comma(value)
+            elif mark == WORD:
+                inner = self.word(value)
+            elif mark == KNOWN_WORD:
+                inner = self._words.get(value)
+            elif mark == SENTENCE:
+                inner = self._inner(value, depth + 1)
+            elif _SAYS_SOMETHING.search(value):
+                inner = None  # it holds a sentence, which nobody filled in by itself
+            if inner is None:
+                return None
+            filled[name] = inner
+        return known.shown.filled(filled)
+
+    def _inner(self, text: str, depth: int) -> str | None:
+        """Return a sentence within another; one that is not known makes the whole unknown."""
+        if depth > _DEEPEST:
+            return None
+        found = self._words.get(text) or self._of(text, "", depth)
+        if found is None and (ended := self._plain.get(f"{text}.")) is not None:
+            found = ended.removesuffix(".")
+        # Names and numbers alone are no sentence.
+        return found if found is not None or _LOWER_WORDS.search(text) else text
+
+    def _pieces(self, text: str, code: str) -> str | None:
+        """Return several sentences in this language; None unless all of them are known."""
+        ends = [match.span() for match in _END_OF_SENTENCE.finditer(text)]
+        if not ends or len(ends) > _MOST_PIECES:
+            return None
+        starts = [0, *(stop for _, stop in ends)]
+        stops = [*(start for start, _ in ends), len(text)]
+        # From the last: what follows a place is known, or it is not.
+        rest: list[str | None] = [None] * len(starts) + [""]
+        for first in reversed(range(len(starts))):
+            for last in reversed(range(first, len(stops))):
+                if rest[last + 1] is None or (first == 0 and last == len(stops) - 1):
+                    continue
+                piece = text[starts[first] : stops[last]]
+                told = self._sentence(piece, code, 0) if _LETTERS.search(piece) else piece
+                if told is not None:
+                    between = text[stops[last] : starts[last + 1]] if last + 1 < len(starts) else ""
+                    rest[first] = told + between + (rest[last + 1] or "")
+                    break
+        return rest[0]
+
+
+def _whole_words(pattern: Pattern) -> set[str]:
+    """Return the words of a sentence that nothing filled in can touch."""
+    found = set()
+    for at, literal in enumerate(pattern.literals):
+        for match in _LETTERS.finditer(literal):
+            open_left = at > 0 and match.start() == 0
+            open_right = at < len(pattern.literals) - 1 and match.end() == len(literal)
+            if not (open_left or open_right):
+                found.add(match.group())
+    return found
+
+
+@functools.cache
+def load_translation(language: str, *, comma: bool = False) -> Translation:
+    """Return what the core says in a language; loaded once, when it is first asked for.
+
+    Parameters
+    ----------
+    language
+        One of `LANGUAGES`.
+    comma
+        A comma stands before the decimals of numbers.
+
+    Raises
+    ------
+    InputError
+        The catalogue cannot be read.
+    """
+    if language == ENGLISH:
+        return Translation({}, {})
+    english = _read("core.json", _English)
+    shown = _read(f"core_{language}.json", _Shown)
+    sentences = {said: told for said, told in shown.sentences.items() if told}
+    return Translation(sentences, shown.words, english.sentences, comma=comma)
+
+
+def _read(name: str, kind: type[C]) -> C:
+    path = resource("i18n", name)
+    try:
+        return decode_json(read_bytes(path), kind)
+    except msgspec.MsgspecError as error:
+        raise InputError(
+            "wording.catalogue",
+            f"{path}: the sentences of another language cannot be read ({error}).",
+            "Install the program completely; until then it speaks English.",
+        ) from error
+
+
+def in_language(error: OcmmError, language: str) -> tuple[str, str]:
+    """Return what is wrong and what to do, in a language; English where a sentence is not known."""
+    if language == ENGLISH:
+        return error.what, error.remedy
+    translation = load_translation(language)
+    return translation.of(error.what, error.code), translation.of(error.remedy, error.code)
+
+
+def with_comma(number: str) -> str:
+    """Return a number as it is written with a comma before its decimals; blanks part thousands."""
+    return _POINT.sub(",", number.replace(",", "\N{NARROW NO-BREAK SPACE}"))

@@ -1,0 +1,260 @@
+"""Words that stay whole where they have little room: a longer language on the same screen.
+
+English has the room that it was given, and is painted by Qt alone. In any other language labels,
+buttons and hints of fields first take a second line, where there is height for it, and then smaller
+type, down to `LEAST` of their size. A button or a label asks for as little width as that needs, so
+that no page becomes wider than its window.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Protocol, runtime_checkable
+
+from PySide6.QtCore import (
+    QModelIndex,
+    QPersistentModelIndex,
+    QRect,
+    QRectF,
+    QSize,
+    Qt,
+)
+from PySide6.QtGui import QFont, QFontMetricsF, QPainter, QPaintEvent, QPalette
+from PySide6.QtWidgets import (
+    QLineEdit,
+    QPushButton,
+    QStyle,
+    QStyledItemDelegate,
+    QStyleOptionButton,
+    QStyleOptionFrame,
+    QStyleOptionViewItem,
+    QStylePainter,
+    QWidget,
+)
+
+from ocmm_gui.kit._language import LANGUAGES, language_in_use
+
+LEAST = 0.7
+"""Of the size of type: 14 px become 10."""
+
+_STEP = 0.05
+_SLACK_PX = 1.0
+_INSET_PX = 2
+_ITEM_PX = 8
+
+
+def is_longer() -> bool:
+    """Return whether sentences may be longer than those that the pages were made for."""
+    return language_in_use() != LANGUAGES[0]
+
+
+@dataclass(frozen=True, slots=True)
+class Fitted:
+    """How a text is painted so that all of it is seen.
+
+    Attributes
+    ----------
+    text
+        With a line break where a second line was taken.
+    font
+        At most as large as asked for.
+    """
+
+    text: str
+    font: QFont
+
+
+def fit_words(text: str, font: QFont, width: float, height: float, *, wraps: bool) -> Fitted | None:
+    """Return how a text fits into a room, the largest type first; None where it does not.
+
+    Parameters
+    ----------
+    text
+        May have line breaks of its own.
+    font
+        The largest that is tried.
+    width, height
+        Of the room, px.
+    wraps
+        Lines are broken by whoever paints, as often as needed; otherwise once at most, here.
+    """
+    pixels = font.pixelSize() if font.pixelSize() > 0 else QFontMetricsF(font).height()
+    texts = (text,) if wraps or "\n" in text else (text, halved(text, font))
+    for step in range(round((1.0 - LEAST) / _STEP) + 1):
+        smaller = QFont(font)
+        smaller.setPixelSize(max(1, round(pixels * (1.0 - step * _STEP))))
+        metrics = QFontMetricsF(smaller)
+        for one in texts:
+            wide, high = _needed(one, metrics, width, wraps=wraps)
+            if wide <= width + _SLACK_PX and high <= height + _SLACK_PX:
+                return Fitted(one, smaller)
+    return None
+
+
+def _needed(text: str, metrics: QFontMetricsF, width: float, *, wraps: bool) -> tuple[float, float]:
+    if not wraps:
+        lines = text.split("\n")
+        wide = max(metrics.horizontalAdvance(line) for line in lines)
+        return wide, metrics.height() + metrics.lineSpacing() * (len(lines) - 1)
+    flags = Qt.TextFlag.TextWordWrap | Qt.AlignmentFlag.AlignLeft
+    box = metrics.boundingRect(QRectF(0.0, 0.0, width, 1e5), flags, text)
+    return box.width(), box.height()
+
+
+def halved(text: str, font: QFont) -> str:
+    """Return a text with a line break where its halves are most alike; without blanks as it is."""
+    metrics = QFontMetricsF(font)
+    # The key in brackets stays whole, and so does a number with its unit.
+    places = [at for at, (one, two) in enumerate(pairwise(text)) if one != " " and two == " "]
+    if not places:
+        return text
+    at = min(
+        places,
+        key=lambda at: max(
+            metrics.horizontalAdvance(text[: at + 1]),
+            metrics.horizontalAdvance(text[at + 1 :].lstrip()),
+        ),
+    )
+    return f"{text[: at + 1]}\n{text[at + 1 :].lstrip()}"
+
+
+def least_width(text: str, font: QFont, *, rows: int) -> float:
+    """Return the width that a text needs at its least size, in one line or in two."""
+    least = QFont(font)
+    least.setPixelSize(max(1, round(LEAST * font.pixelSize())))
+    metrics = QFontMetricsF(least)
+    broken = halved(text, least) if rows > 1 and "\n" not in text else text
+    return max(metrics.horizontalAdvance(line) for line in broken.split("\n")) + 1.0
+
+
+class NarrowButton(QPushButton):
+    """A button whose words are all seen, in every language."""
+
+    def minimumSizeHint(self) -> QSize:
+        """Return what the words need at their least size."""
+        hint = super().minimumSizeHint()
+        if not is_longer() or not self.text():
+            return hint
+        full = max(self.fontMetrics().horizontalAdvance(line) for line in self.text().split("\n"))
+        rows = 2 if self.minimumHeight() >= 2.3 * LEAST * self.fontMetrics().height() else 1
+        need = least_width(self.text(), self.font(), rows=rows)
+        return QSize(min(hint.width(), round(hint.width() - full + need) + 1), hint.height())
+
+    def fitted(self) -> Fitted | None:
+        """Return how the words are painted; None where they do not fit."""
+        room, font = self._room(), QFont(self.font())
+        # The style sheet makes the words of these bold.
+        font.setBold(font.bold() or self.property("role") == "primary")
+        return fit_words(self.text(), font, room.width(), room.height(), wraps=False)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the words in the type that fits."""
+        found = self.fitted() if is_longer() and self.text() else None
+        if found is None:
+            super().paintEvent(event)
+            return
+        option = QStyleOptionButton()
+        self.initStyleOption(option)
+        painter = QStylePainter(self)
+        painter.drawControl(QStyle.ControlElement.CE_PushButtonBevel, option)
+        # Not by the style: its sheet would take a font of its own for the words.
+        painter.setFont(found.font)
+        painter.setPen(self.palette().color(self._role()))
+        flags = Qt.AlignmentFlag.AlignCenter | Qt.TextFlag.TextShowMnemonic
+        painter.drawText(self._room(), flags, found.text)
+
+    def _role(self) -> QPalette.ColorRole:
+        """Return the colour of the words, as the style sheet of the themes has it."""
+        filled = self.isChecked() or self.property("role") == "primary"
+        if filled and self.isEnabled():
+            return QPalette.ColorRole.HighlightedText
+        return QPalette.ColorRole.ButtonText
+
+    def _room(self) -> QRect:
+        option = QStyleOptionButton()
+        self.initStyleOption(option)
+        return self.style().subElementRect(QStyle.SubElement.SE_PushButtonContents, option, self)
+
+
+class NarrowItems(QStyledItemDelegate):
+    """Items of a list whose words are all seen, in every language."""
+
+    def initStyleOption(
+        self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
+    ) -> None:
+        """Choose the type that fits."""
+        super().initStyleOption(option, index)
+        room = option.rect
+        text = option.text
+        if is_longer() and text:
+            # Joined by blanks at which no line is broken: an item has one line.
+            found = fit_words(
+                text.replace(" ", "\N{NO-BREAK SPACE}"),
+                option.font,
+                room.width() - _ITEM_PX,
+                room.height(),
+                wraps=False,
+            )
+            if found is not None:
+                option.font = found.font
+
+
+class HintField(QLineEdit):
+    """A field whose hint is all seen, in every language."""
+
+    def __init__(self, text: str = "") -> None:
+        super().__init__(text)
+        self._hint = ""
+
+    def setPlaceholderText(self, text: str) -> None:
+        """Set the hint; Qt paints the English one."""
+        self._hint = text
+        super().setPlaceholderText("" if is_longer() else text)
+
+    def placeholderText(self) -> str:
+        """Return the hint."""
+        return self._hint
+
+    def fitted(self) -> Fitted | None:
+        """Return how the hint is painted; None where it does not fit."""
+        room = self._room()
+        return fit_words(self._hint, self.font(), room.width(), room.height(), wraps=True)
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the field, and its hint where it is empty."""
+        super().paintEvent(event)
+        if self.text() or not self._hint or not is_longer():
+            return
+        found = self.fitted() or Fitted(self._hint, self.font())
+        painter = QPainter(self)
+        painter.setFont(found.font)
+        painter.setPen(self.palette().color(QPalette.ColorRole.PlaceholderText))
+        painter.drawText(
+            self._room(),
+            Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter | Qt.TextFlag.TextWordWrap,
+            found.text,
+        )
+
+    def _room(self) -> QRect:
+        option = QStyleOptionFrame()
+        self.initStyleOption(option)
+        room = self.style().subElementRect(QStyle.SubElement.SE_LineEditContents, option, self)
+        return room.adjusted(_INSET_PX, 0, -_INSET_PX, 0)
+
+
+@runtime_checkable
+class _Fits(Protocol):
+    def fits(self) -> bool: ...
+
+
+@runtime_checkable
+class _Fitted(Protocol):
+    def fitted(self) -> Fitted | None: ...
+
+
+def fits(widget: QWidget) -> bool:
+    """Return whether all words of a widget are seen, as it paints them; for tests."""
+    if isinstance(widget, _Fitted):
+        return is_longer() and widget.fitted() is not None
+    return isinstance(widget, _Fits) and widget.fits()

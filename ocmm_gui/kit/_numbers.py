@@ -1,0 +1,207 @@
+"""Numbers, lengths and dates as they are written on the screen: the one place that knows how.
+
+Inside and in every file a number has a point, a length is in mm and a date is that of ISO 8601.
+What stands on the screen follows the language and the settings: `style_of` makes a `NumberStyle` of
+them, and `use_numbers` puts it to use before windows are made.
+
+Sentences need nothing of it: what `tr` returns fills in numbers in this style. Other texts with
+numbers go through `localised`, lengths through `length_number` with `unit_word`, days and times
+through `day_words` and `time_words`.
+"""
+
+from __future__ import annotations
+
+import re
+import string
+from dataclasses import dataclass
+from datetime import date, datetime
+from numbers import Real
+from typing import Any, ClassVar
+
+INCH_MM = 25.4
+"""Exact, by the definition of 1959."""
+
+_INCH_DECIMALS = 2
+"""More than in mm: 0.001 mm is 0.00004 in."""
+_POINT = re.compile(r"(?<=\d)\.(?=\d)")
+_BOTH = re.compile(r"[.,]")
+
+
+@dataclass(frozen=True, slots=True)
+class NumberStyle:
+    """How numbers are written.
+
+    Attributes
+    ----------
+    comma
+        A comma stands before the decimals, and a point between thousands.
+    inch
+        Lengths of the measured part are shown and typed in inch.
+    day
+        Of `datetime.strftime`.
+    """
+
+    comma: bool = False
+    inch: bool = False
+    day: str = "%Y-%m-%d"
+
+
+_DAYS = {"de": "%d.%m.%Y"}
+_COMMAS = ("de",)
+
+
+def style_of(language: str, decimal: str = "locale", units: str = "mm") -> NumberStyle:
+    """Return how numbers are written in a language.
+
+    Parameters
+    ----------
+    language
+        Of the sentences.
+    decimal
+        ``locale``: that of the language; ``point`` or ``comma``.
+    units
+        ``mm`` or ``inch``.
+    """
+    comma = language in _COMMAS if decimal == "locale" else decimal == "comma"
+    return NumberStyle(comma, units == "inch", _DAYS.get(language, NumberStyle().day))
+
+
+class _InUse:
+    style: ClassVar[NumberStyle] = NumberStyle()
+
+
+def use_numbers(style: NumberStyle) -> None:
+    """Write numbers in a style from now on, in this process; what stands on the screen stays."""
+    _InUse.style = style
+
+
+def numbers_in_use() -> NumberStyle:
+    """Return how numbers are written."""
+    return _InUse.style
+
+
+def localised(text: str) -> str:
+    """Return a text with the decimal sign in use; every point between two digits is one."""
+    return _POINT.sub(",", text) if _InUse.style.comma else text
+
+
+def plain_number(text: str) -> str:
+    """Return one number that somebody typed as Python reads it: with a point, whatever was typed.
+
+    Both signs in one number mean that one of them parts thousands; such a text is returned as it
+    is, and is no number: a guess could be wrong by a factor of a thousand. So are two commas.
+    """
+    text = text.strip()
+    return text if "." in text or text.count(",") > 1 else text.replace(",", ".")
+
+
+def unit_word() -> str:
+    """Return the unit in which lengths are shown."""
+    return "in" if _InUse.style.inch else "mm"
+
+
+def length_number(value_mm: float, *, signed: bool = False, decimals: int = 3) -> str:
+    """Return a length in the unit that is shown, without its name.
+
+    Parameters
+    ----------
+    value_mm
+        Finite, mm.
+    signed
+        Also a plus is written.
+    decimals
+        Of a length in mm; in inch there are two more.
+    """
+    value = value_mm
+    if _InUse.style.inch:
+        value, decimals = value_mm / INCH_MM, decimals + _INCH_DECIMALS
+    rounded = round(value, decimals) + 0.0  # adding zero turns -0.0 into 0.0
+    return localised(f"{rounded:+.{decimals}f}" if signed else f"{rounded:.{decimals}f}")
+
+
+def length_words(value_mm: float, *, signed: bool = False, decimals: int = 3) -> str:
+    """Return a length with its unit."""
+    return f"{length_number(value_mm, signed=signed, decimals=decimals)} {unit_word()}"
+
+
+_TYPED_DECIMALS = 8
+"""Of an inch, in a field: half a step is a tenth of the nanometre to which it is read."""
+
+_READ_DECIMALS = 6
+_UNITS_MM = {"mm": 1.0, "in": INCH_MM, "inch": INCH_MM, '"': INCH_MM, "\N{DOUBLE PRIME}": INCH_MM}
+
+
+def field_length(value_mm: float) -> str:
+    """Return a length as it stands in a field, in inch with its unit; `length_of_field` reads it.
+
+    In mm the unit stands at the field.
+    """
+    if not _InUse.style.inch:
+        short = f"{value_mm:g}"
+        return localised(short if float(short) == value_mm else str(value_mm))
+    text = f"{value_mm / INCH_MM:.{_TYPED_DECIMALS}f}".rstrip("0").rstrip(".")
+    return f"{localised('0' if text == '-0' else text)} {unit_word()}"
+
+
+def split_unit(text: str) -> tuple[str, str]:
+    """Return a number as it was typed and the unit behind it; empty where there is none."""
+    text = text.strip()
+    for unit in sorted(_UNITS_MM, key=len, reverse=True):
+        if text.lower().endswith(unit):
+            return text[: -len(unit)].strip(), unit
+    return text, ""
+
+
+def to_mm(value: float, unit: str) -> float:
+    """Return a length in mm; without a unit it is in the one that is shown."""
+    factor = _UNITS_MM[unit or unit_word()]
+    return value if factor == 1.0 else round(factor * value, _READ_DECIMALS)
+
+
+def length_of_field(text: str) -> float:
+    """Return a length that was typed, mm; a unit behind it wins over the one that is shown.
+
+    Raises
+    ------
+    ValueError
+        It is no number.
+    """
+    number, unit = split_unit(text)
+    return to_mm(float(plain_number(number)), unit)
+
+
+def day_words(when: date | str) -> str:
+    """Return a day; of a text its first ten characters count, as ISO 8601 writes them."""
+    if isinstance(when, str):
+        first = when[:10]
+        try:
+            return day_words(date.fromisoformat(first))
+        except ValueError:
+            return first
+    return f"{when:{_InUse.style.day}}"
+
+
+def time_words(when: datetime) -> str:
+    """Return day, hour and minute."""
+    return f"{when:{_InUse.style.day} %H:%M}"
+
+
+class _Commas(string.Formatter):
+    def format_field(self, value: Any, format_spec: str) -> Any:
+        text = super().format_field(value, format_spec)
+        if not isinstance(value, Real) or isinstance(value, bool):
+            return text
+        return _BOTH.sub(lambda sign: "," if sign.group() == "." else ".", text)
+
+
+_COMMAS_FORMATTER = _Commas()
+
+
+class Sentence(str):
+    """A sentence whose numbers are filled in with a decimal comma; all else is as in any text."""
+
+    __slots__ = ()
+
+    def format(self, *args: object, **names: object) -> str:
+        """Fill in; numbers get a comma, texts stay as they are."""
+        return _COMMAS_FORMATTER.vformat(self, args, names)

@@ -1,0 +1,49 @@
+"""In which language a paper speaks: its sentences, its words, and the sign before its decimals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ocmm_core.errors import OcmmError
+from ocmm_core.export.report import ReportData
+from ocmm_core.wording import ENGLISH, Translation, load_translation, with_comma
+
+
+@dataclass(frozen=True, slots=True)
+class Speech:
+    """What is written on a paper, in its language; English is what the sources say.
+
+    Names of people, parts and features go past it: only what the program says is translated.
+
+    Attributes
+    ----------
+    language
+        One of `LANGUAGES`.
+    """
+
+    language: str = ENGLISH
+
+    def say(self, text: str) -> str:
+        """Return sentences of the program; English where one of them is not known."""
+        if self.language == ENGLISH:
+            return text
+        return "\n".join(self._told().of(line) for line in text.split("\n"))
+
+    def word(self, text: str) -> str:
+        """Return a word of the program: a heading, a verdict, a shape."""
+        return text if self.language == ENGLISH else self._told().word(text)
+
+    def number(self, text: str) -> str:
+        """Return formatted numbers with the decimal sign of the language."""
+        return text if self.language == ENGLISH else with_comma(text)
+
+    def _told(self) -> Translation:
+        try:
+            return load_translation(self.language, comma=True)
+        except OcmmError:
+            return Translation({}, {})
+
+
+def speech_of(data: ReportData) -> Speech:
+    """Return how the report of a job speaks."""
+    return Speech(data.paper.template.language)

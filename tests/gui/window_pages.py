@@ -1,0 +1,143 @@
+"""All pages of the window, what is cut off on them, and a language that is longer than all."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+
+from PySide6.QtCore import QRect, QTranslator
+from PySide6.QtWidgets import QApplication, QLabel, QLineEdit, QPushButton, QWidget
+
+from ocmm_core.calibration.guided import ProcedureKind
+from ocmm_core.settings import SECTIONS
+from ocmm_gui.kit import FitText, Mode, NarrowButton, fits, is_longer
+from ocmm_gui.window import MainWindow
+
+_SLACK_PX = 2
+TURNS = 50
+"""In which a page comes to rest; half a second."""
+
+_LONGER = 1.4
+_KEPT = re.compile(r"(\{[^{}]*\}|%n|\n|\s+)")
+_VOWELS = str.maketrans("aeiouAEIOU", "äéîöûÄÉÎÖÛ")
+
+
+class Pseudo(QTranslator):
+    """Makes every sentence 40 % longer, word by word, with letters that English does not have."""
+
+    def translate(
+        self, context: str, sentence: str, comment: str | None = None, count: int = -1
+    ) -> str:
+        """Return a longer sentence with everything that is filled in."""
+        return longer(sentence)
+
+    def isEmpty(self) -> bool:
+        """Return that there is something in it."""
+        return False
+
+
+def longer(sentence: str) -> str:
+    """Return a sentence 40 % longer; what is filled in and where lines end stays."""
+    owed, words = 0.0, []
+    for word in _KEPT.split(sentence):
+        if not word or _KEPT.fullmatch(word):
+            words.append(word)
+            continue
+        owed += (_LONGER - 1.0) * len(word)
+        more = int(owed)
+        owed -= more
+        # Vowels are what languages have more of.
+        words.append(word.translate(_VOWELS) + ("eno" * more)[:more])
+    return "".join(words)
+
+
+def pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
+    """Give every page of the window with how it is opened."""
+    sheets, maintenance = window.sheets, window.maintenance
+    yield "desk", lambda: window.show_far(False)
+    yield "far", lambda: window.show_far(True)
+    yield "job", sheets.open_job
+    yield "plan", sheets.open_plan
+    yield "results", sheets.open_results
+    yield "keys", sheets.open_keys
+    for sheet in (sheets.report, sheets.batch, sheets.alignment):
+        yield sheet.accessibleName(), partial(sheets.wanted.emit, sheet)
+    for kind in ProcedureKind:
+        yield kind.name, partial(maintenance.open_wizard, kind)
+    yield "definition", maintenance.open_definition
+    yield "settings", sheets.open_settings
+    for number in range(len(SECTIONS) + 1):
+        yield f"settings {number}", partial(sheets.settings.show_section, number)
+    yield "recall", sheets.open_recall
+    window.show_mode(Mode.MAINTAIN)
+    for row in range(maintenance.view.list.count()):
+
+        def open_page(row: int = row) -> None:
+            window.show_mode(Mode.MAINTAIN)
+            maintenance.view.list.setCurrentRow(row)
+
+        yield f"Maintain {row}", open_page
+
+
+def faults(window: QWidget) -> Iterator[str]:
+    """Give what is cut off in a window."""
+    for widget in window.findChildren(QWidget):
+        if not widget.isVisible() or widget.visibleRegion().isEmpty():
+            continue
+        room, metrics = widget.contentsRect(), widget.fontMetrics()
+        if isinstance(widget, QLabel) and widget.text():
+            if fits(widget):
+                continue
+            if widget.wordWrap():
+                need = widget.heightForWidth(widget.width())
+                if need > widget.height() + _SLACK_PX:
+                    yield f"{widget.text()!r} needs {need} px of height, has {widget.height()}"
+            elif widget.sizeHint().width() > widget.width() + _SLACK_PX:
+                yield f"{widget.text()!r} needs {widget.sizeHint().width()}, has {widget.width()}"
+        elif isinstance(widget, NarrowButton) and is_longer() and widget.text():
+            if not fits(widget):
+                yield f"button {widget.text()!r} has {room.width()} px"
+        elif isinstance(widget, QPushButton) and widget.text():
+            box = metrics.boundingRect(QRect(0, 0, 2000, 200), 0, widget.text())
+            if box.width() > room.width() - 4 or box.height() > room.height():
+                yield f"button {widget.text()!r} needs {box.width()} px, has {room.width()}"
+        elif isinstance(widget, QLineEdit) and not widget.text():
+            need = metrics.horizontalAdvance(widget.placeholderText())
+            if need > room.width() - 8 and not fits(widget):
+                yield f"hint {widget.placeholderText()!r} needs {need} px, has {room.width()}"
+        elif isinstance(widget, FitText) and widget.text() and not fits(widget):
+            yield f"line {widget.text()!r} has {room.width()} px at its least size"
+
+
+def walk(
+    window: MainWindow,
+    app: QApplication,
+    themes: tuple[str, ...],
+    sizes: tuple[tuple[int, int], ...],
+) -> list[str]:
+    """Return what is cut off on any page, in any of the themes, at any of the sizes."""
+    found = []
+    # A theme costs more than a page: it is changed seldom.
+    for theme in themes:
+        window.use_theme(theme)
+        for size in sizes:
+            window.resize(*size)
+            for name, open_page in pages(window):
+                open_page()
+                # The layout settles in one turn, what follows from it in a second one; what a
+                # thread has read for the page may come between. What is cut off stays so.
+                left: list[str] = []
+                for _ in range(TURNS):
+                    app.processEvents()
+                    left = list(faults(window))
+                    if not left:
+                        break
+                    time.sleep(0.01)
+                if (window.width(), window.height()) != size:
+                    # A page that is too wide widens the window beyond the screen.
+                    left.append(f"the window became {window.width()} x {window.height()} px")
+                    window.resize(*size)
+                found += [f"{name}, {theme}, {size[1]} px: {fault}" for fault in left]
+    return found
