@@ -172,7 +172,9 @@ class MainWindow(QMainWindow):
         self._lay_out()
         self._connect(bridge)
         bind_actions(self.actions_by_key, self._calls())
-        use_shortcuts(self.actions_by_key, usable_keys(self._store.load().settings.window_keys))
+        settings = self._store.load().settings
+        use_shortcuts(self.actions_by_key, usable_keys(settings.window_keys))
+        self.output.use_formats(settings.report_formats, self.actions_by_key["export"])
         show_mode(self.actions_by_key, Mode.INSPECT)
         self.use_theme(theme)
 
@@ -455,6 +457,7 @@ class MainWindow(QMainWindow):
         if self._sounds is not None:
             self._sounds.enable(settings.window_sounds)
         use_shortcuts(self.actions_by_key, usable_keys(settings.window_keys))
+        self.output.use_formats(settings.report_formats, self.actions_by_key["export"])
         self.sheets.use_settings(loaded)
 
     def _find(self) -> None:

@@ -291,12 +291,20 @@
         <translation>Urteil gespeichert. P schreibt das Zertifikat.</translation>
     </message>
     <message>
+        <source>The procedures</source>
+        <translation>Die Verfahren</translation>
+    </message>
+    <message>
         <source>Unfinished tests</source>
         <translation>Unfertige Prüfungen</translation>
     </message>
     <message>
         <source>Nothing was changed.</source>
         <translation>Nichts wurde geändert.</translation>
+    </message>
+    <message>
+        <source>The artefacts</source>
+        <translation>Die Normale</translation>
     </message>
     <message>
         <source>Retest</source>
@@ -480,6 +488,14 @@
     <message>
         <source>{title}, {who}: {done} of {wanted} points</source>
         <translation>{title}, {who}: {done} von {wanted} Punkten</translation>
+    </message>
+    <message>
+        <source>Reading the procedures</source>
+        <translation>Verfahren werden gelesen</translation>
+    </message>
+    <message>
+        <source>Reading the artefacts</source>
+        <translation>Normale werden gelesen</translation>
     </message>
     <message>
         <source>{name}, {serial}, due {due}</source>
@@ -6079,6 +6095,30 @@ Startet: {source}</translation>
         <translation>Taster gespeichert in {path}. In den Einstellungen wählen (Gerät), dann kalibrieren.</translation>
     </message>
     <message>
+        <source>PolyWorks</source>
+        <translation>PolyWorks</translation>
+    </message>
+    <message>
+        <source>QIF</source>
+        <translation>QIF</translation>
+    </message>
+    <message>
+        <source>Q-DAS</source>
+        <translation>Q-DAS</translation>
+    </message>
+    <message>
+        <source>XLSX</source>
+        <translation>XLSX</translation>
+    </message>
+    <message>
+        <source>JSON</source>
+        <translation>JSON</translation>
+    </message>
+    <message>
+        <source>PDF</source>
+        <translation>PDF</translation>
+    </message>
+    <message>
         <source>Write the report into the folder</source>
         <translation>Bericht in den Ordner schreiben</translation>
     </message>
@@ -6101,6 +6141,14 @@ Startet: {source}</translation>
     <message>
         <source>The bus report is in {path}.</source>
         <translation>Der Busbericht steht in {path}.</translation>
+    </message>
+    <message>
+        <source>{format} + {count}</source>
+        <translation>{format} + {count}</translation>
+    </message>
+    <message>
+        <source>Write the report files: {titles}</source>
+        <translation>Berichtsdateien schreiben: {titles}</translation>
     </message>
     <message>
         <source>Log written to {path}.</source>
@@ -7848,6 +7896,74 @@ Startet: {source}</translation>
     <message>
         <source>PNG or JPEG</source>
         <translation>PNG oder JPEG</translation>
+    </message>
+    <message>
+        <source>Contact</source>
+        <translation>Kontakt</translation>
+    </message>
+    <message>
+        <source>Telephone, mail or page</source>
+        <translation>Telefon, E-Mail oder Webseite</translation>
+    </message>
+    <message>
+        <source>Accreditation</source>
+        <translation>Akkreditierung</translation>
+    </message>
+    <message>
+        <source>Number of the laboratory; empty: none</source>
+        <translation>Nummer des Labors; leer: keine</translation>
+    </message>
+    <message>
+        <source>Country</source>
+        <translation>Land</translation>
+    </message>
+    <message>
+        <source>Two capital letters, for digital certificates</source>
+        <translation>Zwei Großbuchstaben, für digitale Zertifikate</translation>
+    </message>
+    <message>
+        <source>Where it is measured, unless a job says otherwise</source>
+        <translation>Wo gemessen wird, wenn der Auftrag nichts anderes sagt</translation>
+    </message>
+    <message>
+        <source>Machine</source>
+        <translation>Maschine</translation>
+    </message>
+    <message>
+        <source>Name of the measuring machine</source>
+        <translation>Name der Messmaschine</translation>
+    </message>
+    <message>
+        <source>Its serial number</source>
+        <translation>Seriennummer</translation>
+    </message>
+    <message>
+        <source>Of the measuring machine</source>
+        <translation>Der Messmaschine</translation>
+    </message>
+    <message>
+        <source>Its inventory number</source>
+        <translation>Inventarnummer</translation>
+    </message>
+    <message>
+        <source>As the laboratory calls it</source>
+        <translation>Wie das Labor sie nennt</translation>
+    </message>
+    <message>
+        <source>Signatures</source>
+        <translation>Unterschriften</translation>
+    </message>
+    <message>
+        <source>Below the lines, 1 to 3, parted by semicolons</source>
+        <translation>Unter den Linien, 1 bis 3, durch Semikolon getrennt</translation>
+    </message>
+    <message>
+        <source>Formats of E</source>
+        <translation>Formate von E</translation>
+    </message>
+    <message>
+        <source>polyworks; qif; dfq; xlsx; json; pdf: written together, parted by semicolons</source>
+        <translation>polyworks; qif; dfq; xlsx; json; pdf: zusammen geschrieben, durch Semikolon getrennt</translation>
     </message>
     <message>
         <source>Report template; empty: the plain one</source>
