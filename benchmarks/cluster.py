@@ -1,7 +1,8 @@
 """What Dask costs and gives: recall on 1, 2 and 4 workers, tasks of a second, a killed worker.
 
-1. Recall of ``--jobs`` simulated jobs by a scheduler with 1, 2 and 4 workers: time, its share of that
-   of one worker (wanted: 2 workers at most 0.6), and whether the pages are the same to the byte.
+1. Recall of ``--jobs`` simulated jobs by a scheduler with 1, 2 and 4 workers: time, its share of
+   that of one worker (wanted: 2 workers at most 0.6), and whether the pages are the same to the
+   byte.
 2. The same with a worker that is killed when a third is done.
 3. ``--tasks`` tasks that take one second each on 2 workers: what is added to the time that they
    take, in per cent (wanted: below 10). They wait instead of computing, so that this is the cost of

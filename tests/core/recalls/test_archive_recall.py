@@ -19,7 +19,6 @@ from ocmm_core.inspection.archive import (
     KeptPlaces,
     Outcome,
     RecallRecord,
-    decide,
     recall,
     reopen_job,
 )
@@ -111,8 +110,6 @@ def test_jobs_of_all_stations_are_recalled_and_held_back(
         assert "cannot be read" in said
     finally:
         held_jobs_file().unlink()
-    # What the station recalls for itself is not in the way of it.
-    assert decide(own, KeptPlaces((jobs,), world.calibrations), "Ada", datetime.now(UTC)).made_by
 
 
 def test_a_finding_without_a_history_cannot_be_known(
