@@ -14,7 +14,8 @@ from collections.abc import Iterator, Sequence
 _CODE = re.compile(r"[a-z][a-z0-9_]*(\.[a-z0-9_]+)+")
 _WORD = re.compile(r"[^\W\d_]{2,}")
 _MACHINE = re.compile(
-    r"</?\w|\b(SELECT|PRAGMA|CREATE|INSERT|DELETE|UPDATE|VALUES|CHECK|DOCTYPE|TRIGGER|BEGIN)\b|://|strftime|search_path|\\d|^[\w.,/ ]*_[\w.,/ ]*$"
+    r"</?\w|\b(SELECT|PRAGMA|CREATE|INSERT|DELETE|UPDATE|VALUES|CHECK|DOCTYPE|TRIGGER|BEGIN)\b"
+    r"|://|strftime|search_path|\\d|^[\w.,/ ]*_[\w.,/ ]*$"
 )
 _SINGLE = re.compile(r"[A-Z]([a-z]+|[A-Z]+)( \(UTC\))?")
 _FILLED_LATER = re.compile(r"^[^{}]*(\{([a-z_]*|\d(:\.\df)?)\}[^{}]*)+$")
@@ -56,7 +57,7 @@ class Reader:
     def sentences(self, *, all_of_it: bool) -> Iterator[tuple[str, str]]:
         """Return sentences with the code that stands beside them, or nothing for it."""
         for node in ast.walk(self._tree):
-            if not _is_text(node) or self._is_inner(node):
+            if not isinstance(node, ast.expr) or not _is_text(node) or self._is_inner(node):
                 continue
             code = self._code(node)
             if not (code or all_of_it) or (not code and self._is_silent(node)):
@@ -149,7 +150,7 @@ class Reader:
             child = parent
         return False
 
-    def _forms(self, node: ast.AST) -> list[list[str | ast.FormattedValue]]:
+    def _forms(self, node: ast.expr) -> list[list[str | ast.FormattedValue]]:
         """Return all forms that a text can have, by its alternatives, as parts."""
         match node:
             case ast.Constant(value=str() as text):
@@ -168,7 +169,7 @@ class Reader:
             case _:
                 return [[ast.FormattedValue(node, -1, None)]]
 
-    def _product(self, values: Sequence[ast.AST]) -> list[list[str | ast.FormattedValue]]:
+    def _product(self, values: Sequence[ast.expr]) -> list[list[str | ast.FormattedValue]]:
         forms = [self._forms(value) for value in values]
         # The longest lists of alternatives are given up first.
         while (count := _product_of(len(form) for form in forms)) > _MOST_FORMS and count > 1:
@@ -183,7 +184,7 @@ class Reader:
             ]
         return [list(itertools.chain(*parts)) for parts in itertools.product(*forms)]
 
-    def _alternatives(self, value: ast.AST) -> list[list[str | ast.FormattedValue]]:
+    def _alternatives(self, value: ast.expr) -> list[list[str | ast.FormattedValue]]:
         """Return the texts that stand in the source for what is filled in, if all of them do."""
         if isinstance(value, ast.Constant) and isinstance(value.value, str):
             return [[value.value]]

@@ -51,6 +51,7 @@ if TYPE_CHECKING:
 
 EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
+_HELD = "job.locked"
 _SENDER_MS = 5000
 _SAFE = "All points taken are saved in the job file."
 
@@ -144,12 +145,11 @@ def run(parsed: argparse.Namespace) -> int:
     _end_on_signals(app)
     store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
-    sender = _sender(store, told)
+    sender = _Sender(store)
     try:
         return _windows(app, parsed, store, told)
     finally:
-        if sender is not None:
-            sender.close()
+        sender.close()
 
 
 def _windows(
@@ -173,28 +173,54 @@ def _windows(
                 raise
             told = NoticeCentre()
             told.error(error)
-            choice = choice.otherwise or _START_PAGE
+            choice = choice.otherwise or _instead(choice, error)
             continue
         if code != EXIT_OK or after is None:
             return code
         choice, told = after, NoticeCentre()
 
 
-def _sender(store: SettingsStore, told: NoticeCentre) -> HandOverProcess | None:
-    """Return the process that hands jobs over to the archive; it starts when all else stands."""
-    from ocmm_core.archive import HandOverProcess
-    from ocmm_core.station.archiving import archive_place
+def _instead(choice: Choice, error: OcmmError) -> Choice:
+    """Return what is done where an errand is not possible: a job of others can be looked at."""
+    if choice.errand is Errands.CONTINUE and choice.path is not None and error.code == _HELD:
+        return Choice(Errands.LOOK, choice.path)
+    return _START_PAGE
 
-    try:
-        place = archive_place(settings=store.load().settings)
-    except OcmmError as error:
-        told.error(error)
-        return None
-    if place is None:
-        return None
-    sender = HandOverProcess(place)
-    QTimer.singleShot(_SENDER_MS, sender.start_if_needed)
-    return sender
+
+class _Sender:
+    """Starts the process that hands jobs over to the archive, when all else stands, and ends it.
+
+    Parameters
+    ----------
+    store
+        Where the archive is; read when the process starts.
+    """
+
+    def __init__(self, store: SettingsStore) -> None:
+        self._store = store
+        self._process: HandOverProcess | None = None
+        self._ended = False
+        QTimer.singleShot(_SENDER_MS, self._start)
+
+    def close(self) -> None:
+        """End it; it does not start any more."""
+        self._ended = True
+        if self._process is not None:
+            self._process.close()
+
+    def _start(self) -> None:
+        if self._ended:
+            return
+        # Loaded only now: the first page is on the screen before numerical libraries are.
+        from ocmm_core.archive import HandOverProcess
+        from ocmm_core.station.archiving import archive_place
+
+        # What is wrong with the address stands on the Start page and in the settings.
+        with contextlib.suppress(OcmmError):
+            place = archive_place(settings=self._store.load().settings)
+            if place is not None:
+                self._process = HandOverProcess(place)
+                self._process.start()
 
 
 def _watch(built: BuiltStation, loaded: LoadedSettings, choice: Choice) -> ArchiveWatch | None:
@@ -264,6 +290,7 @@ def _work(
     splash = _splash(app, loaded.settings.instrument_source, options)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station
+        from ocmm_core.composition.practice import Practice
         from ocmm_gui.bridge import StationBridge
         from ocmm_gui.kit import ErrorHooks, SoundPlayer
         from ocmm_gui.window import REOPEN, START, MainWindow
@@ -292,6 +319,8 @@ def _work(
                 out=options.export,
                 bench=AcceptanceBench(request, built.recorded),
                 store=store,
+                hand=built.hand,
+                practice=Practice(request) if Practice.is_possible(request) else None,
             )
             window.show_far(options.far)
             _show(window, options.size)
@@ -384,8 +413,6 @@ def _begin(
         if errand is Errands.MEASURE and path is not None:
             window.sheets.look_at(path)
         start()
-    if errand is Errands.DEMO or (parsed.demo and errand is Errands.MEASURE):
-        window.tell_demo()
 
 
 def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice) -> StationRequest:

@@ -56,7 +56,6 @@ def parser() -> argparse.ArgumentParser:
         "--start", action="store_true",
         help="without a job: open the Start page instead of measuring at once",
     )  # fmt: skip
-    add("--demo", action="store_true", help="say that a robot hand measures a virtual part")
     add("job", nargs="?", type=Path, help="job file to look at, read-only")
     add("--plan", type=Path, default=resource("plans", "demo.toml"), help="what to measure")
     add(

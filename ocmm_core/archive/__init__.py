@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     )
     from ocmm_core.archive._roles import ROLES, give_roles, role_statements, roles_sql
     from ocmm_core.archive._rows import (
+        USES,
         Delivery,
         JobRecord,
         JobRow,
@@ -89,7 +90,7 @@ else:
             "stations_of verify_archive verify_files"
         ),
         _roles="ROLES give_roles role_statements roles_sql",
-        _rows="Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow utc_text",
+        _rows="USES Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow utc_text",
         _schema="VERSION",
         _status="HandOver hand_over",
         _views="VIEW_NAMES",
@@ -99,6 +100,7 @@ else:
 __all__ = [
     "QUESTIONS",
     "ROLES",
+    "USES",
     "VERSION",
     "VIEW_NAMES",
     "Answer",

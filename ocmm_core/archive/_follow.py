@@ -105,12 +105,6 @@ class HandOverProcess:
     def __init__(self, place: ArchivePlace) -> None:
         self._place = place
         self._process: subprocess.Popen[bytes] | None = None
-        self._ended = False
-
-    def start_if_needed(self) -> None:
-        """Start it, unless it was ended before it began."""
-        if not self._ended and self._process is None:
-            self.start()
 
     def start(self) -> None:
         """Start it; what goes wrong then stands in the outbox."""
@@ -126,7 +120,6 @@ class HandOverProcess:
 
     def close(self) -> None:
         """End it within two seconds; a job that is under way is sent again by the next one."""
-        self._ended = True
         if self._process is None:
             return
         process, self._process = self._process, None

@@ -259,7 +259,7 @@ def passed(archive: Archive, asked: Asked) -> ArchiveAnswer:
         " AND changed_utc >= :low AND changed_utc < :high",
         {"low": low, "high": high},
     ).rows[0][0]
-    notes = (f"{left} jobs in doubt are not counted.",) if left else ()
+    notes = (f"Jobs in doubt, not counted: {left}.",) if left else ()
     return ArchiveAnswer(
         "Who passed what",
         ("Operator", "Part", "Station", "Jobs", "Conform", "Do not conform", "Neither", "Last"),
@@ -315,7 +315,7 @@ def rr(archive: Archive, asked: Asked) -> ArchiveAnswer:
     )
     left = len(serials) - len(whole)
     if left:
-        notes.append(f"{left} parts were not measured twice at every station and are left out.")
+        notes.append(f"Parts not measured twice at every station, left out: {left}.")
     means = values.mean(axis=(0, 2))
     shown: list[Row] = [
         ("Repeatability (EV)", study.ev, None),
@@ -472,7 +472,7 @@ def _simulated_note(rows: list[dict[str, Cell]]) -> list[str]:
         return []
     if len(computed) == len(rows):
         return [f"{SIMULATED}: {NO_REAL_PART}"]
-    return [f"{len(computed)} simulated jobs are not counted beside real ones."]
+    return [f"Simulated jobs, not counted beside real ones: {len(computed)}."]
 
 
 def _cut(rows: tuple[Row, ...], most: int) -> tuple[str, ...]:

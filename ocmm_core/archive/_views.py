@@ -1,7 +1,8 @@
 """Views for people who ask by SQL; `docs/archive.md` explains their columns.
 
 They are the same on both stores. Only the newest version of a job is in them; what counts in
-statistics has ``counted = 1``, and ``why_not`` says why a value does not.
+statistics has ``counted = 1``, and ``why_not`` says why a value does not. What is in doubt is NOT PROVEN, whatever
+was decided before: nobody who asks by SQL sees it greener.
 """
 
 from __future__ import annotations
@@ -16,7 +17,8 @@ VIEWS = (
     SELECT j.id AS job_id, j.job_uuid, j.steps, j.sha256, j.size, j.station, j.state, j.part,
         j.serial, j.order_name, j.batch, j.operator, j.plan, j.plan_sha256, j.program,
         j.created_utc, j.changed_utc, j.received_utc, j.rig, j.calibration, j.probe, j.tip,
-        j.part_c, j.probe_c, j.verdict, j.complete, j.simulated, j.points, j.seal, j.signer,
+        j.part_c, j.probe_c, CASE WHEN j.fault <> '' OR {_HELD} THEN 'NOT PROVEN'
+            ELSE j.verdict END AS verdict, j.complete, j.simulated, j.points, j.seal, j.signer,
         j.fault,
         CASE WHEN {_HELD} THEN 1 ELSE 0 END AS held
     FROM job j
@@ -26,7 +28,8 @@ VIEWS = (
     SELECT a.job_id, a.job_uuid, a.station, a.state, a.serial, a.batch, a.order_name, a.operator,
         a.simulated, a.changed_utc, a.calibration, a.tip, a.part_c,
         r.part, r.created_utc, r.position, r.characteristic, r.kind, r.unit, r.nominal, r.low,
-        r.high, r.value, r.uncertainty, r.verdict,
+        r.high, r.value, r.uncertainty,
+        CASE WHEN a.fault <> '' OR a.held = 1 THEN 'NOT PROVEN' ELSE r.verdict END AS verdict,
         CASE WHEN r.why_not = '' AND a.fault = '' AND a.held = 0 THEN 1 ELSE 0 END AS counted,
         CASE WHEN a.fault <> '' THEN a.fault WHEN a.held = 1 THEN 'Held back: see the marks.'
             ELSE r.why_not END AS why_not

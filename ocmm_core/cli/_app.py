@@ -222,7 +222,7 @@ def demo(
 
     if not headless and _has_display():
         _open_window(
-            "--demo", "--source", source, "--plan", str(plan), "--out", str(out),
+            "--source", source, "--plan", str(plan), "--out", str(out),
             "--seed", str(seed), "--speed", str(1.0 if speed is None else speed),
             *([] if theme is None else ["--theme", theme.value]),
         )  # fmt: skip

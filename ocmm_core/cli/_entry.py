@@ -92,9 +92,19 @@ def _tell(error: OcmmError) -> None:
     # Where nobody reads it any more, the code still says it.
     from ocmm_core.cli.terminal import shown
 
-    lines = (shown(" ".join(text.split("\n"))) for text in (error.what, error.remedy))
+    lines = (shown(" ".join(text.split("\n"))) for text in _in_language(error))
     with contextlib.suppress(OSError):
         sys.stderr.write("ocmm: {}\n      {}\n".format(*lines))
+
+
+def _in_language(error: OcmmError) -> tuple[str, str]:
+    """Return the error as whoever reads the terminal wants it; English whatever is wrong there."""
+    try:
+        from ocmm_core.wording import in_language, language_of
+
+        return in_language(error, language_of(os.environ))
+    except OcmmError:
+        return error.what, error.remedy
 
 
 if __name__ == "__main__":

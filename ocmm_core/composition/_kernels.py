@@ -107,6 +107,10 @@ ocmm_core.simulation.scene._exposure
 ocmm_core.simulation.scene._kernels
     move f1 f2 f4 f3 f2 b1 b1
     see f3 f2 f2 f2 f f1 f f i1 f3 f f3 U1 U1 f3
+ocmm_core.simulation.hand._kernel
+    distance f1 f2 f2 f1
+    drive f1 f1 f f f f2 f2 f2 f1 b1
+    march f1 f1 f f f2 f2 f1 f1
 ocmm_core.simulation.scene._probe_study_kernel
     add_paths s2 s2 s2 f2 f1 i s2 f2 f3
 

@@ -24,6 +24,10 @@ class Host(ABC):
     closes_before_rename: ClassVar[bool]
 
     @abstractmethod
+    def holder_of(self, path: Path) -> str:
+        """Return which other process has locked a file, in words; empty where nobody can say."""
+
+    @abstractmethod
     def lock(self, descriptor: int, *, shared: bool = False, wait: bool = False) -> None:
         """Lock a file against other descriptors until this one is closed.
 

@@ -50,6 +50,11 @@ class WindowsHost(Host):
                 os.lseek(descriptor, stood, os.SEEK_SET)
             time.sleep(_BETWEEN_S)
 
+    def holder_of(self, path: Path) -> str:
+        # Windows tells it to a service of its own only.
+        del path
+        return ""
+
     def open_to_lock(self, folder: Path) -> int:
         # A folder has no descriptor: a file in it stands for it.
         return self.open_file(folder / _FOLDER_LOCK, os.O_RDWR | os.O_CREAT)

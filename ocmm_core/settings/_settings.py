@@ -55,6 +55,15 @@ class Settings:
     report_laboratory: str
     report_address: tuple[str, ...]
     report_logo: Path | None
+    report_contact: str
+    report_accreditation: str
+    report_country: str
+    report_place: str
+    report_machine: str
+    report_machine_serial: str
+    report_machine_inventory: str
+    report_signatures: tuple[str, ...]
+    report_formats: tuple[str, ...]
     report_template: Path | None
     report_language: str
     stream_port: int | None

@@ -229,6 +229,43 @@ SETTINGS: tuple[SettingSpec, ...] = (
         "report.logo", Kind.FILE, None, _S, _NOW, later("Logo"), later("PNG or JPEG"),
     ),
     _spec(
+        "report.contact", Kind.TEXT, "", _S, _NOW, later("Contact"),
+        later("Telephone, mail or page"),
+    ),
+    _spec(
+        "report.accreditation", Kind.TEXT, "", _S, _NOW, later("Accreditation"),
+        later("Number of the laboratory; empty: none"),
+    ),
+    _spec(
+        "report.country", Kind.TEXT, "", _S, _NOW, later("Country"),
+        later("Two capital letters, for digital certificates"),
+    ),
+    _spec(
+        "report.place", Kind.TEXT, "", _S, _NOW, later("Place"),
+        later("Where it is measured, unless a job says otherwise"),
+    ),
+    _spec(
+        "report.machine", Kind.TEXT, "", _S, _NOW, later("Machine"),
+        later("Name of the measuring machine"),
+    ),
+    _spec(
+        "report.machine_serial", Kind.TEXT, "", _S, _NOW, later("Its serial number"),
+        later("Of the measuring machine"),
+    ),
+    _spec(
+        "report.machine_inventory", Kind.TEXT, "", _S, _NOW, later("Its inventory number"),
+        later("As the laboratory calls it"),
+    ),
+    _spec(
+        "report.signatures", Kind.LINES, (), _S, _NOW, later("Signatures"),
+        later("Below the lines, 1 to 3, parted by semicolons"),
+    ),
+    _spec(
+        "report.formats", Kind.LINES, ("polyworks",), _S, _NOW, later("Formats of E"),
+        later("polyworks; qif; dfq; xlsx; json; pdf: written together, parted by semicolons"),
+        choices=("polyworks", "qif", "dfq", "xlsx", "json", "pdf"),
+    ),
+    _spec(
         "report.template", Kind.FILE, None, _S, _NOW, later("Template"),
         later("Report template; empty: the plain one"), schema="ocmm.report-template/1",
         option="--template",

@@ -44,7 +44,11 @@ def checked(spec: SettingSpec, value: object) -> Value:
         if isinstance(value, list | tuple) and all(isinstance(line, str) for line in value):
             if len(value) > _MOST_LINES:
                 raise _wrong(spec, value, f"has more than {_MOST_LINES} lines")
-            return tuple(_text(spec, line) for line in value)
+            lines = tuple(_text(spec, line) for line in value)
+            strange = [line for line in lines if spec.choices and line not in spec.choices]
+            if strange or (spec.choices and not lines):
+                raise _wrong(spec, value, f"must be some of {', '.join(spec.choices)}")
+            return tuple(dict.fromkeys(lines)) if spec.choices else lines
         raise _wrong(spec, value, "must be a list of texts")
     if spec.kind is Kind.KEYS:
         return _keys(spec, value)

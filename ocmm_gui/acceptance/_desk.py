@@ -11,6 +11,7 @@ from PySide6.QtCore import Qt, Signal
 
 from ocmm_core.acceptance import (
     AcceptanceProcedure,
+    ArtefactOffer,
     GuidedAcceptanceView,
     OpenTest,
     ProcedureOffer,
@@ -81,7 +82,7 @@ class AcceptanceDesk(GuidedStack):
         self.procedures: tuple[ProcedureOffer, ...] = ()
         # Every session is read with its hashes, and the disk may be slow.
         self._lists = Worker("ocmm-tests-open", self)
-        self._asked = 0
+        self._asked = self._chosen = 0
         self.start = AcceptanceStart()
         self.addWidget(self.start)
         self.start.chosen.connect(self._choose)
@@ -94,35 +95,49 @@ class AcceptanceDesk(GuidedStack):
         """Show what can be tested; ``first`` is the id of the procedure that is proposed."""
         self.close_runner()
         self.setCurrentWidget(self.start)
-        now, trouble = self._clock(), ""
-        try:
-            self.procedures = self.bench.procedures(now)
-        except OcmmError as error:
-            self.procedures = ()
-            trouble = said(f"{error.what} {error.remedy}")
+        now = self._clock()
+        self._asked += 1
+        asked = self._asked
+        self.procedures = ()
+        self.start.show_waiting()
+
+        def done(found: tuple[ProcedureOffer, ...]) -> None:
+            # Opened again meanwhile: a later answer comes.
+            if asked == self._asked:
+                self.procedures = found
+                self.start.ask(found, self._proposals(), first)
+                self._read_unfinished(now, asked)
+
+        def failed(error: Exception) -> None:
+            if asked == self._asked:
+                self.start.ask((), self._proposals(), first)
+                self._tell_failure(error, tr("The procedures"))
+                self._read_unfinished(now, asked)
+
+        self._lists.do(lambda: self.bench.procedures(now), done, failed)
+
+    def _proposals(self) -> dict[str, str]:
         proposals = {"who": self._who()}
         if self.bench.is_virtual:
             proposals["temperature"] = localised(f"{_USUAL_C:g}")
-        self.start.ask(self.procedures, proposals, first)
-        if trouble:
-            self.start.show_trouble(trouble)
-        self._read_unfinished(now)
+        return proposals
 
-    def _read_unfinished(self, now: datetime) -> None:
+    def _tell_failure(self, error: Exception, reading: str) -> None:
+        """Show on the first page why something could not be read."""
+        told = contained(error, reading, tr("Nothing was changed."))
+        self.start.show_trouble(said(f"{told.what} {told.remedy}"))
+
+    def _read_unfinished(self, now: datetime, asked: int) -> None:
         """Read the tests that can go on, and show them when they come."""
-        self._asked += 1
-        asked = self._asked
 
         def done(found: tuple[OpenTest, ...]) -> None:
-            # Opened again meanwhile: a later answer comes.
             if asked == self._asked:
                 self.start.show_unfinished(found)
 
         def failed(error: Exception) -> None:
-            told = contained(error, tr("Unfinished tests"), tr("Nothing was changed."))
             if asked == self._asked:
                 self.start.show_unfinished(())
-                self.start.show_trouble(said(f"{told.what} {told.remedy}"))
+                self._tell_failure(error, tr("Unfinished tests"))
 
         self._lists.do(lambda: self.bench.unfinished(now), done, failed)
 
@@ -135,12 +150,30 @@ class AcceptanceDesk(GuidedStack):
         offer = self.procedures[row]
         try:
             warm = temperature(self.start.value("temperature"))
-            found = self.bench.offers(offer, self._clock(), _USUAL_C if warm is None else warm)
         except OcmmError as error:
             self.start.show_artefacts((), limits_text(offer))
             self.start.show_trouble(said(f"{error.what} {error.remedy}"))
             return
-        self.start.show_artefacts(found, limits_text(offer))
+        self._chosen += 1
+        chosen, now = self._chosen, self._clock()
+        self.start.show_reading(limits_text(offer))
+
+        def read() -> tuple[ArtefactOffer, ...]:
+            # Who walks down the list wants the last one alone.
+            if chosen != self._chosen:
+                return ()
+            return self.bench.offers(offer, now, _USUAL_C if warm is None else warm)
+
+        def done(found: tuple[ArtefactOffer, ...]) -> None:
+            if chosen == self._chosen:
+                self.start.show_artefacts(found, limits_text(offer))
+
+        def failed(error: Exception) -> None:
+            if chosen == self._chosen:
+                self.start.show_artefacts((), limits_text(offer))
+                self._tell_failure(error, tr("The artefacts"))
+
+        self._lists.do(read, done, failed)
 
     def _begin(self) -> None:
         self._run(self._begun)

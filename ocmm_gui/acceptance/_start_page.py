@@ -170,8 +170,27 @@ class AcceptanceStart(QWidget):
             self.unfinished.setCurrentRow(0)
         self._show_open()
 
+    def show_waiting(self) -> None:
+        """Show that the procedures are still being read; nothing can start."""
+        self.table.blockSignals(True)
+        self.table.setRowCount(0)
+        self.table.blockSignals(False)
+        self.show_trouble("")
+        self.show_reading(tr("Reading the procedures"))
+
+    def show_reading(self, limits: str) -> None:
+        """Show that the artefacts of the chosen procedure are still being read."""
+        self._offers = ()
+        self.limits.setText(limits)
+        self.artefacts.blockSignals(True)
+        self.artefacts.clear()
+        self.artefacts.blockSignals(False)
+        self.note.setText(tr("Reading the artefacts"))
+        self.begin_button.setEnabled(False)
+
     def show_artefacts(self, offers: Sequence[ArtefactOffer], limits: str) -> None:
         """Show the artefacts of the chosen procedure; refused ones say why."""
+        self.begin_button.setEnabled(True)
         self._offers = tuple(offers)
         self.limits.setText(limits)
         self.artefacts.blockSignals(True)

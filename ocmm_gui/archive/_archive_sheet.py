@@ -37,7 +37,7 @@ from ocmm_gui.kit import (
 )
 
 _KEYS = (
-    ActionInfo("ask", later("Ask"), later("Ask the archive"), ("F8", "Return")),
+    ActionInfo("ask", later("Ask"), later("Ask the archive"), ("F8",)),
     ActionInfo("next", later("Next question"), later("Choose the next question"), ("F6",)),
     ActionInfo(
         "export", later("Export"), later("Write the table to a file, .csv or .parquet"), ("F7",)
@@ -90,8 +90,7 @@ class ArchiveSheet(WorkSheet):
         self._holders: dict[str, QWidget] = {}
         row = QHBoxLayout()
         row.setSpacing(10)
-        row.addWidget(caption(tr("Question"), self.question))
-        row.addWidget(self.question)
+        row.addWidget(_holder(caption(tr("Question"), self.question), self.question))
         self._holders["kind"] = _holder(caption(tr("Kind"), self.kind), self.kind)
         row.addWidget(self._holders["kind"])
         for key, name, tip in _FIELDS:

@@ -57,7 +57,7 @@ START_ACTIONS = (
     ),
     ActionInfo(
         "demo", later("Demo"),
-        later("SIMULATED: a robot hand measures a virtual part, to look and learn"), ("F9",),
+        later("SIMULATED: a robot hand measures a virtual part; take over and try"), ("F9",),
     ),
     ActionInfo(
         "settings", later("Settings"), later("Cameras, probe, folders, temperatures, sounds, keys"),
@@ -67,7 +67,7 @@ START_ACTIONS = (
                ("T",)),
     ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
 )  # fmt: skip
-_SMALL = ("theme", "quit")
+_SMALL = ("archive", "theme", "quit")
 _BUTTON_PX = 64
 _ROW_PX = 60
 _PATH = Qt.ItemDataRole.UserRole
@@ -165,7 +165,7 @@ class StartPage(QWidget):
         usable = all(line.usable for line in state.lines)
         if state.simulated:
             self.hint.setText(
-                tr("Cameras are SIMULATED: choose real ones in Settings, or try the Demo.")
+                tr("Cameras are SIMULATED. New here? Press Demo (F9) and touch a virtual part.")
             )
         elif usable:
             self.hint.setText(tr("Ready. New job begins with the plan; Continue goes on."))

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._actions import (
         ACTIONS,
         FINISH_KEYS,
+        SHORT,
         TAKE_KEYS,
         UNDO_KEYS,
         ActionInfo,
@@ -160,8 +161,8 @@ else:
         __name__,
         _actions=(
             "ACTIONS ActionInfo Debounced FINISH_KEYS Mode TAKE_KEYS UNDO_KEYS bind_actions "
-            "conflict_of key_words make_actions make_button shortcuts_of show_mode usable_keys "
-            "use_shortcuts"
+            "SHORT conflict_of key_words make_actions make_button shortcuts_of show_mode "
+            "usable_keys use_shortcuts"
         ),
         _answer_panel="AnswerPanel",
         _fit_text="FitText",
@@ -212,6 +213,7 @@ __all__ = [
     "PAUSED",
     "SCENE_LEAST",
     "SCENE_SIZE",
+    "SHORT",
     "TAKE_KEYS",
     "THEMES",
     "UNDO_KEYS",

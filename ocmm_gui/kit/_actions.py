@@ -223,6 +223,13 @@ ACTIONS = (
         later("Write the certificate of what this page shows, PDF and DCC"), ("Ctrl+P",),
         mode=Mode.MAINTAIN,
     ),
+    ActionInfo(
+        "hand", later("Take over"),
+        later("SIMULATED: take the probe from the robot hand, or hand it back"), ("Ctrl+T",),
+    ),
+    ActionInfo(
+        "tour", later("Tour"), later("SIMULATED: learn the window in two minutes"), ("Ctrl+G",),
+    ),
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
         "start", later("Home"),
@@ -345,24 +352,29 @@ def bind_actions(actions: Mapping[str, QAction], calls: Mapping[str, Callable[[]
         actions[info.key].triggered.connect(lambda _checked, command=command: command())
 
 
+SHORT = "short"
+"""Property of an action: what its button says where its text has no room, or says too little."""
+
+
 def make_button(action: QAction, *, primary: bool = False) -> QPushButton:
     """Return a button that does what ``action`` does and shows its first key."""
-    shown = _first_key(action)
-    button = NarrowButton(f"{action.text()}  [{shown}]")
-    button.setAccessibleName(action.text())
-    button.setAccessibleDescription(action.toolTip())
-    button.setToolTip(literal(action.toolTip()))
+    button = NarrowButton("")
     button.setProperty("role", "primary" if primary else "plain")
-    button.setEnabled(action.isEnabled())
+    shown: tuple[str, str] | None = None
 
     def follow() -> None:
         nonlocal shown
         button.setEnabled(action.isEnabled())
-        if _first_key(action) != shown:
-            shown = _first_key(action)
-            button.setText(f"{action.text()}  [{shown}]")
+        now = _first_key(action), str(action.property(SHORT) or action.text())
+        if now != shown:
+            shown = now
+            button.setText(f"{now[1]}  [{now[0]}]")
+            name = action.text() if now[1] == action.text() else f"{action.text()}: {now[1]}"
+            button.setAccessibleName(name)
+            button.setAccessibleDescription(action.toolTip())
             button.setToolTip(literal(action.toolTip()))
 
+    follow()
     action.changed.connect(follow)
     button.clicked.connect(action.trigger)
     return button

@@ -42,6 +42,7 @@ _STEP = 0.05
 _SLACK_PX = 1.0
 _INSET_PX = 2
 _ITEM_PX = 8
+_PADDING_PX = 3
 
 
 def is_longer() -> bool:
@@ -174,7 +175,9 @@ class NarrowButton(QPushButton):
     def _room(self) -> QRect:
         option = QStyleOptionButton()
         self.initStyleOption(option)
-        return self.style().subElementRect(QStyle.SubElement.SE_PushButtonContents, option, self)
+        room = self.style().subElementRect(QStyle.SubElement.SE_PushButtonContents, option, self)
+        # A little of the padding: words that are near the border are better than smaller ones.
+        return room.adjusted(-_PADDING_PX, 0, _PADDING_PX, 0)
 
 
 class NarrowItems(QStyledItemDelegate):

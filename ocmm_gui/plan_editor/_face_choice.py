@@ -7,14 +7,13 @@ from PySide6.QtWidgets import (
     QFrame,
     QHBoxLayout,
     QListWidgetItem,
-    QPushButton,
     QVBoxLayout,
 )
 
 from ocmm_core.alignment import ModelBestFit
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.part_model import ModelFace, PartModel
-from ocmm_gui.kit import DEFAULT_THEME, THEMES, PlainLabel, Theme, text_font, tr
+from ocmm_gui.kit import DEFAULT_THEME, THEMES, NarrowButton, PlainLabel, Theme, text_font, tr
 from ocmm_gui.plan_editor._model_choice import ChoiceList
 from ocmm_gui.views import PartPicture
 
@@ -45,8 +44,8 @@ class FaceChoice(QFrame):
         self._told.setAccessibleName(tr("What is chosen"))
         self._told.setWordWrap(True)
         self._told.setFont(text_font(14))
-        self._take = QPushButton(tr("Align by these  [Return]"))
-        self._back = QPushButton(tr("Back  [Esc]"))
+        self._take = NarrowButton(tr("Align by these  [Return]"))
+        self._back = NarrowButton(tr("Back  [Esc]"))
         self._take.setAccessibleName(tr("Align the part by a best fit to the chosen faces"))
         self._back.setAccessibleName(tr("Go back without faces"))
         self._take.setProperty("role", "primary")

@@ -12,8 +12,8 @@ from dataclasses import dataclass, field
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
 
+from ocmm_core.wording import Speech
 from ocmm_gui.kit import THEMES, text_font
-from ocmm_gui.reports._speech import Speech
 
 INK = THEMES["light"]
 """Paper is white whatever the window looks like."""

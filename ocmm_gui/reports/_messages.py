@@ -2,9 +2,14 @@
 
 from __future__ import annotations
 
-from ocmm_core.export.report import Element, ReportedResult
+from ocmm_core.export.report import Element, ReportData, ReportedResult
 from ocmm_core.inspection.evaluation import FeatureView
-from ocmm_gui.reports._speech import Speech
+from ocmm_core.wording import Speech
+
+
+def speech_of(data: ReportData) -> Speech:
+    """Return how the report of a job speaks."""
+    return Speech(data.paper.template.language)
 
 
 def count_words(seen: FeatureView) -> str:

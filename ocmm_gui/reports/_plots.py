@@ -10,9 +10,9 @@ from PySide6.QtGui import QColor, QPainter, QPen
 
 from ocmm_core.export.report import ReportData, ReportedResult
 from ocmm_core.tolerances.decisions import U_LABEL
+from ocmm_core.wording import Speech
 from ocmm_gui.kit import verdict_colour
 from ocmm_gui.reports._canvas import INK, SMALL, Canvas, Style, paint_text
-from ocmm_gui.reports._speech import Speech
 
 _ROW = 52.0
 _NAME = 520.0

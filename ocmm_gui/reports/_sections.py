@@ -14,6 +14,7 @@ from ocmm_core.inspection.evaluation import INCOMPLETE, NO_REAL_PART, SIMULATED
 from ocmm_core.seals import shown_key
 from ocmm_core.tolerances.decisions import U_LABEL, PartWord, Verdict, VerdictSummary
 from ocmm_core.tolerances.kinds import Symbol, symbol_of
+from ocmm_core.wording import Speech
 from ocmm_gui.kit import verdict_colour
 from ocmm_gui.reports._canvas import (
     BODY,
@@ -29,8 +30,7 @@ from ocmm_gui.reports._canvas import (
     paint_line,
     paint_text,
 )
-from ocmm_gui.reports._messages import count_words, element_words, measurand
-from ocmm_gui.reports._speech import Speech, speech_of
+from ocmm_gui.reports._messages import count_words, element_words, measurand, speech_of
 from ocmm_gui.reports._symbols import paint_symbol
 
 _CODE_SIDE = 300.0
@@ -102,9 +102,7 @@ def title(canvas: Canvas, data: ReportData) -> None:
     for line in (*origin, *(part.reasons or (part.summary.counted,))):
         fails = line.startswith(Verdict.NOT_CONFORM.value)
         plain = INK.text if line == part.summary.counted else INK.warn
-        canvas.text(
-            canvas.speech.say(line), Style(34.0, bold=True, colour=INK.bad if fails else plain)
-        )
+        canvas.text(speech.say(line), Style(34.0, bold=True, colour=INK.bad if fails else plain))
     for note in (data.view.unproven, *data.view.camera_doubts, *data.notes):
         if note:
             canvas.skip(6.0)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -213,6 +213,11 @@ class ReportSheet(Sheet):
         if self.formats.currentRow() >= 0:
             self._marked ^= {str(self.formats.currentItem().data(_NAME))}
             self._write_marks()
+
+    def mark_formats(self, names: Sequence[str]) -> None:
+        """Mark these formats and no others: those of the station."""
+        self._marked = set(names)
+        self._write_marks()
 
     def marked(self) -> tuple[str, ...]:
         """Return the names of the marked formats."""

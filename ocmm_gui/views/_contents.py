@@ -26,6 +26,7 @@ from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, Tag
 
 _ARROW_MM = 9.0
 _STEM_MM = 25.0
+_AIM_MM = 3.0
 _RING_MM = 40.0
 """Greatest radius of the ring round the next place."""
 
@@ -279,6 +280,21 @@ def target_items(
         # Where the part is supposed: no ring leads there.
         where = tr("touch here first, roughly")
     items.append(Tag(place, where, theme.accent))
+    return tuple(items)
+
+
+def aim_items(aim: tuple[Float, Float] | None, probe: Float, theme: Theme) -> tuple[Item, ...]:
+    """Return the place that somebody means on the part, and the way of the ball to it."""
+    if aim is None:
+        return ()
+    place, normal = aim
+    ring = shapes.ring(place, normal, _AIM_MM)
+    items: list[Item] = [
+        Lines(shapes.polyline(ring, closed=True), theme.warn, 2.0),
+        Dots(place[None], theme.warn, 6.0, theme.panel),
+    ]
+    if len(probe):
+        items.append(Lines(np.stack([probe[-1], place])[None], theme.warn, 1.2))
     return tuple(items)
 
 

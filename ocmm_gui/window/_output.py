@@ -7,12 +7,19 @@ from datetime import datetime
 from pathlib import Path
 
 from PySide6.QtCore import QObject, Signal
+from PySide6.QtGui import QAction
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.export import DEFAULT_FORMAT
+from ocmm_core.export import DEFAULT_FORMAT, FORMATS
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import AnswerPanel, NoticeCentre, PathPanel, WorkLine, tr
+from ocmm_gui.kit import SHORT, AnswerPanel, NoticeCentre, PathPanel, WorkLine, later, tr
 from ocmm_gui.results import JobSource, ReportWriter, Written
+
+_SHORT = {
+    "polyworks": later("PolyWorks"), "qif": later("QIF"), "dfq": later("Q-DAS"),
+    "xlsx": later("XLSX"), "json": later("JSON"), "pdf": later("PDF"),
+}  # fmt: skip
+"""Names of products and formats as a button has room for them."""
 
 
 class Output(QObject):
@@ -42,6 +49,7 @@ class Output(QObject):
     ) -> None:
         super().__init__()
         self._bridge, self._notices, self._out = bridge, notices, out
+        self.formats: tuple[str, ...] = (DEFAULT_FORMAT,)
         self.export_panel = PathPanel(
             tr("Write the report into the folder"),
             tr("Folder of the report"),
@@ -73,6 +81,16 @@ class Output(QObject):
     def calls(self) -> dict[str, Callable[[], None]]:
         """Return what the keys do, by key of the action."""
         return {"export": self._export, "bus_text": self._save_bus_text, "log": self._save_log}
+
+    def use_formats(self, formats: tuple[str, ...], action: QAction) -> None:
+        """Write these formats on the key from now on, all or none; the button says which."""
+        self.formats = formats
+        first, more = tr(_SHORT[formats[0]]), len(formats) - 1
+        named = tr("{format} + {count}").format(format=first, count=more) if more else first
+        titles = ", ".join(FORMATS[name].title for name in formats)
+        # The bar has room for a word: the first format, and how many go with it.
+        action.setProperty(SHORT, named)
+        action.setToolTip(tr("Write the report files: {titles}").format(titles=titles))
 
     def folder(self) -> Path:
         """Return where files go unless somebody says otherwise."""
@@ -108,7 +126,7 @@ class Output(QObject):
             self.export_panel.ask(self.folder())
 
     def _export_to(self, folder: Path) -> None:
-        self._writer.write(self._source, (DEFAULT_FORMAT,), folder)
+        self._writer.write(self._source, self.formats, folder)
 
     def _save_bus_text(self) -> None:
         path = self._new_text("bus")

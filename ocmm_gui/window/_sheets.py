@@ -107,6 +107,7 @@ class Sheets(MadeLate):
         from ocmm_gui.results import ReportSheet
 
         sheet = ReportSheet(self._folder)
+        sheet.mark_formats(self._store.load().settings.report_formats)
         sheet.written.connect(self._written)
         return self._join(sheet, self.open_results)
 

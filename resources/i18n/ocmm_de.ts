@@ -291,12 +291,20 @@
         <translation>Urteil gespeichert. P schreibt das Zertifikat.</translation>
     </message>
     <message>
+        <source>The procedures</source>
+        <translation>Die Verfahren</translation>
+    </message>
+    <message>
         <source>Unfinished tests</source>
         <translation>Unfertige Prüfungen</translation>
     </message>
     <message>
         <source>Nothing was changed.</source>
         <translation>Nichts wurde geändert.</translation>
+    </message>
+    <message>
+        <source>The artefacts</source>
+        <translation>Die Normale</translation>
     </message>
     <message>
         <source>Retest</source>
@@ -480,6 +488,14 @@
     <message>
         <source>{title}, {who}: {done} of {wanted} points</source>
         <translation>{title}, {who}: {done} von {wanted} Punkten</translation>
+    </message>
+    <message>
+        <source>Reading the procedures</source>
+        <translation>Verfahren werden gelesen</translation>
+    </message>
+    <message>
+        <source>Reading the artefacts</source>
+        <translation>Normale werden gelesen</translation>
     </message>
     <message>
         <source>{name}, {serial}, due {due}</source>
@@ -1557,8 +1573,8 @@ Startet: {source}</translation>
         <translation>Demo</translation>
     </message>
     <message>
-        <source>SIMULATED: a robot hand measures a virtual part, to look and learn</source>
-        <translation>SIMULIERT: eine Roboterhand misst ein virtuelles Werkstück, zum Ansehen und Lernen</translation>
+        <source>SIMULATED: a robot hand measures a virtual part; take over and try</source>
+        <translation>SIMULIERT: Eine Roboterhand misst ein virtuelles Werkstück; übernehmen und ausprobieren</translation>
     </message>
     <message>
         <source>Cameras, probe, folders, temperatures, sounds, keys</source>
@@ -1605,8 +1621,8 @@ Startet: {source}</translation>
         <translation>Zu {what}</translation>
     </message>
     <message>
-        <source>Cameras are SIMULATED: choose real ones in Settings, or try the Demo.</source>
-        <translation>Die Kameras sind SIMULIERT: echte in den Einstellungen wählen oder die Demo probieren.</translation>
+        <source>Cameras are SIMULATED. New here? Press Demo (F9) and touch a virtual part.</source>
+        <translation>Kameras sind SIMULIERT. Neu hier? Demo (F9) drücken und ein virtuelles Werkstück antasten.</translation>
     </message>
     <message>
         <source>Ready. New job begins with the plan; Continue goes on.</source>
@@ -1886,7 +1902,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Order</source>
-        <translation>Reihenfolge</translation>
+        <translation>Abfolge</translation>
     </message>
     <message>
         <source>Switch between plan order and any order</source>
@@ -2155,6 +2171,18 @@ Startet: {source}</translation>
     <message>
         <source>Write the certificate of what this page shows, PDF and DCC</source>
         <translation>Zertifikat dieser Seite schreiben, PDF und DCC</translation>
+    </message>
+    <message>
+        <source>SIMULATED: take the probe from the robot hand, or hand it back</source>
+        <translation>SIMULIERT: den Taster von der Roboterhand übernehmen oder zurückgeben</translation>
+    </message>
+    <message>
+        <source>Tour</source>
+        <translation>Rundgang</translation>
+    </message>
+    <message>
+        <source>SIMULATED: learn the window in two minutes</source>
+        <translation>SIMULIERT: das Fenster in zwei Minuten kennenlernen</translation>
     </message>
     <message>
         <source>All keyboard shortcuts of the window</source>
@@ -2798,8 +2826,44 @@ Startet: {source}</translation>
         <translation>Beschreibung</translation>
     </message>
     <message>
+        <source>Who holds the probe</source>
+        <translation>Wer den Taster hält</translation>
+    </message>
+    <message>
         <source>What to do</source>
         <translation>Was zu tun ist</translation>
+    </message>
+    <message>
+        <source>Skip step</source>
+        <translation>Schritt überspringen</translation>
+    </message>
+    <message>
+        <source>Skip this step of the tour</source>
+        <translation>Diesen Schritt des Rundgangs überspringen</translation>
+    </message>
+    <message>
+        <source>Hand back</source>
+        <translation>Zurückgeben</translation>
+    </message>
+    <message>
+        <source>SIMULATED: you measure. Move the mouse over the part and click to touch. Wheel: nearer. Arrow keys: tilt the probe. Right button: turn the view.</source>
+        <translation>SIMULIERT: Sie messen. Maus über das Werkstück bewegen, Klick tastet an. Rad: näher. Pfeiltasten: Taster neigen. Rechte Taste: Ansicht drehen.</translation>
+    </message>
+    <message>
+        <source>SIMULATED: a robot hand measures a virtual part. Take over to do it yourself.</source>
+        <translation>SIMULIERT: Eine Roboterhand misst ein virtuelles Werkstück. Übernehmen, um selbst zu messen.</translation>
+    </message>
+    <message>
+        <source>End tour</source>
+        <translation>Rundgang beenden</translation>
+    </message>
+    <message>
+        <source>Tour {number}/{count}. {sentence}</source>
+        <translation>Rundgang {number}/{count}. {sentence}</translation>
+    </message>
+    <message>
+        <source>PRACTICE: a virtual hand does what each step asks. Nothing of it is valid for measuring.</source>
+        <translation>ÜBUNG (PRACTICE): Eine virtuelle Hand tut, was jeder Schritt verlangt. Nichts davon gilt zum Messen.</translation>
     </message>
     <message>
         <source>Cycles</source>
@@ -4569,39 +4633,39 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Faces to align by</source>
-        <translation type="unfinished"></translation>
+        <translation>Flächen zum Ausrichten</translation>
     </message>
     <message>
         <source>Faces of the model</source>
-        <translation type="unfinished"></translation>
+        <translation>Flächen des Modells</translation>
     </message>
     <message>
         <source>Align by these  [Return]</source>
-        <translation type="unfinished"></translation>
+        <translation>Danach ausrichten  [Eingabe]</translation>
     </message>
     <message>
         <source>Align the part by a best fit to the chosen faces</source>
-        <translation type="unfinished"></translation>
+        <translation>Werkstück durch Bestpassung an die gewählten Flächen ausrichten</translation>
     </message>
     <message>
         <source>Go back without faces</source>
-        <translation type="unfinished"></translation>
+        <translation>Zurück ohne Flächen</translation>
     </message>
     <message>
         <source>The model has no face with an exact surface.</source>
-        <translation type="unfinished"></translation>
+        <translation>Das Modell hat keine Fläche mit exakter Form.</translation>
     </message>
     <message>
         <source>{count} of {all} faces are chosen.</source>
-        <translation type="unfinished"></translation>
+        <translation>{count} von {all} Flächen sind gewählt.</translation>
     </message>
     <message>
         <source>Choose faces that leave no motion of the part open.</source>
-        <translation type="unfinished"></translation>
+        <translation>Flächen wählen, die keine Bewegung des Werkstücks offen lassen.</translation>
     </message>
     <message>
         <source>face {number}</source>
-        <translation type="unfinished"></translation>
+        <translation>Fläche {number}</translation>
     </message>
     <message>
         <source>Plane</source>
@@ -4609,11 +4673,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Cylinder</source>
-        <translation type="unfinished"></translation>
+        <translation>Zylinder</translation>
     </message>
     <message>
         <source>Torus</source>
-        <translation type="unfinished"></translation>
+        <translation>Torus</translation>
     </message>
     <message>
         <source>Aligned to its nominal first</source>
@@ -4743,7 +4807,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Reading the model of the plan.</source>
-        <translation type="unfinished"></translation>
+        <translation>Modell des Prüfplans wird gelesen.</translation>
     </message>
     <message>
         <source>Importing: {what}.</source>
@@ -4895,7 +4959,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Align by a best fit to faces of the model</source>
-        <translation type="unfinished"></translation>
+        <translation>Durch Bestpassung an Flächen des Modells ausrichten</translation>
     </message>
     <message>
         <source>Remove the selected item</source>
@@ -5011,11 +5075,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>No CAD model in this plan. Save it (F8), import one (Shift+F9).</source>
-        <translation type="unfinished"></translation>
+        <translation>Kein CAD-Modell in diesem Plan. Sichern (F8), dann eines importieren (Umschalt+F9).</translation>
     </message>
     <message>
         <source>Aligned by {faces} faces; {count} points added. F10 undoes this.</source>
-        <translation type="unfinished"></translation>
+        <translation>An {faces} Flächen ausgerichtet; {count} Punkte angefügt. F10 nimmt das zurück.</translation>
     </message>
     <message>
         <source>Nothing to undo.</source>
@@ -5832,7 +5896,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>touch here first, roughly</source>
-        <translation type="unfinished"></translation>
+        <translation>hier zuerst antasten, ungefähr</translation>
     </message>
     <message>
         <source>{count} too much</source>
@@ -5896,7 +5960,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part not located yet, placed roughly. Touch {feature} on the real part.</source>
-        <translation type="unfinished"></translation>
+        <translation>Lage des Werkstücks noch unbekannt, ungefähr gezeigt. {feature} am echten Werkstück antasten.</translation>
     </message>
     <message>
         <source>Picture of the step</source>
@@ -5975,14 +6039,6 @@ Startet: {source}</translation>
         <translation>Punkte werden wieder aufgenommen: {title} ist {word}.</translation>
     </message>
     <message>
-        <source>SIMULATED: a robot hand measures a virtual part. No number is of a real part.</source>
-        <translation>SIMULIERT: eine Roboterhand misst ein virtuelles Werkstück. Keine Zahl stammt von einem echten Werkstück.</translation>
-    </message>
-    <message>
-        <source>Z pauses it, Ctrl+H goes to the Start page.</source>
-        <translation>Z hält sie an, Strg+H führt zur Startseite.</translation>
-    </message>
-    <message>
         <source>The cameras now store the intrinsics of the calibration.</source>
         <translation>Die Kameras speichern jetzt die Abbildungsparameter der Kalibrierung.</translation>
     </message>
@@ -6039,6 +6095,30 @@ Startet: {source}</translation>
         <translation>Taster gespeichert in {path}. In den Einstellungen wählen (Gerät), dann kalibrieren.</translation>
     </message>
     <message>
+        <source>PolyWorks</source>
+        <translation>PolyWorks</translation>
+    </message>
+    <message>
+        <source>QIF</source>
+        <translation>QIF</translation>
+    </message>
+    <message>
+        <source>Q-DAS</source>
+        <translation>Q-DAS</translation>
+    </message>
+    <message>
+        <source>XLSX</source>
+        <translation>XLSX</translation>
+    </message>
+    <message>
+        <source>JSON</source>
+        <translation>JSON</translation>
+    </message>
+    <message>
+        <source>PDF</source>
+        <translation>PDF</translation>
+    </message>
+    <message>
         <source>Write the report into the folder</source>
         <translation>Bericht in den Ordner schreiben</translation>
     </message>
@@ -6061,6 +6141,14 @@ Startet: {source}</translation>
     <message>
         <source>The bus report is in {path}.</source>
         <translation>Der Busbericht steht in {path}.</translation>
+    </message>
+    <message>
+        <source>{format} + {count}</source>
+        <translation>{format} + {count}</translation>
+    </message>
+    <message>
+        <source>Write the report files: {titles}</source>
+        <translation>Berichtsdateien schreiben: {titles}</translation>
     </message>
     <message>
         <source>Log written to {path}.</source>
@@ -7489,6 +7577,10 @@ Startet: {source}</translation>
         <translation>Ohne Urteil beenden?</translation>
     </message>
     <message>
+        <source>PRACTICE: {title}</source>
+        <translation>ÜBUNG: {title}</translation>
+    </message>
+    <message>
         <source>Where to go</source>
         <translation>Wohin</translation>
     </message>
@@ -7806,20 +7898,88 @@ Startet: {source}</translation>
         <translation>PNG oder JPEG</translation>
     </message>
     <message>
+        <source>Contact</source>
+        <translation>Kontakt</translation>
+    </message>
+    <message>
+        <source>Telephone, mail or page</source>
+        <translation>Telefon, E-Mail oder Webseite</translation>
+    </message>
+    <message>
+        <source>Accreditation</source>
+        <translation>Akkreditierung</translation>
+    </message>
+    <message>
+        <source>Number of the laboratory; empty: none</source>
+        <translation>Nummer des Labors; leer: keine</translation>
+    </message>
+    <message>
+        <source>Country</source>
+        <translation>Land</translation>
+    </message>
+    <message>
+        <source>Two capital letters, for digital certificates</source>
+        <translation>Zwei Großbuchstaben, für digitale Zertifikate</translation>
+    </message>
+    <message>
+        <source>Where it is measured, unless a job says otherwise</source>
+        <translation>Wo gemessen wird, wenn der Auftrag nichts anderes sagt</translation>
+    </message>
+    <message>
+        <source>Machine</source>
+        <translation>Maschine</translation>
+    </message>
+    <message>
+        <source>Name of the measuring machine</source>
+        <translation>Name der Messmaschine</translation>
+    </message>
+    <message>
+        <source>Its serial number</source>
+        <translation>Seriennummer</translation>
+    </message>
+    <message>
+        <source>Of the measuring machine</source>
+        <translation>Der Messmaschine</translation>
+    </message>
+    <message>
+        <source>Its inventory number</source>
+        <translation>Inventarnummer</translation>
+    </message>
+    <message>
+        <source>As the laboratory calls it</source>
+        <translation>Wie das Labor sie nennt</translation>
+    </message>
+    <message>
+        <source>Signatures</source>
+        <translation>Unterschriften</translation>
+    </message>
+    <message>
+        <source>Below the lines, 1 to 3, parted by semicolons</source>
+        <translation>Unter den Linien, 1 bis 3, durch Semikolon getrennt</translation>
+    </message>
+    <message>
+        <source>Formats of E</source>
+        <translation>Formate von E</translation>
+    </message>
+    <message>
+        <source>polyworks; qif; dfq; xlsx; json; pdf: written together, parted by semicolons</source>
+        <translation>polyworks; qif; dfq; xlsx; json; pdf: zusammen geschrieben, durch Semikolon getrennt</translation>
+    </message>
+    <message>
         <source>Report template; empty: the plain one</source>
         <translation>Berichtsvorlage; leer: die einfache</translation>
     </message>
     <message>
         <source>Report language</source>
-        <translation type="unfinished"></translation>
+        <translation>Sprache der Berichte</translation>
     </message>
     <message>
         <source>Of reports on paper; window: that of the window</source>
-        <translation type="unfinished"></translation>
+        <translation>Von Berichten auf Papier; Fenster: die des Fensters</translation>
     </message>
     <message>
         <source>window</source>
-        <translation type="unfinished"></translation>
+        <translation>Fenster</translation>
     </message>
     <message>
         <source>Port</source>
@@ -7960,6 +8120,58 @@ Startet: {source}</translation>
     <message>
         <source>Answer of the archive</source>
         <translation>Antwort des Archivs</translation>
+    </message>
+    <message>
+        <source>Tour done. Everything you did went the way of a real probe.</source>
+        <translation>Rundgang fertig. Alles lief wie mit einem echten Taster.</translation>
+    </message>
+    <message>
+        <source>the part</source>
+        <translation>dem Werkstück</translation>
+    </message>
+    <message>
+        <source>Take over is for the virtual rig: this probe is in your hands already.</source>
+        <translation>Übernehmen gibt es nur am virtuellen Aufbau: Dieser Taster ist schon in Ihrer Hand.</translation>
+    </message>
+    <message>
+        <source>Choose Demo on the Start page.</source>
+        <translation>Auf der Startseite Demo wählen.</translation>
+    </message>
+    <message>
+        <source>Press Take over: the robot gives you the probe.</source>
+        <translation>Übernehmen drücken: Der Roboter gibt Ihnen den Taster.</translation>
+    </message>
+    <message>
+        <source>Move the mouse over the part: the ball follows.</source>
+        <translation>Maus über das Werkstück bewegen: Die Kugel folgt.</translation>
+    </message>
+    <message>
+        <source>Click on {feature}: the ball touches, and a point is taken.</source>
+        <translation>Auf {feature} klicken: Die Kugel tastet an, ein Punkt wird aufgenommen.</translation>
+    </message>
+    <message>
+        <source>Take two more points on {feature}, well apart.</source>
+        <translation>Zwei weitere Punkte auf {feature} aufnehmen, weit auseinander.</translation>
+    </message>
+    <message>
+        <source>Press Backspace: the last point is undone, not lost.</source>
+        <translation>Rücktaste drücken: Der letzte Punkt wird zurückgenommen, nicht gelöscht.</translation>
+    </message>
+    <message>
+        <source>Press an arrow key: the probe tilts. The cameras must see its LEDs.</source>
+        <translation>Pfeiltaste drücken: Der Taster neigt sich. Die Kameras müssen seine LEDs sehen.</translation>
+    </message>
+    <message>
+        <source>Press F3: the results, and how sure they are.</source>
+        <translation>F3 drücken: die Ergebnisse und wie sicher sie sind.</translation>
+    </message>
+    <message>
+        <source>Press Esc: back to the part.</source>
+        <translation>Esc drücken: zurück zum Werkstück.</translation>
+    </message>
+    <message>
+        <source>Press Hand back: the robot goes on. Ctrl+K finds everything else.</source>
+        <translation>Zurückgeben drücken: Der Roboter macht weiter. Strg+K findet alles andere.</translation>
     </message>
 </context>
 </TS>

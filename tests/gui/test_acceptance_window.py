@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from datetime import UTC, datetime
@@ -17,6 +18,7 @@ from pytestqt.qtbot import QtBot
 
 from ocmm_core.acceptance import (
     GuidedAcceptanceView,
+    ProcedureOffer,
     Verdict,
     differences,
     load_record,
@@ -74,13 +76,17 @@ class Desk:
         self.key(Qt.Key.Key_F7)
         desk = self.window.tests.desk
         self.until(desk.start.isVisible)
+        # Procedures, then artefacts, are read aside.
+        self.until(desk.start.begin_button.isEnabled)
         names = [one.procedure.id for one in desk.procedures]
         for _ in range(names.index(name)):
             self.key(Qt.Key.Key_Down)
         assert desk.start.row() == names.index(name)
+        self.until(desk.start.begin_button.isEnabled)
 
     def begin(self) -> None:
         """Start what is chosen, and go on to the measuring with automatic taking."""
+        self.until(self.window.tests.desk.start.begin_button.isEnabled)
         self.key(Qt.Key.Key_Return)
         self.measure()
 
@@ -298,6 +304,36 @@ def test_a_refused_artefact_says_why_and_cannot_begin(desk: Desk) -> None:
     desk.until(lambda: "No name given" in start.trouble.text())
     desk.key(Qt.Key.Key_Escape)
     desk.until(desk.window.maintenance.view.isVisible)
+
+
+def test_procedures_and_artefacts_are_read_beside_the_window(
+    desk: Desk, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A register on a slow disk holds up no key; what was passed over is not read."""
+    going, read, inside = threading.Event(), [], threading.current_thread()
+    ask = AcceptanceBench.offers
+
+    def slow(bench: AcceptanceBench, offer: ProcedureOffer, *given: object) -> object:
+        assert threading.current_thread() is not inside
+        read.append(offer.procedure.id)
+        assert going.wait(HANG_MS / 1000)
+        return ask(bench, offer, *given)  # type: ignore[arg-type]
+
+    monkeypatch.setattr(AcceptanceBench, "offers", slow)
+    desk.key(Qt.Key.Key_M)
+    desk.key(Qt.Key.Key_F7)
+    start = desk.window.tests.desk.start
+    desk.until(lambda: bool(read))
+    for _ in range(3):
+        desk.key(Qt.Key.Key_Down)
+    assert start.row() == 3
+    assert not start.begin_button.isEnabled()
+    assert start.artefact() is None
+    going.set()
+    desk.until(start.begin_button.isEnabled)
+    # The first one was begun with, the last one is wanted; nobody asks for those between.
+    names = [one.procedure.id for one in desk.window.tests.desk.procedures]
+    assert read == [names[0], names[3]]
 
 
 def test_pages_are_named_fit_and_use_every_theme(desk: Desk) -> None:

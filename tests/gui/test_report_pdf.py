@@ -7,6 +7,7 @@ import re
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 from PySide6.QtCore import QRectF, Qt
@@ -252,3 +253,18 @@ def test_every_zone_has_a_symbol_that_stays_in_its_box(kind: str) -> None:
     ]
     assert len(dark) > 30
     assert all(17 <= x <= 62 and 17 <= y <= 62 for x, y in dark)
+
+
+@pytest.mark.usefixtures("qapp")
+def test_a_german_report_says_the_same_numbers_in_german(data: ReportData) -> None:
+    template = msgspec.structs.replace(data.paper.template, language="de")
+    german = replace(data, paper=replace(data.paper, template=template))
+    said, english = texts(pdf.lay_out(german)), texts(pdf.lay_out(data))
+    assert "Ergebnisse" in said
+    assert "SIMULIERT" in said
+    assert not re.search(r"\b(NOT PROVEN|CONFORM|Results|Verdict|Deviation)\b", said)
+    assert re.search(r"[+-]0,\d{4}", said)
+    assert re.search(r"[+-]0\.\d{4}", english)
+    for item in data.reported:
+        if item.result.stated is not None:
+            assert f"{item.result.stated[0]:z.4f}".replace(".", ",") in said

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import pytest
 from PySide6.QtCore import Qt
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QAbstractButton, QLineEdit
+from PySide6.QtWidgets import QAbstractButton, QLineEdit, QPushButton
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.documents import resource
@@ -251,3 +251,23 @@ def test_the_head_of_reports_is_kept_for_every_route(make_page: MakePage, tmp_pa
     # What the template says besides is still there.
     assert paper.template.signatures == load_paper(standard_template()).template.signatures
     shutil.rmtree(template_in_use().parent)
+
+
+def test_the_key_writes_the_formats_of_the_station_and_its_button_says_which(
+    open_window: OpenWindow,
+) -> None:
+    window = open_window(start=False).window
+    (button,) = [
+        one
+        for one in window.desk.findChildren(QPushButton)
+        if one.accessibleName().startswith("Export")
+    ]
+    assert button.text() == "PolyWorks  [E]"
+    store = SettingsStore.of_this_user()
+    store.change({"report.formats": ("xlsx", "json", "pdf")})
+    window.sheets.settings_changed.emit(store.load())
+    assert window.output.formats == ("xlsx", "json", "pdf")
+    assert button.text() == "XLSX + 2  [E]"
+    assert "Workbook (XLSX), JSON with raw observations, PDF" in button.toolTip()
+    assert window.sheets.report.marked() == ("xlsx", "json", "pdf")
+    store.change({"report.formats": ("polyworks",)})

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from ocmm_core.archive import ArchivePlace, Outbox, hand_over, only_one
 from ocmm_core.errors import OcmmError
+
+if TYPE_CHECKING:
+    from ocmm_core.archive import ArchivePlace, Outbox
 
 
 def hand_over_after_measuring(
@@ -20,6 +23,8 @@ def hand_over_after_measuring(
     """
     if place is None or not jobs:
         return
+    from ocmm_core.archive import Outbox, hand_over
+
     try:
         with Outbox(place.outbox) as outbox:
             for path in jobs:
@@ -36,6 +41,8 @@ def hand_over_after_measuring(
 
 def send_now(place: ArchivePlace, outbox: Outbox) -> None:
     """Hand over what waits, once; nothing where another program is at it."""
+    from ocmm_core.archive import only_one
+
     with only_one(place.outbox) as alone:
         if not alone:
             return

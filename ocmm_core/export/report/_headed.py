@@ -21,9 +21,10 @@ _LARGEST_LOGO = 4 << 20
 def use_head(settings: Settings, folder: Path) -> Path | None:
     """Let every report of this station begin with the head that the settings say.
 
-    Laboratory, address, logo and language are put into the template of the settings, or into the
-    one in use, and the result is kept for every route to a report (`keep_template`). Where the
-    settings say nothing of it, the template in use stays as it is, and None is returned.
+    Laboratory, logo, machine, place, signatures and language are put into the template of the
+    settings, or into the one in use, and the result is kept for every route to a report
+    (`keep_template`). Where the settings say nothing of it, the template in use stays as it is, and
+    None is returned.
 
     Parameters
     ----------
@@ -43,16 +44,14 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
     source = base or template_in_use()
     paper = load_paper(source)
     language = _language(settings)
-    said = settings.report_laboratory or settings.report_address or settings.report_logo
-    if not said and language == paper.template.language:
+    said = {key: value for key, value in _said(settings).items() if value}
+    if not (said or settings.report_logo) and language == paper.template.language:
         return None if base is None else keep_template(base)
     data = tomllib.loads(read_text(source, LARGEST_DOCUMENT))
     data["language"] = language
     laboratory = data.setdefault("laboratory", {})
-    if settings.report_laboratory:
-        laboratory["name"] = settings.report_laboratory
-    if settings.report_address:
-        laboratory["address"] = list(settings.report_address)
+    for (part, name), value in said.items():
+        (data.setdefault(part, {}) if part else data)[name] = value
     logo, suffix = paper.logo, Path(laboratory.get("logo", "")).suffix
     if settings.report_logo is not None:
         logo, suffix = read_bytes(settings.report_logo, _LARGEST_LOGO), settings.report_logo.suffix
@@ -67,6 +66,7 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
         if logo:
             write_atomic(made / laboratory["logo"], logo)
         write_atomic(path, text)
+        load_paper(path)
     except OSError as error:
         raise StorageError(
             "report.head",
@@ -74,6 +74,22 @@ def use_head(settings: Settings, folder: Path) -> Path | None:
             "Give this user the right to write there; reports have the plain head until then.",
         ) from error
     return keep_template(path)
+
+
+def _said(settings: Settings) -> dict[tuple[str, str], str | list[str]]:
+    """Return what the settings say of a template, by its part and field; empty is not said."""
+    return {
+        ("laboratory", "name"): settings.report_laboratory,
+        ("laboratory", "address"): list(settings.report_address),
+        ("laboratory", "contact"): settings.report_contact,
+        ("laboratory", "accreditation"): settings.report_accreditation,
+        ("laboratory", "country"): settings.report_country,
+        ("machine", "name"): settings.report_machine,
+        ("machine", "serial"): settings.report_machine_serial,
+        ("machine", "inventory"): settings.report_machine_inventory,
+        ("", "place"): settings.report_place,
+        ("", "signatures"): list(settings.report_signatures),
+    }
 
 
 def _language(settings: Settings) -> str:

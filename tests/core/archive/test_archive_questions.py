@@ -87,9 +87,12 @@ def test_what_is_in_doubt_is_in_the_list_and_not_in_the_chart(place: Place) -> N
         (chart,) = answer.trends
         assert len(answer.rows) == 12
         assert len(chart.values) == 10
-        assert "1 simulated jobs are not counted beside real ones." in answer.notes
+        altered = next(row for row in answer.rows if str(row[7]).startswith("Altered"))
+        assert altered[6] == "NOT PROVEN"
+        assert [row[6] for row in today(archive, Asked(first=DAY)).rows].count("NOT PROVEN") == 1
+        assert "Simulated jobs, not counted beside real ones: 1." in answer.notes
         assert any("Altered" in one for one in chart.left_out)
-        assert passed(archive, Asked()).notes == ("1 jobs in doubt are not counted.",)
+        assert passed(archive, Asked()).notes == ("Jobs in doubt, not counted: 1.",)
 
 
 def test_jobs_with_other_limits_are_left_out_and_said(place: Place) -> None:
@@ -165,7 +168,7 @@ def test_rr_over_stations_is_the_study_of_the_same_values(place: Place) -> None:
         assert answer.study.grr == pytest.approx(expected.grr)
         assert answer.study.av == pytest.approx(expected.av)
         assert answer.notes == (
-            "1 parts were not measured twice at every station and are left out.",
+            "Parts not measured twice at every station, left out: 1.",
         )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 import subprocess
 import sys
 import tomllib
@@ -15,6 +16,8 @@ from hypothesis import strategies as st
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import InputError, StorageError
+from ocmm_core.export import FORMATS
+from ocmm_core.export.report import load_paper, template_in_use, use_head
 from ocmm_core.settings import (
     SECTIONS,
     SETTINGS,
@@ -312,3 +315,38 @@ def test_the_settings_load_no_numerical_library() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=HANG_S, check=True
     )
     assert done.stdout.strip() == "[]"
+
+
+def test_the_formats_of_the_key_are_those_that_there_are() -> None:
+    spec = spec_of("report.formats")
+    assert spec.choices == tuple(FORMATS)
+    assert value_of_text(spec, "pdf; qif; pdf") == ("pdf", "qif")
+    assert value_of_text(spec, "") == ("polyworks",)
+    for wrong in ("pdf; word", ";"):
+        with pytest.raises(InputError, match="must be some of polyworks"):
+            value_of_text(spec, wrong)
+
+
+def test_the_head_of_the_settings_is_the_template_of_every_report(
+    tmp_path: Path,
+) -> None:
+    store = _store(tmp_path)
+    store.change(
+        {
+            "report.laboratory": "Lab", "report.machine": "OCMM 1", "report.machine_serial": "7",
+            "report.place": "Room 2", "report.signatures": ("Inspector, date",),
+            "report.country": "DE", "report.accreditation": "D-K-1", "report.contact": "mail",
+        }
+    )  # fmt: skip
+    use_head(store.load().settings, tmp_path / "heads")
+    made = load_paper(template_in_use()).template
+    assert (made.laboratory.name, made.laboratory.country) == ("Lab", "DE")
+    assert (made.laboratory.accreditation, made.laboratory.contact) == ("D-K-1", "mail")
+    assert (made.machine.name, made.machine.serial, made.place) == ("OCMM 1", "7", "Room 2")
+    assert made.signatures == ["Inspector, date"]
+    # What no report can take is refused, and the head before stays.
+    store.change({"report.country": "Germany"})
+    with pytest.raises(InputError, match="two capital letters"):
+        use_head(store.load().settings, tmp_path / "heads")
+    assert load_paper(template_in_use()).template.laboratory.country == "DE"
+    shutil.rmtree(template_in_use().parent)

@@ -153,7 +153,8 @@ def test_every_sentence_is_recognised(texts: Texts) -> None:
     """Over all sentences: the German one, or the English one, and nothing else."""
     rng = np.random.default_rng(82)
     shown = load_shown("de").sentences
-    english, other = [], []
+    english: list[tuple[str, str, str]] = []
+    other: list[tuple[str, str, str]] = []
     for template, codes in texts.sentences.items():
         said, german = Pattern.of(template), Pattern.of(shown[template])
         values = _values(said, rng, ())

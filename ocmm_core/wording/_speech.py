@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ocmm_core.errors import OcmmError
-from ocmm_core.export.report import ReportData
-from ocmm_core.wording import ENGLISH, Translation, load_translation, with_comma
+from ocmm_core.wording._language import ENGLISH
+from ocmm_core.wording._translation import Translation, load_translation, with_comma
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,8 +42,3 @@ class Speech:
             return load_translation(self.language, comma=True)
         except OcmmError:
             return Translation({}, {})
-
-
-def speech_of(data: ReportData) -> Speech:
-    """Return how the report of a job speaks."""
-    return Speech(data.paper.template.language)
