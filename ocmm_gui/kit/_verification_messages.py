@@ -13,12 +13,12 @@ def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:
     facts: list[tuple[str, str]] = []
     if record.corners:
         missing = [one for one in record.corners if not one.reached]
-        said = tr("{reached} of {count} reached").format(
+        corners = tr("{reached} of {count} reached").format(
             reached=len(record.corners) - len(missing), count=len(record.corners)
         )
         for one in missing:
-            said += f"; {one.name}: " + (said(one.reason) or tr("no reason"))
-        facts.append((tr("Corners"), said))
+            corners += f"; {one.name}: " + (said(one.reason) or tr("no reason"))
+        facts.append((tr("Corners"), corners))
     if record.repeats:
         shifts = (
             f"{one.place} {1e3 * float(np.linalg.norm(one.shift_mm)):.0f} µm"

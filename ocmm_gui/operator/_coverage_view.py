@@ -33,11 +33,11 @@ class CoverageView(Painted):
     def show_feature(self, feature: FeatureView, chosen: int) -> None:
         """Show how the points of a feature are spread."""
         self._feature, self._chosen = feature, chosen
-        said = tr("no points")
+        words = tr("no points")
         if feature.coverage is not None:
-            said = said(f"{feature.coverage.words}. {feature.coverage.warning}".strip())
-        self.setAccessibleDescription(f"{feature.name}: {said}")
-        self.setToolTip(literal(said))
+            words = said(f"{feature.coverage.words}. {feature.coverage.warning}".strip())
+        self.setAccessibleDescription(f"{feature.name}: {words}")
+        self.setToolTip(literal(words))
         self.update()
 
     def place_of(self, number: int) -> QPointF:

@@ -132,8 +132,8 @@ def tip_words(view: ProbeView, place: TrustPlace) -> str:
         why = " " + tr("No points: {blocker}").format(blocker=view.blocker)
     warnings = f" {' '.join(view.warnings)}" if view.warnings else ""
     usable = view.word in (CalibrationStatus.VALID, CalibrationStatus.DUE) and bool(view.due_utc)
-    said = tr("Probe {title}: {word}, {ball}.")
+    line = tr("Probe {title}: {word}, {ball}.")
     if usable:
-        said = tr("Probe {title}: {word} until {until}, {ball}.")
-    said = said.format(title=view.title, word=word, until=day_words(view.due_utc), ball=ball)
-    return f"{said}{why}{warnings}"
+        line = tr("Probe {title}: {word} until {until}, {ball}.")
+    line = line.format(title=view.title, word=word, until=day_words(view.due_utc), ball=ball)
+    return f"{line}{why}{warnings}"

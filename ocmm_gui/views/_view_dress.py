@@ -109,9 +109,9 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
         end = QPointF(centre.x() + 30 * x, centre.y() - 30 * y)
         painter.setPen(QPen(QColor(theme.text), 2.0))
         painter.drawLine(centre, end)
-        place = QPointF(centre.x() + 41 * x, centre.y() - 41 * y)
+        letter = QPointF(centre.x() + 41 * x, centre.y() - 41 * y)
         painter.drawText(
-            QRectF(place.x() - 9, place.y() - 9, 18, 18), Qt.AlignmentFlag.AlignCenter, name
+            QRectF(letter.x() - 9, letter.y() - 9, 18, 18), Qt.AlignmentFlag.AlignCenter, name
         )
 
 

@@ -71,7 +71,5 @@ class KeysSheet(Sheet):
 
 def _row(info: ActionInfo, shortcuts: Sequence[str]) -> tuple[str, ...]:
     where = tr("everywhere") if info.mode is None else tr(info.mode.value)
-    keys = tr(" or ").join(
-        tr(_SIGNS.get(key, key_words(key))) for key in shortcuts
-    )
+    keys = tr(" or ").join(tr(_SIGNS.get(key, key_words(key))) for key in shortcuts)
     return (where, keys, tr(info.text), f"{tr(info.tip)}.")

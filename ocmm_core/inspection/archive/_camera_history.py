@@ -55,6 +55,8 @@ class CameraHistory:
         Points that the last recall about the job has released.
     absent, unread
         As of `History`.
+    rig
+        Name of the camera system.
     """
 
     calibration: str = ""
@@ -62,6 +64,7 @@ class CameraHistory:
     recalled: frozenset[int] = frozenset()
     absent: str = ""
     unread: tuple[str, ...] = ()
+    rig: str = ""
 
 
 def settle_cameras(
@@ -132,7 +135,7 @@ def ask_cameras(job: JobFile, record: CameraRecord | None, folder: Path) -> Came
         store = CalibrationStore(store_folder(folder, record.rig))
         if not is_known(store.events, used):
             return CameraHistory(absent=absent)
-        return CameraHistory(used, store.events, points_released(store, used, job))
+        return CameraHistory(used, store.events, points_released(store, used, job), rig=record.rig)
     except InputError:
         # No rig of such a name can have a history here.
         return CameraHistory(absent=absent)
@@ -155,7 +158,7 @@ def settle_by_calibration(
     try:
         _settle(session, job, known)
     except (OcmmError, OSError) as error:
-        return History(unread=(_unread(session.rig.name, error),))
+        return History(unread=(_unread(known.rig, error),))
     return History(
         against=sentences_of(session, HoldReason.FAILED_CALIBRATION, HoldReason.CALIBRATION)
     )
