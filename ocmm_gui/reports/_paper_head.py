@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from dataclasses import replace
 from functools import partial
 
 from PySide6.QtCore import QRectF, Qt
@@ -70,7 +71,7 @@ def paper_letterhead(canvas: Canvas, paper: Paper) -> None:
 def head_facts(canvas: Canvas, data: ReportData) -> None:
     """Write the facts of the head in two columns; long ones below them, as wide as the page."""
     facts = [
-        PaperFact(fact.group, canvas.speech.word(fact.name), canvas.speech.say(fact.value))
+        replace(fact, name=canvas.speech.word(fact.name), value=canvas.speech.say(fact.value))
         for fact in paper_facts(data)
         if fact.name not in ("Title", "Statement")
     ]
