@@ -204,14 +204,16 @@ class _SecondMaster:
     """Frames of another master at the master's end of the cable, every 2 ms."""
 
     def __init__(self) -> None:
-        self._ended = threading.Event()
+        self._ended, self._began = threading.Event(), threading.Event()
         self._thread: threading.Thread | None = None
 
     def begin(self) -> None:
         """Begin to send."""
         self._ended.clear()
+        self._began.clear()
         self._thread = threading.Thread(target=self._run, daemon=True)
         self._thread.start()
+        self._began.wait()
 
     def end(self) -> None:
         """End it."""
@@ -225,18 +227,19 @@ class _SecondMaster:
         frame = frame[:6] + b"\x01" * 6 + frame[12:]
         with socket.socket(socket.AF_PACKET, socket.SOCK_RAW) as channel:
             channel.bind((NEAR, 0))
-            while not self._ended.wait(0.002):
+            while not self._ended.is_set():
                 with contextlib.suppress(OSError):
                     channel.send(frame)
+                self._began.set()
+                self._ended.wait(0.002)
 
 
 _SECOND = _SecondMaster()
 
 
 def _second_master_begins(_rig: FaultRig) -> Moment:
-    before = now()
     _SECOND.begin()
-    return before
+    return now()
 
 
 def _second_master_ends(_rig: FaultRig) -> Moment:

@@ -42,7 +42,7 @@ from ocmm_core.simulation.bus import FaultRig, FrameKind, FrameWatch, LineRule, 
 
 FLAG_CYCLES = 3
 """From then on no exposure may be accepted that a fault makes doubtful."""
-_SETTLE_S = 0.1
+_SETTLE_S, _SETTLE_QUICK_S = 0.1, 0.05
 _GROUP_NS = 1_100_000_000
 """Events that are alike and nearer than a second are one."""
 _CALM_S = 1.5
@@ -142,6 +142,7 @@ class Player:
             raise ValueError("the bus process of the rig is not started")
         self._rig = rig
         self._careful = careful
+        self._settle_s = _SETTLE_S if careful else _SETTLE_QUICK_S
         self._ring = rig.ring
         self._watch = FrameWatch(rig.ring)
 
@@ -171,11 +172,11 @@ class Player:
         before_it = Watched()
         if self.healthy(before_it, time.monotonic_ns()) is None:
             raise TimeoutError(f"not in operation before '{scenario.name}'")
-        self.watch(before_it, _SETTLE_S)
+        self.watch(before_it, self._settle_s)
         # Those of `gone` come with many faults.
         deadline = time.monotonic() + _CALM_S * self._careful
         while self.recently((*scenario.alarms, *gone)) and time.monotonic() < deadline:
-            self.watch(before_it, _SETTLE_S)
+            self.watch(before_it, self._settle_s)
         self._rig.line_log(new_log=True)
         status = read_status(self._ring)
         stray, recoveries = self._counts()
@@ -191,7 +192,7 @@ class Player:
         last_ns = self._ring.word(RingHeaderField.LAST_FRAMES_NS)
         end = scenario.end(self._rig) if scenario.lasts_s else begin
         came = self.healthy(seen, end.monotonic_ns)
-        self.watch(seen, _SETTLE_S)
+        self.watch(seen, self._settle_s)
         log = self._rig.line_log()
         after = read_status(self._ring)
         stray_after, recoveries_after = self._counts()

@@ -51,12 +51,11 @@ def main(arguments: list[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     with tempfile.TemporaryDirectory() as folder:
         paths = options.models or _made(Path(folder))
-        share = -(-options.targets // len(paths))
-        return run(paths, share)
+        return run(paths, options.targets)
 
 
-def run(paths: list[Path], share: int) -> int:
-    """Print what is found of ``share`` targets of each model, a target of each at a time."""
+def run(paths: list[Path], wanted: int) -> int:
+    """Print what is found of ``wanted`` targets of all models, a target of each at a time."""
     rng = np.random.default_rng(SEED)
     request = usual_request()
     setting = setting_of(request)
@@ -70,13 +69,16 @@ def run(paths: list[Path], share: int) -> int:
         rows = _targets(read_model(path, request=request))
         read_s = time.perf_counter() - begun
         part = _shape(path)
-        taken = rng.permutation(len(rows))[:share].tolist()
+        taken = rng.permutation(len(rows)).tolist()
         drawn.append((part, model_middle(part), [rows[index] for index in taken]))
         print(f"{path.stem}: {len(rows)} targets in {read_s:.1f} s", flush=True)
-    # One target of each model at a time: a run that is cut short has printed what it reached.
-    for turn in range(share):
+    # One target of each model at a time: a run that is cut short has printed what it reached, and
+    # models with more targets stand in for those that have few.
+    for turn in range(max(len(rows) for _, _, rows in drawn)):
+        if total >= wanted:
+            break
         for part, middle, rows in drawn:
-            if turn >= len(rows):
+            if turn >= len(rows) or total >= wanted:
                 continue
             gap, seen = examined(part, rows[turn], setting, middle)
             off = hand.measured_off(rows[turn], middle)

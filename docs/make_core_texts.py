@@ -34,6 +34,8 @@ LEFT_OUT = (
     "ocmm_core/fieldbus/conform",
     # Documents of the cameras, in English as the ETG wants them.
     "ocmm_core/fieldbus/device",
+    # The report on a camera, for its maker, in the words of that page.
+    "ocmm_core/fieldbus/conform",
     # Names of functions, of files, and patterns.
     "ocmm_core/composition/_kernels.py", "ocmm_core/leftovers.py", "ocmm_core/doctor/_ethtool.py",
 )  # fmt: skip

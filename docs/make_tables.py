@@ -159,6 +159,10 @@ TABLES: dict[str, tuple[str, Callable[[], str]]] = {
         _LICENCES,
         partial(packages, "requirements-step.lock", "requirements.lock"),
     ),
+    "packages for a shop": (
+        _LICENCES,
+        partial(packages, "requirements-shop.lock", "requirements.lock"),
+    ),
     "packages for building": (
         _LICENCES,
         partial(packages, "requirements-package.lock", "requirements-dev.lock"),

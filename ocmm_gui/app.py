@@ -43,12 +43,16 @@ from ocmm_gui.kit import (
 )
 
 if TYPE_CHECKING:
-    from ocmm_core.composition import StationRequest
+    from ocmm_core.archive import HandOverProcess
+    from ocmm_core.composition import BuiltStation, StationRequest
+    from ocmm_core.station.archiving import ArchiveWatch
     from ocmm_gui.bridge import StationBridge
     from ocmm_gui.window import MainWindow
 
 EXIT_OK, EXIT_FAILED = 0, 2
 _START_PAGE = Choice(Errands.START)
+_HELD = "job.locked"
+_SENDER_MS = 5000
 _SAFE = "All points taken are saved in the job file."
 
 
@@ -141,6 +145,16 @@ def run(parsed: argparse.Namespace) -> int:
     _end_on_signals(app)
     store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
+    sender = _Sender(store)
+    try:
+        return _windows(app, parsed, store, told)
+    finally:
+        sender.close()
+
+
+def _windows(
+    app: QApplication, parsed: argparse.Namespace, store: SettingsStore, told: NoticeCentre
+) -> int:
     asked = parsed.start and parsed.job is None
     choice = _START_PAGE if asked else Choice(Errands.MEASURE, parsed.job)
     while True:
@@ -159,11 +173,68 @@ def run(parsed: argparse.Namespace) -> int:
                 raise
             told = NoticeCentre()
             told.error(error)
-            choice = choice.otherwise or _START_PAGE
+            choice = choice.otherwise or _instead(choice, error)
             continue
         if code != EXIT_OK or after is None:
             return code
         choice, told = after, NoticeCentre()
+
+
+def _instead(choice: Choice, error: OcmmError) -> Choice:
+    """Return what is done where an errand is not possible: a job of others can be looked at."""
+    if choice.errand is Errands.CONTINUE and choice.path is not None and error.code == _HELD:
+        return Choice(Errands.LOOK, choice.path)
+    return _START_PAGE
+
+
+class _Sender:
+    """Starts the process that hands jobs over to the archive, when all else stands, and ends it.
+
+    Parameters
+    ----------
+    store
+        Where the archive is; read when the process starts.
+    """
+
+    def __init__(self, store: SettingsStore) -> None:
+        self._store = store
+        self._process: HandOverProcess | None = None
+        self._ended = False
+        QTimer.singleShot(_SENDER_MS, self._start)
+
+    def close(self) -> None:
+        """End it; it does not start any more."""
+        self._ended = True
+        if self._process is not None:
+            self._process.close()
+
+    def _start(self) -> None:
+        if self._ended:
+            return
+        # Loaded only now: the first page is on the screen before numerical libraries are.
+        from ocmm_core.archive import HandOverProcess
+        from ocmm_core.station.archiving import archive_place
+
+        # What is wrong with the address stands on the Start page and in the settings.
+        with contextlib.suppress(OcmmError):
+            place = archive_place(settings=self._store.load().settings)
+            if place is not None:
+                self._process = HandOverProcess(place)
+                self._process.start()
+
+
+def _watch(built: BuiltStation, loaded: LoadedSettings, choice: Choice) -> ArchiveWatch | None:
+    """Return what puts the jobs of a station into the outbox; None where nothing is archived."""
+    from ocmm_core.station.archiving import ArchiveWatch, archive_place
+
+    if choice.errand is Errands.DEMO:
+        # It shows how it is done; nothing of it is kept but its file.
+        return None
+    try:
+        place = archive_place(settings=loaded.settings)
+    except OcmmError:
+        return None
+    return None if place is None else ArchiveWatch(built.station, place.outbox)
 
 
 def _use_language(app: QApplication, settings: Settings) -> None:
@@ -219,6 +290,7 @@ def _work(
     splash = _splash(app, loaded.settings.instrument_source, options)
     try:
         from ocmm_core.composition import AcceptanceBench, build_station
+        from ocmm_core.composition.practice import Practice
         from ocmm_gui.bridge import StationBridge
         from ocmm_gui.kit import ErrorHooks, SoundPlayer
         from ocmm_gui.window import REOPEN, START, MainWindow
@@ -234,6 +306,7 @@ def _work(
     except BaseException:
         built.station.close()
         raise
+    watch = _watch(built, loaded, choice)
     code, after = EXIT_OK, ""
     path, plan = built.job_path, built.station.job.plan_file
     try:
@@ -246,6 +319,8 @@ def _work(
                 out=options.export,
                 bench=AcceptanceBench(request, built.recorded),
                 store=store,
+                hand=built.hand,
+                practice=Practice(request) if Practice.is_possible(request) else None,
             )
             window.show_far(options.far)
             _show(window, options.size)
@@ -268,6 +343,8 @@ def _work(
     finally:
         gc.enable()
         bridge.close()
+        if watch is not None:
+            watch.close()
     failure = built.station.faults.why_failed()
     window.deleteLater()
     if isinstance(failure, InternalError):
@@ -336,8 +413,6 @@ def _begin(
         if errand is Errands.MEASURE and path is not None:
             window.sheets.look_at(path)
         start()
-    if errand is Errands.DEMO or (parsed.demo and errand is Errands.MEASURE):
-        window.tell_demo()
 
 
 def _request(parsed: argparse.Namespace, loaded: LoadedSettings, choice: Choice) -> StationRequest:

@@ -18,6 +18,7 @@ _GIVEN = {
     "calibrations": "instrument.calibrations",
     "probes": "instrument.probes",
     "check_after": "instrument.check_after_h",
+    "bus_processor": "instrument.bus_processor",
     "out": "job.folder",
     "part_temperature": "temperature.part_c",
     "part_expansion": "temperature.part_expansion_ppm",
@@ -55,7 +56,6 @@ def parser() -> argparse.ArgumentParser:
         "--start", action="store_true",
         help="without a job: open the Start page instead of measuring at once",
     )  # fmt: skip
-    add("--demo", action="store_true", help="say that a robot hand measures a virtual part")
     add("job", nargs="?", type=Path, help="job file to look at, read-only")
     add("--plan", type=Path, default=resource("plans", "demo.toml"), help="what to measure")
     add(
@@ -101,6 +101,10 @@ def _add_settings(group: argparse._ArgumentGroup) -> None:
     add(
         "--check-after", "hours without a point or check after which the tip must be checked",
         type=float, metavar="HOURS",
+    )  # fmt: skip
+    add(
+        "--bus-processor", "processor that the camera bus stays on, 0 first", type=int,
+        metavar="N",
     )  # fmt: skip
     add("--out", "folder of jobs and reports", type=_path)
     add("--probe-design", "design document of the probe: growth and bending", type=_path)

@@ -48,6 +48,8 @@ _REPOSITORY = Path(__file__).resolve().parents[1]
 _REFERENCE = _REPOSITORY.parent / "shared" / "reference"
 _GRACE_S = 30.0
 _PR_SET_CHILD_SUBREAPER = 36
+_THREADS_OF_DASK = ("Dask-Offload_", "Dask-Callback-Thread_")
+"""Dask makes these once a process and keeps them; they wait, and end with it."""
 _PASSED = pytest.StashKey[bool]()
 
 _started_at: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
@@ -168,7 +170,11 @@ def _leaves_nothing() -> Iterator[list[str]]:
     yield findings
     until = time.monotonic() + _GRACE_S
     while True:
-        left_threads = [thread for thread in threading.enumerate() if thread not in threads]
+        left_threads = [
+            thread
+            for thread in threading.enumerate()
+            if thread not in threads and not thread.name.startswith(_THREADS_OF_DASK)
+        ]
         left_processes = {pid: name for pid, name in _children().items() if pid not in processes}
         left_rings = [path for path in _rings_made - rings if path.exists()]
         # The windows of before are kept as objects: an id alone could have been used again.

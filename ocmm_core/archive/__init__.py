@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from ocmm_core.archive._extract import ExtractedJob, extract_job, snapshot
     from ocmm_core.archive._faults import Remedy, remedy_of
     from ocmm_core.archive._follow import ArchivePlace, HandOverProcess, follow, main, only_one
+    from ocmm_core.archive._learn import learn_marks
     from ocmm_core.archive._open import default_archive, open_archive
     from ocmm_core.archive._outbox import Outbox, default_outbox
     from ocmm_core.archive._outbox_rows import Contact, Item, ItemState, machine_identity
@@ -54,8 +55,9 @@ if TYPE_CHECKING:
         verify_archive,
         verify_files,
     )
-    from ocmm_core.archive._roles import ROLES, role_statements, roles_sql
+    from ocmm_core.archive._roles import ROLES, give_roles, role_statements, roles_sql
     from ocmm_core.archive._rows import (
+        USES,
         Delivery,
         JobRecord,
         JobRow,
@@ -67,7 +69,8 @@ if TYPE_CHECKING:
     )
     from ocmm_core.archive._schema import VERSION
     from ocmm_core.archive._status import HandOver, hand_over
-    from ocmm_core.archive._store import Answer, Archive, Finding, Receipt, Table
+    from ocmm_core.archive._store import Answer, Archive, Finding, Receipt, SqlArchive, Table
+    from ocmm_core.archive._views import VIEW_NAMES
 else:
     __getattr__ = door(
         __name__,
@@ -77,6 +80,7 @@ else:
         _extract="ExtractedJob extract_job snapshot",
         _faults="Remedy remedy_of",
         _follow="ArchivePlace HandOverProcess follow main only_one",
+        _learn="learn_marks",
         _open="default_archive open_archive",
         _outbox="Outbox default_outbox",
         _outbox_rows="Contact Item ItemState machine_identity",
@@ -85,17 +89,20 @@ else:
             "Checked Rebuilt differences files_in files_of mark_altered rebuild records_of "
             "stations_of verify_archive verify_files"
         ),
-        _roles="ROLES role_statements roles_sql",
-        _rows="Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow utc_text",
+        _roles="ROLES give_roles role_statements roles_sql",
+        _rows="USES Delivery JobRecord JobRow MarkRow ResultRow Sender UseRow utc_text",
         _schema="VERSION",
         _status="HandOver hand_over",
-        _store="Answer Archive Finding Receipt Table",
+        _views="VIEW_NAMES",
+        _store="Answer Archive Finding Receipt SqlArchive Table",
     )
 
 __all__ = [
     "QUESTIONS",
     "ROLES",
+    "USES",
     "VERSION",
+    "VIEW_NAMES",
     "Answer",
     "Archive",
     "ArchiveAnswer",
@@ -123,6 +130,7 @@ __all__ = [
     "Remedy",
     "ResultRow",
     "Sender",
+    "SqlArchive",
     "Table",
     "UseRow",
     "check_address",
@@ -136,8 +144,10 @@ __all__ = [
     "files_in",
     "files_of",
     "follow",
+    "give_roles",
     "hand_over",
     "is_server",
+    "learn_marks",
     "machine_identity",
     "main",
     "mark_altered",

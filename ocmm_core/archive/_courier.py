@@ -15,6 +15,7 @@ from datetime import UTC, datetime
 
 from ocmm_core.archive._extract import ExtractedJob, extract_job
 from ocmm_core.archive._faults import Remedy, remedy_of
+from ocmm_core.archive._learn import learn_marks
 from ocmm_core.archive._outbox import Outbox
 from ocmm_core.archive._outbox_rows import Item, ItemState
 from ocmm_core.archive._rows import Delivery, Sender
@@ -114,6 +115,7 @@ class Courier:
                         sent += 1
                     else:
                         aside += 1
+            learn_marks(archive)
         except OcmmError as error:
             if error.code.startswith("outbox."):
                 raise

@@ -12,6 +12,7 @@ import random
 import subprocess
 import sys
 import threading
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -54,7 +55,7 @@ class ArchivePlace:
 
 
 @contextlib.contextmanager
-def only_one(folder: Path):  # type: ignore[no-untyped-def] # a generator of one bool
+def only_one(folder: Path) -> Iterator[bool]:
     """Give whether nobody else hands over from this outbox; it is held until the end."""
     folder.mkdir(parents=True, exist_ok=True)
     descriptor = HOST.open_file(folder / "lock", os.O_RDWR | os.O_CREAT, 0o600)

@@ -107,6 +107,12 @@ class PostgresArchive(SqlArchive):
         """Return whether the connection is encrypted."""
         return bool(self._open().pgconn.ssl_in_use)
 
+    def give_roles(self, statements: Sequence[str]) -> None:
+        """Make the three roles, all or none."""
+        with self._transaction():
+            for statement in statements:
+                self._run(statement)
+
     def _check_version(self, *, set_up: bool) -> None:
         if set_up:
             self._bring_up_to_date()

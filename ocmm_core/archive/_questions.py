@@ -350,8 +350,8 @@ class Question:
     ----------
     name, title
         For scripts, and for people.
-    takes
-        Fields of `Asked` that it uses.
+    takes, needs
+        Fields of `Asked` that it uses, and those of them that must be given.
     ask
         Answers it.
     """
@@ -359,17 +359,25 @@ class Question:
     name: str
     title: str
     takes: tuple[str, ...]
+    needs: tuple[str, ...]
     ask: Ask
 
 
 QUESTIONS = (
-    Question("today", "What was measured", ("first", "last", "station", "most"), today),
-    Question("trend", "Trend", ("part", "characteristic", "station", "most"), trend),
-    Question("used", "What used this", ("kind", "what", "most"), used),
-    Question("cpk", "Cpk by month", ("part", "characteristic", "station"), cpk_by_month),
-    Question("passed", "Who passed what", ("operator", "part", "station", "first", "last"), passed),
-    Question("rr", "R&R over stations", ("part", "characteristic"), rr),
-)
+    Question("today", "What was measured", ("first", "last", "station", "most"), (), today),
+    Question(
+        "trend", "Trend", ("part", "characteristic", "station", "most"),
+        ("part", "characteristic"), trend,
+    ),
+    Question("used", "What used this", ("kind", "what", "most"), ("what",), used),
+    Question("cpk", "Cpk by month", ("part", "characteristic", "station"), ("part",), cpk_by_month),
+    Question(
+        "passed", "Who passed what", ("operator", "part", "station", "first", "last"), (), passed
+    ),
+    Question(
+        "rr", "R&R over stations", ("part", "characteristic"), ("part", "characteristic"), rr
+    ),
+)  # fmt: skip
 """All questions, in the order in which they are offered."""
 
 

@@ -11,6 +11,7 @@ the server fills in (``SESSION_USER``) and nobody may give.
 from __future__ import annotations
 
 from ocmm_core.archive._rows import JobRow, MarkRow, ResultRow
+from ocmm_core.archive._store import SqlArchive
 from ocmm_core.archive._views import VIEW_NAMES
 
 ROLES = ("ocmm_station", "ocmm_reader", "ocmm_quality")
@@ -64,3 +65,8 @@ def roles_sql() -> str:
         "-- CREATE ROLE grafana LOGIN PASSWORD '...' IN ROLE ocmm_reader;\n"
         "-- CREATE ROLE anna LOGIN PASSWORD '...' IN ROLE ocmm_quality;\n"
     )
+
+
+def give_roles(archive: SqlArchive) -> None:
+    """Make the three roles on the server of an archive; by its owner. A file has none."""
+    archive.give_roles(role_statements())

@@ -6,10 +6,9 @@ So a station needs no right to change anything, and what was stored stays.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
 from datetime import datetime
@@ -433,6 +432,10 @@ class SqlArchive(ABC):
                 {"machine": sender.machine, "host": sender.host, "name": station},
             )
 
+    @abstractmethod
+    def give_roles(self, statements: Sequence[str]) -> None:
+        """Carry out the statements that make roles; a store without users has none to make."""
+
     def __enter__(self) -> SqlArchive:
         """Return the archive."""
         return self
@@ -445,12 +448,6 @@ class SqlArchive(ABC):
     ) -> None:
         """Let go."""
         self.close()
-
-
-@contextlib.contextmanager
-def nothing() -> Iterator[None]:
-    """Stand in for a transaction that needs no words."""
-    yield
 
 
 def _whole(cell: Cell) -> int:

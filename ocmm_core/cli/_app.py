@@ -13,6 +13,7 @@ import typer
 
 from ocmm_core import __version__
 from ocmm_core.cli.acceptance import acceptance_app, artefact_app, msa_app
+from ocmm_core.cli.archive import archive_app
 from ocmm_core.cli.audit import audit_app, key_app
 from ocmm_core.cli.bus import bus_app, camera_app, rig_app
 from ocmm_core.cli.calibrate import (
@@ -32,6 +33,7 @@ from ocmm_core.cli.measure import (
     certificate_app,
     compare_command,
     plan_app,
+    recall_archived,
     recall_command,
     report_command,
 )
@@ -44,6 +46,7 @@ from ocmm_core.cli.study import (
     verify_fits_command,
 )
 from ocmm_core.cli.terminal import (
+    BusProcessorOption,
     CalibrationsOption,
     CheckAfterOption,
     CompensatePartOption,
@@ -86,6 +89,7 @@ from ocmm_core.composition import (
 from ocmm_core.errors import InputError, OcmmError
 
 if TYPE_CHECKING:
+    from ocmm_core.archive import ArchivePlace
     from ocmm_core.composition import StationRequest
 
 
@@ -118,6 +122,7 @@ app.add_typer(study_app, name="study")
 app.add_typer(selftest_app, name="selftest")
 app.add_typer(probe_app, name="probe")
 app.add_typer(plan_app, name="plan")
+app.add_typer(archive_app, name="archive")
 app.add_typer(audit_app, name="audit")
 app.add_typer(key_app, name="key")
 app.add_typer(certificate_app, name="certificate")
@@ -130,6 +135,7 @@ calibrate_app.command()(write_cameras)
 calibrate_app.command(name="probe")(probe_command)
 calibrate_app.command(name="tip")(tip_command)
 calibrate_app.command(name="check-tip")(check_tip_command)
+archive_app.command(name="recall")(recall_archived)
 for command in (mount_tip, probe_status, probe_history):
     calibrate_app.command()(command)
 
@@ -216,7 +222,7 @@ def demo(
 
     if not headless and _has_display():
         _open_window(
-            "--demo", "--source", source, "--plan", str(plan), "--out", str(out),
+            "--source", source, "--plan", str(plan), "--out", str(out),
             "--seed", str(seed), "--speed", str(1.0 if speed is None else speed),
             *([] if theme is None else ["--theme", theme.value]),
         )  # fmt: skip
@@ -292,6 +298,7 @@ def measure(
     compensate_part: CompensatePartOption = False,
     temperature_sigma: TemperatureSigmaOption = 0.5,
     force: ForceOption = False,
+    bus_processor: BusProcessorOption = None,
     stream: StreamOption = None,
     stream_host: StreamHostOption = "127.0.0.1",
     stream_token: StreamTokenOption = None,
@@ -305,6 +312,10 @@ def measure(
             help="Of the report, see ocmm report; can be repeated. Default: polyworks.",
         ),
     ] = None,
+    archive: Annotated[
+        str | None,
+        typer.Option("--archive", help="local, off, a file or a server. Default: the settings."),
+    ] = None,
 ) -> None:
     """Measure a part by a plan, and write the job file and the report.
 
@@ -315,6 +326,7 @@ def measure(
     --incomplete no report is written of a job that lacks something.
     """
     from ocmm_core.composition import ClimateRequest, StationRequest, stream_options
+    from ocmm_core.station.archiving import archive_place
 
     if plan is None and go_on is None:
         raise InputError(
@@ -333,7 +345,7 @@ def measure(
         probe=probe, part=part, source=source, seed=seed, speed=speed, operator=operator,
         serial=serial, order=order_number, batch=batch, resume=go_on,
         probing="any" if order is Order.ANY else "plan", record=record, force=force,
-        reference=reference,
+        bus_processor=bus_processor, reference=reference,
         calibrations=calibrations, uncalibrated=uncalibrated, probes=probes, tip=tip,
         check_after_h=check_after,
         climate=ClimateRequest(
@@ -344,8 +356,9 @@ def measure(
         stream=stream_options(stream, stream_host, stream_token, stream_cert, stream_key),
     )  # fmt: skip
     _measure(
-        request, with_truth=False, parts=parts, incomplete=incomplete, formats=tuple(formats or ())
-    )
+        request, with_truth=False, parts=parts, incomplete=incomplete,
+        formats=tuple(formats or ()), archived=archive_place(archive),
+    )  # fmt: skip
 
 
 @app.command()
@@ -432,7 +445,9 @@ def _measure(
     parts: int = 1,
     incomplete: bool = False,
     formats: tuple[str, ...] = (),
+    archived: ArchivePlace | None = None,
 ) -> None:
+    from ocmm_core.cli.archive import hand_over_after_measuring
     from ocmm_core.cli.measure import (
         await_part,
         exit_code,
@@ -456,26 +471,34 @@ def _measure(
     if parts > 1:
         # Better before the first part than after it.
         next_serial(request.serial)
-    for part in range(parts):
-        if part:
-            request = replace(request, serial=next_serial(request.serial))
-            origin = origin_of(request.source)
-            if origin is not Origin.VIRTUAL:
-                # The virtual rig puts a new part in place by itself; nothing else does.
-                replayed = origin is Origin.RECORDING
-                await_part(console, part + 1, parts, request.serial, replayed=replayed)
-        built = build_station(request)
-        view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
-        truth = None
-        if with_truth and built.virtual is not None:
-            truth = true_values(built.station.job.plan, built.virtual.part)
-        print_table(console, view, truth)
-        print_explanations(console, built.station.job.explanations())
-        print_verdict(console, view)
-        if not view.part_verdict.complete:
-            typer.echo(shown(missing_sentences(view, built.job_path, written=incomplete)), err=True)
-        code = max(code, exit_code(view))
-        beside += [fault.error for fault in built.station.faults.beside]
+    jobs: list[Path] = []
+    try:
+        for part in range(parts):
+            if part:
+                request = replace(request, serial=next_serial(request.serial))
+                origin = origin_of(request.source)
+                if origin is not Origin.VIRTUAL:
+                    # The virtual rig puts a new part in place by itself; nothing else does.
+                    replayed = origin is Origin.RECORDING
+                    await_part(console, part + 1, parts, request.serial, replayed=replayed)
+            built = build_station(request)
+            jobs.append(built.job_path)
+            view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
+            truth = None
+            if with_truth and built.virtual is not None:
+                truth = true_values(built.station.job.plan, built.virtual.part)
+            print_table(console, view, truth)
+            print_explanations(console, built.station.job.explanations())
+            print_verdict(console, view)
+            if not view.part_verdict.complete:
+                typer.echo(
+                    shown(missing_sentences(view, built.job_path, written=incomplete)), err=True
+                )
+            code = max(code, exit_code(view))
+            beside += [fault.error for fault in built.station.faults.beside]
+    finally:
+        # After everything else: nothing that is measured waits for an archive.
+        hand_over_after_measuring(archived, jobs, console)
     if beside:
         # The parts are measured; what was wanted besides, e.g. a recording, is not there.
         raise beside[0]

@@ -41,10 +41,12 @@ if TYPE_CHECKING:
     )
     from ocmm_core.composition._calibrate_scenes import (
         VirtualSite,
+        relocation_by_step,
         scene_of_tip,
         scenes_of_known_points,
         scenes_of_relocation,
         scenes_of_verification,
+        verification_by_step,
     )
     from ocmm_core.composition._calibration_choice import (
         checked_for_replay,
@@ -93,8 +95,8 @@ else:
             "require_scenes tests_folder"
         ),
         _calibrate_scenes=(
-            "VirtualSite scene_of_tip scenes_of_known_points scenes_of_relocation "
-            "scenes_of_verification"
+            "VirtualSite relocation_by_step scene_of_tip scenes_of_known_points "
+            "scenes_of_relocation scenes_of_verification verification_by_step"
         ),
         _calibration_choice="checked_for_replay choose_calibration choose_probe",
         _climate="ClimateRequest climate_in_use",
@@ -164,6 +166,7 @@ __all__ = [
     "part_as_planned",
     "part_text",
     "recorded_feed",
+    "relocation_by_step",
     "request_of_settings",
     "require_recorded",
     "require_scenes",
@@ -180,4 +183,5 @@ __all__ = [
     "stream_options",
     "tests_folder",
     "true_values",
+    "verification_by_step",
 ]

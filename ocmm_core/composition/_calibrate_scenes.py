@@ -90,7 +90,18 @@ def scenes_of_relocation(
     control: KnownPoints | None,
 ) -> tuple[Scene, ...]:
     """Return the seats, waving, placements of the bar and control points that are still wanted."""
-    scenes: list[Scene] = []
+    return tuple(relocation_by_step(site, rig, view, bar, control).values())
+
+
+def relocation_by_step(
+    site: VirtualSite,
+    rig: Rig,
+    view: RelocationView,
+    bar: LengthBar,
+    control: KnownPoints | None,
+) -> dict[str, Scene]:
+    """Return the same by the name of the step that wants it, in their order."""
+    scenes: dict[str, Scene] = {}
     # A session that goes on sees other poses than those it has.
     rng = np.random.default_rng([site.seed, _PLACES, view.poses])
     missing = {step.name for step in view.base.steps if not step.gate.open}
@@ -98,29 +109,30 @@ def scenes_of_relocation(
     seats = low + SEATS * (high - low)
     if "seats" in missing:
         left = seats[len(view.seats_world) :]
-        scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 30))
+        scenes["seats"] = TouchSeats(tips=_vectors(left), seed=site.seed + 30)
     if "wave" in missing:
-        scenes.append(FreeMotionScene(ways=_SECONDS_OF_WAVING, seed=site.seed + 1000 * view.poses))
+        seed = site.seed + 1000 * view.poses
+        scenes["wave"] = FreeMotionScene(ways=_SECONDS_OF_WAVING, seed=seed)
     count = view.bars_wanted - view.bar_placements
     if count > 0:
         places = bar.leds or (bar.nests[0], bar.nests[-1])
         length = (places[1] - places[0]) * _true_scale(site, bar)
         ends = _placements(rig.volume_world, length, count, rng)
         if bar.leds:
-            scenes.append(ShowBar(ends=tuple((_vector(a), _vector(b)) for a, b in ends)))
+            scenes["bar"] = ShowBar(ends=tuple((_vector(a), _vector(b)) for a, b in ends))
         else:
-            scenes.append(TouchSeats(tips=_vectors(ends.reshape(-1, 3)), seed=site.seed))
+            scenes["bar"] = TouchSeats(tips=_vectors(ends.reshape(-1, 3)), seed=site.seed)
     names = [name for name in view.world_wanted if name not in view.world_points]
     if names:
         known = dict(zip(view.world_wanted, map(np.array, _SET_POINTS), strict=False))
         if control is not None:
             known = dict(zip(control.names, control.positions_world, strict=True))
         tips = np.array([known[name] for name in names])
-        scenes.append(TouchSeats(tips=_vectors(tips), seed=site.seed + 1))
+        scenes["world"] = TouchSeats(tips=_vectors(tips), seed=site.seed + 1)
     if "again" in missing:
         left = seats[view.next_seat or 0 :] if view.base.step.name == "again" else seats
-        scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 31))
-    return tuple(scenes)
+        scenes["again"] = TouchSeats(tips=_vectors(left), seed=site.seed + 31)
+    return scenes
 
 
 def scenes_of_verification(
@@ -137,6 +149,17 @@ def scenes_of_verification(
     rig
         The calibration that is verified; its world need not be that of the virtual rig.
     """
+    return sum(verification_by_step(site, rig, view, bar, spheres).values(), ())
+
+
+def verification_by_step(
+    site: VirtualSite,
+    rig: Rig,
+    view: VerificationView,
+    bar: LengthBar,
+    spheres: Sequence[Sphere],
+) -> dict[str, tuple[Scene, ...]]:
+    """Return the same by the name of the step that wants it, in their order."""
     true = site.script(()).build().world.cameras
     T_true_from_rig = _motion(rig, true)
     scale, tips = _true_scale(site, bar), []
@@ -144,18 +167,19 @@ def scenes_of_verification(
         begin, end = T_true_from_rig.apply(line.ends_world)
         along = (end - begin) / np.linalg.norm(end - begin)
         tips += [begin + along * scale * (nest - bar.nests[0]) for nest in bar.nests[line.taken :]]
-    scenes: list[Scene] = []
+    scenes: dict[str, tuple[Scene, ...]] = {}
     low, high = rig.volume_world
     seats = T_true_from_rig.apply(low + SEATS * (high - low))
     if len(view.seats_world) < len(seats):
         left = seats[len(view.seats_world) :]
-        scenes.append(TouchSeats(tips=_vectors(left), seed=site.seed + 30))
+        scenes["seats"] = (TouchSeats(tips=_vectors(left), seed=site.seed + 30),)
     if tips:
-        scenes.append(TouchSeats(tips=_vectors(np.array(tips)), seed=site.seed + 2))
+        scenes["lines"] = (TouchSeats(tips=_vectors(np.array(tips)), seed=site.seed + 2),)
+    touched: list[Scene] = []
     for number, (sphere, taken) in enumerate(zip(spheres, view.spheres, strict=True)):
         normals = _normals()[taken:]
         if len(normals):
-            scenes.append(
+            touched.append(
                 TouchSphere(
                     centre=_vector(
                         T_true_from_rig.apply(stand_of(rig, view.places[number], number))
@@ -165,10 +189,12 @@ def scenes_of_verification(
                     seed=site.seed + 3 + number,
                 )
             )
+    if touched:
+        scenes["spheres"] = tuple(touched)
     if not view.base.steps[-2].gate.open:
         again = seats[view.next_seat or 0 :] if view.base.step.name == "again" else seats
-        scenes.append(TouchSeats(tips=_vectors(again), seed=site.seed + 31))
-    return tuple(scenes)
+        scenes["again"] = (TouchSeats(tips=_vectors(again), seed=site.seed + 31),)
+    return scenes
 
 
 def _true_scale(site: VirtualSite, bar: LengthBar) -> float:

@@ -6,12 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from ocmm_core.calibration.records import (
+    PRACTICE,
     Blocker,
     CalibrationInUse,
     CalibrationStatus,
     ProbeInUse,
     default_folder,
     default_probe_folder,
+    is_practice,
     open_calibration,
     open_design,
     open_probe,
@@ -47,7 +49,8 @@ def choose_calibration(
         folder = default_folder()
     if folder is None:
         return open_design(rig, uncalibrated=uncalibrated)
-    return open_calibration(rig, folder, uncalibrated=uncalibrated)
+    opened = open_calibration(rig, folder, uncalibrated=uncalibrated)
+    return without_practice(opened) if is_real(source) else opened
 
 
 def choose_probe(
@@ -78,7 +81,8 @@ def choose_probe(
     if folder is None and is_real(source):
         folder = default_probe_folder()
     if folder is not None:
-        return open_probe(probe, folder, tip, uncalibrated=uncalibrated)
+        opened = open_probe(probe, folder, tip, uncalibrated=uncalibrated)
+        return probe_without_practice(opened) if is_real(source) else opened
     if tip is not None:
         raise InputError(
             "probe.tip",
@@ -103,8 +107,10 @@ def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> Calibrat
     recorded
         Name of the source that was recorded; empty where nothing is replayed.
     """
-    is_design = calibration.record is None and calibration.fault is None
-    if not is_design or not _is_recorded_real(recorded):
+    if not _is_recorded_real(recorded):
+        return calibration
+    calibration = without_practice(calibration)
+    if calibration.record is not None or calibration.fault is not None:
         return calibration
     why = Blocker(
         (
@@ -118,8 +124,10 @@ def checked_for_replay(calibration: CalibrationInUse, recorded: str) -> Calibrat
 
 def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
     """Return the probe, at fault where a document stands for a real probe that was recorded."""
-    is_design = probe.records is None and probe.fault is None
-    if not is_design or not _is_recorded_real(recorded):
+    if not _is_recorded_real(recorded):
+        return probe
+    probe = probe_without_practice(probe)
+    if probe.records is not None or probe.fault is not None:
         return probe
     why = Blocker(
         (
@@ -129,6 +137,35 @@ def checked_probe_for_replay(probe: ProbeInUse, recorded: str) -> ProbeInUse:
         "Choose the folder of its tip records (Settings, Instrument).",
     )
     return replace(probe, fault=(CalibrationStatus.NONE, why))
+
+
+def without_practice(in_use: CalibrationInUse) -> CalibrationInUse:
+    """Return the calibration, at fault where it was made in practice: for real cameras."""
+    record = in_use.record
+    if record is None or not is_practice(record.made_by):
+        return in_use
+    why = Blocker(
+        f"The calibration of rig '{record.rig}' was made in {PRACTICE}, with a virtual hand.",
+        "Choose the folder of real camera records (Settings, Instrument), or calibrate.",
+    )
+    return replace(in_use, fault=(CalibrationStatus.UNUSABLE, why))
+
+
+def probe_without_practice(in_use: ProbeInUse) -> ProbeInUse:
+    """Return the probe, at fault where a record of its tip was made in practice."""
+    records = in_use.records
+    if records is None:
+        return in_use
+    signed = [records.calibration.made_by]
+    if records.qualification is not None:
+        signed.append(records.qualification.made_by)
+    if not any(map(is_practice, signed)):
+        return in_use
+    why = Blocker(
+        f"Tip '{in_use.tip}' was calibrated or qualified in {PRACTICE}, with a virtual hand.",
+        "Choose the folder of real tip records (Settings, Instrument), or calibrate the probe.",
+    )
+    return replace(in_use, fault=(CalibrationStatus.UNUSABLE, why))
 
 
 def _is_recorded_real(recorded: str) -> bool:

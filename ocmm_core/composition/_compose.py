@@ -31,6 +31,7 @@ from ocmm_core.inspection.plan import Plan, load_plan, stored_plan
 from ocmm_core.inspection.session import HEADER_EVENT, check_header, header_text
 from ocmm_core.leftovers import clear_leftovers
 from ocmm_core.measuring import PointOptions
+from ocmm_core.simulation.hand import HandAtRig
 from ocmm_core.simulation.scene import Missing, VirtualRig
 from ocmm_core.station import MeasuringStation, StationOptions, free_path, give_back
 from ocmm_core.storage import JobFile, make_head
@@ -63,6 +64,9 @@ class BuiltStation:
         Why jobs in the folder of a batch could not be looked at.
     recorded
         Name of the source that was recorded; empty where nothing is replayed.
+    hand
+        Whoever sits before the screen may hold the probe; None where that is a real one, or the
+        script ends.
     """
 
     station: MeasuringStation
@@ -72,6 +76,7 @@ class BuiltStation:
     live: bool
     passed_over: tuple[OcmmError, ...] = ()
     recorded: str = ""
+    hand: HandAtRig | None = None
 
 
 def build_station(request: StationRequest) -> BuiltStation:
@@ -169,9 +174,12 @@ def _built(request: StationRequest, plan: Plan, begun: JobFile | None) -> BuiltS
         # What the plan of a later job has besides, nobody can touch on this part.
         there = {entry.name for entry in feed.virtual.part.artefacts}
         feed.simulated.ask = lambda: _missing(station, there)
+    hand = None
+    if feed.simulated is not None and feed.virtual is not None and request.stay:
+        hand = HandAtRig(feed.simulated, feed.virtual)
     return BuiltStation(
         station, job.path, feed.description, feed.virtual, feed.live, tuple(passed_over),
-        feed.recorded,
+        feed.recorded, hand,
     )  # fmt: skip
 
 

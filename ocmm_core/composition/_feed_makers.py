@@ -104,14 +104,16 @@ def wire_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Fee
     """Return the virtual rig over a virtual wire."""
     virtual = script_of(_at_device_rate(request, rig), plan).build()
     segment = segment_of(request, plan, rig)
-    return replace(_on_wire(rig, request.seed, virtual.frame_period_ns, segment), virtual=virtual)
+    feed = _on_wire(rig, request.seed, virtual.frame_period_ns, segment, request.bus_processor)
+    return replace(feed, virtual=virtual)
 
 
 def pixel_feed(request: StationRequest, plan: Plan, rig: Rig, _value: str) -> Feed:
     """Return the same down to the pixels."""
     virtual = script_of(_at_pixel_rate(request), plan).build()
     segment = pixel_segment_of(request, plan, rig)
-    return replace(_on_wire(rig, request.seed, virtual.frame_period_ns, segment), virtual=virtual)
+    feed = _on_wire(rig, request.seed, virtual.frame_period_ns, segment, request.bus_processor)
+    return replace(feed, virtual=virtual)
 
 
 def scenes_feed(script: CalibratingScript, speed: float) -> Feed:
@@ -176,9 +178,16 @@ def _at_pixel_rate(request: StationRequest) -> StationRequest:
     return request if request.frame_rate_hz else replace(request, frame_rate_hz=_PIXEL_RATE_HZ)
 
 
-def _on_wire(rig: Rig, seed: int, frame_period_ns: int, segment: SegmentConfig) -> Feed:
+def _on_wire(
+    rig: Rig,
+    seed: int,
+    frame_period_ns: int,
+    segment: SegmentConfig,
+    processor: int | None = None,
+) -> Feed:
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", frame_period_ns, force=False)
+    bus = msgspec.structs.replace(bus, processor=processor)
     name = f"{VIRTUAL_WIRE} ({rig.name}, seed {seed})"
     description = replace(_bus_description(name, rig, bus, simulated=True), stretched=True)
     return Feed(VirtualBus(bus, segment, ring), ring, description, live=True)
@@ -190,7 +199,7 @@ def cameras_feed(request: StationRequest, _plan: Plan, rig: Rig, interface: str)
     period_ns = round(1e9 / _rate_of(rig))
     first, _, second = interface.partition("+")
     bus = _bus_config(rig, ring, first, period_ns, force=request.force)
-    bus = msgspec.structs.replace(bus, redundant_interface=second)
+    bus = msgspec.structs.replace(bus, redundant_interface=second, processor=request.bus_processor)
     simulated = is_virtual_interface(first) or is_virtual_interface(second)
     description = _bus_description(f"{REAL_WIRE} {interface}", rig, bus, simulated=simulated)
     return Feed(BusProcess(bus, ring), ring, description, live=True)
@@ -200,6 +209,7 @@ def service_feed(request: StationRequest, _plan: Plan, rig: Rig, _value: str) ->
     """Return the cameras that a service of this computer looks after."""
     ring = FrameRing.create(len(rig.cameras))
     bus = _bus_config(rig, ring, "", round(1e9 / _rate_of(rig)), force=False)
+    bus = msgspec.structs.replace(bus, processor=request.bus_processor)
     # Its interface is known once it has reported; the station asks then.
     description = _bus_description(SERVICE, rig, bus, simulated=False)
     return Feed(ServiceBus(bus, ring), ring, description, live=True)

@@ -57,6 +57,8 @@ class StationRequest:
         File that takes all raw frames, or None.
     force
         Use a network interface although the computer needs it itself.
+    bus_processor
+        Number of the processor that the bus process stays on; None lets it choose.
     method
         How poses are computed.
     control
@@ -98,6 +100,7 @@ class StationRequest:
     probing: Probing = "plan"
     record: Path | None = None
     force: bool = False
+    bus_processor: int | None = None
     method: Method = "gauss-newton"
     control: str = ""
     calibrations: Path | None = None

@@ -58,6 +58,7 @@ def request_of_settings(settings: Settings, errand: Errand) -> StationRequest:
         serial=errand.serial,
         resume=errand.resume,
         force=errand.force,
+        bus_processor=settings.instrument_bus_processor,
         calibrations=settings.instrument_calibrations,
         uncalibrated=errand.uncalibrated,
         climate=ClimateRequest(

@@ -72,6 +72,12 @@ ocmm_core.inspection.reach._tree_kernel
     grow f3 f2 i2 i1
 ocmm_core.inspection.reach._search_kernel
     search f2 f2 f f1 f4 i2 f2 f2 f2 f2 f2 f1 f3 i1 b1 f2 i2 i1 i2 f1
+ocmm_core.part_model._edge_kernel
+    nearest_stretch f2 f3 f1 f2
+ocmm_core.inspection.step._place_kernel
+    spread f2 i1
+    nearest f2 f3 f1
+    leans_inward f1 f1 f1 f2 f1
 
 ocmm_core.tracking._reference_filter
     _follow b1 f3 f2 f3 f f1 f2 f1 f1 f3 f2 f1
@@ -101,6 +107,10 @@ ocmm_core.simulation.scene._exposure
 ocmm_core.simulation.scene._kernels
     move f1 f2 f4 f3 f2 b1 b1
     see f3 f2 f2 f2 f f1 f f i1 f3 f f3 U1 U1 f3
+ocmm_core.simulation.hand._kernel
+    distance f1 f2 f2 f1
+    drive f1 f1 f f f f2 f2 f2 f1 b1
+    march f1 f1 f f f2 f2 f1 f1
 ocmm_core.simulation.scene._probe_study_kernel
     add_paths s2 s2 s2 f2 f1 i s2 f2 f3
 

@@ -24,6 +24,10 @@ class Host(ABC):
     closes_before_rename: ClassVar[bool]
 
     @abstractmethod
+    def holder_of(self, path: Path) -> str:
+        """Return which other process has locked a file, in words; empty where nobody can say."""
+
+    @abstractmethod
     def lock(self, descriptor: int, *, shared: bool = False, wait: bool = False) -> None:
         """Lock a file against other descriptors until this one is closed.
 
@@ -100,6 +104,10 @@ class Host(ABC):
     @abstractmethod
     def resident_bytes(self) -> int:
         """Return how much memory this process holds; 0 where nobody can say."""
+
+    @abstractmethod
+    def processor_seconds(self, pid: int) -> float | None:
+        """Return how much time of processors another process took; None where nobody can say."""
 
     @abstractmethod
     def limit_memory(self, most_bytes: int) -> None:

@@ -6,6 +6,7 @@ import contextlib
 import errno
 import fcntl
 import os
+import pwd
 import resource
 import select
 import stat
@@ -19,6 +20,19 @@ _RENAME_NOREPLACE = 1
 _SHARED_MEMORY = Path("/dev/shm")  # noqa: S108 - rings have names there that nobody guesses
 
 
+def _process_words(pid: int) -> str:
+    """Return what a process is called and whose it is; empty where it is gone."""
+    place = Path("/proc") / str(pid)
+    try:
+        name = "".join(c for c in place.joinpath("comm").read_text("utf-8") if c.isprintable())
+        user = place.stat().st_uid
+    except (OSError, UnicodeDecodeError):
+        return ""
+    with contextlib.suppress(KeyError):
+        return f"{name}, process {pid}, user {pwd.getpwuid(user).pw_name}"
+    return f"{name}, process {pid}"
+
+
 class PosixHost(Host):
     """See `Host`."""
 
@@ -28,6 +42,22 @@ class PosixHost(Host):
     def lock(self, descriptor: int, *, shared: bool = False, wait: bool = False) -> None:
         how = fcntl.LOCK_SH if shared else fcntl.LOCK_EX
         fcntl.flock(descriptor, how if wait else how | fcntl.LOCK_NB)
+
+    def holder_of(self, path: Path) -> str:
+        try:
+            inode = path.stat().st_ino
+            lines = Path("/proc/locks").read_text("ascii").splitlines()
+        except (OSError, UnicodeDecodeError):
+            return ""
+        for line in lines:
+            # "1: POSIX  ADVISORY  WRITE 4711 fd:01:131073 0 EOF"; the device has other numbers on
+            # some file systems, the inode and whether that process is there must do.
+            words = line.split()
+            found = [word.rpartition(":")[2] for word in words if word.count(":") == 2]
+            pid = words[4] if len(words) > 5 and words[4].isdigit() else ""
+            if pid and found == [str(inode)] and int(pid) not in (0, os.getpid()):
+                return _process_words(int(pid))
+        return ""
 
     def open_to_lock(self, folder: Path) -> int:
         return os.open(folder, os.O_RDONLY | os.O_DIRECTORY)
@@ -91,6 +121,15 @@ class PosixHost(Host):
         except (OSError, ValueError, IndexError):
             return 0
         return pages * resource.getpagesize()
+
+    def processor_seconds(self, pid: int) -> float | None:
+        try:
+            # What stands before the last bracket is the name of the program, whatever it holds.
+            words = Path(f"/proc/{pid}/stat").read_text("utf-8", "replace").rpartition(")")[2]
+            user, system = (int(word) for word in words.split()[11:13])
+        except (OSError, ValueError):
+            return None
+        return (user + system) / float(os.sysconf("SC_CLK_TCK"))
 
     def limit_memory(self, most_bytes: int) -> None:
         with contextlib.suppress(ValueError, OSError):

@@ -50,6 +50,11 @@ class WindowsHost(Host):
                 os.lseek(descriptor, stood, os.SEEK_SET)
             time.sleep(_BETWEEN_S)
 
+    def holder_of(self, path: Path) -> str:
+        # Windows tells it to a service of its own only.
+        del path
+        return ""
+
     def open_to_lock(self, folder: Path) -> int:
         # A folder has no descriptor: a file in it stands for it.
         return self.open_file(folder / _FOLDER_LOCK, os.O_RDWR | os.O_CREAT)
@@ -100,6 +105,10 @@ class WindowsHost(Host):
 
     def resident_bytes(self) -> int:
         return 0
+
+    def processor_seconds(self, pid: int) -> float | None:
+        del pid
+        return None
 
     def limit_memory(self, most_bytes: int) -> None:
         del most_bytes

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from itertools import islice
+
 import numpy as np
 
 from ocmm_core.geometry import Float
@@ -39,13 +42,22 @@ def spread_places(
     fits = (gaps >= clear_mm) & (hollow * ball_radius <= _FIT)
     places, normals, gaps = places[fits], normals[fits], gaps[fits]
     chosen: list[int] = []
+    order = _order(places, gaps)
+    # Which place comes next does not depend on those that are refused: many are asked at once.
+    while len(chosen) < count and (asked := list(islice(order, count))):
+        feet = nearest_feet(places[asked] + ball_radius * normals[asked], [face])
+        for row, doubt, distance in zip(asked, feet.doubts, feet.distances, strict=True):
+            # A ball here may touch another fold of the face first.
+            if doubt == "" and abs(distance - ball_radius) < 0.1 * RIVAL_MM:
+                chosen.append(row)
+    return places[chosen[:count]], normals[chosen[:count]]
+
+
+def _order(places: Float, gaps: Float) -> Iterator[int]:
+    """Return all places, each as far as can be from edges and from those before it."""
     apart = np.minimum(gaps, 1e6)
-    while len(chosen) < count and len(places) and float(apart.max()) > 0.0:
+    while len(places) and float(apart.max()) > 0.0:
         best = int(np.argmax(apart))
         apart = np.minimum(apart, np.linalg.norm(places - places[best], axis=1))
         apart[best] = 0.0
-        feet = nearest_feet((places[best] + ball_radius * normals[best])[None], [face])
-        # A ball here may touch another fold of the face first.
-        if feet.doubts[0] == "" and abs(feet.distances[0] - ball_radius) < 0.1 * RIVAL_MM:
-            chosen.append(best)
-    return places[chosen], normals[chosen]
+        yield best

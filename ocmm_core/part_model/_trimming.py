@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ocmm_core.geometry import Float
+from ocmm_core.part_model._edge_kernel import nearest_stretch
 from ocmm_core.part_model._spline import BezierSurface, places_at
 
 _SEAM = 1e-7
@@ -57,18 +58,7 @@ class Trimming:
         places = np.full((len(points), 3), np.inf)
         if not len(self.edges):
             return distances, places
-        start, way = self.edges[:, 0], self.edges[:, 1] - self.edges[:, 0]
-        square = np.maximum(np.sum(way * way, axis=1), 1e-300)
-        step = max(_CHUNK // (4 * len(start)), 1)
-        for first in range(0, len(points), step):
-            arms = points[first : first + step, None] - start
-            share = np.clip(np.einsum("mki,ki->mk", arms, way) / square, 0.0, 1.0)
-            off = arms - share[..., None] * way
-            squares = np.einsum("mki,mki->mk", off, off)
-            best = np.argmin(squares, axis=1)
-            rows = np.arange(len(best))
-            distances[first : first + step] = np.sqrt(squares[rows, best])
-            places[first : first + step] = start[best] + share[rows, best, None] * way[best]
+        nearest_stretch(np.ascontiguousarray(points), self.edges, distances, places)
         return distances, places
 
     def crosses(self, low: Float, high: Float) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
@@ -128,4 +118,4 @@ def _edges(surface: BezierSurface, sides: Float) -> Float:
             break
     stretches = np.concatenate(found)
     lengths = np.linalg.norm(stretches[:, 1] - stretches[:, 0], axis=1)
-    return np.asarray(stretches[lengths > 1e-9 * max(surface.size, 1e-9)], dtype=np.float64)
+    return np.ascontiguousarray(stretches[lengths > 1e-9 * max(surface.size, 1e-9)])

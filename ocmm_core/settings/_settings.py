@@ -39,6 +39,7 @@ class Settings:
     instrument_calibrations: Path | None
     instrument_probes: Path | None
     instrument_check_after_h: float
+    instrument_bus_processor: int | None
     job_folder: Path
     job_plans: Path | None
     job_operator: str
@@ -61,6 +62,9 @@ class Settings:
     stream_token: Path | None
     stream_certificate: Path | None
     stream_key: Path | None
+    archive_address: str
+    archive_station: str
+    archive_password: Path | None
     window_language: str
     window_decimal: str
     window_units: str

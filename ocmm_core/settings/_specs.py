@@ -103,6 +103,7 @@ SECTIONS = {
     "temperature": later("Temperature"),
     "report": later("Report head"),
     "stream": later("Live stream"),
+    "archive": later("Archive"),
     "window": later("Window"),
 }
 """Sections in the order in which they are shown, with their titles."""
@@ -157,6 +158,11 @@ SETTINGS: tuple[SettingSpec, ...] = (
         "instrument.check_after_h", Kind.NUMBER, 8.0, _S, _LATER, later("Check the tip after"),
         later("Hours without a point or a check"), limits=(0.1, 168.0), unit="h",
         option="--check-after",
+    ),
+    _spec(
+        "instrument.bus_processor", Kind.WHOLE, None, _S, _LATER, later("Processor of the bus"),
+        later("Number of the processor for the camera bus, 0 first; empty: chosen by itself"),
+        limits=(0.0, 1023.0), option="--bus-processor",
     ),
     _spec(
         "job.folder", Kind.FOLDER, Path.home() / "ocmm-out", _U, _LATER, later("Job folder"),
@@ -252,6 +258,19 @@ SETTINGS: tuple[SettingSpec, ...] = (
     _spec(
         "stream.key", Kind.FILE, None, _S, _LATER, later("Private key"),
         later("PEM, of that certificate"), option="--stream-key",
+    ),
+    _spec(
+        "archive.address", Kind.TEXT, "local", _S, _LATER, later("Archive"),
+        later("local, off, a file, or postgresql://USER@SERVER/DATABASE, without password"),
+        choices=("local", "off"), option="--archive",
+    ),
+    _spec(
+        "archive.station", Kind.TEXT, "", _S, _LATER, later("Name of this station"),
+        later("In the archive; empty: the name of this computer"),
+    ),
+    _spec(
+        "archive.password", Kind.FILE, None, _S, _LATER, later("Password"),
+        later("File with the password of the server, readable by you alone"),
     ),
     _spec(
         "window.language", Kind.CHOICE, "system", _U, _LATER, later("Language"),

@@ -19,6 +19,8 @@ _MOST_SHORTCUTS = 4
 _SEPARATOR = ";"
 _YES, _NO = ("yes", "true", "on", "1"), ("no", "false", "off", "0")
 _SOURCE = re.compile(r"simulated|ethercat:\S+|replay:.+")
+_PASSWORD = re.compile(r"://[^/@]*:[^/@]*@|[?&](password|passfile)=", re.IGNORECASE)
+"""In an address: others can read the settings."""
 _PICTURE_STARTS = (b"\x89PNG\r\n\x1a\n", b"\xff\xd8\xff")
 
 
@@ -60,6 +62,9 @@ def checked(spec: SettingSpec, value: object) -> Value:
         raise _wrong(spec, value, f"must be one of {', '.join(spec.choices)}")
     if spec.key == "instrument.source" and not _SOURCE.fullmatch(text):
         raise _wrong(spec, value, f"must be {spec.tip}")
+    if spec.key == "archive.address" and _PASSWORD.search(text):
+        # The sentence must not show it either.
+        raise _wrong(spec, text.rpartition("@")[2].partition("?")[0], "must hold no password")
     return text
 
 

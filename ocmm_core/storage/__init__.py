@@ -7,7 +7,7 @@ bit), `_job_steps` (points and annulments in order), `_audit` (the hash-linked c
 `_job_seal` (who signed it), `_job_writer` (until the disk fails), `_event_text`, `_connection`
 and `_faults` (what is the matter, in one sentence), `_guard`, `_schema` and `_checks` (what a file
 from elsewhere may cost and hold), `_migrations` (versions),
-`_glance` (a summary without opening it to write).
+`_glance` (a summary without opening it to write), `_held_jobs` (what an archive holds back).
 It must not know plans, features or verdicts: it keeps what it is given.
 """
 
@@ -24,6 +24,13 @@ if TYPE_CHECKING:
     from ocmm_core.storage._faults import damaged, no_job, not_writable
     from ocmm_core.storage._glance import JobSummary, read_summary
     from ocmm_core.storage._guard import LARGEST_FILE, guarded_connection
+    from ocmm_core.storage._held_jobs import (
+        HeldJobs,
+        held_jobs_file,
+        held_sentences,
+        read_held_jobs,
+        write_held_jobs,
+    )
     from ocmm_core.storage._job_file import JobFile
     from ocmm_core.storage._job_seal import ADOPTED, JobSeal
     from ocmm_core.storage._job_steps import JobStep
@@ -38,6 +45,7 @@ else:
         _faults="damaged no_job not_writable",
         _glance="JobSummary read_summary",
         _guard="LARGEST_FILE guarded_connection",
+        _held_jobs="HeldJobs held_jobs_file held_sentences read_held_jobs write_held_jobs",
         _job_file="JobFile",
         _job_seal="ADOPTED JobSeal",
         _job_steps="JobStep",
@@ -51,6 +59,7 @@ __all__ = [
     "CLOCK",
     "LARGEST_FILE",
     "AuditedStep",
+    "HeldJobs",
     "JobEvent",
     "JobFile",
     "JobHead",
@@ -63,10 +72,14 @@ __all__ = [
     "digest_row",
     "event_value",
     "guarded_connection",
+    "held_jobs_file",
+    "held_sentences",
     "make_head",
     "no_job",
     "not_writable",
     "now_utc",
+    "read_held_jobs",
     "read_summary",
     "require_size",
+    "write_held_jobs",
 ]

@@ -6,6 +6,7 @@ import sqlite3
 from pathlib import Path
 
 from ocmm_core.errors import StorageError
+from ocmm_core.host import HOST
 
 
 def primary_code(error: BaseException) -> int:
@@ -23,9 +24,10 @@ def storage_error(path: Path, error: sqlite3.Error | UnicodeDecodeError) -> Stor
         return damaged(path, "a text in it is not UTF-8")
     code = primary_code(error)
     if code in (sqlite3.SQLITE_BUSY, sqlite3.SQLITE_LOCKED):
+        holder = HOST.holder_of(path)
         return StorageError(
             "job.locked",
-            f"{path}: the job is in use by another program.",
+            f"{path}: the job is in use by another program{f' ({holder})' if holder else ''}.",
             "Close it there and retry.",
         )
     if code == sqlite3.SQLITE_FULL:

@@ -274,10 +274,16 @@ class JobFile:
         with self._reading() as db:
             return next_number(db)
 
-    def verify(self) -> list[str]:
-        """Return one sentence for every fault of the file against its audit chain and signature."""
+    def verify(self, seal: JobSeal | None = None) -> list[str]:
+        """Return one sentence for every fault of the file against its audit chain and signature.
+
+        Parameters
+        ----------
+        seal
+            Of this job as the computer judged it that asks; None: judged by the keys known here.
+        """
         with self._reading() as db:
-            return [*find_faults(db), *self._sealed(db).doubts]
+            return [*find_faults(db), *(seal or self._sealed(db)).doubts]
 
     def seal(self) -> JobSeal:
         """Return how far the job goes, and who signed it."""

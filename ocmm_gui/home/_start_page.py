@@ -51,8 +51,13 @@ START_ACTIONS = (
         ("M",),
     ),
     ActionInfo(
+        "archive", later("Archive"),
+        later("What was measured where, when, by whom and with what; trends over stations"),
+        ("F8",),
+    ),
+    ActionInfo(
         "demo", later("Demo"),
-        later("SIMULATED: a robot hand measures a virtual part, to look and learn"), ("F9",),
+        later("SIMULATED: a robot hand measures a virtual part; take over and try"), ("F9",),
     ),
     ActionInfo(
         "settings", later("Settings"), later("Cameras, probe, folders, temperatures, sounds, keys"),
@@ -62,7 +67,7 @@ START_ACTIONS = (
                ("T",)),
     ActionInfo("quit", later("Quit"), later("Close OCMM"), ("Ctrl+Q",)),
 )  # fmt: skip
-_SMALL = ("theme", "quit")
+_SMALL = ("archive", "theme", "quit")
 _BUTTON_PX = 64
 _ROW_PX = 60
 _PATH = Qt.ItemDataRole.UserRole
@@ -106,6 +111,9 @@ class StartPage(QWidget):
         self.state_words: list[QLabel] = []
         """What is said of the station."""
         self._tell_state(tr("Reading the records of cameras and tip"))
+        self.hand_over = sentence_label(tr("Hand-over to the archive"), 15)
+        self.hand_over.setProperty("role", "muted")
+        self.hand_over.hide()
         self.heading = PlainLabel(tr("Last jobs"))
         self.heading.setFont(text_font(18, bold=True))
         self.jobs = QListWidget()
@@ -119,6 +127,7 @@ class StartPage(QWidget):
         right = QVBoxLayout()
         right.setSpacing(12)
         right.addWidget(panel(self.state))
+        right.addWidget(self.hand_over)
         right.addWidget(panel(jobs), 1)
         head = QHBoxLayout()
         head.setSpacing(18)
@@ -156,12 +165,17 @@ class StartPage(QWidget):
         usable = all(line.usable for line in state.lines)
         if state.simulated:
             self.hint.setText(
-                tr("Cameras are SIMULATED: choose real ones in Settings, or try the Demo.")
+                tr("Cameras are SIMULATED. New here? Press Demo (F9) and touch a virtual part.")
             )
         elif usable:
             self.hint.setText(tr("Ready. New job begins with the plan; Continue goes on."))
         else:
             self.hint.setText(tr("No points can be taken yet: Calibrate shows what is missing."))
+
+    def show_hand_over(self, line: str) -> None:
+        """Say what waits for the archive, in the words of the core; nothing where nothing does."""
+        self.hand_over.setText(line)
+        self.hand_over.setVisible(bool(line))
 
     def show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:
         """List jobs, newest first; one that cannot be read says so and can still be selected."""

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from ocmm_core.composition import StationState
     from ocmm_core.inspection.archive import LastJob
     from ocmm_core.inspection.plan import PlanSummary
+    from ocmm_gui.archive import ArchiveSheet
 
 
 _ANEW = ("window_language", "window_decimal", "window_units")
@@ -110,6 +111,7 @@ class StartWindow(QMainWindow):
                 "open": self._open,
                 "plans": lambda: self._leave_for(Errands.PLANS),
                 "calibrate": lambda: self._leave_for(Errands.CALIBRATE),
+                "archive": self._archive,
                 "demo": lambda: self._leave_for(Errands.DEMO),
                 "settings": self.show_settings,
                 "theme": self._next_theme,
@@ -129,6 +131,7 @@ class StartWindow(QMainWindow):
         self.browser = FileBrowser(self._recent)
         self.browser.left.connect(self.show_start)
         self.browser.chosen.connect(self.take_file)
+        self._archive_sheet: ArchiveSheet | None = None
         self._stack = QStackedWidget()
         for page in (self.page, self.settings, self.plans, self.browser):
             self._stack.addWidget(page)
@@ -153,6 +156,7 @@ class StartWindow(QMainWindow):
             self._notices.error,
         )
         self._lists.do(lambda: _state(settings), self.page.show_state, self._notices.error)
+        self._lists.do(lambda: _hand_over(settings), self.page.show_hand_over, self._notices.error)
         # What a job needs is loaded while somebody reads.
         self._lists.do(_warm, lambda _none: None, self._notices.error)
 
@@ -186,6 +190,8 @@ class StartWindow(QMainWindow):
     def closeEvent(self, event: QCloseEvent) -> None:
         """Stop reading."""
         self.settings.close_work()
+        if self._archive_sheet is not None:
+            self._archive_sheet.close_work()
         self.browser.close_work()
         self._lists.close(5.0)
         event.accept()
@@ -220,6 +226,25 @@ class StartWindow(QMainWindow):
         self._stack.setCurrentWidget(self.browser)
         self.browser.ask(tr("Plan of the new job"), Wanted.PLAN, self.loaded.settings.job_plans)
 
+    def _archive(self) -> None:
+        if self._archive_sheet is None:
+            # What it needs is loaded when somebody wants it.
+            from ocmm_core.station.archiving import archive_place
+            from ocmm_gui.archive import ArchiveSheet
+
+            sheet = ArchiveSheet(
+                lambda: archive_place(settings=self.loaded.settings),
+                lambda: self.loaded.settings.job_folder,
+            )
+            sheet.left.connect(self.show_start)
+            sheet.failed.connect(self._notices.error)
+            sheet.told.connect(self._notices.inform)
+            sheet.set_theme(THEMES[self.loaded.settings.window_theme])
+            self._stack.addWidget(sheet)
+            self._archive_sheet = sheet
+        self._stack.setCurrentWidget(self._archive_sheet)
+        self._archive_sheet.open()
+
     def show_settings(self, section: str = "") -> None:
         """Show the settings, at one of their sections."""
         self._stack.setCurrentWidget(self.settings)
@@ -246,6 +271,8 @@ class StartWindow(QMainWindow):
         app = QApplication.instance()
         if isinstance(app, QApplication):
             apply_theme(app, self, THEMES[self.loaded.settings.window_theme])
+        if self._archive_sheet is not None:
+            self._archive_sheet.set_theme(THEMES[self.loaded.settings.window_theme])
 
 
 def _jobs(folder: Path, recent: tuple[Path, ...]) -> tuple[LastJob, ...]:
@@ -281,3 +308,12 @@ def _warm() -> None:
 
     getattr(composition, "build_station")  # noqa: B009 - a door loads what is asked for
     getattr(bridge, "StationBridge")  # noqa: B009
+
+
+def _hand_over(settings: Settings) -> str:
+    """Return how the hand-over to the archive stands, in a line; empty where all is well."""
+    from ocmm_core.archive import hand_over
+    from ocmm_core.station.archiving import archive_place
+
+    place = archive_place(settings=settings)
+    return "" if place is None else hand_over(place.outbox).line

@@ -177,6 +177,11 @@ ACTIONS = (
         mode=Mode.MAINTAIN,
     ),
     ActionInfo(
+        "archive", later("Archive"),
+        later("Jobs of all stations: lists, trends, what used a calibration"), ("Ctrl+J",),
+        mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
         "pivot", later("Calibrate probe"),
         later("Find tip and LED positions: pivot the probe with its ball in a cone"), ("P",),
         mode=Mode.MAINTAIN, opens_wizard=True,
@@ -217,6 +222,13 @@ ACTIONS = (
         "certificate", later("Certificate"),
         later("Write the certificate of what this page shows, PDF and DCC"), ("Ctrl+P",),
         mode=Mode.MAINTAIN,
+    ),
+    ActionInfo(
+        "hand", later("Take over"),
+        later("SIMULATED: take the probe from the robot hand, or hand it back"), ("Ctrl+T",),
+    ),
+    ActionInfo(
+        "tour", later("Tour"), later("SIMULATED: learn the window in two minutes"), ("Ctrl+G",),
     ),
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(

@@ -42,6 +42,7 @@ _STEP = 0.05
 _SLACK_PX = 1.0
 _INSET_PX = 2
 _ITEM_PX = 8
+_PADDING_PX = 3
 
 
 def is_longer() -> bool:
@@ -174,7 +175,9 @@ class NarrowButton(QPushButton):
     def _room(self) -> QRect:
         option = QStyleOptionButton()
         self.initStyleOption(option)
-        return self.style().subElementRect(QStyle.SubElement.SE_PushButtonContents, option, self)
+        room = self.style().subElementRect(QStyle.SubElement.SE_PushButtonContents, option, self)
+        # A little of the padding: words that are near the border are better than smaller ones.
+        return room.adjusted(-_PADDING_PX, 0, _PADDING_PX, 0)
 
 
 class NarrowItems(QStyledItemDelegate):
@@ -188,14 +191,15 @@ class NarrowItems(QStyledItemDelegate):
         room = option.rect
         text = option.text
         if is_longer() and text:
+            # Joined by blanks at which no line is broken: an item has one line.
             found = fit_words(
-                text,
+                text.replace(" ", "\N{NO-BREAK SPACE}"),
                 option.font,
                 room.width() - _ITEM_PX,
                 room.height(),
                 wraps=False,
             )
-            if found is not None and "\n" not in found.text:
+            if found is not None:
                 option.font = found.font
 
 

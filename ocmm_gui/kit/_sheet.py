@@ -106,7 +106,7 @@ class Sheet(QWidget):
 
     def use_keys(self, calls: Mapping[str, Callable[[], None]], primary: str = "") -> None:
         """Make actions and buttons; ``calls`` has one entry for every key but that of `LEAVE`."""
-        rows = -(-len(self._infos) // _MOST_IN_ROW)
+        rows, shift = -(-len(self._infos) // _MOST_IN_ROW), tr("Shift")
         in_row = -(-len(self._infos) // rows)
         for index, info in enumerate(self._infos):
             action = QAction(tr(info.text), self)
@@ -124,7 +124,7 @@ class Sheet(QWidget):
             button = make_button(action, primary=info.key == primary)
             button.setObjectName(f"button_{info.key}")
             # Spelt out it would not fit into the row.
-            button.setText(button.text().replace(f"{tr('Shift')}+", "⇧"))
+            button.setText(button.text().replace(f"{shift}+", "⇧"))
             button.setMinimumHeight(_BUTTON_PX)
             button.setFont(text_font(14, bold=info.key == primary))
             button.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)

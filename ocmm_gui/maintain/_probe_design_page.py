@@ -130,7 +130,7 @@ class ProbeDesignPage(QWidget):
         self._process.advanced.connect(self._on_advanced)
         self._process.finished.connect(self._show_report)
         self._process.failed.connect(self._on_failed)
-        self.fields = {key: OwnKeysField(proposal) for key, _, _, proposal in _FIELDS}
+        self.fields = {key: OwnKeysField(localised(proposal)) for key, _, _, proposal in _FIELDS}
         self.button = NarrowButton(tr("Examine"))
         self.button.setProperty("role", "primary")
         self.button.setMinimumHeight(38)

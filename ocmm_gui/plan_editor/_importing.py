@@ -16,9 +16,11 @@ from ocmm_core.camera import Rig
 from ocmm_core.features.shapes import NominalFeature
 from ocmm_core.inspection.drawing import Account, plan_with_tolerances
 from ocmm_core.inspection.plan import (
+    PartOfPlan,
     Plan,
     add_feature,
     features_from_csv,
+    part_of_plan,
     with_alignment,
     with_model,
     with_profiles,
@@ -236,6 +238,8 @@ class Importing(WorkLine):
     """Emits what was `Imported`."""
     offered = Signal(object)
     """Emits a `ReadModel`: its features are to be chosen."""
+    part_read = Signal(object)
+    """Emits the `PartOfPlan`: what the model of a plan is."""
     failed = Signal(object)
     """Emits the exception: why nothing was."""
     _reading = Signal(str)
@@ -277,6 +281,18 @@ class Importing(WorkLine):
             lambda error: self._not_done(given_up, error),
         )
 
+    def read_part(self, plan: Plan, folder: Path | None) -> None:
+        """Begin with the part of a plan, which is kept or read from its model."""
+        self._given_up.set()
+        given_up = self._given_up = threading.Event()
+        self._reads = True
+        self.begin(tr("Reading the model of the plan."), tr("Shift+F9 cancels."))
+        self._worker.do(
+            lambda: part_of_plan(plan, folder, given_up.is_set, self._reading.emit),
+            lambda found: self._done(given_up, found),
+            lambda error: self._not_done(given_up, error),
+        )
+
     def take(
         self,
         plan: Plan,
@@ -311,7 +327,10 @@ class Importing(WorkLine):
     def _done(self, given_up: threading.Event, found: object) -> None:
         if not given_up.is_set():
             self.give_up()
-            (self.offered if isinstance(found, ReadModel) else self.imported).emit(found)
+            if isinstance(found, PartOfPlan):
+                self.part_read.emit(found)
+            else:
+                (self.offered if isinstance(found, ReadModel) else self.imported).emit(found)
 
     def _show_progress(self, what: str) -> None:
         if self._reads:

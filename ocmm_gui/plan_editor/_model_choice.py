@@ -63,7 +63,7 @@ class ModelChoice(QFrame):
         self._offers: tuple[Offer, ...] = ()
         self._row_of: dict[int, int] = {}
         self.picture = PartPicture()
-        self.list = _OfferList()
+        self.list = ChoiceList(tr("Surfaces of the model"))
         self._told = PlainLabel()
         self._told.setAccessibleName(tr("What is chosen"))
         self._told.setWordWrap(True)
@@ -143,12 +143,7 @@ class ModelChoice(QFrame):
     def set_theme(self, theme: Theme) -> None:
         """Paint with ``theme`` from now on."""
         self._theme = theme
-        # The style's own empty box cannot be seen on a dark panel.
-        self.list.setStyleSheet(
-            f"QListView::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.muted};"
-            f" border-radius: 3px; }} QListView::indicator:checked {{ background: {theme.good};"
-            f" border-color: {theme.good}; }}"
-        )
+        self.list.set_theme(theme)
         self._show_choice()
 
     def _is_chosen(self, row: int) -> bool:
@@ -229,20 +224,35 @@ class ModelChoice(QFrame):
         self._about.setFixedWidth(_LIST_PX)
 
 
-class _OfferList(QListWidget):
-    """A line for each surface; Return and Esc are its own."""
+class ChoiceList(QListWidget):
+    """A line for each surface; Return and Esc are its own.
+
+    Parameters
+    ----------
+    name
+        Accessible name.
+    """
 
     taken = Signal()
     declined = Signal()
 
-    def __init__(self) -> None:
+    def __init__(self, name: str) -> None:
         super().__init__()
-        self.setAccessibleName(tr("Surfaces of the model"))
+        self.setAccessibleName(name)
         self.setAccessibleDescription(tr("Space chooses, Return takes over, Esc goes back"))
         self.setUniformItemSizes(True)
         self.setSpacing(2)
         self.setFont(text_font(14))
         self.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
+
+    def set_theme(self, theme: Theme) -> None:
+        """Paint with ``theme`` from now on."""
+        # The style's own empty box cannot be seen on a dark panel.
+        self.setStyleSheet(
+            f"QListView::indicator {{ width: 14px; height: 14px; border: 1px solid {theme.muted};"
+            f" border-radius: 3px; }} QListView::indicator:checked {{ background: {theme.good};"
+            f" border-color: {theme.good}; }}"
+        )
 
     def event(self, event: QEvent) -> bool:
         """Take Return and Esc before the sheet does."""

@@ -18,6 +18,8 @@ from ocmm_core.inspection.drawing import Account
 from ocmm_core.inspection.plan import (
     EDITED,
     HEAD_FIELDS,
+    USUAL_BALL_RADIUS,
+    PartOfPlan,
     Plan,
     add_characteristic,
     add_construction,
@@ -29,14 +31,17 @@ from ocmm_core.inspection.plan import (
     replace_item,
     with_alignment,
     with_head,
+    with_model_fit,
     with_picture,
 )
 from ocmm_core.inspection.step import Offer
+from ocmm_core.part_model import ModelFace
 from ocmm_core.settings import is_shipped
 from ocmm_core.tolerances.zones import Characteristic
 from ocmm_gui.kit import ActionInfo, PathPanel, Sheet, later, panel, tr
 from ocmm_gui.plan_editor._draft import PlanDraft
 from ocmm_gui.plan_editor._drawn import drawn_of
+from ocmm_gui.plan_editor._face_choice import FaceChoice
 from ocmm_gui.plan_editor._importing import (
     Imported,
     Importing,
@@ -79,6 +84,8 @@ _KEYS = (
         later("Add a characteristic of the selected feature"), ("F7",),
     ),
     ActionInfo("align", later("Alignment"), later("Define the part alignment"), ("F5",)),
+    ActionInfo("faces", later("Faces"),
+               later("Align by a best fit to faces of the model"), ("Shift+F5",)),
     ActionInfo("remove", later("Remove"), later("Remove the selected item"), ("F9",)),
     ActionInfo("earlier", later("Earlier"), later("Move the selected item up"), ("Ctrl+F6",)),
     ActionInfo("later", later("Later"), later("Move the selected item down"), ("Ctrl+F7",)),
@@ -171,6 +178,11 @@ class PlanSheet(Sheet):
         self.choice.declined.connect(self._show_editor)
         self.choice.up_changed.connect(self._read_again)
         self._read: ReadModel | None = None
+        self.faces = FaceChoice()
+        self.faces.taken.connect(self._take_faces)
+        self.faces.declined.connect(self._show_editor)
+        self.importing.part_read.connect(self._on_part)
+        self._in_use = in_use
         self.tolerances = ToleranceAccount()
         self._asked: Imported | None = None
         self.tolerances.agreed.connect(lambda: self._answer_tolerances("all"))
@@ -186,6 +198,7 @@ class PlanSheet(Sheet):
                 "construct": self.add_construction,
                 "tolerance": self.add_characteristic,
                 "align": self.align,
+                "faces": self.choose_faces,
                 "remove": self.remove,
                 "earlier": lambda: self._move(-1),
                 "later": lambda: self._move(1),
@@ -247,6 +260,37 @@ class PlanSheet(Sheet):
         self.items.choose(ALIGNMENT)
         self.form().focus_first()
 
+    def choose_faces(self) -> None:
+        """Show the faces of the plan's model, to align the part by those that are chosen."""
+        plan = self.draft.plan
+        if plan.model is None or self.draft.folder is None:
+            self.told.emit(tr("No CAD model in this plan. Save it (F8), import one (Shift+F9)."))
+        else:
+            self.items.choose(ALIGNMENT)
+            self.importing.read_part(plan, self.draft.folder)
+
+    def _on_part(self, found: PartOfPlan) -> None:
+        if found.model is None:
+            if found.doubt is not None:
+                self.failed.emit(found.doubt)
+            return
+        self._editor.hide()
+        self.faces.show_faces(found.model, self.draft.plan)
+
+    def _take_faces(self, faces: tuple[ModelFace, ...]) -> None:
+        """Align by the chosen faces; what cannot be done is said, and the choice stays."""
+        plan = self.draft.plan
+        radius = USUAL_BALL_RADIUS if self._in_use is None else self._in_use()[1].tip_radius
+        before = len(plan.features)
+        if self._did(lambda: with_model_fit(plan, faces, ball_radius=radius), ALIGNMENT):
+            self._show_editor()
+            count = len(self.draft.plan.features) - before
+            self.told.emit(
+                tr("Aligned by {faces} faces; {count} points added. F10 undoes this.").format(
+                    faces=len(faces), count=count
+                )
+            )
+
     def remove(self) -> None:
         """Remove the chosen item; one that others need stays, and they are named."""
         plan, key = self.draft.plan, self.items.chosen()
@@ -306,6 +350,7 @@ class PlanSheet(Sheet):
     def _show_editor(self) -> None:
         self._read = None
         self.choice.hide()
+        self.faces.hide()
         self._editor.show()
         self.items.setFocus()
 
@@ -507,5 +552,6 @@ class PlanSheet(Sheet):
         row.addWidget(panel(right), 28)
         self.body.addWidget(self._editor, 1)
         self.body.addWidget(self.choice, 1)
+        self.body.addWidget(self.faces, 1)
         self.body.addWidget(self.tolerances, 1)
         self.body.addWidget(self.importing)

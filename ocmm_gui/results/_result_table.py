@@ -14,6 +14,7 @@ from ocmm_gui.kit import (
     DataTable,
     Theme,
     digit_font,
+    is_longer,
     later,
     limit_words,
     quantity,
@@ -48,6 +49,7 @@ _NUMBERS = range(2, 7)
 _DEVIATION, _VERDICT = 4, 7
 _ROW_PX = 34
 _NARROW_PX = 860
+_LEAST_PX = 11
 
 
 class ResultTable(DataTable):
@@ -59,7 +61,7 @@ class ResultTable(DataTable):
     def __init__(self) -> None:
         super().__init__(tr("Characteristics"), with_unit(tr_all(_COLUMNS)))
         self._results: tuple[CharacteristicResult, ...] = ()
-        self._pixels = 0
+        self._pixels = self._least = 0
         self.setFont(text_font(15))
         self.horizontalHeader().setFont(text_font(13))
         self.verticalHeader().setDefaultSectionSize(_ROW_PX)
@@ -133,12 +135,13 @@ class ResultTable(DataTable):
     def resizeEvent(self, event: QResizeEvent) -> None:
         """Give what is left of the width to the second column."""
         super().resizeEvent(event)
+        self._least = 0
         self._share_width()
 
     def _share_width(self, new: Sequence[int] = ()) -> None:
         """Give every column its width, and ``new`` rows, or all, letters of a size that fits."""
         narrow = self.width() < _NARROW_PX
-        pixels = 13 if narrow else 15
+        pixels = self._least or (13 if narrow else 15)
         rows = new if pixels == self._pixels else range(self.rowCount())
         self._pixels = pixels
         for row in rows:
@@ -152,6 +155,15 @@ class ResultTable(DataTable):
         wide = 0 if self.isColumnHidden(1) else 1
         rest = sum(self.columnWidth(c) for c in range(self.columnCount()) if c != wide)
         room = self.viewport().width() - rest - 4
+        if is_longer() and not self._least and room < (self.columnWidth(0) if wide == 0 else 60):
+            # Longer words get smaller letters, so that the verdict stays in sight.
+            self._least = _LEAST_PX
+            for column in range(self.columnCount()):
+                head = self.horizontalHeaderItem(column)
+                if head is not None:
+                    head.setFont(text_font(_LEAST_PX))
+            self._share_width()
+            return
         self.setColumnWidth(wide, max(room, self.columnWidth(wide) if wide == 0 else 60))
 
     def _on_row(self, row: int) -> None:

@@ -21,10 +21,12 @@ from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, led_name, reference_led_name, tr, verdict_colour
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._deviations import deviation_items, deviations_of
+from ocmm_gui.views._nominal_items import planned_items
 from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit, Tag
 
 _ARROW_MM = 9.0
 _STEM_MM = 25.0
+_AIM_MM = 3.0
 _RING_MM = 40.0
 """Greatest radius of the ring round the next place."""
 
@@ -97,6 +99,9 @@ class JobDrawing:
         self._items: tuple[Item, ...] = ()
         self._deviations: tuple[Item, ...] = ()
         self._deviations_of: tuple[object, ...] = ()
+        self._planned_of: tuple[object, ...] = ()
+        self._planned_at = np.empty((0, 0))
+        self._planned: tuple[tuple[Item, ...], Float] = ((), np.empty((0, 3)))
         self.deviations = NO_DEVIATIONS
         self._reach: dict[str, Float] = {}
 
@@ -130,14 +135,34 @@ class JobDrawing:
             own, places = self._known(feature, look)
             items += own
             self._reach[feature.name] = places
+        items += self._planned_items(job, theme)
         items += self._whiskers(job, theme)
         if len(items) != len(self._items) or not all(map(is_, items, self._items)):
             self._items = tuple(items)
-        targets = [target.surface_world for target in active_targets(job)]
+        targets = [target.surface_world for target in shown_targets(job)]
         if targets:
             before = self._reach.get(job.active, np.empty((0, 3)))
             self._reach[job.active] = np.concatenate([before, np.stack(targets)])
         return self._items, self.reach()
+
+    def _planned_items(self, job: JobView, theme: Theme) -> tuple[Item, ...]:
+        """Return the active feature where the plan has it, with its name, before it is measured."""
+        planned = job.planned
+        if planned is None:
+            return ()
+        before = self._planned_of
+        pose = planned.T_world_from_nominal
+        # Of a part that nobody located the motion is made anew, and the same, for every view.
+        at = np.column_stack([pose.rotation, pose.translation])
+        look = (planned.nominal, theme)
+        same = len(before) == len(look) and all(map(is_, look, before))
+        if not (same and np.array_equal(self._planned_at, at)):
+            self._planned_of, self._planned_at = look, at
+            self._planned = planned_items(planned, theme)
+        items, reach = self._planned
+        before_it = self._reach.get(job.active, np.empty((0, 3)))
+        self._reach[job.active] = np.concatenate([before_it, reach])
+        return items
 
     def _whiskers(self, job: JobView, theme: Theme) -> tuple[Item, ...]:
         made_of = (*job.characteristics, job.held, theme)
@@ -211,6 +236,19 @@ def active_targets(job: JobView) -> tuple[Target, ...]:
     return next((item.targets for item in job.features if item.name == job.active), ())
 
 
+def shown_targets(job: JobView) -> tuple[Target, ...]:
+    """Return `active_targets`, or where they are supposed as long as nobody knows."""
+    known = active_targets(job)
+    return known if known or job.planned is None else job.planned.targets
+
+
+def shown_target(job: JobView | None) -> Target | None:
+    """Return where the next point is wanted, or where that is supposed; None where it is not."""
+    if job is None:
+        return None
+    return job.target or next(iter(shown_targets(job)), None)
+
+
 def target_items(
     job: JobView | None, tip_world: Float | None, theme: Theme, up: Float
 ) -> tuple[Item, ...]:
@@ -221,11 +259,11 @@ def target_items(
     """
     if job is None:
         return ()
-    others = [target.surface_world for target in active_targets(job)]
+    others = [target.surface_world for target in shown_targets(job)]
     items: list[Item] = []
     if others:
         items.append(Dots(np.stack(others), theme.panel, 9.0, theme.accent))
-    target = job.target
+    target = shown_target(job)
     if target is None:
         return tuple(items)
     place, normal = target.surface_world, target.normal_world
@@ -233,12 +271,30 @@ def target_items(
     if np.any(normal):
         stem = np.stack([place + _STEM_MM * normal, place])[None]
         items.append(Lines(stem, theme.accent, 2.0))
-    if tip_world is not None:
+    if tip_world is not None and job.target is not None:
         radius = _RING_MM * cue(target.distance(tip_world)).ring_px_fraction
         corners = shapes.ring(place, normal if np.any(normal) else up, radius)
         items.append(Lines(shapes.polyline(corners, closed=True), theme.accent, 3.0))
     where = tr("next, roughly") if target.approximate else tr("next")
+    if job.target is None:
+        # Where the part is supposed: no ring leads there.
+        where = tr("touch here first, roughly")
     items.append(Tag(place, where, theme.accent))
+    return tuple(items)
+
+
+def aim_items(aim: tuple[Float, Float] | None, probe: Float, theme: Theme) -> tuple[Item, ...]:
+    """Return the place that somebody means on the part, and the way of the ball to it."""
+    if aim is None:
+        return ()
+    place, normal = aim
+    ring = shapes.ring(place, normal, _AIM_MM)
+    items: list[Item] = [
+        Lines(shapes.polyline(ring, closed=True), theme.warn, 2.0),
+        Dots(place[None], theme.warn, 6.0, theme.panel),
+    ]
+    if len(probe):
+        items.append(Lines(np.stack([probe[-1], place])[None], theme.warn, 1.2))
     return tuple(items)
 
 

@@ -18,10 +18,11 @@ from ocmm_core.tolerances.decisions import (
     DeviationPicture,
     deviation_picture,
 )
-from ocmm_gui.kit import Theme, later, length_number, length_words, text_font, tr
+from ocmm_gui.kit import Theme, fitted, is_longer, later, length_number, length_words, text_font, tr
 from ocmm_gui.views._part_scene import blended
 from ocmm_gui.views._scene import Diamonds, Dots, Item, Lines, Tag
 
+_LEAST_PX = 9
 _BLUES = ("#0a4fb4", "#7db4ff")
 """Too little material, on light and on dark ground; no theme has a colour for it."""
 
@@ -198,8 +199,12 @@ def _line(
     font: QFont,
     where: Qt.AlignmentFlag = Qt.AlignmentFlag.AlignLeft,
 ) -> None:
+    if is_longer():
+        least = fitted(font, words, box.width(), box.height(), font.pixelSize()).pixelSize()
+        font = QFont(font)
+        font.setPixelSize(max(_LEAST_PX, least))
     painter.setFont(font)
-    fitted = painter.fontMetrics().elidedText(
+    shown = painter.fontMetrics().elidedText(
         words, Qt.TextElideMode.ElideRight, int(box.width()) + 1
     )
-    painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, fitted)
+    painter.drawText(box, where | Qt.AlignmentFlag.AlignVCenter, shown)

@@ -14,6 +14,7 @@ _KEY_TURN = np.radians(10.0)
 _STILL_MS = 140
 """A view that was not moved for so long stands still, and is painted in full."""
 _CLICK_PX = 4.0
+_EYE_MM = 1500.0
 
 
 class OrbitView(Painted):
@@ -51,6 +52,18 @@ class OrbitView(Painted):
         flat = self._orbit.project(places, box.width(), box.height())[:, :2]
         moved: Float = flat + np.array([box.left(), box.top()])
         return moved
+
+    def ray_at(self, place: QPointF) -> tuple[Float, Float]:
+        """Return the ray of the eye at a place of the widget, px: (3,), mm, and (3,), unit, world.
+
+        It begins on the eye's side of everything there is.
+        """
+        box = self._inside()
+        right, up, outward = self._orbit.axes()
+        scale = 2.0 * self._orbit.radius / min(box.width(), box.height())
+        x, y = place.x() - box.center().x(), place.y() - box.center().y()
+        start: Float = self._orbit.target + scale * (x * right - y * up) + _EYE_MM * outward
+        return start, -outward
 
     def shows(self, places: Float) -> bool:
         """Return whether places (n, 3), mm, world, all lie in the picture."""

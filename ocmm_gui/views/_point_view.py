@@ -2,23 +2,29 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 from PySide6.QtCore import QRectF
 from PySide6.QtGui import QPaintEvent
 
 from ocmm_core.camera import Rig
+from ocmm_core.geometry import Float
 from ocmm_core.inspection.evaluation import JobView, LiveView, Target
+from ocmm_core.part_model import PlacedPart
 from ocmm_core.rendering import RenderMode
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.kit import Theme, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import (
     JobDrawing,
-    active_targets,
+    aim_items,
     grid_items,
     probe_items,
     probe_places,
     reference_items,
+    shown_target,
+    shown_targets,
     target_items,
 )
 from ocmm_gui.views._deviations import paint_scale, scale_place
@@ -45,6 +51,8 @@ _NAMED_MM = 250.0
 _BALL_PX = 13.0
 """At least so much round the middle of the ball and of the next place is kept free of words."""
 _GHOST = 0.4
+_LED_ELEVATION = float(np.radians(46.0))
+"""Steep enough to see into bores, flat enough to see what stands."""
 _NO_PLACES = np.empty((0, 3))
 
 
@@ -89,6 +97,9 @@ class PointView(OrbitView):
         self._work = Work()
         self._seen_target: Target | None = None
         self._follows = True
+        self._led = False
+        self._own_part: PlacedPart | None = None
+        self._aim: tuple[Float, Float] | None = None
         self._easing = Easing(self, animated=animated)
         self._easing.moved.connect(self._ease)
         self._words: list[tuple[str, QRectF]] = []
@@ -111,7 +122,7 @@ class PointView(OrbitView):
     def show_job(self, job: JobView) -> None:
         """Show points and features as they stand."""
         self._job = job
-        self._part.place(job.placed_part)
+        self._part.place(job.placed_part or self._own_part)
         self._draw_job(job)
         self._part.show_deviations(self._drawing.deviations)
         self._look_for_work()
@@ -144,6 +155,24 @@ class PointView(OrbitView):
             places, box = np.concatenate([tips, surface]), self._inside()
             wanted = self._orbit.fitted(places, box.width(), box.height(), margin=1.6)
             self._easing.begin(self._orbit, wanted)
+
+    def lead(self, *, led: bool, part: PlacedPart | None) -> None:
+        """Hold the view still while somebody leads the ball in it, and show the part he touches.
+
+        What follows the ball would move the part away from under the mouse.
+        """
+        self._led, self._own_part, self._aim = led, part, None
+        if self._job is not None:
+            self.show_job(self._job)
+        self.fit()
+        if led:
+            self._orbit = replace(self._orbit, elevation=_LED_ELEVATION)
+            self.fit()
+
+    def show_aim(self, place: Float | None, normal: Float | None) -> None:
+        """Show what is meant on the part: a place (3,), mm, and the way out; None shows none."""
+        self._aim = None if place is None or normal is None else (place, normal)
+        self.update()
 
     def next_mode(self) -> None:
         """Paint the part in the next of its ways: shaded, hidden lines, transparent."""
@@ -197,21 +226,21 @@ class PointView(OrbitView):
     def rough_words(self) -> str:
         """Return what the picture says while nobody knows where the part is; empty where known."""
         if self._part.is_rough():
-            return tr("Part placed roughly: not aligned yet")
+            return self._supposed_words() or tr("Part placed roughly: not aligned yet")
         job = self._job
         if job is None or not job.active or job.target is not None or self._part.is_there():
             return ""
+        if words := self._supposed_words():
+            return words
         return tr("Part not located yet. Touch {feature}.").format(feature=job.active)
 
-    def _active_name(self) -> tuple[Tag, ...]:
-        """Return the name of the active feature on its faces, as long as it has no fit."""
-        job, places = self._job, self._part.extent("" if self._job is None else self._job.active)
-        if job is None or not len(places):
-            return ()
-        feature = next((item for item in job.features if item.name == job.active), None)
-        if feature is None or feature.fit is not None:
-            return ()
-        return (Tag(places.mean(axis=0), feature.name, self._theme.accent),)
+    def _supposed_words(self) -> str:
+        """Return what is said while the part stands where it may be; empty where more is known."""
+        planned = None if self._job is None else self._job.planned
+        if planned is None or not planned.supposed:
+            return ""
+        words = tr("Part not located yet, placed roughly. Touch {feature} on the real part.")
+        return words.format(feature=planned.nominal.name)
 
     def _draw_job(self, job: JobView) -> None:
         items, reach = self._drawing.items(job, self._theme, self._chosen)
@@ -228,13 +257,14 @@ class PointView(OrbitView):
 
     def _work_now(self) -> Work:
         ball, job = self._probe[-1:], self._job
-        target = None if job is None else job.target
-        return Work(ball, target, self._active, self._whole if len(self._whole) else self._probe)
+        return Work(
+            ball, shown_target(job), self._active, self._whole if len(self._whole) else self._probe
+        )
 
     def _look_for_work(self) -> None:
         """Keep what is worked with in the picture: calmly, but at once if the ball has left it."""
         self._work = self._work_now()
-        if not self._follows:
+        if not self._follows or self._led:
             return
         goal = self._easing.goal or self._orbit
         orbit, turned = self._turned(goal)
@@ -252,7 +282,7 @@ class PointView(OrbitView):
         if target is None or _is_same(target, self._seen_target):
             return orbit, False
         self._seen_target = target
-        later = () if self._job is None else active_targets(self._job)
+        later = () if self._job is None else shown_targets(self._job)
         turned = side_for(orbit, target, later, lambda side: self._part.hides(target, side))
         return turned, turned is not orbit
 
@@ -286,11 +316,11 @@ class PointView(OrbitView):
         next_place = target_items(self._job, tip, theme, orbit.up)
         moving = (
             *(item for item in next_place if isinstance(item, Tag)),
-            *self._active_name(),
             *self._tags,
             *(item for item in next_place if not isinstance(item, Tag)),
             *reference_items(self._live, theme, named=named),
             *probe_items(self._probe, self._body, theme, named=named),
+            *aim_items(self._aim, self._probe, theme),
         )
         corner = self._overview.place(inside, self.projected(self._work.needed()))
         free = self._free_of_words(inside, corner)

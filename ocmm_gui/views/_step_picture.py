@@ -8,22 +8,14 @@ import numpy as np
 from PySide6.QtCore import QPointF, QRectF, QSize, Qt
 from PySide6.QtGui import QImage, QImageReader, QPaintEvent
 
-from ocmm_core.features.shapes import (
-    GEOMETRY_SIZE,
-    NominalFeature,
-    make_fit,
-    nominal_geometry,
-)
-from ocmm_core.geometry import Float
+from ocmm_core.features.shapes import NominalFeature
 from ocmm_gui.kit import Painted, literal, shape_word, text_font, tr
-from ocmm_gui.views import _shapes as shapes
-from ocmm_gui.views._scene import Dots, Face, Item, Lines, Orbit
+from ocmm_gui.views._nominal_items import nominal_items
+from ocmm_gui.views._scene import Orbit
 from ocmm_gui.views._scene_painter import paint_scene
 
 _LARGEST_PX = 4000
 """A picture with a longer side is read at a smaller scale."""
-_PLAIN_MM = 20.0
-"""Half the size of a drawn plane or line whose size the plan does not say."""
 _VIEW = (np.radians(35.0), np.radians(28.0))
 
 
@@ -88,39 +80,3 @@ def read_picture(path: Path) -> QImage | None:
         )
     image = reader.read()
     return None if image.isNull() else image
-
-
-def nominal_items(
-    nominal: NominalFeature, colour: str, arrow: str
-) -> tuple[tuple[Item, ...], Float]:
-    """Return a nominal feature as wires with its direction, and all places it reaches (n, 3)."""
-    geometry = nominal_geometry(nominal)
-    ends = _ends(nominal, geometry)
-    fit = make_fit(nominal.shape, geometry, np.zeros((GEOMETRY_SIZE, 0)), np.zeros(1))
-    lines, corners = shapes.fitted_shape(fit, ends)
-    items: list[Item] = [Face(corners, colour, 50)] if len(corners) else []
-    items += [Lines(lines, colour, 2.0), Dots(fit.point[None], arrow, 6.0)]
-    reach = np.concatenate([lines.reshape(-1, 3), fit.point[None]])
-    if nominal.shape.spec.planned_direction:
-        size = max(0.5 * float(np.ptp(reach, axis=0).max()), 8.0)
-        tip = fit.point + size * np.array(nominal.direction) / np.linalg.norm(nominal.direction)
-        items.append(Lines(np.stack([fit.point, tip])[None], arrow, 1.5))
-        reach = np.concatenate([reach, tip[None]])
-    return tuple(items), reach
-
-
-def _ends(nominal: NominalFeature, geometry: Float) -> Float:
-    """Return places that say how far a drawn plane, line or cylinder reaches, (n, 3)."""
-    point, direction = geometry[0:3], np.array(nominal.direction)
-    direction = direction / np.linalg.norm(direction)
-    half = 0.5 * nominal.length or (nominal.diameter or _PLAIN_MM)
-    if nominal.shape.spec.spread != "plane":
-        return np.stack([point - half * direction, point + half * direction])
-    across = np.array(nominal.across) - (direction @ np.array(nominal.across)) * direction
-    if np.linalg.norm(across) < 1e-9:
-        across = np.roll(direction, 1) - (direction @ np.roll(direction, 1)) * direction
-    across = across / np.linalg.norm(across)
-    other = np.cross(direction, across)
-    wide = 0.5 * nominal.width or half
-    steps = ((half, wide), (-half, wide), (-half, -wide), (half, -wide))
-    return np.stack([point + a * across + b * other for a, b in steps])

@@ -8,13 +8,14 @@ from PySide6.QtGui import QColor, QFontMetricsF, QImage, QPainter, QPen
 
 from ocmm_core.camera import Rig
 from ocmm_core.geometry import Float
-from ocmm_gui.kit import Theme, text_font, tr
+from ocmm_gui.kit import Theme, fitted, is_longer, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step
 from ocmm_gui.views._scene import Dots, Lines, Orbit, Tag
 from ocmm_gui.views._scene_painter import paint_scene
 
 OVERVIEW_ASPECT = 1.25
+_LEAST_PX = 10
 _GAP_PX = 8.0
 _WORDS_PX = 26.0
 
@@ -98,11 +99,10 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
     centre = QPointF(box.left() + 46, box.bottom() - 46)
     painter.setFont(text_font(12))
     painter.setPen(QColor(theme.muted))
-    painter.drawText(
-        grid_place(box),
-        Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter,
-        tr("world axes, grid {grid_step:.0f} mm").format(grid_step=grid_step(orbit)),
-    )
+    words = tr("world axes, grid {grid_step:.0f} mm").format(grid_step=grid_step(orbit))
+    place = grid_place(box)
+    painter.setFont(fitted(painter.font(), words, place.width(), place.height(), 12.0))
+    painter.drawText(place, Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter, words)
     painter.setFont(text_font(13, bold=True))
     for name, direction in zip("XYZ", np.eye(3), strict=True):
         x, y, _ = (axes @ direction).tolist()
@@ -134,7 +134,12 @@ def paint_words(painter: QPainter, place: QRectF, words: str, theme: Theme) -> N
     painter.drawRoundedRect(place, 4, 4)
     painter.setFont(text_font(14, bold=True))
     painter.setPen(QColor(theme.warn))
-    metrics = QFontMetricsF(painter.font())
     room = place.width() - 12.0
+    if is_longer():
+        least = max(
+            _LEAST_PX, fitted(painter.font(), words, room, place.height(), 14.0).pixelSize()
+        )
+        painter.setFont(text_font(least, bold=True))
+    metrics = QFontMetricsF(painter.font())
     shown = metrics.elidedText(words, Qt.TextElideMode.ElideRight, room)
     painter.drawText(place, Qt.AlignmentFlag.AlignCenter, shown)

@@ -72,6 +72,6 @@ class KeysSheet(Sheet):
 def _row(info: ActionInfo, shortcuts: Sequence[str]) -> tuple[str, ...]:
     where = tr("everywhere") if info.mode is None else tr(info.mode.value)
     keys = tr(" or ").join(
-        tr(_SIGNS[key]) if key in _SIGNS else key_words(key) for key in shortcuts
+        tr(_SIGNS.get(key, key_words(key))) for key in shortcuts
     )
     return (where, keys, tr(info.text), f"{tr(info.tip)}.")

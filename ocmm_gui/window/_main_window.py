@@ -51,6 +51,7 @@ from ocmm_gui.kit import (
     usable_keys,
     use_shortcuts,
 )
+from ocmm_gui.led import HandControl, LedProbe
 from ocmm_gui.operator import (
     DeskView,
     FarView,
@@ -69,6 +70,7 @@ from ocmm_gui.window._sheets import Sheets
 
 if TYPE_CHECKING:
     from ocmm_core.composition import AcceptanceBench
+    from ocmm_core.composition.practice import Practice
 
 _PART = "The window"
 START, REOPEN = "start", "reopen"
@@ -97,6 +99,10 @@ class MainWindow(QMainWindow):
         Acceptance tests that can be made; None where there are none.
     store
         The settings; None for those of this user.
+    hand
+        The probe of a virtual rig, for whoever wants to hold it; None where it is real.
+    practice
+        Where wizards are practised at a virtual rig; None where they are meant.
     """
 
     closed = Signal()
@@ -112,6 +118,8 @@ class MainWindow(QMainWindow):
         out: Path | None = None,
         bench: AcceptanceBench | None = None,
         store: SettingsStore | None = None,
+        hand: LedProbe | None = None,
+        practice: Practice | None = None,
     ) -> None:
         super().__init__()
         self.setMinimumSize(1024, 640)
@@ -134,6 +142,10 @@ class MainWindow(QMainWindow):
             sounds, notices,
             lambda: self.far.readout() if self.is_far() else self.desk.readout,
         )  # fmt: skip
+        self.hand = HandControl(
+            hand, bridge, self.desk.points, self.actions_by_key, notices, self._to_desk,
+            self._page_name, self,
+        )  # fmt: skip
         self.choice = PointChoice(bridge, self.desk, notices)
         self.output = Output(bridge, notices, out, self.is_far)
         self._store = store or SettingsStore.of_this_user()
@@ -144,7 +156,7 @@ class MainWindow(QMainWindow):
         self.search = FindAction(self)
         self.tests = AcceptanceRooms(bench, bridge, notices, self._feedback, self.output.folder)
         self.maintenance = Maintenance(
-            bridge, notices, self._feedback, self.actions_by_key, self.tests
+            bridge, notices, self._feedback, self.actions_by_key, self.tests, practice
         )
         self.trust = TrustBar()
         self.tip_line = TipLine()
@@ -176,6 +188,7 @@ class MainWindow(QMainWindow):
         layout = QVBoxLayout()
         layout.setSpacing(0)
         for widget in (
+            self.hand.strip,
             self.trust,
             self.tip_line,
             *self._lines,
@@ -186,7 +199,7 @@ class MainWindow(QMainWindow):
             layout.addWidget(widget)
         layout.addWidget(self._stack, 1)
         whole.addWidget(self.simulated)
-        self._stack.currentChanged.connect(lambda _page: self.simulated.show_far(self.is_far()))
+        self._stack.currentChanged.connect(lambda _page: self._on_page())
         whole.addLayout(layout, 1)
         self.setCentralWidget(central)
 
@@ -286,6 +299,7 @@ class MainWindow(QMainWindow):
         """Stop the station before the window goes; every point is stored already."""
         begun = time.monotonic()
         self._preload.close()
+        self.hand.close()
         self.sheets.close_work()
         self.output.close_work()
         self.maintenance.close_work()
@@ -298,7 +312,6 @@ class MainWindow(QMainWindow):
     def _calls(self) -> dict[str, Callable[[], None]]:
         bridge, choice, sheets = self._bridge, self.choice, self.sheets
         return {
-            "take": bridge.job.take,
             "undo": bridge.job.undo,
             "finish": bridge.job.finish,
             "flip": bridge.job.flip,
@@ -323,6 +336,7 @@ class MainWindow(QMainWindow):
             "alignment": sheets.open_alignment,
             "keys": sheets.open_keys,
             "recall": sheets.open_recall,
+            "archive": sheets.open_archive,
             "view": lambda: self.show_far(not self.is_far()),
             "cameras": self.desk.toggle_cameras,
             "part_mode": self.desk.points.next_mode,
@@ -335,6 +349,7 @@ class MainWindow(QMainWindow):
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
             ),
+            **self.hand.calls(),
             **self.output.calls(),
             **self.maintenance.calls(),
         }
@@ -372,6 +387,7 @@ class MainWindow(QMainWindow):
                 view.show_live(live)
         if self.maintenance.is_made("view") and self.maintenance.view is shown:
             self.maintenance.view.show_live(live)
+        self.hand.show_live(live)
         measures = self._stack.currentWidget() in (self.desk, self.far)
         target = self._job.target if measures and self._job is not None else None
         self._feedback.way(target, live.tip_world)
@@ -446,6 +462,22 @@ class MainWindow(QMainWindow):
         own = page.keys if isinstance(page, Sheet) else {}
         self.search.ask({**own, **self.actions_by_key})
 
+    def _to_desk(self) -> None:
+        self.show_mode(Mode.INSPECT)
+        self.show_far(False)
+
+    def _on_page(self) -> None:
+        self.simulated.show_far(self.is_far())
+        shown = self._stack.currentWidget()
+        guided = (self.maintenance.is_made("wizard") and shown is self.maintenance.wizard) or (
+            self.tests.is_made("desk") and shown is self.tests.desk
+        )
+        self.hand.show_practice(practises=guided and self.maintenance.practises)
+
+    def _page_name(self) -> str:
+        shown = self._stack.currentWidget()
+        return "desk" if shown is self.desk else "far" if shown is self.far else "other"
+
     def _to_page(self) -> None:
         page = self._stack.currentWidget()
         if page is not None:
@@ -470,10 +502,3 @@ class MainWindow(QMainWindow):
             self.sheets.look_at(path)
         else:
             self.sheets.measure_by(path)
-
-    def tell_demo(self) -> None:
-        """Say who measures here, before somebody wonders why points come by themselves."""
-        self._notices.warn(
-            tr("SIMULATED: a robot hand measures a virtual part. No number is of a real part."),
-            tr("Z pauses it, Ctrl+H goes to the Start page."),
-        )

@@ -23,6 +23,7 @@ from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
     from ocmm_core.calibration.guided import ProcedureKind
+    from ocmm_core.composition.practice import Practice
     from ocmm_gui.maintain import (
         BusPage,
         CalibrationPage,
@@ -52,6 +53,8 @@ class Maintenance(MadeLate):
         By key.
     tests
         Acceptance tests and certificates.
+    practice
+        Where wizards are practised; None where they are meant.
     """
 
     made = Signal(object)
@@ -68,9 +71,10 @@ class Maintenance(MadeLate):
         feedback: Feedback,
         actions: dict[str, QAction],
         tests: AcceptanceRooms,
+        practice: Practice | None = None,
     ) -> None:
         super().__init__()
-        self.tests = tests
+        self.tests, self._practice = tests, practice
         tests.made.connect(self.made)
         tests.wanted.connect(self.wanted)
         tests.left.connect(self.left)
@@ -152,9 +156,11 @@ class Maintenance(MadeLate):
     @cached_property
     def wizard(self) -> Wizard:
         """Return where the wizards are shown."""
-        from ocmm_gui.wizards import Wizard, site_of
+        from ocmm_gui.wizards import Wizard, practice_site, site_of
 
-        wizard = Wizard(site_of(self._bridge))
+        room = self._practice
+        site = site_of(self._bridge) if room is None else practice_site(self._bridge, room)
+        wizard = Wizard(site)
         wizard.left.connect(self._on_wizard_left)
         wizard.taken.connect(lambda: self._feedback.play(Sound.TAKEN))
         wizard.sounded.connect(self._feedback.play)
@@ -240,6 +246,11 @@ class Maintenance(MadeLate):
             definition_of(in_use.design), Path.home() / "probe.toml",
             None if records is None else records.calibration,
         )  # fmt: skip
+
+    @property
+    def practises(self) -> bool:
+        """Return whether a virtual hand does what the wizards ask for."""
+        return self._practice is not None
 
     def close_work(self) -> None:
         """Give up what is being calculated or taken; call it before the window goes."""

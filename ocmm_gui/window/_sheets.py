@@ -24,6 +24,7 @@ from ocmm_gui.window._keys_sheet import KeysSheet
 from ocmm_gui.window._made_late import MadeLate
 
 if TYPE_CHECKING:
+    from ocmm_gui.archive import ArchiveSheet
     from ocmm_gui.home import SettingsPage
     from ocmm_gui.maintain import RecallSheet
     from ocmm_gui.plan_editor import PlanSheet
@@ -161,6 +162,15 @@ class Sheets(MadeLate):
         return self._join(sheet, self.left_to_maintain)
 
     @cached_property
+    def archive(self) -> ArchiveSheet:
+        """Return the archive of all stations. It is opened from Maintain, and left to there."""
+        from ocmm_core.station.archiving import archive_place
+        from ocmm_gui.archive import ArchiveSheet
+
+        sheet = ArchiveSheet(lambda: archive_place(settings=self._loaded.settings), self._folder)
+        return self._join(sheet, self.left_to_maintain)
+
+    @cached_property
     def plan(self) -> PlanSheet:
         """Return the editor of plans."""
         from ocmm_gui.plan_editor import PlanSheet
@@ -226,6 +236,11 @@ class Sheets(MadeLate):
         """Recalculate older jobs whose calibration failed later."""
         self.wanted.emit(self.recall)
         self.recall.open()
+
+    def open_archive(self) -> None:
+        """Ask what was measured at all stations."""
+        self.wanted.emit(self.archive)
+        self.archive.open()
 
     def job_changed(self, job: JobView) -> None:
         """Let the sheets show what was measured since; one that is made later asks by itself."""

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         ProbeSite,
         Subject,
         WizardSite,
+        practice_site,
         site_of,
         temperature,
     )
@@ -38,7 +39,10 @@ else:
         _guided_stack="GuidedStack",
         _registry="WIZARDS WizardSpec",
         _runner="Runner",
-        _site="DirectCalculation ProbeSite SESSIONS Subject WizardSite site_of temperature",
+        _site=(
+            "DirectCalculation ProbeSite SESSIONS Subject WizardSite practice_site site_of "
+            "temperature"
+        ),
         _wizard="Wizard",
     )
 
@@ -54,6 +58,7 @@ __all__ = [
     "WizardDriver",
     "WizardSite",
     "WizardSpec",
+    "practice_site",
     "site_of",
     "temperature",
 ]

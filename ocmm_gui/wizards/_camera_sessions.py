@@ -19,7 +19,7 @@ from ocmm_gui.wizards.parts import TEMPERATURE, WHO, Field
 _BAR = "Length bar document"
 
 
-def known_points_fields(_site: WizardSite) -> tuple[Field, ...]:
+def known_points_fields(site: WizardSite) -> tuple[Field, ...]:
     """Return what is filled in before the cameras are calibrated."""
     return (
         WHO,
@@ -28,6 +28,7 @@ def known_points_fields(_site: WizardSite) -> tuple[Field, ...]:
             "points",
             later("Reference points"),
             later("List of positions: unit, uncertainty, points"),
+            "" if site.practice is None else str(site.practice.points),
         ),
     )
 

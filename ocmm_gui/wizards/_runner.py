@@ -38,7 +38,14 @@ from ocmm_gui.wizards._decision_bar import DecisionBar
 from ocmm_gui.wizards._driver import WizardDriver
 from ocmm_gui.wizards._keys import WIZARD_ACTIONS, make_wizard_actions
 from ocmm_gui.wizards._rail import Rail
-from ocmm_gui.wizards.parts import Seen, StepPage, WizardTexts, gate_words, is_unstored
+from ocmm_gui.wizards.parts import (
+    Seen,
+    StepPage,
+    WizardTexts,
+    gate_words,
+    is_unstored,
+    practice_title,
+)
 
 _RAIL_PX, _BUTTON_PX = 190, 60
 _INSTRUCTION_PX = 52
@@ -64,6 +71,8 @@ class Runner(QWidget):
         One for each step, by the step's name.
     extra
         What the actions ``skip``, ``repeat`` and ``anew`` do, where a page has them.
+    practice
+        Nothing of it counts, and the heading says so on every page.
     """
 
     left = Signal()
@@ -77,6 +86,8 @@ class Runner(QWidget):
         texts: WizardTexts,
         pages: Mapping[str, StepPage],
         extra: Mapping[str, Callable[[], None]],
+        *,
+        practice: bool = False,
     ) -> None:
         super().__init__()
         self.driver = driver
@@ -99,7 +110,8 @@ class Runner(QWidget):
         }
         self._heading = FitText(tr("Wizard"), limit=20)
         self._heading.setFixedHeight(34)
-        self._heading.show_text(tr(texts.title))
+        title = tr(texts.title)
+        self._heading.show_text(practice_title(title) if practice else title)
         self.rail = Rail()
         self._title = FitText(tr("Step"), limit=28)
         self._title.setFixedHeight(38)

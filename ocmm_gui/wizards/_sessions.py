@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ocmm_core.calibration.guided import ProcedureDecision, sessions
+from ocmm_core.calibration.records import practice_name, require_real_name
 from ocmm_core.errors import OcmmError
 from ocmm_gui.kit import said, said_word, time_words, tr
 from ocmm_gui.wizards._registry import WizardSpec
@@ -48,7 +49,9 @@ def begin(
         A document cannot be used, something is missing, or the session cannot be stored.
     """
     place = place_of(site, spec.subject)
-    return _opened(spec, place, spec.begin(place, values, now))
+    sign = require_real_name if site.practice is None else practice_name
+    signed = {**values, "who": sign(values["who"])}
+    return _opened(spec, place, spec.begin(place, signed, now))
 
 
 def resume(site: WizardSite, spec: WizardSpec[Any], path: Path) -> Opened:

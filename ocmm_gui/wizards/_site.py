@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from datetime import datetime
 from enum import Enum, auto
 from pathlib import Path
-from typing import TypeVar
+from typing import Protocol, TypeVar
 
+from ocmm_core.acquisition.frames import FrameBlock
 from ocmm_core.calibration.probe_design import require_temperature
-from ocmm_core.calibration.records import CalibrationStore, rig_in_force
+from ocmm_core.calibration.records import CalibrationStore, ProbeStore, rig_in_force
 from ocmm_core.camera import Rig
-from ocmm_core.errors import CalibrationError, InputError
+from ocmm_core.errors import CalibrationError, InputError, OcmmError
 from ocmm_core.tracking import ProbeBody
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.kit import plain_number, tr
@@ -70,6 +72,8 @@ class WizardSite:
         Why no calibrations are kept, and what to do; empty where they are.
     probe
         Where wizards about the probe work; None where nobody asks for them.
+    practice
+        A virtual hand does what the steps ask for, and nothing counts; None where it is meant.
     """
 
     rig: Rig
@@ -80,6 +84,60 @@ class WizardSite:
     temperature_state: TemperatureReadings = tuple
     blocker: tuple[str, str] = ("", "")
     probe: ProbeSite | None = None
+    practice: PracticeRoom | None = None
+
+    def tap_for(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap:
+        """Return where the frames come from: a hand in practice, else the cameras."""
+        if self.practice is None:
+            return self.tap
+        hand = self.practice.hand(procedure, failed)
+
+        def practised(watcher: Callable[[FrameBlock], None] | None) -> None:
+            # Behind the wizard the robot goes on; what it touches meanwhile is no point.
+            self.tap(None if watcher is None else _look_away)
+            hand(watcher)
+
+        return practised
+
+
+class PracticeRoom(Protocol):
+    """Where somebody practises at a virtual rig (`ocmm_core.composition.practice.Practice`)."""
+
+    @property
+    def cameras(self) -> Path:
+        """Return the folder of the practised calibrations of the rig."""
+        ...
+
+    @property
+    def probe(self) -> Path:
+        """Return the folder of the practised records of the probe."""
+        ...
+
+    @property
+    def points(self) -> Path:
+        """Return the list of reference points that the virtual machine visits."""
+        ...
+
+    def prepare(self, now: datetime) -> None:
+        """Put something in force to begin with; raise OcmmError where that is not possible."""
+        ...
+
+    def hand(self, procedure: ShownProcedure, failed: Callable[[OcmmError], None]) -> Tap:
+        """Return the hand that does what the steps of a procedure ask for."""
+        ...
+
+
+def practice_site(bridge: StationBridge, room: PracticeRoom) -> WizardSite:
+    """Return the site of somebody who practises: a virtual hand, and folders of its own."""
+    site = site_of(bridge)
+    tip = ProbeStore(room.probe).mounted or "1"
+    # The hand rests for as long as a pose needs, and no longer.
+    probe = ProbeSite(bridge.station.instruments.probe_in_use.design, room.probe, tip, hold_s=0.0)
+    return replace(site, store=room.cameras, probe=probe, practice=room, blocker=("", ""))
+
+
+def _look_away(block: FrameBlock) -> None:
+    """Watch nothing."""
 
 
 def site_of(bridge: StationBridge) -> WizardSite:

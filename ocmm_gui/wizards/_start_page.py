@@ -33,7 +33,7 @@ from ocmm_gui.kit import (
     tr,
 )
 from ocmm_gui.wizards._site import Offer
-from ocmm_gui.wizards.parts import Field
+from ocmm_gui.wizards.parts import Field, practice_title
 
 _ROW_PX = 58
 
@@ -93,10 +93,11 @@ class StartPage(QWidget):
         layout.addLayout(row)
 
     def ask(
-        self, title: str, purpose: str, fields: Sequence[Field], offers: Sequence[Offer]
-    ) -> None:
+        self, title: str, purpose: str, fields: Sequence[Field], offers: Sequence[Offer],
+        *, practice: bool = False,
+    ) -> None:  # fmt: skip
         """Show what a wizard needs and what was not finished; that is proposed first."""
-        self._title.setText(tr(title))
+        self._title.setText(practice_title(tr(title)) if practice else tr(title))
         self._purpose.setText(tr(purpose))
         self.show_trouble("")
         self._fill_form(fields)

@@ -54,11 +54,16 @@ class Wizard(GuidedStack):
         asked: tuple[Field, ...] = ()
         offered: tuple[Offer, ...] = ()
         try:
+            if self._site.practice is not None:
+                self._site.practice.prepare(self._clock())
             asked, offered = fields(self._site, spec), offers(self._site, spec)
             require_store(self._site, spec.subject)
         except OcmmError as error:
             trouble = said(f"{error.what} {error.remedy}")
-        self.start.ask(spec.texts.title, spec.texts.purpose, asked, offered)
+        self.start.ask(
+            spec.texts.title, spec.texts.purpose, asked, offered,
+            practice=self._site.practice is not None,
+        )  # fmt: skip
         self.setCurrentWidget(self.start)
         self.start.show_trouble(trouble)
 
@@ -75,12 +80,16 @@ class Wizard(GuidedStack):
             self.start.show_trouble(said(f"{error.what} {error.remedy}"))
             return
         driver = WizardDriver(
-            opened.procedure, self._site.tap, opened.calculation, opened.predict,
+            opened.procedure, self._site.tap_for(opened.procedure, self.failed.emit),
+            opened.calculation, opened.predict,
             self._site.temperature_state, self._clock,
         )  # fmt: skip
         spec = self._spec
         pages = spec.pages(opened.place, opened.procedure)
-        runner = Runner(driver, spec.texts, pages, _commands(spec, opened, driver))
+        runner = Runner(
+            driver, spec.texts, pages, _commands(spec, opened, driver),
+            practice=self._site.practice is not None,
+        )  # fmt: skip
         self._show_runner(runner, driver, opened.procedure.base.torn)
 
 

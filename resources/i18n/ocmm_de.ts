@@ -17,7 +17,7 @@
     </message>
     <message>
         <source>Of the artefact</source>
-        <translation>Des Normals</translation>
+        <translation>Des Prüfkörpers</translation>
     </message>
     <message>
         <source>Maker</source>
@@ -65,7 +65,7 @@
     </message>
     <message>
         <source>At 20 °C: diameter; or nests of a bar from 0</source>
-        <translation>Bei 20 °C: Durchmesser; beim Stab die Aufnahmen ab 0</translation>
+        <translation>Bei 20 °C: Durchmesser; beim Maßstab die Aufnahmen ab 0</translation>
     </message>
     <message>
         <source>U, mm</source>
@@ -125,7 +125,7 @@
     </message>
     <message>
         <source>Artefact</source>
-        <translation>Normal</translation>
+        <translation>Prüfkörper</translation>
     </message>
     <message>
         <source>Kind</source>
@@ -133,7 +133,7 @@
     </message>
     <message>
         <source>What the artefact is</source>
-        <translation>Was für ein Normal</translation>
+        <translation>Was für ein Prüfkörper</translation>
     </message>
     <message>
         <source>New</source>
@@ -217,15 +217,15 @@
     </message>
     <message>
         <source>Artefacts</source>
-        <translation>Normale</translation>
+        <translation>Prüfkörper</translation>
     </message>
     <message>
         <source>Register of artefacts</source>
-        <translation>Verzeichnis der Normale</translation>
+        <translation>Verzeichnis der Prüfkörper</translation>
     </message>
     <message>
         <source>Why the selected artefact is refused</source>
-        <translation>Warum das ausgewählte Normal abgelehnt ist</translation>
+        <translation>Warum der ausgewählte Prüfkörper abgelehnt ist</translation>
     </message>
     <message>
         <source>Read the certificate from the file</source>
@@ -241,7 +241,7 @@
     </message>
     <message>
         <source>Remove the artefact</source>
-        <translation>Normal entfernen</translation>
+        <translation>Prüfkörper entfernen</translation>
     </message>
     <message>
         <source>Stored: {id}, due {due}.</source>
@@ -262,8 +262,8 @@
     <message numerus="yes">
         <source>%n artefacts</source>
         <translation>
-            <numerusform>%n Normal</numerusform>
-            <numerusform>%n Normale</numerusform>
+            <numerusform>%n Prüfkörper</numerusform>
+            <numerusform>%n Prüfkörper</numerusform>
         </translation>
     </message>
     <message>
@@ -284,11 +284,11 @@
     </message>
     <message>
         <source>Is the instrument as good as it says: a standard test with its verdict.</source>
-        <translation>Hält das Messgerät, was es verspricht: genormte Prüfung mit Entscheid.</translation>
+        <translation>Hält das Messgerät, was es verspricht: genormte Prüfung mit Urteil.</translation>
     </message>
     <message>
         <source>Verdict stored. P writes the certificate.</source>
-        <translation>Entscheid gespeichert. P schreibt das Zertifikat.</translation>
+        <translation>Urteil gespeichert. P schreibt das Zertifikat.</translation>
     </message>
     <message>
         <source>Unfinished tests</source>
@@ -300,12 +300,12 @@
     </message>
     <message>
         <source>Retest</source>
-        <translation>Nachprüfen</translation>
+        <translation>Wiederholen</translation>
     </message>
     <message>
         <source>Retest
 [N]</source>
-        <translation>Nachprüfen
+        <translation>Wiederholen
 [N]</translation>
     </message>
     <message numerus="yes">
@@ -379,7 +379,7 @@
     </message>
     <message>
         <source>Artefact that it needs</source>
-        <translation>Benötigtes Normal</translation>
+        <translation>Benötigter Prüfkörper</translation>
     </message>
     <message>
         <source>Min</source>
@@ -435,7 +435,7 @@
     </message>
     <message>
         <source>About the artefact</source>
-        <translation>Zum Normal</translation>
+        <translation>Zum Prüfkörper</translation>
     </message>
     <message>
         <source>Condition</source>
@@ -487,7 +487,7 @@
     </message>
     <message>
         <source>No artefact in the register suits. Add one: F9 in Maintain.</source>
-        <translation>Kein passendes Normal im Verzeichnis. Eines anlegen: F9 in der Wartung.</translation>
+        <translation>Kein passender Prüfkörper im Verzeichnis. Einen anlegen: F9 in der Wartung.</translation>
     </message>
     <message>
         <source>U {um:.2f} µm (k = 2)</source>
@@ -503,7 +503,7 @@
     </message>
     <message>
         <source>bar</source>
-        <translation>Stab</translation>
+        <translation>Maßstab</translation>
     </message>
     <message>
         <source>gauge block</source>
@@ -587,7 +587,7 @@
     </message>
     <message>
         <source>Name; also the batch of its jobs</source>
-        <translation>Name; zugleich Charge ihrer Aufträge</translation>
+        <translation>Name; zugleich Serie ihrer Aufträge</translation>
     </message>
     <message>
         <source>STUDY-1</source>
@@ -595,7 +595,7 @@
     </message>
     <message>
         <source>Parts</source>
-        <translation>Teile</translation>
+        <translation>Werkstücke</translation>
     </message>
     <message>
         <source>How many</source>
@@ -603,7 +603,7 @@
     </message>
     <message>
         <source>Operators</source>
-        <translation>Prüfer</translation>
+        <translation>Bediener</translation>
     </message>
     <message>
         <source>Names, parted by commas</source>
@@ -615,7 +615,7 @@
     </message>
     <message>
         <source>Of each operator on each part</source>
-        <translation>Je Prüfer und Teil</translation>
+        <translation>Je Bediener und Werkstück</translation>
     </message>
     <message>
         <source>Seed</source>
@@ -683,7 +683,7 @@
     </message>
     <message>
         <source>Verdict</source>
-        <translation>Entscheid</translation>
+        <translation>Urteil</translation>
     </message>
     <message>
         <source>AIAG: 10 and 30 %, ndc 5</source>
@@ -747,7 +747,7 @@
     </message>
     <message>
         <source>By operator</source>
-        <translation>Nach Prüfer</translation>
+        <translation>Nach Bediener</translation>
     </message>
     <message>
         <source>Draw a plan (F6) or open one (F7). The codes are the serial numbers of jobs.</source>
@@ -767,7 +767,7 @@
     </message>
     <message>
         <source>{name}: {parts} parts, {operators} operators, {trials} trials</source>
-        <translation>{name}: {parts} Teile, {operators} Prüfer, {trials} Durchgänge</translation>
+        <translation>{name}: {parts} Werkstücke, {operators} Bediener, {trials} Durchgänge</translation>
     </message>
     <message>
         <source>{simulated}{name}: least tolerance {width:.4f} mm</source>
@@ -795,7 +795,7 @@
     </message>
     <message>
         <source>Next: operator {who}, part {part}; serial number {code}.</source>
-        <translation>Nächste: Prüfer {who}, Teil {part}; Seriennummer {code}.</translation>
+        <translation>Nächste: Bediener {who}, Werkstück {part}; Seriennummer {code}.</translation>
     </message>
     <message>
         <source>{n} files left out</source>
@@ -892,10 +892,6 @@
         <translation>{quantity} {error:+.1f} von {limit:.1f} µm</translation>
     </message>
     <message>
-        <source>SIMULATED {verdict}</source>
-        <translation>SIMULIERT {verdict}</translation>
-    </message>
-    <message>
         <source>Where to touch</source>
         <translation>Wo anzutasten ist</translation>
     </message>
@@ -945,11 +941,11 @@
     </message>
     <message>
         <source>Meaning of the verdict</source>
-        <translation>Bedeutung des Entscheids</translation>
+        <translation>Bedeutung des Urteils</translation>
     </message>
     <message>
         <source>Figures of the verdict</source>
-        <translation>Zahlen des Entscheids</translation>
+        <translation>Zahlen des Urteils</translation>
     </message>
     <message>
         <source>Every value</source>
@@ -993,7 +989,7 @@
     </message>
     <message>
         <source>Retests left</source>
-        <translation>Verbleibende Nachprüfungen</translation>
+        <translation>Verbleibende Wiederholungen</translation>
     </message>
     <message>
         <source>Method</source>
@@ -1005,11 +1001,11 @@
     </message>
     <message>
         <source>SIMULATED: virtual rig and artefact</source>
-        <translation>SIMULIERT: virtuelle Kameras, virtuelles Normal</translation>
+        <translation>SIMULIERT: virtuelle Kameras, virtueller Prüfkörper</translation>
     </message>
     <message>
         <source>NO VERDICT</source>
-        <translation>KEIN ENTSCHEID</translation>
+        <translation>KEIN URTEIL</translation>
     </message>
     <message>
         <source>NOT CALCULATED</source>
@@ -1109,7 +1105,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Tip of every frame, µm</source>
-        <translation>Tasteinsatz je Bild, µm</translation>
+        <translation>Tastspitze je Bild, µm</translation>
     </message>
     <message>
         <source>RMS {axes}; {left_out} left out</source>
@@ -1192,11 +1188,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Operators (AV)</source>
-        <translation>Prüfer (AV)</translation>
+        <translation>Bediener (AV)</translation>
     </message>
     <message>
         <source>Parts (PV)</source>
-        <translation>Teile (PV)</translation>
+        <translation>Werkstücke (PV)</translation>
     </message>
     <message>
         <source>, {p:.1f} % of tolerance</source>
@@ -1208,11 +1204,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Value less part mean, µm</source>
-        <translation>Wert minus Teilemittel, µm</translation>
+        <translation>Wert minus Werkstückmittel, µm</translation>
     </message>
     <message>
         <source>largest difference of operators {um:.1f} µm</source>
-        <translation>größter Unterschied der Prüfer {um:.1f} µm</translation>
+        <translation>größter Unterschied der Bediener {um:.1f} µm</translation>
     </message>
     <message>
         <source>Deviation, µm</source>
@@ -1244,7 +1240,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Trend over the parts</source>
-        <translation>Verlauf über die Teile</translation>
+        <translation>Verlauf über die Werkstücke</translation>
     </message>
     <message>
         <source>mean</source>
@@ -1260,7 +1256,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>{name}: no parts included</source>
-        <translation>{name}: keine Teile einbezogen</translation>
+        <translation>{name}: keine Werkstücke einbezogen</translation>
     </message>
     <message>
         <source>{name}: {count} parts, {least} to {most}, {signals} signals</source>
@@ -1408,7 +1404,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Go on with this plan: who measures which part</source>
-        <translation>Weiter mit diesem Plan: wer misst welches Teil</translation>
+        <translation>Weiter mit diesem Plan: wer misst welches Werkstück</translation>
     </message>
     <message>
         <source>New job: choose the plan</source>
@@ -1429,7 +1425,7 @@ Startet: {source}</translation>
     <message>
         <source>{name}, part {part}
 {where}</source>
-        <translation>{name}, Teil {part}
+        <translation>{name}, Werkstück {part}
 {where}</translation>
     </message>
     <message>
@@ -1526,7 +1522,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Choose a plan and measure a part</source>
-        <translation>Plan wählen und ein Teil messen</translation>
+        <translation>Plan wählen und ein Werkstück messen</translation>
     </message>
     <message>
         <source>Continue</source>
@@ -1550,15 +1546,19 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Cameras, probe and tip: state and procedures</source>
-        <translation>Kameras, Taster und Tasteinsatz: Zustand und Verfahren</translation>
+        <translation>Kameras, Taster und Tastspitze: Zustand und Verfahren</translation>
+    </message>
+    <message>
+        <source>What was measured where, when, by whom and with what; trends over stations</source>
+        <translation>Was wo, wann, von wem und womit gemessen wurde; Trends über Stationen</translation>
     </message>
     <message>
         <source>Demo</source>
         <translation>Demo</translation>
     </message>
     <message>
-        <source>SIMULATED: a robot hand measures a virtual part, to look and learn</source>
-        <translation>SIMULIERT: eine Roboterhand misst ein virtuelles Teil, zum Ansehen und Lernen</translation>
+        <source>SIMULATED: a robot hand measures a virtual part; take over and try</source>
+        <translation>SIMULIERT: Eine Roboterhand misst ein virtuelles Werkstück; übernehmen und ausprobieren</translation>
     </message>
     <message>
         <source>Cameras, probe, folders, temperatures, sounds, keys</source>
@@ -1566,7 +1566,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Theme</source>
-        <translation>Farben</translation>
+        <translation>Farbschema</translation>
     </message>
     <message>
         <source>Switch between dark, light and high contrast</source>
@@ -1590,7 +1590,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Reading the records of cameras and tip</source>
-        <translation>Aufzeichnungen von Kameras und Tasteinsatz werden gelesen</translation>
+        <translation>Protokolle von Kameras und Tastspitze werden gelesen</translation>
     </message>
     <message>
         <source>Last jobs</source>
@@ -1605,8 +1605,8 @@ Startet: {source}</translation>
         <translation>Zu {what}</translation>
     </message>
     <message>
-        <source>Cameras are SIMULATED: choose real ones in Settings, or try the Demo.</source>
-        <translation>Die Kameras sind SIMULIERT: echte in den Einstellungen wählen oder die Demo probieren.</translation>
+        <source>Cameras are SIMULATED. New here? Press Demo (F9) and touch a virtual part.</source>
+        <translation>Kameras sind SIMULIERT. Neu hier? Demo (F9) drücken und ein virtuelles Werkstück antasten.</translation>
     </message>
     <message>
         <source>Ready. New job begins with the plan; Continue goes on.</source>
@@ -1621,8 +1621,148 @@ Startet: {source}</translation>
         <translation>Noch keine Aufträge in {folder}</translation>
     </message>
     <message>
+        <source>Ask</source>
+        <translation>Abfragen</translation>
+    </message>
+    <message>
+        <source>Ask the archive</source>
+        <translation>Das Archiv abfragen</translation>
+    </message>
+    <message>
+        <source>Next question</source>
+        <translation>Nächste Frage</translation>
+    </message>
+    <message>
+        <source>Choose the next question</source>
+        <translation>Die nächste Frage wählen</translation>
+    </message>
+    <message>
+        <source>Write the table to a file, .csv or .parquet</source>
+        <translation>Die Tabelle in eine Datei schreiben, .csv oder .parquet</translation>
+    </message>
+    <message>
+        <source>Stop asking; what is shown stays</source>
+        <translation>Abfrage abbrechen; was angezeigt wird, bleibt</translation>
+    </message>
+    <message>
+        <source>What was measured</source>
+        <translation>Was gemessen wurde</translation>
+    </message>
+    <message>
+        <source>Trend of a characteristic</source>
+        <translation>Trend eines Merkmals</translation>
+    </message>
+    <message>
+        <source>Which jobs used this</source>
+        <translation>Welche Jobs dies benutzten</translation>
+    </message>
+    <message>
+        <source>Cpk by month</source>
+        <translation>Cpk nach Monat</translation>
+    </message>
+    <message>
+        <source>Who passed what</source>
+        <translation>Wer was freigegeben hat</translation>
+    </message>
+    <message>
+        <source>R&amp;R over stations</source>
+        <translation>R&amp;R über Stationen</translation>
+    </message>
+    <message>
+        <source>name of the part</source>
+        <translation>Name des Teils</translation>
+    </message>
+    <message>
+        <source>What</source>
+        <translation>Was</translation>
+    </message>
+    <message>
+        <source>hash, serial number or name</source>
+        <translation>Hash, Seriennummer oder Name</translation>
+    </message>
+    <message>
+        <source>empty: all</source>
+        <translation>leer: alle</translation>
+    </message>
+    <message>
         <source>Station</source>
         <translation>Station</translation>
+    </message>
+    <message>
+        <source>From</source>
+        <translation>Von</translation>
+    </message>
+    <message>
+        <source>day, e.g. 2026-11-26; empty: today</source>
+        <translation>Tag, z. B. 2026-11-26; leer: heute</translation>
+    </message>
+    <message>
+        <source>To</source>
+        <translation>Bis</translation>
+    </message>
+    <message>
+        <source>day; empty: the same</source>
+        <translation>Tag; leer: derselbe</translation>
+    </message>
+    <message>
+        <source>Archive</source>
+        <translation>Archiv</translation>
+    </message>
+    <message>
+        <source>Asking the archive</source>
+        <translation>Archiv wird abgefragt</translation>
+    </message>
+    <message>
+        <source>What is asked of the archive</source>
+        <translation>Was das Archiv gefragt wird</translation>
+    </message>
+    <message>
+        <source>What was used</source>
+        <translation>Was benutzt wurde</translation>
+    </message>
+    <message>
+        <source>Write the table to the file</source>
+        <translation>Die Tabelle in die Datei schreiben</translation>
+    </message>
+    <message>
+        <source>What must be known about the answer</source>
+        <translation>Was man zur Antwort wissen muss</translation>
+    </message>
+    <message>
+        <source>Hand-over to the archive</source>
+        <translation>Übergabe an das Archiv</translation>
+    </message>
+    <message>
+        <source>Fill in what it is about, then ask (F8).</source>
+        <translation>Angeben, worum es geht, dann abfragen (F8).</translation>
+    </message>
+    <message>
+        <source>Ask first (F8): there is no table yet.</source>
+        <translation>Erst abfragen (F8): noch gibt es keine Tabelle.</translation>
+    </message>
+    <message>
+        <source>Everything measured here is in the archive.</source>
+        <translation>Alles hier Gemessene ist im Archiv.</translation>
+    </message>
+    <message>
+        <source>{title}: {count} rows. {place}</source>
+        <translation>{title}: {count} Zeilen. {place}</translation>
+    </message>
+    <message>
+        <source>Table written to {path}.</source>
+        <translation>Tabelle nach {path} geschrieben.</translation>
+    </message>
+    <message>
+        <source>The archive is off. Turn it on in Settings (Ctrl+,).</source>
+        <translation>Das Archiv ist aus. In den Einstellungen (Strg+,) einschalten.</translation>
+    </message>
+    <message>
+        <source>{text} is no day.</source>
+        <translation>{text} ist kein Tag.</translation>
+    </message>
+    <message>
+        <source>Write it like 2026-11-26.</source>
+        <translation>So schreiben: 2026-11-26.</translation>
     </message>
     <message>
         <source>SIMULATED</source>
@@ -1746,7 +1886,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Order</source>
-        <translation>Reihenfolge</translation>
+        <translation>Abfolge</translation>
     </message>
     <message>
         <source>Switch between plan order and any order</source>
@@ -1830,7 +1970,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Operator, serial number, next part, unfinished jobs</source>
-        <translation>Prüfer, Seriennummer, nächstes Teil, unfertige Aufträge</translation>
+        <translation>Bediener, Seriennummer, nächstes Werkstück, unfertige Aufträge</translation>
     </message>
     <message>
         <source>Results</source>
@@ -1874,7 +2014,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Zoom the 3-D view to the whole part</source>
-        <translation>3-D-Ansicht auf das ganze Teil zoomen</translation>
+        <translation>3-D-Ansicht auf das ganze Werkstück zoomen</translation>
     </message>
     <message>
         <source>Close-up</source>
@@ -1886,11 +2026,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part look</source>
-        <translation>Teil zeigen</translation>
+        <translation>Darstellung</translation>
     </message>
     <message>
         <source>Show the part shaded, as hidden lines or transparent</source>
-        <translation>Teil schattiert, mit verdeckten Linien oder durchsichtig zeigen</translation>
+        <translation>Werkstück schattiert, mit verdeckten Linien oder durchsichtig zeigen</translation>
     </message>
     <message>
         <source>Export</source>
@@ -1918,19 +2058,19 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Relocate</source>
-        <translation>Neu aufstellen</translation>
+        <translation>Neu einmessen</translation>
     </message>
     <message>
         <source>Recalibrate the cameras in place, with the probe and a length bar</source>
-        <translation>Kameras vor Ort neu kalibrieren, mit Taster und Längenstab</translation>
+        <translation>Kameras vor Ort neu kalibrieren, mit Taster und Längenmaßstab</translation>
     </message>
     <message>
         <source>Verify</source>
-        <translation>Überprüfen</translation>
+        <translation>Verifizieren</translation>
     </message>
     <message>
         <source>Verify the calibration with independent artefacts</source>
-        <translation>Kalibrierung mit unabhängigen Normalen überprüfen</translation>
+        <translation>Kalibrierung mit unabhängigen Normalen verifizieren</translation>
     </message>
     <message>
         <source>Write to cameras</source>
@@ -1938,7 +2078,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Store the intrinsics of the calibration in the cameras</source>
-        <translation>Innere Orientierung der Kalibrierung in den Kameras speichern</translation>
+        <translation>Abbildungsparameter der Kalibrierung in den Kameras speichern</translation>
     </message>
     <message>
         <source>Recall jobs</source>
@@ -1949,16 +2089,20 @@ Startet: {source}</translation>
         <translation>Ältere Aufträge neu berechnen, deren Kalibrierung später ausfiel</translation>
     </message>
     <message>
+        <source>Jobs of all stations: lists, trends, what used a calibration</source>
+        <translation>Jobs aller Stationen: Listen, Trends, was eine Kalibrierung benutzte</translation>
+    </message>
+    <message>
         <source>Calibrate probe</source>
-        <translation>Taster einmessen</translation>
+        <translation>Taster kalibrieren</translation>
     </message>
     <message>
         <source>Find tip and LED positions: pivot the probe with its ball in a cone</source>
-        <translation>Tasteinsatz und LEDs bestimmen: Taster mit der Kugel im Kegel schwenken</translation>
+        <translation>Tastspitze und LEDs bestimmen: Taster mit der Kugel im Kegelsitz schwenken</translation>
     </message>
     <message>
         <source>Qualify tip</source>
-        <translation>Qualifizieren</translation>
+        <translation>Spitze einmessen</translation>
     </message>
     <message>
         <source>Find the ball diameter on a certified sphere</source>
@@ -1966,19 +2110,19 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Check tip</source>
-        <translation>Tasteinsatz prüfen</translation>
+        <translation>Spitze prüfen</translation>
     </message>
     <message>
         <source>One-minute check that the tip is still as qualified</source>
-        <translation>In einer Minute prüfen, ob der Tasteinsatz noch wie qualifiziert ist</translation>
+        <translation>In einer Minute prüfen, ob die Tastspitze noch wie eingemessen ist</translation>
     </message>
     <message>
         <source>Mount tip</source>
-        <translation>Tasteinsatz montieren</translation>
+        <translation>Spitze montieren</translation>
     </message>
     <message>
         <source>Confirm tip change</source>
-        <translation>Wechsel des Tasteinsatzes bestätigen</translation>
+        <translation>Wechsel der Tastspitze bestätigen</translation>
     </message>
     <message>
         <source>Define</source>
@@ -1990,7 +2134,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Standard tests with limits and a verdict</source>
-        <translation>Genormte Prüfungen mit Grenzen und Entscheid</translation>
+        <translation>Genormte Prüfungen mit Grenzen und Urteil</translation>
     </message>
     <message>
         <source>Interim check</source>
@@ -2002,7 +2146,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Register of spheres, bars, blocks and parts</source>
-        <translation>Verzeichnis von Kugeln, Stäben, Endmaßen und Teilen</translation>
+        <translation>Verzeichnis von Kugeln, Maßstäben, Endmaßen und Werkstücken</translation>
     </message>
     <message>
         <source>Measurement system analysis from jobs</source>
@@ -2011,6 +2155,18 @@ Startet: {source}</translation>
     <message>
         <source>Write the certificate of what this page shows, PDF and DCC</source>
         <translation>Zertifikat dieser Seite schreiben, PDF und DCC</translation>
+    </message>
+    <message>
+        <source>SIMULATED: take the probe from the robot hand, or hand it back</source>
+        <translation>SIMULIERT: den Taster von der Roboterhand übernehmen oder zurückgeben</translation>
+    </message>
+    <message>
+        <source>Tour</source>
+        <translation>Rundgang</translation>
+    </message>
+    <message>
+        <source>SIMULATED: learn the window in two minutes</source>
+        <translation>SIMULIERT: das Fenster in zwei Minuten kennenlernen</translation>
     </message>
     <message>
         <source>All keyboard shortcuts of the window</source>
@@ -2106,7 +2262,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part and cameras have moved {moved_mm:.1f} mm and {turned_rad:.2f}° relative to each other since the job started. Points follow the reference body &apos;{name}&apos;.</source>
-        <translation>Teil und Kameras haben sich seit Beginn des Auftrags um {moved_mm:.1f} mm und {turned_rad:.2f}° gegeneinander bewegt. Die Punkte folgen dem Referenzkörper „{name}“.</translation>
+        <translation>Werkstück und Kameras haben sich seit Beginn des Auftrags um {moved_mm:.1f} mm und {turned_rad:.2f}° gegeneinander bewegt. Die Punkte folgen dem Referenzkörper „{name}“.</translation>
     </message>
     <message numerus="yes">
         <source>%n outliers.</source>
@@ -2198,7 +2354,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>batch {batch}</source>
-        <translation>Charge {batch}</translation>
+        <translation>Serie {batch}</translation>
     </message>
     <message>
         <source>Plan order</source>
@@ -2535,7 +2691,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Name in the rig document</source>
-        <translation>Name im Rig-Dokument</translation>
+        <translation>Name im Systemdokument</translation>
     </message>
     <message>
         <source>Serial</source>
@@ -2654,8 +2810,44 @@ Startet: {source}</translation>
         <translation>Beschreibung</translation>
     </message>
     <message>
+        <source>Who holds the probe</source>
+        <translation>Wer den Taster hält</translation>
+    </message>
+    <message>
         <source>What to do</source>
         <translation>Was zu tun ist</translation>
+    </message>
+    <message>
+        <source>Skip step</source>
+        <translation>Schritt überspringen</translation>
+    </message>
+    <message>
+        <source>Skip this step of the tour</source>
+        <translation>Diesen Schritt des Rundgangs überspringen</translation>
+    </message>
+    <message>
+        <source>Hand back</source>
+        <translation>Zurückgeben</translation>
+    </message>
+    <message>
+        <source>SIMULATED: you measure. Move the mouse over the part and click to touch. Wheel: nearer. Arrow keys: tilt the probe. Right button: turn the view.</source>
+        <translation>SIMULIERT: Sie messen. Maus über das Werkstück bewegen, Klick tastet an. Rad: näher. Pfeiltasten: Taster neigen. Rechte Taste: Ansicht drehen.</translation>
+    </message>
+    <message>
+        <source>SIMULATED: a robot hand measures a virtual part. Take over to do it yourself.</source>
+        <translation>SIMULIERT: Eine Roboterhand misst ein virtuelles Werkstück. Übernehmen, um selbst zu messen.</translation>
+    </message>
+    <message>
+        <source>End tour</source>
+        <translation>Rundgang beenden</translation>
+    </message>
+    <message>
+        <source>Tour {number}/{count}. {sentence}</source>
+        <translation>Rundgang {number}/{count}. {sentence}</translation>
+    </message>
+    <message>
+        <source>PRACTICE: a virtual hand does what each step asks. Nothing of it is valid for measuring.</source>
+        <translation>ÜBUNG (PRACTICE): Eine virtuelle Hand tut, was jeder Schritt verlangt. Nichts davon gilt zum Messen.</translation>
     </message>
     <message>
         <source>Cycles</source>
@@ -2699,23 +2891,23 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Virtual cameras: the geometry of the rig document is used.</source>
-        <translation>Virtuelle Kameras: es gilt die Geometrie des Rig-Dokuments.</translation>
+        <translation>Virtuelle Kameras: es gilt die Geometrie des Systemdokuments.</translation>
     </message>
     <message>
         <source>Calibrated, verified and in date. Points can be taken.</source>
-        <translation>Kalibriert, überprüft und gültig. Punkte können aufgenommen werden.</translation>
+        <translation>Kalibriert, verifiziert und gültig. Punkte können aufgenommen werden.</translation>
     </message>
     <message>
         <source>No calibration of this rig is stored on this computer.</source>
-        <translation>Auf diesem Rechner ist keine Kalibrierung dieses Rigs gespeichert.</translation>
+        <translation>Auf diesem Rechner ist keine Kalibrierung dieses Kamerasystems gespeichert.</translation>
     </message>
     <message>
         <source>Rig</source>
-        <translation>Rig</translation>
+        <translation>Kamerasystem</translation>
     </message>
     <message>
         <source>name in the rig document</source>
-        <translation>Name im Rig-Dokument</translation>
+        <translation>Name im Systemdokument</translation>
     </message>
     <message>
         <source>with their serial numbers</source>
@@ -2775,11 +2967,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>traceability: artefacts with serial numbers</source>
-        <translation>Rückführung: Normale mit Seriennummern</translation>
+        <translation>Rückführung: Prüfkörper mit Seriennummern</translation>
     </message>
     <message>
         <source>Verified</source>
-        <translation>Überprüft</translation>
+        <translation>Verifiziert</translation>
     </message>
     <message>
         <source>date, and the error closest to its limit</source>
@@ -2791,11 +2983,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>of the record or rig document; printed in jobs and reports</source>
-        <translation>von Protokoll oder Rig-Dokument; steht in Aufträgen und Berichten</translation>
+        <translation>von Protokoll oder Systemdokument; steht in Aufträgen und Berichten</translation>
     </message>
     <message>
         <source>Recall jobs (F12) shows which of their verdicts hold.</source>
-        <translation>Der Rückruf (F12) zeigt, welche ihrer Entscheide gelten.</translation>
+        <translation>Der Rückruf (F12) zeigt, welche ihrer Urteile gelten.</translation>
     </message>
     <message>
         <source>Calibration</source>
@@ -2823,7 +3015,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Verified error, % of limit</source>
-        <translation>Überprüfte Abweichung, % der Grenze</translation>
+        <translation>Verifizierte Abweichung, % der Grenze</translation>
     </message>
     <message>
         <source>{low} to {high}</source>
@@ -2831,7 +3023,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>none, the rig document</source>
-        <translation>keine, das Rig-Dokument</translation>
+        <translation>keine, das Systemdokument</translation>
     </message>
     <message>
         <source>{made_utc}, {error_mm:+.1f} of ±{limit_mm:.1f} µm</source>
@@ -2878,19 +3070,19 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Verification passed</source>
-        <translation>Überprüfung bestanden</translation>
+        <translation>Verifikation bestanden</translation>
     </message>
     <message>
         <source>Verification FAILED</source>
-        <translation>Überprüfung NICHT BESTANDEN</translation>
+        <translation>Verifikation NICHT BESTANDEN</translation>
     </message>
     <message>
         <source>Marked suspect</source>
-        <translation>Als zweifelhaft markiert</translation>
+        <translation>Als fraglich markiert</translation>
     </message>
     <message>
         <source>Artefact found WRONG</source>
-        <translation>Normal als FALSCH erkannt</translation>
+        <translation>Prüfkörper als FALSCH erkannt</translation>
     </message>
     <message>
         <source>Jobs recalled</source>
@@ -2902,19 +3094,19 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>This overwrites the intrinsics stored in the cameras with those of the active calibration. Press W again to confirm.</source>
-        <translation>Dies überschreibt die in den Kameras gespeicherte innere Orientierung mit der aktiven Kalibrierung. Zur Bestätigung W nochmals drücken.</translation>
+        <translation>Dies überschreibt die in den Kameras gespeicherten Abbildungsparameter mit denen der aktiven Kalibrierung. Zur Bestätigung W nochmals drücken.</translation>
     </message>
     <message>
         <source>No tip calibrated yet: calibrate the probe with this tip.</source>
-        <translation>Noch kein Tasteinsatz eingemessen: Taster mit diesem Tasteinsatz einmessen.</translation>
+        <translation>Noch keine Tastspitze kalibriert: Taster mit dieser Tastspitze kalibrieren.</translation>
     </message>
     <message>
         <source>Confirm that tip &apos;{tip}&apos; is now mounted? It must be checked before points are taken. Press N again to confirm.</source>
-        <translation>Ist Tasteinsatz „{tip}“ jetzt montiert? Vor dem ersten Punkt muss er geprüft werden. Zur Bestätigung N nochmals drücken.</translation>
+        <translation>Ist Tastspitze „{tip}“ jetzt montiert? Vor dem ersten Punkt muss sie geprüft werden. Zur Bestätigung N nochmals drücken.</translation>
     </message>
     <message>
         <source>tip {tip}</source>
-        <translation>Tasteinsatz {tip}</translation>
+        <translation>Tastspitze {tip}</translation>
     </message>
     <message>
         <source>good</source>
@@ -3138,7 +3330,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Uncertainty of the tip</source>
-        <translation>Unsicherheit des Tasteinsatzes</translation>
+        <translation>Messunsicherheit der Tastspitze</translation>
     </message>
     <message>
         <source>Meaning of the number</source>
@@ -3178,7 +3370,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Starting</source>
-        <translation>Wird begonnen</translation>
+        <translation>Beginnt</translation>
     </message>
     <message>
         <source>LEDs cannot be confused</source>
@@ -3190,7 +3382,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Standard uncertainty of the tip in space from spot noise alone, probe &apos;{probe}&apos; with rig &apos;{rig}&apos;: X {x:.1f}, Y {y:.1f}, Z {z:.1f} µm; below {p95_um:.1f} µm in 95 of 100 poses. {share:.0f} % of the poses give a tip.</source>
-        <translation>Räumliche Standardunsicherheit des Tasteinsatzes allein aus dem Rauschen der Lichtpunkte, Taster „{probe}“ mit Rig „{rig}“: X {x:.1f}, Y {y:.1f}, Z {z:.1f} µm; unter {p95_um:.1f} µm in 95 von 100 Lagen. {share:.0f} % der Lagen ergeben einen Punkt.</translation>
+        <translation>Räumliche Standardunsicherheit der Tastspitze allein aus dem Rauschen der Lichtpunkte, Taster „{probe}“ mit Kamerasystem „{rig}“: X {x:.1f}, Y {y:.1f}, Z {z:.1f} µm; unter {p95_um:.1f} µm in 95 von 100 Lagen. {share:.0f} % der Lagen ergeben einen Punkt.</translation>
     </message>
     <message>
         <source>No pose gives a tip: the cameras do not see enough LEDs.</source>
@@ -3210,7 +3402,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Calibrated, qualified and in date. Points can be taken.</source>
-        <translation>Eingemessen, qualifiziert und gültig. Punkte können aufgenommen werden.</translation>
+        <translation>Kalibriert, eingemessen und gültig. Punkte können aufgenommen werden.</translation>
     </message>
     <message>
         <source>No records of this probe are stored on this computer.</source>
@@ -3218,7 +3410,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>No tip calibrated yet: press P to calibrate the probe with the mounted tip.</source>
-        <translation>Noch kein Tasteinsatz eingemessen: P drücken, um den Taster mit dem montierten Tasteinsatz einzumessen.</translation>
+        <translation>Noch keine Tastspitze kalibriert: P drücken, um den Taster mit der montierten Tastspitze zu kalibrieren.</translation>
     </message>
     <message>
         <source>name in its document</source>
@@ -3226,7 +3418,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Tip</source>
-        <translation>Tasteinsatz</translation>
+        <translation>Tastspitze</translation>
     </message>
     <message>
         <source>currently mounted</source>
@@ -3242,11 +3434,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Qualified</source>
-        <translation>Qualifiziert</translation>
+        <translation>Eingemessen</translation>
     </message>
     <message>
         <source>ambient, at probe calibration and tip qualification</source>
-        <translation>Raum, beim Einmessen und Qualifizieren</translation>
+        <translation>Raum, beim Kalibrieren und Einmessen</translation>
     </message>
     <message>
         <source>Turned</source>
@@ -3254,7 +3446,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>rotation about the probe axes during calibration</source>
-        <translation>Drehung um die Tasterachsen beim Einmessen</translation>
+        <translation>Drehung um die Tasterachsen beim Kalibrieren</translation>
     </message>
     <message>
         <source>of the source of the geometry; printed in jobs and reports</source>
@@ -3274,7 +3466,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Tip from first position, µm</source>
-        <translation>Tasteinsatz von der ersten Lage, µm</translation>
+        <translation>Tastspitze von der ersten Lage, µm</translation>
     </message>
     <message>
         <source>Quick check, % of limit</source>
@@ -3282,7 +3474,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Name; an arrow marks the mounted tip</source>
-        <translation>Name; der Pfeil zeigt den montierten Tasteinsatz</translation>
+        <translation>Name; der Pfeil zeigt die montierte Tastspitze</translation>
     </message>
     <message>
         <source>Standing</source>
@@ -3290,7 +3482,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Status of the tip</source>
-        <translation>Stand des Tasteinsatzes</translation>
+        <translation>Stand der Tastspitze</translation>
     </message>
     <message>
         <source>Ball, mm</source>
@@ -3306,7 +3498,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Cone, µm</source>
-        <translation>Kegel, µm</translation>
+        <translation>Kegelsitz, µm</translation>
     </message>
     <message>
         <source>Two standard deviations of the tip over all attitudes</source>
@@ -3326,7 +3518,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>No points are taken with it after this date</source>
-        <translation>Danach werden keine Punkte mit ihm aufgenommen</translation>
+        <translation>Danach werden keine Punkte mit ihr aufgenommen</translation>
     </message>
     <message>
         <source>Record concerned, see the last column</source>
@@ -3334,15 +3526,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Its name</source>
-        <translation>Sein Name</translation>
+        <translation>Ihr Name</translation>
     </message>
     <message>
         <source>Tips</source>
-        <translation>Tasteinsätze</translation>
+        <translation>Tastspitzen</translation>
     </message>
     <message>
         <source>Up and down select a tip</source>
-        <translation>Auf und Ab wählen einen Tasteinsatz</translation>
+        <translation>Auf und Ab wählen eine Tastspitze</translation>
     </message>
     <message>
         <source>never</source>
@@ -3362,7 +3554,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Recalculate the suspect jobs in a folder</source>
-        <translation>Zweifelhafte Aufträge eines Ordners neu berechnen</translation>
+        <translation>Fragliche Aufträge eines Ordners neu berechnen</translation>
     </message>
     <message>
         <source>Stop recalculating; nothing is changed</source>
@@ -3382,7 +3574,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Release points whose verdicts hold, under your name</source>
-        <translation>Punkte, deren Entscheide gelten, unter eigenem Namen freigeben</translation>
+        <translation>Punkte, deren Urteile gelten, unter eigenem Namen freigeben</translation>
     </message>
     <message>
         <source>file of the job</source>
@@ -3394,7 +3586,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>value ± U and verdict with the calibration of the job</source>
-        <translation>Wert ± U und Entscheid mit der Kalibrierung des Auftrags</translation>
+        <translation>Wert ± U und Urteil mit der Kalibrierung des Auftrags</translation>
     </message>
     <message>
         <source>the same with the calibration its spots support</source>
@@ -3402,7 +3594,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>whether the verdict still holds</source>
-        <translation>ob der Entscheid noch gilt</translation>
+        <translation>ob das Urteil noch gilt</translation>
     </message>
     <message>
         <source>and why</source>
@@ -3418,7 +3610,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Verdicts of the recall</source>
-        <translation>Entscheide des Rückrufs</translation>
+        <translation>Urteile des Rückrufs</translation>
     </message>
     <message>
         <source>Recall</source>
@@ -3454,7 +3646,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Evidence for the selected verdict</source>
-        <translation>Belege zum ausgewählten Entscheid</translation>
+        <translation>Belege zum ausgewählten Urteil</translation>
     </message>
     <message>
         <source>Select the folder with the jobs (F7). Job files are not changed.</source>
@@ -3486,11 +3678,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Points since {since_utc} are suspect, also in older jobs.</source>
-        <translation>Punkte seit {since_utc} sind zweifelhaft, auch in älteren Aufträgen.</translation>
+        <translation>Punkte seit {since_utc} sind fraglich, auch in älteren Aufträgen.</translation>
     </message>
     <message>
         <source>Points are taken but prove nothing: every verdict is NOT PROVEN.{why}</source>
-        <translation>Punkte werden aufgenommen, beweisen aber nichts: jeder Entscheid ist NICHT NACHGEWIESEN.{why}</translation>
+        <translation>Punkte werden aufgenommen, beweisen aber nichts: jedes Urteil ist NICHT NACHGEWIESEN.{why}</translation>
     </message>
     <message>
         <source>No points are taken. {blocker}</source>
@@ -3530,7 +3722,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Operator and part</source>
-        <translation>Prüfer und Teil</translation>
+        <translation>Bediener und Werkstück</translation>
     </message>
     <message>
         <source>Temperatures</source>
@@ -3594,7 +3786,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Association and frame</source>
-        <translation>Zuordnung und Bezugssystem</translation>
+        <translation>Zuordnung und Koordinatensystem</translation>
     </message>
     <message>
         <source>Outliers</source>
@@ -3638,7 +3830,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Next part</source>
-        <translation>Nächstes Teil</translation>
+        <translation>Nächstes Werkstück</translation>
     </message>
     <message>
         <source>Next serial number, all other fields unchanged</source>
@@ -3662,11 +3854,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Start a job for this part</source>
-        <translation>Auftrag für dieses Teil beginnen</translation>
+        <translation>Auftrag für dieses Werkstück beginnen</translation>
     </message>
     <message>
         <source>Operator</source>
-        <translation>Prüfer</translation>
+        <translation>Bediener</translation>
     </message>
     <message>
         <source>Name of the operator</source>
@@ -3674,7 +3866,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Of the part; - if it has none</source>
-        <translation>Des Teils; - wenn es keine hat</translation>
+        <translation>Des Werkstücks; - wenn es keine hat</translation>
     </message>
     <message>
         <source>Order number; optional</source>
@@ -3686,11 +3878,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Batch</source>
-        <translation>Charge</translation>
+        <translation>Serie</translation>
     </message>
     <message>
         <source>Groups parts for comparison; optional</source>
-        <translation>Fasst Teile zum Vergleich zusammen; freiwillig</translation>
+        <translation>Fasst Werkstücke zum Vergleich zusammen; freiwillig</translation>
     </message>
     <message>
         <source>Plan of the next job</source>
@@ -3706,7 +3898,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part</source>
-        <translation>Teil</translation>
+        <translation>Werkstück</translation>
     </message>
     <message>
         <source>What to do next</source>
@@ -3718,7 +3910,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Jobs of this batch</source>
-        <translation>Aufträge dieser Charge</translation>
+        <translation>Aufträge dieser Serie</translation>
     </message>
     <message>
         <source>Up and down select a job; F7 resumes it</source>
@@ -3750,7 +3942,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part {part}</source>
-        <translation>Teil {part}</translation>
+        <translation>Werkstück {part}</translation>
     </message>
     <message>
         <source>Reading jobs in {folder}</source>
@@ -3762,11 +3954,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>of batch {batch}</source>
-        <translation>der Charge {batch}</translation>
+        <translation>der Serie {batch}</translation>
     </message>
     <message>
         <source>without a batch</source>
-        <translation>ohne Charge</translation>
+        <translation>ohne Serie</translation>
     </message>
     <message>
         <source>Other jobs {of}, in {folder}: {count}</source>
@@ -3774,7 +3966,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Verdict on the part</source>
-        <translation>Entscheid zum Teil</translation>
+        <translation>Urteil über das Werkstück</translation>
     </message>
     <message numerus="yes">
         <source>%n more</source>
@@ -3833,11 +4025,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Simulated: not a real part</source>
-        <translation>Simuliert: kein echtes Teil</translation>
+        <translation>Simuliert: kein echtes Werkstück</translation>
     </message>
     <message>
         <source>cameras that see the probe / in the rig</source>
-        <translation>Kameras, die den Taster sehen / im Rig</translation>
+        <translation>Kameras, die den Taster sehen / im System</translation>
     </message>
     <message>
         <source>Targets</source>
@@ -3913,11 +4105,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Probe and tip</source>
-        <translation>Taster und Tasteinsatz</translation>
+        <translation>Taster und Tastspitze</translation>
     </message>
     <message>
         <source>Tip {tip}: {word}</source>
-        <translation>Tasteinsatz {tip}: {word}</translation>
+        <translation>Tastspitze {tip}: {word}</translation>
     </message>
     <message>
         <source>Probe {probe}: {word}</source>
@@ -4025,7 +4217,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Of rotation and translation of the frame, rad and mm</source>
-        <translation>Von Drehung und Verschiebung des Systems, rad und mm</translation>
+        <translation>Von Drehung und Verschiebung des Koordinatensystems, rad und mm</translation>
     </message>
     <message>
         <source>Simulated</source>
@@ -4249,7 +4441,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Name of the part</source>
-        <translation>Name des Teils</translation>
+        <translation>Name des Werkstücks</translation>
     </message>
     <message>
         <source>Decision rule</source>
@@ -4393,7 +4585,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Plane whose normal, or axis, is z of the part</source>
-        <translation>Ebene, deren Normale z des Teils ist, oder Achse</translation>
+        <translation>Ebene, deren Normale z des Werkstücks ist, oder Achse</translation>
     </message>
     <message>
         <source>Secondary</source>
@@ -4417,15 +4609,59 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Axis of the part</source>
-        <translation>Achse des Teils</translation>
+        <translation>Achse des Werkstücks</translation>
     </message>
     <message>
         <source>Secondary gives</source>
         <translation>Sekundär ergibt</translation>
     </message>
     <message>
+        <source>Faces to align by</source>
+        <translation>Flächen zum Ausrichten</translation>
+    </message>
+    <message>
+        <source>Faces of the model</source>
+        <translation>Flächen des Modells</translation>
+    </message>
+    <message>
+        <source>Align by these  [Return]</source>
+        <translation>Danach ausrichten  [Eingabe]</translation>
+    </message>
+    <message>
+        <source>Align the part by a best fit to the chosen faces</source>
+        <translation>Werkstück durch Bestpassung an die gewählten Flächen ausrichten</translation>
+    </message>
+    <message>
+        <source>Go back without faces</source>
+        <translation>Zurück ohne Flächen</translation>
+    </message>
+    <message>
+        <source>The model has no face with an exact surface.</source>
+        <translation>Das Modell hat keine Fläche mit exakter Form.</translation>
+    </message>
+    <message>
+        <source>{count} of {all} faces are chosen.</source>
+        <translation>{count} von {all} Flächen sind gewählt.</translation>
+    </message>
+    <message>
+        <source>Choose faces that leave no motion of the part open.</source>
+        <translation>Flächen wählen, die keine Bewegung des Werkstücks offen lassen.</translation>
+    </message>
+    <message>
+        <source>face {number}</source>
+        <translation>Fläche {number}</translation>
+    </message>
+    <message>
         <source>Plane</source>
         <translation>Ebene</translation>
+    </message>
+    <message>
+        <source>Cylinder</source>
+        <translation>Zylinder</translation>
+    </message>
+    <message>
+        <source>Torus</source>
+        <translation>Torus</translation>
     </message>
     <message>
         <source>Aligned to its nominal first</source>
@@ -4554,6 +4790,10 @@ Startet: {source}</translation>
         <translation>Umschalt+F9 bricht ab.</translation>
     </message>
     <message>
+        <source>Reading the model of the plan.</source>
+        <translation>Modell des Prüfplans wird gelesen.</translation>
+    </message>
+    <message>
         <source>Importing: {what}.</source>
         <translation>Import: {what}.</translation>
     </message>
@@ -4575,7 +4815,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>How the part stands</source>
-        <translation>Wie das Teil steht</translation>
+        <translation>Wie das Werkstück steht</translation>
     </message>
     <message>
         <source>Profile of free forms, {unit}</source>
@@ -4699,7 +4939,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Define the part alignment</source>
-        <translation>Ausrichtung des Teils festlegen</translation>
+        <translation>Ausrichtung des Werkstücks festlegen</translation>
+    </message>
+    <message>
+        <source>Align by a best fit to faces of the model</source>
+        <translation>Durch Bestpassung an Flächen des Modells ausrichten</translation>
     </message>
     <message>
         <source>Remove the selected item</source>
@@ -4739,7 +4983,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Take the nominals from the current part</source>
-        <translation>Nennmaße vom laufenden Teil übernehmen</translation>
+        <translation>Nennmaße vom laufenden Werkstück übernehmen</translation>
     </message>
     <message>
         <source>Import</source>
@@ -4814,6 +5058,14 @@ Startet: {source}</translation>
         <translation>Zuerst das zu tolerierende Element wählen.</translation>
     </message>
     <message>
+        <source>No CAD model in this plan. Save it (F8), import one (Shift+F9).</source>
+        <translation>Kein CAD-Modell in diesem Plan. Sichern (F8), dann eines importieren (Umschalt+F9).</translation>
+    </message>
+    <message>
+        <source>Aligned by {faces} faces; {count} points added. F10 undoes this.</source>
+        <translation>An {faces} Flächen ausgerichtet; {count} Punkte angefügt. F10 nimmt das zurück.</translation>
+    </message>
+    <message>
         <source>Nothing to undo.</source>
         <translation>Nichts zurückzunehmen.</translation>
     </message>
@@ -4835,7 +5087,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>The nominals now match the part.</source>
-        <translation>Die Nennmaße entsprechen jetzt dem Teil.</translation>
+        <translation>Die Nennmaße entsprechen jetzt dem Werkstück.</translation>
     </message>
     <message>
         <source>Nothing has changed.</source>
@@ -4851,7 +5103,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>PART</source>
-        <translation>TEIL</translation>
+        <translation>WERKSTÜCK</translation>
     </message>
     <message>
         <source>FEATURE</source>
@@ -4990,7 +5242,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Writing and verifying the files</source>
-        <translation>Dateien werden geschrieben und überprüft</translation>
+        <translation>Dateien werden geschrieben und verifiziert</translation>
     </message>
     <message>
         <source>Recalculate</source>
@@ -5150,7 +5402,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>tolerance relative to the scatter of the parts</source>
-        <translation>Toleranz zur Streuung der Teile</translation>
+        <translation>Toleranz zur Streuung der Werkstücke</translation>
     </message>
     <message>
         <source>Cpk</source>
@@ -5178,7 +5430,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Characteristics of the batch</source>
-        <translation>Merkmale der Charge</translation>
+        <translation>Merkmale der Serie</translation>
     </message>
     <message>
         <source>Compare the jobs from the folder</source>
@@ -5194,7 +5446,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Write the table of the batch to</source>
-        <translation>Tabelle der Charge schreiben nach</translation>
+        <translation>Tabelle der Serie schreiben nach</translation>
     </message>
     <message>
         <source>File of the table</source>
@@ -5210,11 +5462,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Select the folder with the jobs of the batch.</source>
-        <translation>Ordner mit den Aufträgen der Charge wählen.</translation>
+        <translation>Ordner mit den Aufträgen der Serie wählen.</translation>
     </message>
     <message>
         <source>Pages of the batch written to {path}.</source>
-        <translation>Seiten der Charge geschrieben nach {path}.</translation>
+        <translation>Seiten der Serie geschrieben nach {path}.</translation>
     </message>
     <message>
         <source>{origin}{count} jobs of plan {plan}, {first} to {last}.</source>
@@ -5230,7 +5482,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Table of the batch written to {path}.</source>
-        <translation>Tabelle der Charge geschrieben nach {path}.</translation>
+        <translation>Tabelle der Serie geschrieben nach {path}.</translation>
     </message>
     <message numerus="yes">
         <source>And %n more.</source>
@@ -5277,7 +5529,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Current job {job}, part {part}. {who}.</source>
-        <translation>Laufender Auftrag {job}, Teil {part}. {who}.</translation>
+        <translation>Laufender Auftrag {job}, Werkstück {part}. {who}.</translation>
     </message>
     <message>
         <source>Recomputed from raw data: matches the file.</source>
@@ -5285,7 +5537,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>{name}, read-only, part {part}. {who}. {doubts}</source>
-        <translation>{name}, nur lesbar, Teil {part}. {who}. {doubts}</translation>
+        <translation>{name}, nur lesbar, Werkstück {part}. {who}. {doubts}</translation>
     </message>
     <message>
         <source>Template</source>
@@ -5309,7 +5561,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Drawing of the part</source>
-        <translation>Zeichnung des Teils</translation>
+        <translation>Zeichnung des Werkstücks</translation>
     </message>
     <message>
         <source>Revision</source>
@@ -5627,6 +5879,10 @@ Startet: {source}</translation>
         <translation>nächster</translation>
     </message>
     <message>
+        <source>touch here first, roughly</source>
+        <translation>hier zuerst antasten, ungefähr</translation>
+    </message>
+    <message>
         <source>{count} too much</source>
         <translation>{count} zu viel</translation>
     </message>
@@ -5664,11 +5920,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Picture of the part</source>
-        <translation>Bild des Teils</translation>
+        <translation>Bild des Werkstücks</translation>
     </message>
     <message>
         <source>Arrow keys rotate the view, plus and minus zoom, F fits it to the part</source>
-        <translation>Pfeiltasten drehen die Ansicht, Plus und Minus zoomen, F zeigt das ganze Teil</translation>
+        <translation>Pfeiltasten drehen die Ansicht, Plus und Minus zoomen, F zeigt das ganze Werkstück</translation>
     </message>
     <message>
         <source>No model</source>
@@ -5680,11 +5936,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part placed roughly: not aligned yet</source>
-        <translation>Teil ungefähr gezeigt: noch nicht ausgerichtet</translation>
+        <translation>Werkstück ungefähr gezeigt: noch nicht ausgerichtet</translation>
     </message>
     <message>
         <source>Part not located yet. Touch {feature}.</source>
-        <translation>Lage des Teils noch unbekannt. {feature} antasten.</translation>
+        <translation>Lage des Werkstücks noch unbekannt. {feature} antasten.</translation>
+    </message>
+    <message>
+        <source>Part not located yet, placed roughly. Touch {feature} on the real part.</source>
+        <translation>Lage des Werkstücks noch unbekannt, ungefähr gezeigt. {feature} am echten Werkstück antasten.</translation>
     </message>
     <message>
         <source>Picture of the step</source>
@@ -5740,7 +6000,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>F1 to F5, F11 and F12 mean the same everywhere; F6 to F10 belong to the page. Settings changes keys.</source>
-        <translation>F1 bis F5, F11 und F12 bedeuten überall dasselbe; F6 bis F10 gehören der Seite. „Einstellungen“ ändert Tasten.</translation>
+        <translation>F1 bis F5, F11 und F12 bedeuten überall dasselbe; F6 bis F10 gehören der Seite. Tasten ändern: Einstellungen.</translation>
     </message>
     <message>
         <source>everywhere</source>
@@ -5763,16 +6023,8 @@ Startet: {source}</translation>
         <translation>Punkte werden wieder aufgenommen: {title} ist {word}.</translation>
     </message>
     <message>
-        <source>SIMULATED: a robot hand measures a virtual part. No number is of a real part.</source>
-        <translation>SIMULIERT: eine Roboterhand misst ein virtuelles Teil. Keine Zahl stammt von einem echten Teil.</translation>
-    </message>
-    <message>
-        <source>Z pauses it, Ctrl+H goes to the Start page.</source>
-        <translation>Z hält sie an, Strg+H führt zur Startseite.</translation>
-    </message>
-    <message>
         <source>The cameras now store the intrinsics of the calibration.</source>
-        <translation>Die Kameras speichern jetzt die innere Orientierung der Kalibrierung.</translation>
+        <translation>Die Kameras speichern jetzt die Abbildungsparameter der Kalibrierung.</translation>
     </message>
     <message>
         <source>The cameras on their wire</source>
@@ -5784,7 +6036,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Status of probe and tip</source>
-        <translation>Stand von Taster und Tasteinsatz</translation>
+        <translation>Stand von Taster und Tastspitze</translation>
     </message>
     <message>
         <source>Probe design</source>
@@ -5792,7 +6044,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Uncertainty of the tip and its causes</source>
-        <translation>Unsicherheit des Tasteinsatzes und ihre Ursachen</translation>
+        <translation>Messunsicherheit der Tastspitze und ihre Ursachen</translation>
     </message>
     <message>
         <source>Fits</source>
@@ -5804,7 +6056,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Acceptance tests, interim checks, artefacts and gauge studies</source>
-        <translation>Annahmeprüfungen, Zwischenprüfungen, Normale und Prüfmittelfähigkeit</translation>
+        <translation>Annahmeprüfungen, Zwischenprüfungen, Prüfkörper und Prüfmittelfähigkeit</translation>
     </message>
     <message>
         <source>Acceptance</source>
@@ -5824,7 +6076,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Probe saved in {path}. Choose it in Settings (Instrument), then calibrate it.</source>
-        <translation>Taster gespeichert in {path}. In den Einstellungen wählen (Gerät), dann einmessen.</translation>
+        <translation>Taster gespeichert in {path}. In den Einstellungen wählen (Gerät), dann kalibrieren.</translation>
     </message>
     <message>
         <source>Write the report into the folder</source>
@@ -5884,7 +6136,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Length bar</source>
-        <translation>Längenstab</translation>
+        <translation>Längenmaßstab</translation>
     </message>
     <message>
         <source>Its document, with the certificate</source>
@@ -5948,7 +6200,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>unknown: scale from the bar alone</source>
-        <translation>unbekannt: Maßstab nur aus dem Stab</translation>
+        <translation>unbekannt: Skala nur aus dem Maßstab</translation>
     </message>
     <message>
         <source>Not the one used to calibrate the cameras</source>
@@ -6112,7 +6364,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Cone</source>
-        <translation>Kegel</translation>
+        <translation>Kegelsitz</translation>
     </message>
     <message>
         <source>Its marking; empty if none</source>
@@ -6132,7 +6384,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>close to the probe document or the last calibration</source>
-        <translation>nahe dem Tasterdokument oder dem letzten Einmessen</translation>
+        <translation>nahe dem Tasterdokument oder der letzten Kalibrierung</translation>
     </message>
     <message>
         <source>unknown: another stylus</source>
@@ -6160,7 +6412,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>The new calibration is active. Verify it: until then it is SUSPECT and no points are taken.</source>
-        <translation>Die neue Kalibrierung ist in Kraft. Überprüfen: bis dahin ist sie ZWEIFELHAFT, und es werden keine Punkte aufgenommen.</translation>
+        <translation>Die neue Kalibrierung ist in Kraft. Verifizieren: bis dahin ist sie FRAGLICH, und es werden keine Punkte aufgenommen.</translation>
     </message>
     <message>
         <source>A positioning machine moves one bright target to every point of a list, through the full depth of the volume. Lens parameters and camera poses are computed from the images.</source>
@@ -6172,39 +6424,39 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Use after the frame or a camera was moved: visit two seats, wave the probe through the volume, show the length bar, touch the control points, and visit the seats again. No measuring machine needed.</source>
-        <translation>Wenn Gestell oder Kamera bewegt wurde: zwei Sitze besuchen, den Taster durch das Volumen führen, den Längenstab zeigen, die Kontrollpunkte antasten und die Sitze nochmals besuchen. Kein Messgerät nötig.</translation>
+        <translation>Wenn Gestell oder Kamera bewegt wurde: zwei Plätze besuchen, den Taster durch das Volumen führen, den Längenmaßstab zeigen, die Kontrollpunkte antasten und die Plätze nochmals besuchen. Kein Messgerät nötig.</translation>
     </message>
     <message>
         <source>Misfits of bar and control points</source>
-        <translation>Restabweichungen von Stab und Kontrollpunkten</translation>
+        <translation>Restabweichungen von Maßstab und Kontrollpunkten</translation>
     </message>
     <message>
         <source>An independent check: visit two seats, put the ball into the nests of a certified length bar along seven lines, touch a certified sphere, and visit the seats again. Only a calibration that passes can be used.</source>
-        <translation>Eine unabhängige Prüfung: zwei Sitze besuchen, die Kugel an sieben Linien in die Aufnahmen eines zertifizierten Längenstabs setzen, eine zertifizierte Kugel antasten und die Sitze nochmals besuchen. Nur eine Kalibrierung, die besteht, kann genutzt werden.</translation>
+        <translation>Eine unabhängige Prüfung: zwei Plätze besuchen, die Kugel an sieben Linien in die Aufnahmen eines zertifizierten Längenmaßstabs setzen, eine zertifizierte Kugel antasten und die Plätze nochmals besuchen. Nur eine Kalibrierung, die besteht, kann genutzt werden.</translation>
     </message>
     <message>
         <source>Verdict stored.</source>
-        <translation>Entscheid gespeichert.</translation>
+        <translation>Urteil gespeichert.</translation>
     </message>
     <message>
         <source>Rest the ball in a cone and pivot the probe about it, repeat in another cone or leaning another way, then return to the first cone. Tip and LED positions are computed from the sweeps.</source>
-        <translation>Kugel in einen Kegel setzen und den Taster darum schwenken, in einem anderen Kegel oder anders geneigt wiederholen, dann zurück in den ersten Kegel. Kugelmitte und LEDs werden aus den Schwenks berechnet.</translation>
+        <translation>Kugel in einen Kegelsitz setzen und den Taster darum schwenken, in einem anderen Kegelsitz oder anders geneigt wiederholen, dann zurück in den ersten Kegelsitz. Kugelmitte und LEDs werden aus dem Schwenken berechnet.</translation>
     </message>
     <message>
         <source>The new probe calibration is active. Qualify the tip: until then it is SUSPECT and no points are taken.</source>
-        <translation>Der neu eingemessene Taster ist in Kraft. Tasteinsatz qualifizieren: bis dahin ist er ZWEIFELHAFT, und es werden keine Punkte aufgenommen.</translation>
+        <translation>Die neue Kalibrierung des Tasters ist in Kraft. Tastspitze einmessen: bis dahin ist sie FRAGLICH, und es werden keine Punkte aufgenommen.</translation>
     </message>
     <message>
         <source>Touch a certified sphere all around, then rest the ball in a cone in five attitudes. This gives the diameter and form of the ball, and shows whether the tip stays in place.</source>
-        <translation>Eine zertifizierte Kugel ringsum antasten, dann die Tastkugel in fünf Stellungen in einen Kegel setzen. Das ergibt Durchmesser und Form der Tastkugel und zeigt, ob sie an ihrem Platz bleibt.</translation>
+        <translation>Eine zertifizierte Kugel ringsum antasten, dann die Tastkugel in fünf Stellungen in einen Kegelsitz setzen. Das ergibt Durchmesser und Form der Tastkugel und zeigt, ob sie an ihrem Platz bleibt.</translation>
     </message>
     <message>
         <source>Tip verdict stored.</source>
-        <translation>Entscheid zum Tasteinsatz gespeichert.</translation>
+        <translation>Urteil über die Tastspitze gespeichert.</translation>
     </message>
     <message>
         <source>One minute on the sphere and in the cone: is the tip still as qualified?</source>
-        <translation>Eine Minute an der Kugel und im Kegel: ist der Tasteinsatz noch wie qualifiziert?</translation>
+        <translation>Eine Minute an der Kugel und im Kegelsitz: ist die Tastspitze noch wie eingemessen?</translation>
     </message>
     <message>
         <source>Wizard</source>
@@ -6232,7 +6484,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>The cameras use the rig document: no calibrations are stored.</source>
-        <translation>Die Kameras nutzen das Rig-Dokument: keine Kalibrierungen sind gespeichert.</translation>
+        <translation>Die Kameras nutzen das Systemdokument: keine Kalibrierungen sind gespeichert.</translation>
     </message>
     <message>
         <source>Choose real cameras, or a folder of camera records, in Settings (Instrument).</source>
@@ -6416,7 +6668,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Enter LED and ball positions. LED ambiguity is checked as you type. Then choose the new document in Settings (Instrument) and calibrate the probe.</source>
-        <translation>Positionen von LEDs und Kugel eingeben. Ob LEDs zu verwechseln sind, wird dabei geprüft. Dann das neue Dokument in den Einstellungen (Gerät) wählen und den Taster einmessen.</translation>
+        <translation>Positionen von LEDs und Kugel eingeben. Ob LEDs zu verwechseln sind, wird dabei geprüft. Dann das neue Dokument in den Einstellungen (Gerät) wählen und den Taster kalibrieren.</translation>
     </message>
     <message>
         <source>Define a probe</source>
@@ -6512,7 +6764,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>this calibration</source>
-        <translation>dieses Einmessen</translation>
+        <translation>diese Kalibrierung</translation>
     </message>
     <message>
         <source>standard uncertainty (k = 1)</source>
@@ -6592,7 +6844,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>TIP CHANGED</source>
-        <translation>TASTEINSATZ VERÄNDERT</translation>
+        <translation>TASTSPITZE VERÄNDERT</translation>
     </message>
     <message>
         <source>The tip has moved by {tip_distance:.3f} mm. Accept only if you know why; you will be asked for the reason.</source>
@@ -6608,7 +6860,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Both sweeps give the same tip. After accepting, qualify the tip on the sphere.</source>
-        <translation>Beide Schwenks ergeben dieselbe Kugelmitte. Nach dem Annehmen den Tasteinsatz an der Kugel qualifizieren.</translation>
+        <translation>Beide Schwenkläufe ergeben dieselbe Kugelmitte. Nach dem Annehmen die Tastspitze an der Kugel einmessen.</translation>
     </message>
     <message>
         <source>first</source>
@@ -6648,11 +6900,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>First calibration of this tip: nothing to compare with.</source>
-        <translation>Erstes Einmessen dieses Tasteinsatzes: nichts zum Vergleichen.</translation>
+        <translation>Erste Kalibrierung dieser Tastspitze: nichts zum Vergleichen.</translation>
     </message>
     <message>
         <source>Since the calibration of {when} the tip moved by {tip_distance:.4f} mm and the LEDs by {led_rms:.4f} mm (RMS).</source>
-        <translation>Seit dem Einmessen vom {when} hat sich die Kugelmitte um {tip_distance:.4f} mm und haben sich die LEDs um {led_rms:.4f} mm (RMS) bewegt.</translation>
+        <translation>Seit der Kalibrierung vom {when} hat sich die Kugelmitte um {tip_distance:.4f} mm und haben sich die LEDs um {led_rms:.4f} mm (RMS) bewegt.</translation>
     </message>
     <message>
         <source>Probe attitudes</source>
@@ -6688,11 +6940,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Bar placements</source>
-        <translation>Lagen des Stabs</translation>
+        <translation>Lagen des Maßstabs</translation>
     </message>
     <message>
         <source>A suitable next bar placement</source>
-        <translation>Eine geeignete nächste Lage des Stabs</translation>
+        <translation>Eine geeignete nächste Lage des Maßstabs</translation>
     </message>
     <message>
         <source>All taken</source>
@@ -6800,7 +7052,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>No objections to this calibration. After accepting, verify it.</source>
-        <translation>Keine Einwände gegen diese Kalibrierung. Nach dem Annehmen überprüfen.</translation>
+        <translation>Keine Einwände gegen diese Kalibrierung. Nach dem Annehmen verifizieren.</translation>
     </message>
     <message>
         <source>no points held back</source>
@@ -6864,7 +7116,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Ball in the cone: keep it there.</source>
-        <translation>Kugel im Kegel: dort lassen.</translation>
+        <translation>Kugel im Kegelsitz: dort lassen.</translation>
     </message>
     <message>
         <source>Sweep</source>
@@ -6892,7 +7144,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>First cone again</source>
-        <translation>Nochmals erster Kegel</translation>
+        <translation>Nochmals erster Kegelsitz</translation>
     </message>
     <message>
         <source>Directions of the first sweep</source>
@@ -6900,7 +7152,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>The first cone again</source>
-        <translation>Nochmals der erste Kegel</translation>
+        <translation>Nochmals der erste Kegelsitz</translation>
     </message>
     <message>
         <source>COMPLETE</source>
@@ -6912,7 +7164,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>BACK INTO THE FIRST CONE</source>
-        <translation>ZURÜCK IN DEN ERSTEN KEGEL</translation>
+        <translation>ZURÜCK IN DEN ERSTEN KEGELSITZ</translation>
     </message>
     <message>
         <source>held as at the start</source>
@@ -6928,11 +7180,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>BALL LEFT THE CONE</source>
-        <translation>KUGEL HAT DEN KEGEL VERLASSEN</translation>
+        <translation>KUGEL HAT DEN KEGELSITZ VERLASSEN</translation>
     </message>
     <message>
         <source>BALL INTO THE CONE</source>
-        <translation>KUGEL IN DEN KEGEL</translation>
+        <translation>KUGEL IN DEN KEGELSITZ</translation>
     </message>
     <message>
         <source>Away from the first</source>
@@ -6972,7 +7224,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>this qualification</source>
-        <translation>diese Qualifizierung</translation>
+        <translation>dieses Einmessen</translation>
     </message>
     <message>
         <source>Before</source>
@@ -6980,7 +7232,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>previous qualification</source>
-        <translation>vorige Qualifizierung</translation>
+        <translation>voriges Einmessen</translation>
     </message>
     <message>
         <source>now minus before</source>
@@ -7011,11 +7263,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Store the verdict; points can then be taken with this tip.</source>
-        <translation>Entscheid speichern; dann können mit diesem Tasteinsatz Punkte aufgenommen werden.</translation>
+        <translation>Urteil speichern; dann können mit dieser Tastspitze Punkte aufgenommen werden.</translation>
     </message>
     <message>
         <source>Clean ball, sphere and cone, tighten the stylus and qualify again. If it fails again, calibrate the probe or change the stylus.</source>
-        <translation>Tastkugel, Kugel und Kegel reinigen, Taststift festziehen und nochmals qualifizieren. Besteht er wieder nicht, Taster einmessen oder Taststift wechseln.</translation>
+        <translation>Tastkugel, Kugel und Kegelsitz reinigen, Taststift festziehen und nochmals einmessen. Besteht sie wieder nicht, Taster kalibrieren oder Taststift wechseln.</translation>
     </message>
     <message>
         <source>Diameter</source>
@@ -7027,7 +7279,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>In the cone</source>
-        <translation>Im Kegel</translation>
+        <translation>Im Kegelsitz</translation>
     </message>
     <message>
         <source>Largest</source>
@@ -7035,19 +7287,19 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>The tip is still as qualified. Store the verdict and continue.</source>
-        <translation>Der Tasteinsatz ist noch wie qualifiziert. Entscheid speichern und fortfahren.</translation>
+        <translation>Die Tastspitze ist noch wie eingemessen. Urteil speichern und fortfahren.</translation>
     </message>
     <message>
         <source>The tip is no longer as qualified. Store the verdict: no points are taken until the tip is qualified or the probe calibrated.</source>
-        <translation>Der Tasteinsatz ist nicht mehr wie qualifiziert. Entscheid speichern: es werden keine Punkte aufgenommen, bis er qualifiziert oder der Taster eingemessen ist.</translation>
+        <translation>Die Tastspitze ist nicht mehr wie eingemessen. Urteil speichern: es werden keine Punkte aufgenommen, bis sie eingemessen oder der Taster kalibriert ist.</translation>
     </message>
     <message>
         <source>2s in the cone, µm</source>
-        <translation>2s im Kegel, µm</translation>
+        <translation>2s im Kegelsitz, µm</translation>
     </message>
     <message>
         <source>Largest in the cone, µm</source>
-        <translation>Größte im Kegel, µm</translation>
+        <translation>Größte im Kegelsitz, µm</translation>
     </message>
     <message>
         <source>Point, µm</source>
@@ -7175,15 +7427,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Store the verdict; the calibration can then be used.</source>
-        <translation>Entscheid speichern; dann kann die Kalibrierung genutzt werden.</translation>
+        <translation>Urteil speichern; dann kann die Kalibrierung genutzt werden.</translation>
     </message>
     <message>
         <source>A line was repeated and the verification failed: store it and calibrate again.</source>
-        <translation>Eine Linie wurde wiederholt und die Überprüfung nicht bestanden: speichern und neu kalibrieren.</translation>
+        <translation>Eine Linie wurde wiederholt und die Verifikation nicht bestanden: speichern und neu kalibrieren.</translation>
     </message>
     <message>
         <source>If only one line failed, repeat it once. If it fails again, store the verdict and calibrate again. Jobs since the last good verification are then suspect: Recall jobs (F12), on page Calibration, shows which of their verdicts hold.</source>
-        <translation>Hat nur eine Linie nicht bestanden, sie einmal neu messen. Besteht sie wieder nicht, den Entscheid speichern und neu kalibrieren. Aufträge seit der letzten guten Überprüfung sind dann zweifelhaft: der Rückruf (F12) auf der Seite „Kalibrierung“ zeigt, welche ihrer Entscheide gelten.</translation>
+        <translation>Hat nur eine Linie nicht bestanden, sie einmal neu messen. Besteht sie wieder nicht, das Urteil speichern und neu kalibrieren. Aufträge seit der letzten guten Verifikation sind dann fraglich: der Rückruf (F12) auf der Seite „Kalibrierung“ zeigt, welche ihrer Urteile gelten.</translation>
     </message>
     <message>
         <source>Figures and reasons</source>
@@ -7262,7 +7514,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Store the verdict</source>
-        <translation>Entscheid speichern</translation>
+        <translation>Urteil speichern</translation>
     </message>
     <message>
         <source>Discard</source>
@@ -7270,11 +7522,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Store this verdict?</source>
-        <translation>Diesen Entscheid speichern?</translation>
+        <translation>Dieses Urteil speichern?</translation>
     </message>
     <message>
         <source>End without a verdict?</source>
-        <translation>Ohne Entscheid beenden?</translation>
+        <translation>Ohne Urteil beenden?</translation>
+    </message>
+    <message>
+        <source>PRACTICE: {title}</source>
+        <translation>ÜBUNG: {title}</translation>
     </message>
     <message>
         <source>Where to go</source>
@@ -7298,15 +7554,15 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Seats visited</source>
-        <translation>Besuchte Sitze</translation>
+        <translation>Besuchte Plätze</translation>
     </message>
     <message>
         <source>both seats visited</source>
-        <translation>beide Sitze besucht</translation>
+        <translation>beide Plätze besucht</translation>
     </message>
     <message>
         <source>seat {number}</source>
-        <translation>Sitz {number}</translation>
+        <translation>Platz {number}</translation>
     </message>
     <message>
         <source>cameras</source>
@@ -7423,11 +7679,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Report head</source>
-        <translation>Kopf des Berichts</translation>
+        <translation>Berichtskopf</translation>
     </message>
     <message>
         <source>Live stream</source>
-        <translation>Datenstrom</translation>
+        <translation>Live-Datenstrom</translation>
     </message>
     <message>
         <source>Window</source>
@@ -7447,7 +7703,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Name of the mounted tip; empty: as its records say</source>
-        <translation>Name des montierten Tasteinsatzes; leer: laut Aufzeichnungen</translation>
+        <translation>Name der montierten Tastspitze; leer: laut Protokollen</translation>
     </message>
     <message>
         <source>Reference body</source>
@@ -7455,7 +7711,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Document of the LEDs fixed to the part; empty: none</source>
-        <translation>Dokument der am Teil befestigten LEDs; leer: keiner</translation>
+        <translation>Dokument der am Werkstück befestigten LEDs; leer: keiner</translation>
     </message>
     <message>
         <source>Camera records</source>
@@ -7467,23 +7723,31 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Tip records</source>
-        <translation>Tasterprotokolle</translation>
+        <translation>Tastspitzenprotokolle</translation>
     </message>
     <message>
         <source>Folder of probe and tip records; empty: of this user</source>
-        <translation>Ordner der Taster- und Tasteinsatzprotokolle; leer: dieses Benutzers</translation>
+        <translation>Ordner der Taster- und Tastspitzenprotokolle; leer: dieses Benutzers</translation>
     </message>
     <message>
         <source>Check the tip after</source>
-        <translation>Tasteinsatz prüfen nach</translation>
+        <translation>Tastspitze prüfen nach</translation>
     </message>
     <message>
         <source>Hours without a point or a check</source>
         <translation>Stunden ohne Punkt oder Prüfung</translation>
     </message>
     <message>
+        <source>Processor of the bus</source>
+        <translation>Prozessor des Busses</translation>
+    </message>
+    <message>
+        <source>Number of the processor for the camera bus, 0 first; empty: chosen by itself</source>
+        <translation>Nummer des Prozessors für den Kamerabus, ab 0; leer: selbsttätige Wahl</translation>
+    </message>
+    <message>
         <source>Job folder</source>
-        <translation>Ordner der Aufträge</translation>
+        <translation>Auftragsordner</translation>
     </message>
     <message>
         <source>Where jobs and reports are written</source>
@@ -7491,7 +7755,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Plan folder</source>
-        <translation>Ordner der Prüfpläne</translation>
+        <translation>Prüfplanordner</translation>
     </message>
     <message>
         <source>Where plans are looked for; empty: recent places only</source>
@@ -7507,11 +7771,11 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Names proposed as operator, parted by semicolons</source>
-        <translation>Als Prüfer vorgeschlagene Namen, durch Semikolon getrennt</translation>
+        <translation>Als Bediener vorgeschlagene Namen, durch Semikolon getrennt</translation>
     </message>
     <message>
         <source>Part temperature</source>
-        <translation>Teiletemperatur</translation>
+        <translation>Werkstücktemperatur</translation>
     </message>
     <message>
         <source>Measured today; empty: unknown</source>
@@ -7519,7 +7783,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Part expansion</source>
-        <translation>Ausdehnung des Teils</translation>
+        <translation>Ausdehnung des Werkstücks</translation>
     </message>
     <message>
         <source>Empty: by the material of the plan</source>
@@ -7527,7 +7791,7 @@ Startet: {source}</translation>
     </message>
     <message>
         <source>Compensate the part</source>
-        <translation>Teil kompensieren</translation>
+        <translation>Werkstück kompensieren</translation>
     </message>
     <message>
         <source>Report coordinates at 20 °C</source>
@@ -7590,6 +7854,18 @@ Startet: {source}</translation>
         <translation>Berichtsvorlage; leer: die einfache</translation>
     </message>
     <message>
+        <source>Report language</source>
+        <translation>Sprache der Berichte</translation>
+    </message>
+    <message>
+        <source>Of reports on paper; window: that of the window</source>
+        <translation>Von Berichten auf Papier; Fenster: die des Fensters</translation>
+    </message>
+    <message>
+        <source>window</source>
+        <translation>Fenster</translation>
+    </message>
+    <message>
         <source>Port</source>
         <translation>Port</translation>
     </message>
@@ -7624,6 +7900,26 @@ Startet: {source}</translation>
     <message>
         <source>PEM, of that certificate</source>
         <translation>PEM, zu diesem Zertifikat</translation>
+    </message>
+    <message>
+        <source>local, off, a file, or postgresql://USER@SERVER/DATABASE, without password</source>
+        <translation>local, off, eine Datei oder postgresql://USER@SERVER/DATABASE, ohne Passwort</translation>
+    </message>
+    <message>
+        <source>Name of this station</source>
+        <translation>Name dieser Station</translation>
+    </message>
+    <message>
+        <source>In the archive; empty: the name of this computer</source>
+        <translation>Im Archiv; leer: der Name dieses Rechners</translation>
+    </message>
+    <message>
+        <source>Password</source>
+        <translation>Passwort</translation>
+    </message>
+    <message>
+        <source>File with the password of the server, readable by you alone</source>
+        <translation>Datei mit dem Passwort des Servers, nur für Sie lesbar</translation>
     </message>
     <message>
         <source>Language</source>
@@ -7704,6 +8000,62 @@ Startet: {source}</translation>
     <message>
         <source>Keys that differ from those shipped</source>
         <translation>Tasten, die von den gelieferten abweichen</translation>
+    </message>
+    <message>
+        <source>Answer of the archive</source>
+        <translation>Antwort des Archivs</translation>
+    </message>
+    <message>
+        <source>Tour done. Everything you did went the way of a real probe.</source>
+        <translation>Rundgang fertig. Alles lief wie mit einem echten Taster.</translation>
+    </message>
+    <message>
+        <source>the part</source>
+        <translation>dem Werkstück</translation>
+    </message>
+    <message>
+        <source>Take over is for the virtual rig: this probe is in your hands already.</source>
+        <translation>Übernehmen gibt es nur am virtuellen Aufbau: Dieser Taster ist schon in Ihrer Hand.</translation>
+    </message>
+    <message>
+        <source>Choose Demo on the Start page.</source>
+        <translation>Auf der Startseite Demo wählen.</translation>
+    </message>
+    <message>
+        <source>Press Take over: the robot gives you the probe.</source>
+        <translation>Übernehmen drücken: Der Roboter gibt Ihnen den Taster.</translation>
+    </message>
+    <message>
+        <source>Move the mouse over the part: the ball follows.</source>
+        <translation>Maus über das Werkstück bewegen: Die Kugel folgt.</translation>
+    </message>
+    <message>
+        <source>Click on {feature}: the ball touches, and a point is taken.</source>
+        <translation>Auf {feature} klicken: Die Kugel tastet an, ein Punkt wird aufgenommen.</translation>
+    </message>
+    <message>
+        <source>Take two more points on {feature}, well apart.</source>
+        <translation>Zwei weitere Punkte auf {feature} aufnehmen, weit auseinander.</translation>
+    </message>
+    <message>
+        <source>Press Backspace: the last point is undone, not lost.</source>
+        <translation>Rücktaste drücken: Der letzte Punkt wird zurückgenommen, nicht gelöscht.</translation>
+    </message>
+    <message>
+        <source>Press an arrow key: the probe tilts. The cameras must see its LEDs.</source>
+        <translation>Pfeiltaste drücken: Der Taster neigt sich. Die Kameras müssen seine LEDs sehen.</translation>
+    </message>
+    <message>
+        <source>Press F3: the results, and how sure they are.</source>
+        <translation>F3 drücken: die Ergebnisse und wie sicher sie sind.</translation>
+    </message>
+    <message>
+        <source>Press Esc: back to the part.</source>
+        <translation>Esc drücken: zurück zum Werkstück.</translation>
+    </message>
+    <message>
+        <source>Press Hand back: the robot goes on. Ctrl+K finds everything else.</source>
+        <translation>Zurückgeben drücken: Der Roboter macht weiter. Strg+K findet alles andere.</translation>
     </message>
 </context>
 </TS>

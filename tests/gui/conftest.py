@@ -47,6 +47,7 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         probe: str = "standard.toml",
         reference: str = "",
         start: bool = True,
+        led: bool = False,
     ) -> Bench:
         # A tenth of the frame rate: the same job for a tenth of the work.
         built = build_station(
@@ -63,7 +64,8 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         )
         notices = NoticeCentre()
         bridge = StationBridge(built.station)
-        window = MainWindow(bridge, notices, out=out)
+        hand = built.hand if led else None
+        window = MainWindow(bridge, notices, out=out, hand=hand)
         window.resize(1280, 720)
         # Keys go to the active window only.
         with qtbot.waitActive(window):

@@ -16,6 +16,7 @@ from ocmm_core.inspection.evaluation import (
     FeatureState,
     FeatureView,
     JobView,
+    PlannedFeature,
     SessionOptions,
     Target,
     places_of,
@@ -65,7 +66,10 @@ def measured_steps(name: str, folder: Path, model: PartModel | None = None) -> I
         if model is None:
             return job
         rough = job.target is None or job.target.approximate
-        return replace(job, placed_part=PlacedPart(model, place, rough))
+        planned = job.planned
+        if planned is not None and planned.supposed:
+            planned = moved_to(planned, place)
+        return replace(job, placed_part=PlacedPart(model, place, rough), planned=planned)
 
     with JobFile.create(folder / "steps.ocmm", head) as job:
         session = InspectionSession(plan, rig, body, job, options)
@@ -78,6 +82,21 @@ def measured_steps(name: str, folder: Path, model: PartModel | None = None) -> I
                 for lift in _LIFTS_MM[::-1]:
                     yield Step(before, point.tip_world + lift * point.direction)
                 yield Step(after, point.tip_world)
+
+
+def moved_to(planned: PlannedFeature, place: RigidTransform) -> PlannedFeature:
+    """Return what is touched first on a part that is supposed elsewhere."""
+    motion = place.compose(planned.T_world_from_nominal.inverse())
+    targets = tuple(
+        replace(
+            target,
+            surface_world=motion.apply(target.surface_world),
+            normal_world=motion.rotation @ target.normal_world,
+            ball_world=motion.apply(target.ball_world),
+        )
+        for target in planned.targets
+    )
+    return replace(planned, T_world_from_nominal=place, targets=targets)
 
 
 def nominal_steps(
@@ -102,7 +121,8 @@ def nominal_steps(
                 targets=targets[number:],
             )  # fmt: skip
             job = replace(
-                empty, features=(feature,), active=nominal.name, target=target, placed_part=placed
-            )
+                empty, features=(feature,), active=nominal.name, target=target,
+                placed_part=placed, planned=PlannedFeature(nominal, place, supposed=False),
+            )  # fmt: skip
             for lift in _LIFTS_MM[::-1]:
                 yield Step(job, target.ball_world + lift * target.normal_world)

@@ -19,7 +19,7 @@ from ocmm_gui.kit import Approach, SoundPlayer
 from ocmm_gui.kit._sound import scale_step, step_wav
 from ocmm_gui.operator._target_ring import TargetRing
 from ocmm_gui.views import StepPicture
-from ocmm_gui.views._step_picture import nominal_items
+from ocmm_gui.views._nominal_items import nominal_items
 
 PLACE = np.array([10.0, 20.0, 30.0])
 UP = np.array([0.0, 0.0, 1.0])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from itertools import combinations, product
 from pathlib import Path
 
@@ -218,6 +219,30 @@ def test_a_part_that_nobody_has_aligned_says_so_until_it_is(
     watched.show(aligned)
     assert not watched.view.rough_words()
     assert last.job.complete
+
+
+@pytest.mark.parametrize("size", SIZES)
+@pytest.mark.parametrize("with_part", [True, False])
+def test_the_first_place_is_in_the_picture_before_anything_is_located(
+    qtbot: QtBot, plans: dict[str, list[Step]], size: tuple[int, int], with_part: bool
+) -> None:
+    watched = Watched(qtbot, size)
+    step = plans["demo"][0]
+    job = step.job if with_part else replace(step.job, placed_part=None)
+    assert job.planned is not None
+    assert job.target is None
+    watched.show(Step(job, step.ball_world))
+    watched.paint()
+    work = watched.view.work()
+    assert work.target is not None
+    assert watched.view.shows(work.needed())
+    words = [text for text, _ in watched.view.words()]
+    assert job.planned.nominal.name in words
+    assert "touch here first, roughly" in words
+    # That it is a guess is said, and which feature to touch.
+    said = watched.view.rough_words()
+    assert "roughly" in said
+    assert job.planned.nominal.name in said
 
 
 def test_a_moving_probe_paints_no_part(qtbot: QtBot, plans: dict[str, list[Step]]) -> None:

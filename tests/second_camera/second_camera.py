@@ -263,7 +263,6 @@ class SecondCamera:
             size = self.objects.things[place[0]].items[place[1]].size
             read[place] = lambda: value().to_bytes(size, "little")
 
-        digest = lambda value: hashlib.sha256(value).digest() if value else b""  # noqa: E731
         number((0x1018, 4), lambda: self.serial)
         number((0x9000, 1), lambda: self.serial + 1)
         number((0x9000, 2), lambda: _WIDTH)
@@ -291,14 +290,14 @@ class SecondCamera:
                     read[index, sub] = lambda at=at, n=item.size: bytes(self.chip.ram[at : at + n])  # type: ignore[misc]  # mypy cannot infer a lambda with bound defaults
                     at += item.size
         number((0x8010, 2), lambda: len(self._block()))
-        read[0x8010, 3] = lambda: digest(self._block())
+        read[0x8010, 3] = lambda: _digest(self._block())
         number((0x8010, 4), lambda: zlib.crc32(self._block()))
         write[0x8010, 1] = self._check_block
         write[0x8000, 4] = self._check_mode
         number((0x8020, 3), lambda: self._black_state)
         number((0x8020, 4), lambda: 100 if self._black_state == 2 else 0)
         number((0x8020, 5), self._black_images)
-        read[0x8020, 6] = lambda: digest(bytes([self._black])) if self._black else b""
+        read[0x8020, 6] = lambda: _digest(bytes([self._black])) if self._black else b""
         write[0x8020, 1] = self._black_command
         write[0x8030, 5] = self._take_picture
         number((0x8030, 6), lambda: self._picture_state)
@@ -309,6 +308,10 @@ class SecondCamera:
         number((0x8030, 0x0D), lambda: self._shape[1])
         write[0x8040, 1] = self._blink
         number((0x8040, 2), lambda: max(0, -((self.chip.now - self._blinks_until) // SECOND)))
+
+
+def _digest(content: bytes) -> bytes:
+    return hashlib.sha256(content).digest() if content else b""
 
 
 def main() -> None:

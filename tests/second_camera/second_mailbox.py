@@ -80,7 +80,9 @@ class Objects:
                 raise Refused(0x06090032)
         if check_only:
             return
-        self.writing.get((index, sub), lambda _value: None)(value)
+        then = self.writing.get((index, sub))
+        if then is not None:
+            then(value)
         item.value = value
 
     def _item(self, index: int, sub: int) -> Item:

@@ -11,12 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from installer.locks import DEVELOPMENT, PACKAGE, ROOT, RUNTIME, STEP, normalised, read_lock
+from installer.locks import DEVELOPMENT, PACKAGE, ROOT, RUNTIME, SHOP, STEP, normalised, read_lock
 from ocmm_core.errors import InputError
 from ocmm_core.inspection.step import STEP_SETUP
 from tests.host import HANG_S
 
-_LOCKS = {path.name: path for path in (RUNTIME, STEP, DEVELOPMENT, PACKAGE)}
+_LOCKS = {path.name: path for path in (RUNTIME, STEP, SHOP, DEVELOPMENT, PACKAGE)}
 _PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
 
 
@@ -64,20 +64,22 @@ def test_whatever_the_project_asks_for_is_locked() -> None:
     assert _names(groups["package"]) <= set(read_lock(PACKAGE))
     extras = project["optional-dependencies"]
     assert _names(extras["step"]) <= set(read_lock(STEP))
+    assert _names(extras["shop"]) <= set(read_lock(SHOP))
     # A new extra or group needs a lock file, `lock_files` in `run`, and a line here.
-    assert set(extras) == {"step"}
+    assert set(extras) == {"step", "shop"}
     assert set(groups) == {"build", "dev", "package"}
 
 
-@pytest.mark.parametrize("lock", [STEP.name, DEVELOPMENT.name, PACKAGE.name])
+@pytest.mark.parametrize("lock", [STEP.name, SHOP.name, DEVELOPMENT.name, PACKAGE.name])
 def test_the_other_sets_hold_the_runtime_set_in_the_same_versions_and_files(lock: str) -> None:
     other = read_lock(_LOCKS[lock])
     for name, pin in read_lock(RUNTIME).items():
         assert (other[name].version, other[name].hashes) == (pin.version, pin.hashes)
 
 
-def test_the_extra_and_the_development_set_agree() -> None:
-    extra, development = read_lock(STEP), read_lock(DEVELOPMENT)
+@pytest.mark.parametrize("lock", [STEP, SHOP], ids=lambda path: path.name)
+def test_an_extra_and_the_development_set_agree(lock: Path) -> None:
+    extra, development = read_lock(lock), read_lock(DEVELOPMENT)
     for name in extra.keys() & development.keys():
         assert extra[name].version == development[name].version
 
@@ -87,6 +89,12 @@ def test_the_extra_is_installed_with_hashes_wherever_it_is_named() -> None:
         r"^install_step\(\) \{$.*?^\}$", (ROOT / "run").read_text("utf-8"), re.M | re.S
     )
     assert re.search(rf"--require-hashes[^|;]*-r {STEP.name}", install)
+    (shop,) = re.findall(
+        r"^install_shop\(\) \{$.*?^\}$", (ROOT / "run").read_text("utf-8"), re.M | re.S
+    )
+    assert re.search(rf"--require-hashes[^|;]*-r {SHOP.name}", shop)
+    for place in ("README.md", "docs/shop.md"):
+        assert "./run setup --shop" in (ROOT / place).read_text(encoding="utf-8"), place
     # The window says that the README has it: it names no command.
     assert "README" in STEP_SETUP
     for place in ("README.md", "docs/plans.md"):

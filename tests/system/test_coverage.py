@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from benchmarks.coverage import Setup, coverage_table, run_many
+from ocmm_core.cli.study import CoverageSetup, coverage_table, run_coverage
 
 RUNS = 40
 FIRST_SEED = 1000
@@ -26,7 +26,7 @@ def test_value_plus_minus_u_holds_the_truth_in_most_runs(
     that is not there, U is too great, and the decision on the safe side. The benchmark of the same
     name makes as many runs as one likes.
     """
-    rows = coverage_table(run_many(Setup(), range(FIRST_SEED, FIRST_SEED + RUNS)))
+    rows = coverage_table(run_coverage(CoverageSetup(), range(FIRST_SEED, FIRST_SEED + RUNS)))
     for name, covered, stated, error in rows:
         text = f"{100 * covered:.1f} %, mean U {1e3 * stated:.2f} um, RMS {1e3 * error:.2f} um"
         record_property(f"coverage of {name}", text)

@@ -28,6 +28,8 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
         Interface at the other end of the ring; empty without a redundancy cable.
     stretched
         The interface is one end of a virtual wire whose time waits for this computer.
+    processor
+        Number of the processor that the bus process stays on; None chooses by itself.
     device, lenses
         Description of cameras that are not ours, and what each of them corrects with.
     """
@@ -40,6 +42,7 @@ class BusConfig(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields
     force: bool = False
     redundant_interface: str = ""
     stretched: bool = False
+    processor: int | None = None
     device: DeviceDescription | None = None
     lenses: tuple[Intrinsics, ...] = ()
 

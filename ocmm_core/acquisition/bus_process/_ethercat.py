@@ -39,6 +39,8 @@ from ocmm_core.fieldbus.objects import ObjectService, RequestPort, Thermometer
 from ocmm_core.fieldbus.report import Alarm, BusPhase, BusReport, encode_report, pace_words
 from ocmm_core.fieldbus.wire import HostTime, is_virtual_cable, is_virtual_interface
 
+_FOREIGN_NS = 20_000_000
+"""After a frame of another master no cycle is used for so long."""
 _VERDICT = {Trouble.LOST: CycleVerdict.LOST, Trouble.BAD: CycleVerdict.BAD}
 _PASSING = frozenset(
     {"bus.no_answer", "bus.map", "bus.clock", "bus.state", "bus.duplicate_address"}
@@ -115,7 +117,7 @@ class EthercatSource:
         self._steps: Iterator[BusPhase] = iter(())
         self._pacer: CyclePacer | None = None
         self._published: tuple[BusPhase, str, str] | None = None
-        self._published_ns = self._foreign = 0
+        self._published_ns = self._foreign = self._foreign_until_ns = 0
         self.lateness_ns = 0
 
     @property
@@ -238,9 +240,13 @@ class EthercatSource:
     def _second_master(self) -> CycleFault | None:
         """Return why a cycle is refused in which another master sent frames, too."""
         before, self._foreign = self._foreign, self._bus.foreign_frames
-        if self._foreign <= before:
+        now_ns = self._time.now_ns()
+        if self._foreign > before:
+            # It may send less often than we do, and works on the cameras in between as well.
+            self._foreign_until_ns = now_ns + _FOREIGN_NS
+        elif now_ns >= self._foreign_until_ns:
             return None
-        words = f"Another master sent {self._foreign - before} frame(s) on the camera bus."
+        words = f"Another master sends on the camera bus ({self._foreign} frames until now)."
         return CycleFault(Trouble.BAD, Alarm.SECOND_MASTER, words)
 
     def _or_the_computer(self, fault: CycleFault, elapsed: int) -> CycleFault:
@@ -312,7 +318,7 @@ class EthercatSource:
 
     def _begin_session(self) -> None:
         """Take up the exposures that a bring-up started."""
-        self._foreign = 0
+        self._foreign = self._foreign_until_ns = 0
         schedule = self._bus.schedule
         self._records = [
             CameraPast(camera.name, layout=layout, mark=layout.mark(camera.serial))

@@ -71,7 +71,11 @@ def _run(arguments: list[str]) -> int:
     try:
         notes = tuple(
             missing
-            for missing in (take_priority(BUS_PRIORITY), lock_memory(), take_processor())
+            for missing in (
+                take_priority(BUS_PRIORITY),
+                lock_memory(),
+                take_processor(config.processor),
+            )
             if missing
         )
         for note in notes:

@@ -25,9 +25,28 @@ def take_priority(priority: int) -> str | None:
     return None
 
 
-def take_processor() -> str | None:
-    """Stay on the last processor, where there are some to spare; return why not."""
+def take_processor(wanted: int | None = None) -> str | None:
+    """Stay on one processor, by default the last one where there are some to spare.
+
+    Parameters
+    ----------
+    wanted
+        Number of the processor, 0 first; None chooses by itself.
+
+    Returns
+    -------
+    str or None
+        Why it stays on none.
+    """
     allowed = sorted(os.sched_getaffinity(0))
+    if wanted is not None:
+        try:
+            # Also one that is isolated, which is not among those that were given.
+            os.sched_setaffinity(0, [wanted])
+        except (OSError, OverflowError):
+            given = ", ".join(map(str, allowed))
+            return f"processor {wanted} cannot be used; the bus process runs on {given}"
+        return None
     if len(allowed) == 1 and (os.cpu_count() or 1) >= _SPARE_PROCESSORS:
         # Whoever started it put it there: `CPUAffinity` of the service, on an isolated processor.
         return None

@@ -107,7 +107,15 @@ if TYPE_CHECKING:
     )
     from ocmm_core.calibration.records._serials import rests_on, same_serial
     from ocmm_core.calibration.records._trends import Course, Sample
-    from ocmm_core.calibration.records._usable import Blocker, CalibrationStatus, judge
+    from ocmm_core.calibration.records._usable import (
+        PRACTICE,
+        Blocker,
+        CalibrationStatus,
+        is_practice,
+        judge,
+        practice_name,
+        require_real_name,
+    )
 else:
     __getattr__ = door(
         __name__,
@@ -139,13 +147,16 @@ else:
         _sealed="canonical load load_named record_hash save seal",
         _serials="rests_on same_serial",
         _trends="Course Sample",
-        _usable="Blocker CalibrationStatus judge",
+        _usable=(
+            "PRACTICE Blocker CalibrationStatus is_practice judge practice_name require_real_name"
+        ),
     )
 
 __all__ = [
     "CHECK_SCHEMA",
     "MONITOR",
     "NAME",
+    "PRACTICE",
     "PROBE_SCHEMA",
     "SCHEMA",
     "TEXT_SCHEMA",
@@ -196,6 +207,7 @@ __all__ = [
     "default_folder",
     "default_probe_folder",
     "entry_of",
+    "is_practice",
     "judge",
     "judgements",
     "let_pass",
@@ -208,10 +220,12 @@ __all__ = [
     "open_probe",
     "open_probe_design",
     "overview",
+    "practice_name",
     "probe_from_records",
     "probe_overview",
     "probe_store_folder",
     "record_hash",
+    "require_real_name",
     "require_record",
     "require_records",
     "rests_on",

@@ -136,6 +136,43 @@ class InUse(ABC, Generic[S, V]):
             raise CalibrationError(code, blocker.what, blocker.remedy)
 
 
+PRACTICE = "PRACTICE"
+"""The word on everything that was made in practice, with a virtual hand.
+
+Who practises signs as ``PRACTICE: name``. The name is in every record, under its hash and in the
+chain of events, and on every paper that comes of it; records need no other field for it, which
+would change the hashes of all that there are.
+"""
+
+
+def practice_name(who: str) -> str:
+    """Return how somebody signs in practice; an empty name stays empty."""
+    who = who.strip()
+    return who if not who or is_practice(who) else f"{PRACTICE}: {who}"
+
+
+def is_practice(made_by: str) -> bool:
+    """Return whether something was made in practice, by who made it."""
+    return made_by.strip().upper().startswith(PRACTICE)
+
+
+def require_real_name(who: str) -> str:
+    """Return a name that does not stand for practice.
+
+    Raises
+    ------
+    InputError
+        It does: what is signed with it is never valid.
+    """
+    if is_practice(who):
+        raise InputError(
+            "record.practice_name",
+            f"A name that begins with {PRACTICE} stands for practice, which counts for nothing.",
+            "Enter your own name in 'Done by'.",
+        )
+    return who
+
+
 def judge(in_use: InUse[S, V], now: datetime) -> V:
     """Return what is to be said at a moment about what a job is measured with.
 

@@ -12,7 +12,7 @@ from rich.table import Table
 from ocmm_core.cli.bus._camera import black_app, history, intrinsics_app, snapshot
 from ocmm_core.cli.bus._options import BusOption, CameraArgument, write_bytes
 from ocmm_core.cli.bus._record import record
-from ocmm_core.cli.terminal import ForceOption, RigOption, make_console
+from ocmm_core.cli.terminal import BusProcessorOption, ForceOption, RigOption, make_console
 from ocmm_core.composition import RECOMMENDED_RIG
 from ocmm_core.errors import BusError, InputError
 
@@ -29,6 +29,8 @@ bus_app.add_typer(intrinsics_app, name="intrinsics")
 bus_app.command()(snapshot)
 bus_app.command()(history)
 bus_app.command()(record)
+
+_STATISTICS = (".json", ".csv")
 
 _AddressArgument = Annotated[
     str, typer.Argument(metavar="INDEX[:SUB]", help="Object, hexadecimal, e.g. 1018:04.")
@@ -153,6 +155,11 @@ def watch(
     out: Annotated[
         Path | None, typer.Option("--out", help="Write the report at the end to this file.")
     ] = None,
+    statistics: Annotated[
+        Path | None,
+        typer.Option("--statistics", help="Counts and histograms of the cycles, .json or .csv."),
+    ] = None,
+    bus_processor: BusProcessorOption = None,
     rig: RigOption = RECOMMENDED_RIG,
     force: ForceOption = False,
 ) -> None:
@@ -163,10 +170,23 @@ def watch(
     """
     from ocmm_core.cli.bus._session import open_bus
     from ocmm_core.cli.bus._watch import watch_bus
+    from ocmm_core.fieldbus.report import statistics_csv, statistics_json
 
     console = make_console()
-    with open_bus(source, rig, force=force, wait=False) as bus:
+    if statistics is not None and statistics.suffix not in _STATISTICS:
+        raise InputError(
+            "bus.statistics",
+            f"'{statistics.name}' is neither .json nor .csv.",
+            "Give a file with one of these endings.",
+        )
+    with open_bus(source, rig, force=force, wait=False, processor=bus_processor) as bus:
         text, in_operation = watch_bus(bus, seconds, every, console)
+        report = bus.report()
+    if statistics is not None:
+        if report is None:
+            raise BusError("bus.statistics", "The bus reported nothing.", "Watch it for longer.")
+        form = statistics_csv if statistics.suffix == ".csv" else statistics_json
+        write_bytes(statistics, form(report))
     if out is not None:
         write_bytes(out, text.encode("utf-8"))
     raise typer.Exit(0 if in_operation else 1)

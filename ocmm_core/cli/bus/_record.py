@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 from contextlib import suppress
 from pathlib import Path
@@ -59,7 +60,7 @@ def record(
             console.print(f"Recording for {seconds:g} s; Ctrl-C ends it.", highlight=False)
             while True:
                 try:
-                    piece = process.stdout.read1(_PIECE)
+                    piece = os.read(process.stdout.fileno(), _PIECE)
                 except KeyboardInterrupt:
                     # It ends by itself when its input ends, and writes the last block.
                     with suppress(OSError):

@@ -88,7 +88,13 @@ def camera_of(rig: Rig, name: str) -> CameraModel:
 
 @contextmanager
 def open_bus(
-    source: str, rig_path: Path, *, camera: str = "", force: bool = False, wait: bool = True
+    source: str,
+    rig_path: Path,
+    *,
+    camera: str = "",
+    force: bool = False,
+    wait: bool = True,
+    processor: int | None = None,
 ) -> Iterator[BusSession]:
     """Bring the bus of a source to operation, for as long as the context lasts.
 
@@ -100,6 +106,8 @@ def open_bus(
         Who will be asked for; checked before anything is started.
     wait
         Without it the context begins when the bus process is started.
+    processor
+        As in `StationRequest`.
 
     Raises
     ------
@@ -113,7 +121,14 @@ def open_bus(
     rig = load_rig(rig_path)
     if camera:
         camera_of(rig, camera)
-    request = StationRequest(plan=DEMO_PLAN, out=Path(), rig=rig_path, source=source, force=force)
+    request = StationRequest(
+        plan=DEMO_PLAN,
+        out=Path(),
+        rig=rig_path,
+        source=source,
+        force=force,
+        bus_processor=processor,
+    )
     feed = make_feed(request, load_plan(DEMO_PLAN), rig)
     try:
         process = feed.acquisition

@@ -16,6 +16,7 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.cli.measure._align import align_command, align_plan_command
+    from ocmm_core.cli.measure._archive_recall import recall_archived
     from ocmm_core.cli.measure._certificate import certificate_app
     from ocmm_core.cli.measure._compare import compare_command
     from ocmm_core.cli.measure._headless import (
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _archive_recall="recall_archived",
         _align="align_command align_plan_command",
         _certificate="certificate_app",
         _compare="compare_command",
@@ -62,6 +64,7 @@ __all__ = [
     "print_states",
     "print_table",
     "print_verdict",
+    "recall_archived",
     "recall_command",
     "record_source",
     "report_command",

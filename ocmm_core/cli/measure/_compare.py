@@ -11,13 +11,24 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import make_console, progress_line
+from ocmm_core.cli.terminal import (
+    SchedulerCaOption,
+    SchedulerCertOption,
+    SchedulerKeyOption,
+    SchedulerOption,
+    UnencryptedOption,
+    WorkersOption,
+    make_console,
+    progress_line,
+    site_of,
+)
 
 if TYPE_CHECKING:
     from ocmm_core.inspection.archive import Trend
 
 
 def compare_command(
+    *,
     jobs: Annotated[
         list[Path], typer.Argument(help="Job files of one plan, in any order.", metavar="JOB...")
     ],
@@ -40,6 +51,12 @@ def compare_command(
         Path | None,
         typer.Option("--pages", help="PDF file: table, charts and signals, on your template."),
     ] = None,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = None,
+    scheduler_ca: SchedulerCaOption = None,
+    scheduler_cert: SchedulerCertOption = None,
+    scheduler_key: SchedulerKeyOption = None,
+    unencrypted: UnencryptedOption = False,
 ) -> None:
     """Compare the jobs of a batch: trend, control chart and Cp / Cpk of every characteristic.
 
@@ -56,8 +73,11 @@ def compare_command(
     from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
 
     console = make_console()
+    site = site_of(
+        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
+    )
     with progress_line() as tell:
-        found = compare_files(jobs, tell, probes, calibrations).about(feature)
+        found = compare_files(jobs, tell, probes, calibrations, site=site).about(feature)
     if found.simulated:
         console.print(f"{SIMULATED}: {NO_REAL_PART}", style="bold yellow", highlight=False)
     for name, words in zip(found.jobs, found.words, strict=True):

@@ -12,7 +12,17 @@ from rich.console import Console
 from rich.table import Table
 
 from ocmm_core.cli.measure._pages import print_pages
-from ocmm_core.cli.terminal import make_console, progress_line
+from ocmm_core.cli.terminal import (
+    SchedulerCaOption,
+    SchedulerCertOption,
+    SchedulerKeyOption,
+    SchedulerOption,
+    UnencryptedOption,
+    WorkersOption,
+    make_console,
+    progress_line,
+    site_of,
+)
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.leftovers import scratch_folder
@@ -73,6 +83,12 @@ def recall_command(
     pdf_file: Annotated[
         Path | None, typer.Option("--pdf", help="Write the recall report to this file.")
     ] = None,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = None,
+    scheduler_ca: SchedulerCaOption = None,
+    scheduler_cert: SchedulerCertOption = None,
+    scheduler_key: SchedulerKeyOption = None,
+    unencrypted: UnencryptedOption = False,
 ) -> None:
     """Recalculate the jobs that are in doubt because their calibration failed later.
 
@@ -80,25 +96,23 @@ def recall_command(
     exclude decides which of both counts. Verdicts CHANGE, HOLD, or CANNOT BE KNOWN. Job files are
     not written to. Ends with 0 where all verdicts hold, else with 1.
     """
-    from ocmm_core.calibration.records import default_folder, seal
+    from ocmm_core.calibration.records import default_folder
     from ocmm_core.inspection.archive import KeptPlaces, Outcome, decide, recall
 
     console = make_console()
+    site = site_of(
+        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
+    )
     folder = calibrations if calibrations is not None else default_folder()
     if artefact is not None or since is not None:
         _let_fall(console, folder, artefact, since, who)
     places = KeptPlaces(tuple(jobs or [_JOBS]), folder, probes)
     with progress_line() as tell:
-        record = recall(places, datetime.now(UTC), tell)
+        record = recall(places, datetime.now(UTC), tell, site=site)
     if who and record.jobs:
         record = decide(record, places, who, datetime.now(UTC))
-    _show(console, record)
-    if json_file is not None:
-        _write(json_file, seal(record))
-        console.print(f"Recall  {json_file}", highlight=False, markup=False)
-    if pdf_file is not None:
-        _print_pages(record, pdf_file)
-        console.print(f"Recall  {pdf_file}", highlight=False, markup=False)
+    show_recall(console, record)
+    write_recall(console, record, json_file, pdf_file)
     if record.count(Outcome.CHANGES) + record.count(Outcome.UNKNOWN) or record.unread:
         raise typer.Exit(1)
 
@@ -133,7 +147,22 @@ def _let_fall(
         console.print(f"Everything based on artefact {artefact} was already invalidated.")
 
 
-def _show(console: Console, record: RecallRecord) -> None:
+def write_recall(
+    console: Console, record: RecallRecord, json_file: Path | None, pdf_file: Path | None
+) -> None:
+    """Write the sealed recall and its pages where they are asked for."""
+    from ocmm_core.calibration.records import seal
+
+    if json_file is not None:
+        _write(json_file, seal(record))
+        console.print(f"Recall  {json_file}", highlight=False, markup=False)
+    if pdf_file is not None:
+        _print_pages(record, pdf_file)
+        console.print(f"Recall  {pdf_file}", highlight=False, markup=False)
+
+
+def show_recall(console: Console, record: RecallRecord) -> None:
+    """Print what a recall found."""
     from ocmm_core.inspection.archive import (
         COLUMNS,
         decided,

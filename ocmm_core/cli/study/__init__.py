@@ -3,7 +3,8 @@
 In: files of points, job files, reference pairs, a probe's design. Out: tables, JSON, SVG plots.
 
 Read `_fit` with `_fit_rows` and `_fit_json`, `_verify_fits`, `_uncertainty`, `_probe` (a probe
-before it is built), `_study` (simulations of a procedure), `_bench` and `_endurance` (speed and
+before it is built), `_study` (simulations of a procedure), `_coverage` (of whole
+measurements), `_bench` and `_endurance` (speed and
 memory of the hot path). It must not know `cli.calibrate`.
 """
 
@@ -15,6 +16,12 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.cli.study._bench import BenchRow, measure_speed, run_bench
+    from ocmm_core.cli.study._coverage import (
+        CoverageOutcome,
+        CoverageSetup,
+        coverage_table,
+        run_coverage,
+    )
     from ocmm_core.cli.study._endurance import print_run, run_for
     from ocmm_core.cli.study._fit import fit_command
     from ocmm_core.cli.study._probe import probe_app
@@ -25,6 +32,7 @@ else:
     __getattr__ = door(
         __name__,
         _bench="BenchRow measure_speed run_bench",
+        _coverage="CoverageOutcome CoverageSetup coverage_table run_coverage",
         _endurance="print_run run_for",
         _fit="fit_command",
         _probe="probe_app",
@@ -35,12 +43,16 @@ else:
 
 __all__ = [
     "BenchRow",
+    "CoverageOutcome",
+    "CoverageSetup",
+    "coverage_table",
     "fit_command",
     "measure_speed",
     "print_run",
     "probe_app",
     "probe_calibration",
     "run_bench",
+    "run_coverage",
     "run_for",
     "study_app",
     "uncertainty_command",

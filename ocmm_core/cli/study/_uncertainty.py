@@ -11,7 +11,17 @@ from rich.console import Console
 from rich.progress import Progress
 from rich.table import Table
 
-from ocmm_core.cli.terminal import make_console
+from ocmm_core.cli.terminal import (
+    SchedulerCaOption,
+    SchedulerCertOption,
+    SchedulerKeyOption,
+    SchedulerOption,
+    UnencryptedOption,
+    WorkersOption,
+    make_console,
+    site_of,
+)
+from ocmm_core.cluster import Site
 from ocmm_core.errors import InputError
 
 if TYPE_CHECKING:
@@ -25,6 +35,7 @@ _BAR = 20
 
 
 def uncertainty_command(
+    *,
     job: Annotated[Path, typer.Argument(help="Job file.", metavar="JOB")],
     only: Annotated[
         str, typer.Option("--only", help="Name of one characteristic; default: all.")
@@ -33,12 +44,18 @@ def uncertainty_command(
         bool, typer.Option("--monte-carlo", help="Also run Monte Carlo and compare.")
     ] = False,
     trials: Annotated[
-        int, typer.Option("--trials", min=10_000, max=10_000_000, help="Maximum number of trials.")
+        int, typer.Option("--trials", min=10_000, max=100_000_000, help="Maximum number of trials.")
     ] = 1_000_000,
     digits: Annotated[
         int, typer.Option("--digits", min=1, max=2, help="Significant digits required for u.")
     ] = 2,
     seed: Annotated[int, typer.Option("--seed", min=0, help="Of the simulation.")] = 1,
+    scheduler: SchedulerOption = "",
+    workers: WorkersOption = None,
+    scheduler_ca: SchedulerCaOption = None,
+    scheduler_cert: SchedulerCertOption = None,
+    scheduler_key: SchedulerKeyOption = None,
+    unencrypted: UnencryptedOption = False,
 ) -> None:
     """Show the uncertainty budget of every result of a job.
 
@@ -50,6 +67,9 @@ def uncertainty_command(
     from ocmm_core.tolerances.monte_carlo import MonteCarloOptions
 
     console = make_console()
+    site = site_of(
+        scheduler, workers, (scheduler_ca, scheduler_cert, scheduler_key), unencrypted=unencrypted
+    )
     opened = reopen_job(job)
     print_states(console, opened.view)
     found = job_uncertainty(
@@ -71,7 +91,7 @@ def uncertainty_command(
         for task in found.tasks:
             wanted = _only(task, asked)
             if wanted.characteristics:
-                _print_simulation(console, _simulated(console, wanted, options))
+                _print_simulation(console, _simulated(console, wanted, options, site))
 
 
 def _print_budget(
@@ -133,14 +153,20 @@ def _only(task: Task, names: list[str]) -> Task:
     return task.only(kept)
 
 
-def _simulated(console: Console, task: Task, options: MonteCarloOptions) -> MonteCarloReport:
-    from ocmm_core.tolerances.monte_carlo import simulate_elsewhere
+def _simulated(
+    console: Console, task: Task, options: MonteCarloOptions, site: Site
+) -> MonteCarloReport:
+    from ocmm_core.tolerances.monte_carlo import simulate, simulate_elsewhere
 
     with Progress(console=console, transient=True) as progress:
         bar = progress.add_task("Monte Carlo", total=1.0)
-        return simulate_elsewhere(
-            task, options, lambda what, share: progress.update(bar, completed=share)
-        )
+
+        def tell(what: str, share: float) -> None:
+            progress.update(bar, completed=share)
+
+        if site.scheduler or site.workers is not None:
+            return simulate(task, options, tell, site=site)
+        return simulate_elsewhere(task, options, tell)
 
 
 def _print_simulation(console: Console, report: MonteCarloReport) -> None:

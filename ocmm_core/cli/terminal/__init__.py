@@ -3,8 +3,8 @@
 In: texts, tables, arrays of pixels, points. Out: a terminal that copes with pipes, PNG, PGM, SVG.
 
 Read `_console` and `_shown` (how anything is printed) and `_options` (options that several commands
-have), then `_pictures` (16 bit images), `_svg` and `_svg_maps` (small plots without a plotting
-library).
+have; `_cluster_options` those that say where is computed), then `_pictures` (16 bit images), `_svg`
+and `_svg_maps` (small plots without a plotting library).
 It must not know any command.
 """
 
@@ -15,6 +15,15 @@ from typing import TYPE_CHECKING
 from ocmm_core.door import door
 
 if TYPE_CHECKING:
+    from ocmm_core.cli.terminal._cluster_options import (
+        SchedulerCaOption,
+        SchedulerCertOption,
+        SchedulerKeyOption,
+        SchedulerOption,
+        UnencryptedOption,
+        WorkersOption,
+        site_of,
+    )
     from ocmm_core.cli.terminal._console import (
         _WIDE,
         PlainConsole,
@@ -22,6 +31,7 @@ if TYPE_CHECKING:
         progress_line,
     )
     from ocmm_core.cli.terminal._options import (
+        BusProcessorOption,
         CalibrationsOption,
         CheckAfterOption,
         CompensatePartOption,
@@ -58,9 +68,14 @@ if TYPE_CHECKING:
 else:
     __getattr__ = door(
         __name__,
+        _cluster_options=(
+            "SchedulerCaOption SchedulerCertOption SchedulerKeyOption SchedulerOption "
+            "UnencryptedOption WorkersOption site_of"
+        ),
         _console="_WIDE PlainConsole make_console progress_line",
         _options=(
-            "CalibrationsOption CheckAfterOption CompensatePartOption CompensateProbeOption "
+            "BusProcessorOption CalibrationsOption CheckAfterOption CompensatePartOption "
+            "CompensateProbeOption "
             "ForceOption IncompleteOption OutOption PartExpansionOption PartOption "
             "PartTemperatureOption PlanOption ProbeDesignOption ProbeOption "
             "ProbeTemperatureOption ProbesOption ReferenceOption RigOption SeedOption "
@@ -75,6 +90,7 @@ else:
 
 __all__ = [
     "_WIDE",
+    "BusProcessorOption",
     "CalibrationsOption",
     "CheckAfterOption",
     "CompensatePartOption",
@@ -93,6 +109,10 @@ __all__ = [
     "ProbesOption",
     "ReferenceOption",
     "RigOption",
+    "SchedulerCaOption",
+    "SchedulerCertOption",
+    "SchedulerKeyOption",
+    "SchedulerOption",
     "SeedOption",
     "SourceOption",
     "SpeedOption",
@@ -104,6 +124,8 @@ __all__ = [
     "TemperatureSigmaOption",
     "TipOption",
     "UncalibratedOption",
+    "UnencryptedOption",
+    "WorkersOption",
     "bending",
     "encoder_for",
     "histogram",
@@ -114,5 +136,6 @@ __all__ = [
     "points_in_space",
     "progress_line",
     "shown",
+    "site_of",
     "tip_map",
 ]

@@ -40,6 +40,14 @@ ForceOption = Annotated[
     bool,
     typer.Option("--force", help="Use a network interface although the computer itself uses it."),
 ]
+BusProcessorOption = Annotated[
+    int | None,
+    typer.Option(
+        "--bus-processor",
+        min=0,
+        help="Processor that the camera bus stays on, 0 first. Default: the last of four or more.",
+    ),
+]
 CalibrationsOption = Annotated[
     Path | None,
     typer.Option(

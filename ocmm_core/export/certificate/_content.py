@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Literal, TypeVar
 
-from ocmm_core.calibration.records import ArtefactUse
+from ocmm_core.calibration.records import PRACTICE, ArtefactUse, is_practice
 from ocmm_core.export.report import Paper
 from ocmm_core.fieldbus.described import UNPROVEN_CAMERAS
 
@@ -19,6 +19,7 @@ STATUS_WORDS: dict[Status, str] = {
     "afterAdjustment": "after adjustment",
 }
 
+PRACTICE_WORDS = f"{PRACTICE}: made with a virtual hand on the virtual rig; valid for nothing."
 SIMULATED_WORDS = "SIMULATED: the virtual rig was tested, no real machine."
 
 K = 2.0
@@ -223,9 +224,10 @@ class Certificate:
     @property
     def states(self) -> tuple[str, ...]:
         """Return what the paper must not be taken for, a sentence each."""
+        practised = self.title.startswith(PRACTICE)
         unproven = (f"{UNPROVEN_CAMERAS}: {' '.join(self.camera_doubts)}",)
         return (
-            *((SIMULATED_WORDS,) if self.simulated else ()),
+            *((PRACTICE_WORDS if practised else SIMULATED_WORDS,) if self.simulated else ()),
             *(unproven if self.camera_doubts else ()),
         )
 
@@ -238,6 +240,13 @@ class Certificate:
     def passed(self) -> bool:
         """Return the verdict on the item as it is now."""
         return self.final is not None and self.final.passed
+
+
+def marked(paper: Certificate, *made_by: str) -> Certificate:
+    """Return a paper that says PRACTICE in its title where one of its records was practised."""
+    if not any(map(is_practice, made_by)):
+        return paper
+    return replace(paper, title=f"{PRACTICE}: {paper.title}", simulated=True)
 
 
 def once(items: Sequence[T]) -> tuple[T, ...]:

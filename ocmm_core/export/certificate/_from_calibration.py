@@ -25,6 +25,7 @@ from ocmm_core.export.certificate._content import (
     CertificateRun,
     CertificateValue,
     K,
+    marked,
     once,
 )
 from ocmm_core.export.certificate._run import calibration_in, verification_run
@@ -75,7 +76,7 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         *(verification_run(one, "beforeAdjustment") for one in found),
         *(verification_run(one, "afterAdjustment") for one in after),
     )
-    return Certificate(
+    made_paper = Certificate(
         title="Calibration record",
         number=f"C-{own[:_NUMBER_DIGITS]}",
         item=f"Cameras of rig {record.rig}",
@@ -86,7 +87,8 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         ),
         method=_METHODS[record.method],
         norms=("thesis of the method, 1.2.3 and 3.1", "verified as modelled on VDI/VDE 2634 part 1")
-        if runs else ("thesis of the method, 1.2.3 and 3.1",),
+        if runs
+        else ("thesis of the method, 1.2.3 and 3.1",),
         software=record.software,
         runs=runs,
         values=(*_figures(record), *_parameters(record)),
@@ -102,10 +104,11 @@ def certificate_of_calibration(store: CalibrationStore, paper: Paper) -> Certifi
         camera_doubts=doubts_by_name(record.cameras[0].device) if record.cameras else (),
         climate=tuple(_climate(record)),
         not_found=_not_found(record, runs),
-        not_after="" if after else (
-            "the calibration was not verified; it must not be measured with until it is"
-        ),
-    )  # fmt: skip
+        not_after=""
+        if after
+        else ("the calibration was not verified; it must not be measured with until it is"),
+    )
+    return marked(made_paper, record.made_by)  # fmt: skip
 
 
 def _not_found(record: CameraRecord, runs: Sequence[CertificateRun]) -> str:

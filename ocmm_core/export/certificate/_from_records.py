@@ -19,6 +19,7 @@ from ocmm_core.export.certificate._content import (
     CertificateRun,
     CertificateValue,
     K,
+    marked,
     once,
 )
 from ocmm_core.export.certificate._from_acceptance import (
@@ -114,7 +115,7 @@ def _of_cameras(
     digest = record_hash(last)
     low, high = (" ".join(f"{x:g}" for x in corner) for corner in
                  (record.volume_min, record.volume_max))  # fmt: skip
-    return Certificate(
+    made_paper = Certificate(
         title="Verification record",
         number=f"V-{digest[:_NUMBER_DIGITS]}",
         item=f"Cameras of rig {record.rig}",
@@ -139,6 +140,7 @@ def _of_cameras(
         paper=paper,
         camera_doubts=doubts_by_name(record.cameras[0].device) if record.cameras else (),
     )
+    return marked(made_paper, record.made_by, last.made_by)
 
 
 def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate:
@@ -169,7 +171,7 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         record=digest,
         data_sha256=found.data_sha256,
     )
-    return Certificate(
+    made_paper = Certificate(
         title="Test report (in-house): qualification of a tip",
         number=f"T-{digest[:_NUMBER_DIGITS]}",
         item=f"Probe {found.probe}, tip {found.tip}",
@@ -184,7 +186,9 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         runs=(run,),
         values=(
             CertificateValue(
-                "Effective diameter of the ball", found.diameter_mm, _MM,
+                "Effective diameter of the ball",
+                found.diameter_mm,
+                _MM,
                 K * found.diameter_sigma_mm,
             ),
             CertificateValue("Form of the sphere (P_Form)", found.form_mm, _MM),
@@ -200,4 +204,5 @@ def certificate_of_tip(store: ProbeStore, tip: str, paper: Paper) -> Certificate
         previous="",
         paper=paper,
         camera_doubts=found.camera_doubts or (),
-    )  # fmt: skip
+    )
+    return marked(made_paper, found.made_by)  # fmt: skip

@@ -4,10 +4,10 @@ In: a line with one camera that nobody else uses, and a firmware file of its mak
 with a verdict a rule, the times that were measured, and one verdict over the camera.
 
 Read `_run` (the order of the rules) with `_rule`, `_findings` (what a rule finds, the report) and
-`_page` (text and HTML). `_bench` is the camera on its `_line`, `_sdo_talk` asks for objects with
-every freedom to ask wrongly. The rules are `_rules_eeprom`, `_rules_states`, `_rules_objects`,
-`_rules_mailbox`, `_rules_frames`, `_rules_clock`, `_rules_errors`, `_rules_services` and
-`_rules_firmware`.
+`_page` (text and HTML). `_bench` is the camera on its `_line`, with `_exchanges` and `_mail_line`;
+`_sdo_talk` asks for objects with every freedom to ask wrongly. The rules are `_rules_eeprom`,
+`_rules_states`, `_rules_objects`, `_rules_mailbox`, `_rules_frames`, `_rules_clock`,
+`_rules_errors`, `_rules_services` and `_rules_firmware`.
 It must not know bring-up or supervision, nor the software camera.
 """
 

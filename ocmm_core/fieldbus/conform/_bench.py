@@ -1,31 +1,32 @@
-"""The camera under test on its line: registers, states, mailboxes, cycles, and their times."""
+"""The camera under test on its line: registers, states and cycles, each with its time."""
 
 from __future__ import annotations
 
 import struct
 from collections.abc import Sequence
-from dataclasses import dataclass
 
+from ocmm_core.fieldbus.conform._exchanges import (
+    BOOT,
+    BOOT_LIMIT_NS,
+    ERROR,
+    FIRST_LIMIT_NS,
+    INIT,
+    MS,
+    NAMES,
+    OP,
+    PREOP,
+    SAFEOP,
+    STATE_LIMIT_NS,
+    STATE_TIME,
+    Cycle,
+    Status,
+)
 from ocmm_core.fieldbus.conform._findings import Findings, NotAsDescribedError
 from ocmm_core.fieldbus.conform._line import ConformLine
-from ocmm_core.fieldbus.conform._sdo_talk import (
-    COE,
-    EMERGENCY,
-    REQUEST,
-    Refusal,
-    download,
-    mailbox,
-    parts,
-    upload,
-)
+from ocmm_core.fieldbus.conform._mail_line import MailLine
 from ocmm_core.fieldbus.device import (
-    FRAME_DTYPE,
-    HEADER_STRUCT,
     INPUT_DTYPE,
     INPUT_START,
-    MAILBOX_BYTES,
-    MAILBOX_IN_START,
-    MAILBOX_OUT_START,
     NEWEST_LAYOUT,
     OUTPUT_START,
     OUTPUT_STRUCT,
@@ -34,21 +35,10 @@ from ocmm_core.fieldbus.device import (
     SYNC1_NS,
     SYNC_MANAGERS,
     DictionaryObject,
-    Header,
     object_dictionary,
 )
 from ocmm_core.fieldbus.wire import Command, Datagram, read_words
 
-INIT, PREOP, BOOT, SAFEOP, OP = 1, 2, 3, 4, 8
-ERROR = 0x10
-NAMES = {INIT: "INIT", PREOP: "PREOP", BOOT: "BOOT", SAFEOP: "SAFEOP", OP: "OP"}
-MS = 1_000_000
-SDO_LIMIT_NS, STATE_LIMIT_NS, BACK_LIMIT_NS = 80 * MS, 1000 * MS, 500 * MS
-FIRST_LIMIT_NS, BOOT_LIMIT_NS, ERASE_LIMIT_NS, PACKET_LIMIT_NS = (
-    60 * MS, 5000 * MS, 10_000 * MS, 2000 * MS,
-)  # fmt: skip
-"""Deadlines of the page about the objects, ns."""
-SDO_TIME, STATE_TIME = "Answer to an SDO request", "Change of state"
 _AL_CONTROL, _AL_STATUS = 0x0120, 0x0130
 _SM, _FMMU, _SYNC = 0x0800, 0x0600, 0x0980
 _LOGICAL = 0x0001_0000
@@ -57,49 +47,6 @@ _POLL_S = 0.0005
 _BEGIN_NS = 5 * MS
 """So long after it was programmed the first exposure begins."""
 _FULL = 0x08
-
-
-@dataclass(frozen=True, slots=True)
-class Status:
-    """What a camera says of its state: with the error bit, and the AL status code."""
-
-    state: int
-    code: int
-
-    def __str__(self) -> str:
-        name = NAMES.get(self.state & 0x0F, f"{self.state:#x}")
-        return f"{name}{' with error' if self.state & ERROR else ''} (code {self.code:#06x})"
-
-
-@dataclass(frozen=True, slots=True)
-class Cycle:
-    """One exchange of process data.
-
-    Attributes
-    ----------
-    working_counter
-        Of the logical datagram.
-    content
-        The inputs, header and frames.
-    header
-        Decoded.
-    system_ns
-        Bus time of the camera when the frame passed it.
-    sent_ns, came_ns
-        Line time before and after.
-    """
-
-    working_counter: int
-    content: bytes
-    header: Header
-    system_ns: int
-    sent_ns: int
-    came_ns: int
-
-    def frame(self, number: int) -> bytes:
-        """Return one frame of the block as bytes."""
-        begin = HEADER_STRUCT.size + number * FRAME_DTYPE.itemsize
-        return self.content[begin : begin + FRAME_DTYPE.itemsize]
 
 
 class Bench:
@@ -113,6 +60,13 @@ class Bench:
         Position of the camera, 0 first.
     firmware
         A firmware file that the maker signed, for the whole update; empty: none.
+
+    Attributes
+    ----------
+    mail
+        Its mailboxes.
+    feeding
+        Exchange process data whenever something is waited for.
     """
 
     def __init__(self, line: ConformLine, place: int, firmware: bytes = b"") -> None:
@@ -121,15 +75,16 @@ class Bench:
         self.findings = Findings({})
         self.serial = 0
         self.sync0_start = 0
-        self.emergencies: list[tuple[int, int, bytes]] = []
         self.place = place
         self._eeprom = b""
         self._target = -place & 0xFFFF
-        self._counter = 0
-        self.reply_counters: list[int] = []
         self.feeding = False
         self._seen: int | None = None
         self._heartbeat = 0
+        self.mail = MailLine(line, self.get, self.put, self.feed, self._timed)
+
+    def _timed(self, name: str, time_ns: int, limit_ns: int) -> None:
+        self.findings.timed(name, time_ns, limit_ns)
 
     @property
     def objects(self) -> dict[int, DictionaryObject]:
@@ -266,98 +221,6 @@ class Bench:
             raise NotAsDescribedError(
                 f"The camera does not go to {NAMES[wanted]}: it is in {status}."
             )
-
-    # Mailboxes
-
-    def post(self, content: bytes) -> bool:
-        """Write a mailbox; say whether the camera took it."""
-        for _ in range(5):
-            if self.put(MAILBOX_OUT_START, content.ljust(MAILBOX_BYTES, b"\x00")):
-                return True
-            self.line.sleep(_POLL_S)
-        return False
-
-    def fetch(self, limit_ns: int) -> bytes | None:
-        """Return the next mailbox of the camera, or None where none comes in time."""
-        deadline = self.line.now_ns() + limit_ns
-        while True:
-            self.feed()
-            if self.number(_SM + 8 + 5, 1) & _FULL:
-                content = self.get(MAILBOX_IN_START, MAILBOX_BYTES)
-                self.reply_counters.append(content[5] >> 4 & 7)
-                return content
-            if self.line.now_ns() > deadline:
-                return None
-            self.line.sleep(_POLL_S)
-
-    def talk(self, kind: int, content: bytes, limit_ns: int = 2 * SDO_LIMIT_NS) -> bytes | None:
-        """Send the content of a mailbox; return the one that answers, emergencies put aside."""
-        self.drain()
-        if not self.post(mailbox(kind, content, self.next_counter())):
-            raise NotAsDescribedError("The camera does not take a mailbox.")
-        while (answer := self.fetch(limit_ns)) is not None:
-            if not self._is_emergency(answer):
-                return answer
-        return None
-
-    def drain(self, wait_ns: int = 0) -> None:
-        """Take what waits in the camera's mailbox."""
-        while (answer := self.fetch(wait_ns)) is not None:
-            self._is_emergency(answer)
-
-    def next_counter(self) -> int:
-        """Return the mailbox counter that is due."""
-        self._counter = self._counter % 7 + 1
-        return self._counter
-
-    def sdo(self, body: bytes) -> bytes:
-        """Send an SDO request; return the answering mailbox and note how long it took."""
-        before = self.line.now_ns()
-        answer = self.talk(COE, struct.pack("<H", REQUEST << 12) + body)
-        if answer is None:
-            raise NotAsDescribedError(
-                f"The SDO request {body[:4].hex(' ')} is not answered within "
-                f"{2 * SDO_LIMIT_NS // MS} ms."
-            )
-        self.findings.timed(SDO_TIME, self.line.now_ns() - before, SDO_LIMIT_NS)
-        return answer
-
-    def read(self, index: int, sub: int, *, complete: bool = False) -> bytes | Refusal:
-        """Read an entry."""
-        return upload(self.sdo, index, sub, complete=complete)
-
-    def write(
-        self, index: int, sub: int, value: bytes, *, complete: bool = False
-    ) -> Refusal | None:
-        """Write an entry; return why it was refused."""
-        return download(self.sdo, index, sub, value, complete=complete)
-
-    def value(self, index: int, sub: int = 0) -> bytes:
-        """Read an entry that must be there."""
-        found = self.read(index, sub)
-        if isinstance(found, Refusal):
-            raise NotAsDescribedError(f"{index:#06x}:{sub:02X} is {found}.")
-        return found
-
-    def count(self, index: int, sub: int) -> int:
-        """Read a number that must be there."""
-        return int.from_bytes(self.value(index, sub), "little")
-
-    def set(self, index: int, sub: int, value: bytes) -> None:
-        """Write an entry that must be taken."""
-        refused = self.write(index, sub, value)
-        if refused is not None:
-            raise NotAsDescribedError(
-                f"Writing {value[:8].hex(' ')} to {index:#06x}:{sub:02X} is {refused}."
-            )
-
-    def _is_emergency(self, content: bytes) -> bool:
-        kind, _counter, body = parts(content)
-        if kind != COE or len(body) < 10 or body[1] >> 4 != EMERGENCY:
-            return False
-        code, register = struct.unpack_from("<HB", body, 2)
-        self.emergencies.append((code, register, body[5:10]))
-        return True
 
     # Process data
 

@@ -11,7 +11,6 @@ import numpy as np
 
 from ocmm_core.errors import BusError
 
-FORMAT = "ocmm.conformance/1"
 _BINS = 24
 
 
@@ -127,7 +126,7 @@ class ConformanceReport(msgspec.Struct, frozen=True, kw_only=True):
         What was found.
     """
 
-    format: Literal["ocmm.conformance/1"] = FORMAT
+    format: Literal["ocmm.conformance/1"] = "ocmm.conformance/1"
     serial: int
     alias: int
     vendor: int

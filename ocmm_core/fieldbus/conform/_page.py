@@ -39,6 +39,9 @@ svg { display: block; width: 100%; height: 3.2em; } rect { fill: #3b6ea5; }
 """
 
 
+_HEAD = "<tr><th>Verdict</th><th>Rule</th><th>What must hold</th><th class=n>Checked</th></tr>"
+
+
 def conformance_text(report: ConformanceReport) -> str:
     """Return the report as lines of text."""
     lines = [
@@ -66,7 +69,7 @@ def conformance_page(report: ConformanceReport) -> str:
     title = f"Conformance: camera {report.serial}"
     rows = []
     for section, results in groupby(report.results, key=lambda each: each.section):
-        rows.append(f"<h2>{escape(section)}</h2><table>")
+        rows.append(f"<h2>{escape(section)}</h2><table>{_HEAD}")
         rows += [_rule_row(each) for each in results]
         rows.append("</table>")
     outcome = report.outcome.value

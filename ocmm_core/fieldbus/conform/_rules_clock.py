@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 import struct
 
-from ocmm_core.fieldbus.conform._bench import INIT, MS, OP, PREOP, SAFEOP, Bench
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import INIT, MS, OP, PREOP, SAFEOP
 from ocmm_core.fieldbus.conform._findings import Findings
 from ocmm_core.fieldbus.conform._rule import Rule
 from ocmm_core.fieldbus.device import CONFIGURATION, INPUT_SYNC, OUTPUT_SYNC, SYNC0_NS, CameraStatus
@@ -103,20 +104,20 @@ def free_running(bench: Bench, see: Findings) -> None:
     """Start without SYNC0, and look at what the camera says of its mode."""
     bench.again(PREOP)
     bench.program_clock(0)
-    before = bench.value(CONFIGURATION, 1)
-    bench.set(CONFIGURATION, 1, struct.pack("<I", _FREE_PERIOD_NS))
+    before = bench.mail.value(CONFIGURATION, 1)
+    bench.mail.set(CONFIGURATION, 1, struct.pack("<I", _FREE_PERIOD_NS))
     for index in (OUTPUT_SYNC, INPUT_SYNC):
-        see.equal(f"{index:#06x}:01 without SYNC0", bench.count(index, 1), 0)
+        see.equal(f"{index:#06x}:01 without SYNC0", bench.mail.count(index, 1), 0)
     found = bench.streaming(sync0_ns=0)
     see.equal("period_ns without SYNC0", found.header.period_ns, _FREE_PERIOD_NS)
     see.expect(not found.header.status & CameraStatus.SYNCHRONISED, "Status bit 1 is set.")
     bench.go(PREOP)
-    bench.set(CONFIGURATION, 1, before)
+    bench.mail.set(CONFIGURATION, 1, before)
     bench.streaming()
     bench.feeding = True
     for index in (OUTPUT_SYNC, INPUT_SYNC):
-        see.equal(f"{index:#06x}:01 with SYNC0", bench.count(index, 1), 2)
-        see.equal(f"{index:#06x}:20 (sync error)", bench.count(index, 0x20), 0)
+        see.equal(f"{index:#06x}:01 with SYNC0", bench.mail.count(index, 1), 2)
+        see.equal(f"{index:#06x}:20 (sync error)", bench.mail.count(index, 0x20), 0)
     bench.feeding = False
     bench.go(INIT)
 

@@ -4,16 +4,8 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_core.fieldbus.conform._bench import (
-    BACK_LIMIT_NS,
-    ERROR,
-    INIT,
-    MS,
-    OP,
-    PREOP,
-    SAFEOP,
-    Bench,
-)
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import BACK_LIMIT_NS, ERROR, INIT, MS, OP, PREOP, SAFEOP
 from ocmm_core.fieldbus.conform._findings import Findings
 from ocmm_core.fieldbus.conform._rule import Rule
 from ocmm_core.fieldbus.conform._rules_objects import VALUE
@@ -84,28 +76,28 @@ def frames_go_on(bench: Bench, see: Findings) -> None:
 def told(bench: Bench, see: Findings) -> None:
     """Look at what is told of a watchdog event: emergency, register, history, counters, status."""
     bench.again(PREOP)
-    bench.set(HISTORY, _FLAGS, b"\x01\x00")
+    bench.mail.set(HISTORY, _FLAGS, b"\x01\x00")
     bench.streaming()
     bench.feeding = True
-    bench.set(HISTORY, _ACKNOWLEDGED, b"\x00")
-    events, sent = bench.count(COUNTERS, 2), bench.count(COUNTERS, 6)
-    bench.drain()
-    bench.emergencies.clear()
+    bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
+    events, sent = bench.mail.count(COUNTERS, 2), bench.mail.count(COUNTERS, 6)
+    bench.mail.drain()
+    bench.mail.emergencies.clear()
     _end_operation(bench)
-    bench.drain(20 * MS)
-    codes = [code for code, _register, _data in bench.emergencies]
+    bench.mail.drain(20 * MS)
+    codes = [code for code, _register, _data in bench.mail.emergencies]
     see.expect(
         codes == [ErrorCode.WATCHDOG],
         f"The emergencies are {[hex(code) for code in codes]}, must be 0x8130.",
     )
-    for _code, register, _data in bench.emergencies[:1]:
+    for _code, register, _data in bench.mail.emergencies[:1]:
         _communication(see, "The error register of the emergency", register)
-    _communication(see, "0x1001", bench.count(ERROR_REGISTER, 0))
-    see.equal("0xA000:02", bench.count(COUNTERS, 2), events + 1)
-    see.equal("0xA000:06", bench.count(COUNTERS, 6), sent + 1)
-    newest = bench.count(HISTORY, _NEWEST)
+    _communication(see, "0x1001", bench.mail.count(ERROR_REGISTER, 0))
+    see.equal("0xA000:02", bench.mail.count(COUNTERS, 2), events + 1)
+    see.equal("0xA000:06", bench.mail.count(COUNTERS, 6), sent + 1)
+    newest = bench.mail.count(HISTORY, _NEWEST)
     see.equal("The newest message", newest, HISTORY_FIRST)
-    see.equal("New messages available", bench.count(HISTORY, _NEW), 1)
+    see.equal("New messages available", bench.mail.count(HISTORY, _NEW), 1)
     _message(bench, see, newest, ErrorCode.WATCHDOG, 0x0202)
     status = bench.cycle().header.status
     see.expect(bool(status & CameraStatus.DIAGNOSIS), "Status bit 4 is clear.")
@@ -114,25 +106,27 @@ def told(bench: Bench, see: Findings) -> None:
     see.timed("Way back from SAFEOP to OP", bench.line.now_ns() - before, BACK_LIMIT_NS)
     see.equal("The state after the acknowledgement", status_now.state, OP)
     bench.feeding = True
-    bench.drain(20 * MS)
-    codes = [code for code, _register, _data in bench.emergencies]
+    bench.mail.drain(20 * MS)
+    codes = [code for code, _register, _data in bench.mail.emergencies]
     see.expect(codes[-1:] == [ErrorCode.RESET], "The end of the error is not told (0x0000).")
-    see.equal("0x1001 when the error is over", bench.count(ERROR_REGISTER, 0), 0)
-    newest = bench.count(HISTORY, _NEWEST)
+    see.equal("0x1001 when the error is over", bench.mail.count(ERROR_REGISTER, 0), 0)
+    newest = bench.mail.count(HISTORY, _NEWEST)
     see.equal("The newest message when it is over", newest, HISTORY_FIRST + 1)
     _message(bench, see, newest, ErrorCode.RESET, 0x0200)
     see.expect(
-        isinstance(refused := bench.write(HISTORY, _ACKNOWLEDGED, bytes([newest + 1])), Refusal)
+        isinstance(
+            refused := bench.mail.write(HISTORY, _ACKNOWLEDGED, bytes([newest + 1])), Refusal
+        )
         and refused.code == VALUE,
         "A message that is not there can be acknowledged.",
     )
-    bench.set(HISTORY, _ACKNOWLEDGED, bytes([newest]))
-    see.equal("New messages available when acknowledged", bench.count(HISTORY, _NEW), 0)
+    bench.mail.set(HISTORY, _ACKNOWLEDGED, bytes([newest]))
+    see.equal("New messages available when acknowledged", bench.mail.count(HISTORY, _NEW), 0)
     status = bench.cycle().header.status
     see.expect(not status & CameraStatus.DIAGNOSIS, "Status bit 4 is set.")
-    bench.set(HISTORY, _ACKNOWLEDGED, b"\x00")
-    see.equal("The newest message when cleared", bench.count(HISTORY, _NEWEST), 0)
-    see.equal("A message when cleared", bench.value(HISTORY, HISTORY_FIRST), b"")
+    bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
+    see.equal("The newest message when cleared", bench.mail.count(HISTORY, _NEWEST), 0)
+    see.equal("A message when cleared", bench.mail.value(HISTORY, HISTORY_FIRST), b"")
     bench.feeding = False
     bench.go(INIT)
 
@@ -140,7 +134,7 @@ def told(bench: Bench, see: Findings) -> None:
 def history(bench: Bench, see: Findings) -> None:
     """Fill the history: the oldest message gives way. Then have none sent."""
     bench.again(PREOP)
-    bench.set(HISTORY, _ACKNOWLEDGED, b"\x00")
+    bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
     bench.streaming()
     bench.put(_WATCHDOG_TIME, struct.pack("<H", 50))
     rounds = HISTORY_MESSAGES // 2 + 1
@@ -148,27 +142,29 @@ def history(bench: Bench, see: Findings) -> None:
         bench.cycle()
         _fall(bench, 5 * MS)
         bench.cycle()
-        bench.drain()
+        bench.mail.drain()
         bench.ask_state(OP, acknowledge=True)
         bench.cycle()
     # Each round told an error and its end.
     place = HISTORY_FIRST + (2 * rounds - 1) % HISTORY_MESSAGES
-    see.equal("The newest message after the history ran over", bench.count(HISTORY, _NEWEST), place)
-    see.equal("0x10F3:01", bench.count(HISTORY, 1), HISTORY_MESSAGES)
+    see.equal(
+        "The newest message after the history ran over", bench.mail.count(HISTORY, _NEWEST), place
+    )
+    see.equal("0x10F3:01", bench.mail.count(HISTORY, 1), HISTORY_MESSAGES)
     bench.again(PREOP)
-    bench.set(HISTORY, _FLAGS, b"\x00\x00")
+    bench.mail.set(HISTORY, _FLAGS, b"\x00\x00")
     bench.streaming()
     bench.put(_WATCHDOG_TIME, struct.pack("<H", 50))
-    bench.drain()
-    bench.emergencies.clear()
+    bench.mail.drain()
+    bench.mail.emergencies.clear()
     bench.cycle()
     _fall(bench, 5 * MS)
-    bench.drain(20 * MS)
-    see.expect(not bench.emergencies, "An emergency is sent although 0x10F3:05 is 0.")
+    bench.mail.drain(20 * MS)
+    see.expect(not bench.mail.emergencies, "An emergency is sent although 0x10F3:05 is 0.")
     bench.put(_WATCHDOG_TIME, struct.pack("<H", 1000))
     bench.go(PREOP)
-    bench.set(HISTORY, _FLAGS, b"\x01\x00")
-    bench.set(HISTORY, _ACKNOWLEDGED, b"\x00")
+    bench.mail.set(HISTORY, _FLAGS, b"\x01\x00")
+    bench.mail.set(HISTORY, _ACKNOWLEDGED, b"\x00")
     bench.go(INIT)
 
 
@@ -194,7 +190,7 @@ def _communication(see: Findings, what: str, register: int) -> None:
 
 
 def _message(bench: Bench, see: Findings, place: int, code: int, flags: int) -> None:
-    content = bench.value(HISTORY, place)
+    content = bench.mail.value(HISTORY, place)
     if not see.equal("The length of a message", len(content), _MESSAGE.size):
         return
     kind, found, found_flags, text, time_ns, usint, _register, octets, _data = _MESSAGE.unpack(

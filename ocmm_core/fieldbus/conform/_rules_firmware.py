@@ -4,14 +4,8 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_core.fieldbus.conform._bench import (
-    BOOT,
-    ERASE_LIMIT_NS,
-    INIT,
-    PACKET_LIMIT_NS,
-    PREOP,
-    Bench,
-)
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import BOOT, ERASE_LIMIT_NS, INIT, PACKET_LIMIT_NS, PREOP
 from ocmm_core.fieldbus.conform._findings import Findings, NotAsDescribedError, NotTestedError
 from ocmm_core.fieldbus.conform._rule import Rule
 from ocmm_core.fieldbus.conform._sdo_talk import FOE, parts
@@ -47,7 +41,7 @@ def refusals(bench: Bench, see: Findings) -> None:
 def wrong_files(bench: Bench, see: Findings) -> None:
     """Send files that are no firmware of this camera; the old one goes on running."""
     bench.go(PREOP)
-    before = bench.value(_VERSION)
+    before = bench.mail.value(_VERSION)
     files: list[tuple[str, bytes]] = [("bytes of nothing", bytes(1000)), ("an empty file", b"")]
     if bench.firmware:
         changed, other = bytearray(bench.firmware), bytearray(bench.firmware)
@@ -66,14 +60,14 @@ def wrong_files(bench: Bench, see: Findings) -> None:
         see.equal(f"The answer to {what}", answer, (_ERROR, _WRONG))
         bench.go(INIT)
         bench.go(PREOP)
-        see.equal(f"The firmware after {what}", bench.value(_VERSION), before)
+        see.equal(f"The firmware after {what}", bench.mail.value(_VERSION), before)
     bench.go(INIT)
 
 
 def interrupted(bench: Bench, see: Findings) -> None:
     """Break an update off in the middle, and begin another one in the middle of one."""
     bench.go(PREOP)
-    before = bench.value(_VERSION)
+    before = bench.mail.value(_VERSION)
     content = bench.firmware or bytes(20 * _ROOM)
     bench.go(BOOT)
     _begin(bench, see)
@@ -81,7 +75,7 @@ def interrupted(bench: Bench, see: Findings) -> None:
         _packet(bench, see, number, content[(number - 1) * _ROOM : number * _ROOM])
     bench.go(INIT)
     bench.go(PREOP)
-    see.equal("The firmware after an interrupted update", bench.value(_VERSION), before)
+    see.equal("The firmware after an interrupted update", bench.mail.value(_VERSION), before)
     bench.go(BOOT)
     _error(bench, see, "a packet of an update before", _foe(_DATA, 2, bytes(_ROOM)), _ILLEGAL)
     _begin(bench, see)
@@ -97,7 +91,7 @@ def update(bench: Bench, see: Findings) -> None:
         raise NotTestedError("No firmware of the camera's maker was given (--firmware).")
     version = Firmware.read(bench.firmware).version.encode("ascii")
     bench.go(PREOP)
-    before = bench.value(_VERSION)
+    before = bench.mail.value(_VERSION)
     if before.rstrip(b"\x00") == version:
         raise NotTestedError("The camera runs the given firmware already; give another one.")
     _update(bench, see)
@@ -105,14 +99,14 @@ def update(bench: Bench, see: Findings) -> None:
     bench.go(BOOT)
     bench.go(INIT)
     bench.go(PREOP)
-    see.equal("The firmware after a trial that failed", bench.value(_VERSION), before)
+    see.equal("The firmware after a trial that failed", bench.mail.value(_VERSION), before)
     _update(bench, see)
     bench.go(PREOP)
-    see.equal("The firmware after the update", bench.value(_VERSION).rstrip(b"\x00"), version)
+    see.equal("The firmware after the update", bench.mail.value(_VERSION).rstrip(b"\x00"), version)
     bench.go(BOOT)
     bench.go(INIT)
     bench.go(PREOP)
-    see.equal("The confirmed firmware", bench.value(_VERSION).rstrip(b"\x00"), version)
+    see.equal("The confirmed firmware", bench.mail.value(_VERSION).rstrip(b"\x00"), version)
     bench.go(INIT)
 
 
@@ -162,7 +156,7 @@ def _ask(bench: Bench, request: bytes, limit_ns: int) -> tuple[int, int]:
     """Return operation and number of the answer; wait while the camera is busy."""
     deadline = bench.line.now_ns() + limit_ns
     while True:
-        answer = bench.talk(FOE, request, limit_ns)
+        answer = bench.mail.talk(FOE, request, limit_ns)
         if answer is None:
             raise NotAsDescribedError("A FoE request is not answered.")
         kind, _counter, body = parts(answer)

@@ -6,13 +6,8 @@ import itertools
 import struct
 from collections.abc import Sequence
 
-from ocmm_core.fieldbus.conform._bench import (
-    INIT,
-    PREOP,
-    SAFEOP,
-    Bench,
-    Cycle,
-)
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import INIT, PREOP, SAFEOP, Cycle
 from ocmm_core.fieldbus.conform._findings import Findings
 from ocmm_core.fieldbus.conform._rule import Rule
 from ocmm_core.fieldbus.device import (
@@ -79,7 +74,7 @@ def inputs(bench: Bench, see: Findings) -> None:
         for number in range(min(header.frames_valid, FRAMES_PER_CYCLE)):
             _frame(see, each.frame(number))
     bench.feeding = True
-    see.equal("0xA000:01 (frames lost)", bench.count(COUNTERS, 1), 0)
+    see.equal("0xA000:01 (frames lost)", bench.mail.count(COUNTERS, 1), 0)
     bench.go(INIT)
 
 
@@ -134,7 +129,7 @@ def go_back(bench: Bench, see: Findings) -> None:
 def overrun(bench: Bench, see: Findings) -> None:
     """Let the buffer run over, with a master that exchanges but acknowledges nothing."""
     bench.streaming()
-    lost, overruns = bench.count(COUNTERS, 1), bench.count(COUNTERS, 3)
+    lost, overruns = bench.mail.count(COUNTERS, 1), bench.mail.count(COUNTERS, 3)
     last: Cycle | None = None
     begin = bench.line.now_ns()
     while bench.line.now_ns() - begin < (_BUFFER + 240) * SYNC0_NS:
@@ -161,12 +156,12 @@ def overrun(bench: Bench, see: Findings) -> None:
         "Status bit 2 stays set behind the gap.",
     )
     bench.feeding = True
-    counted = bench.count(COUNTERS, 1) - lost
+    counted = bench.mail.count(COUNTERS, 1) - lost
     see.expect(
         found.header.counter <= counted,
         f"0xA000:01 counts {counted} of {found.header.counter} lost.",
     )
-    see.expect(bench.count(COUNTERS, 3) > overruns, "0xA000:03 does not count an overrun.")
+    see.expect(bench.mail.count(COUNTERS, 3) > overruns, "0xA000:03 does not count an overrun.")
     bench.go(INIT)
 
 
@@ -174,18 +169,18 @@ def objects(bench: Bench, see: Findings) -> None:
     """Read process data as objects."""
     bench.streaming()
     cycle = bench.outputs(0, 0x12345678)
-    see.equal("0x7000:03", bench.count(_OUTPUT_OBJECT, 3), 0x12345678)
+    see.equal("0x7000:03", bench.mail.count(_OUTPUT_OBJECT, 3), 0x12345678)
     header = cycle.header
-    see.equal("0x6000:03", bench.count(_HEADER_OBJECT, 3), header.period_ns)
-    see.equal("0x6000:07", bench.count(_HEADER_OBJECT, 7), header.config_crc)
-    see.equal("0x6000:08", bench.count(_HEADER_OBJECT, 8), header.boot_counter)
+    see.equal("0x6000:03", bench.mail.count(_HEADER_OBJECT, 3), header.period_ns)
+    see.equal("0x6000:07", bench.mail.count(_HEADER_OBJECT, 7), header.config_crc)
+    see.equal("0x6000:08", bench.mail.count(_HEADER_OBJECT, 8), header.boot_counter)
     bench.go(INIT)
 
 
 def sensor_limits(bench: Bench, see: Findings) -> None:
     """Look whether every valid spot is on the sensor."""
     bench.go(PREOP)
-    width, height = bench.count(INFORMATION, 2), bench.count(INFORMATION, 3)
+    width, height = bench.mail.count(INFORMATION, 2), bench.mail.count(INFORMATION, 3)
     bench.streaming()
     for cycle in bench.run(20):
         for number in range(min(cycle.header.frames_valid, FRAMES_PER_CYCLE)):

@@ -5,16 +5,12 @@ from __future__ import annotations
 import itertools
 import struct
 
-from ocmm_core.fieldbus.conform._bench import (
-    COE,
-    INIT,
-    PREOP,
-    SDO_LIMIT_NS,
-    Bench,
-)
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import INIT, PREOP, SDO_LIMIT_NS
 from ocmm_core.fieldbus.conform._findings import Findings
 from ocmm_core.fieldbus.conform._rule import Rule
 from ocmm_core.fieldbus.conform._sdo_talk import (
+    COE,
     INFORMATION,
     REQUEST,
     Refusal,
@@ -39,45 +35,48 @@ _LIST, _OBJECT, _ENTRY = 1, 3, 5
 def segments(bench: Bench, see: Findings) -> None:
     """Write and read a value that needs several mailboxes."""
     bench.again(PREOP)
-    before = bench.value(CALIBRATION, _NOTE)
+    before = bench.mail.value(CALIBRATION, _NOTE)
     for size in (1, 4, 5, 240, 241, 250, 1199, 1200):
         text = bytes(33 + n * 7 % 90 for n in range(size))
-        see.expect(bench.write(CALIBRATION, _NOTE, text) is None, f"{size} bytes are refused.")
-        see.equal(f"A value of {size} bytes", bench.read(CALIBRATION, _NOTE), text)
+        see.expect(bench.mail.write(CALIBRATION, _NOTE, text) is None, f"{size} bytes are refused.")
+        see.equal(f"A value of {size} bytes", bench.mail.read(CALIBRATION, _NOTE), text)
     text = b"segments of seven bytes, not of a whole mailbox"
-    refused = download(bench.sdo, CALIBRATION, _NOTE, text, room=7, expedited=False)
+    refused = download(bench.mail.sdo, CALIBRATION, _NOTE, text, room=7, expedited=False)
     see.expect(refused is None, f"Segments of 7 bytes are {refused}.")
-    see.equal("A value from segments of 7 bytes", bench.read(CALIBRATION, _NOTE), text)
-    bench.set(CALIBRATION, _NOTE, before)
+    see.equal("A value from segments of 7 bytes", bench.mail.read(CALIBRATION, _NOTE), text)
+    bench.mail.set(CALIBRATION, _NOTE, before)
 
 
 def broken_transfers(bench: Bench, see: Findings) -> None:
     """Break transfers off, and go on with what was not begun."""
     bench.go(PREOP)
-    before = bench.value(CALIBRATION, _NOTE)
-    bench.set(CALIBRATION, _NOTE, bytes(600))
-    bench.sdo(struct.pack("<BHB4x", 0x40, CALIBRATION, _NOTE))
+    before = bench.mail.value(CALIBRATION, _NOTE)
+    bench.mail.set(CALIBRATION, _NOTE, bytes(600))
+    bench.mail.sdo(struct.pack("<BHB4x", 0x40, CALIBRATION, _NOTE))
     _aborts(
-        see, "a segment with the wrong toggle bit", bench.sdo(bytes([0x70]) + bytes(7)), _TOGGLE
+        see,
+        "a segment with the wrong toggle bit",
+        bench.mail.sdo(bytes([0x70]) + bytes(7)),
+        _TOGGLE,
     )
-    _aborts(see, "a segment of nothing", bench.sdo(bytes([0x60]) + bytes(7)), _COMMAND)
-    _aborts(see, "a segment for nothing", bench.sdo(bytes([0x00]) + bytes(7)), _COMMAND)
-    _aborts(see, "an unknown command", bench.sdo(bytes([0xE0]) + bytes(7)), _COMMAND)
-    bench.sdo(struct.pack("<BHBI", 0x21, CALIBRATION, _NOTE, 600) + bytes(240))
+    _aborts(see, "a segment of nothing", bench.mail.sdo(bytes([0x60]) + bytes(7)), _COMMAND)
+    _aborts(see, "a segment for nothing", bench.mail.sdo(bytes([0x00]) + bytes(7)), _COMMAND)
+    _aborts(see, "an unknown command", bench.mail.sdo(bytes([0xE0]) + bytes(7)), _COMMAND)
+    bench.mail.sdo(struct.pack("<BHBI", 0x21, CALIBRATION, _NOTE, 600) + bytes(240))
     body = struct.pack("<BHBI", 0x80, CALIBRATION, _NOTE, 0x08000000)
-    bench.drain()
+    bench.mail.drain()
     content = struct.pack("<H", REQUEST << 12) + body
-    bench.post(mailbox(COE, content, bench.next_counter()))
-    see.expect(bench.fetch(SDO_LIMIT_NS // 4) is None, "An abort of the master is answered.")
-    _aborts(see, "a segment after an abort", bench.sdo(bytes([0x00]) + bytes(7)), _COMMAND)
-    see.equal("The note after an abort", bench.read(CALIBRATION, _NOTE), bytes(600))
-    bench.set(CALIBRATION, _NOTE, before)
+    bench.mail.post(mailbox(COE, content, bench.mail.next_counter()))
+    see.expect(bench.mail.fetch(SDO_LIMIT_NS // 4) is None, "An abort of the master is answered.")
+    _aborts(see, "a segment after an abort", bench.mail.sdo(bytes([0x00]) + bytes(7)), _COMMAND)
+    see.equal("The note after an abort", bench.mail.read(CALIBRATION, _NOTE), bytes(600))
+    bench.mail.set(CALIBRATION, _NOTE, before)
 
 
 def bad_mailboxes(bench: Bench, see: Findings) -> None:
     """Send mailboxes that are none."""
     bench.go(PREOP)
-    before = bench.count(COUNTERS, _BAD_MAILBOXES)
+    before = bench.mail.count(COUNTERS, _BAD_MAILBOXES)
     sdo = struct.pack("<HBHB4x", REQUEST << 12, 0x40, 0x1000, 0)
     cases = (
         ("an unknown protocol", mailbox(7, sdo, 1), _PROTOCOL),
@@ -89,9 +88,9 @@ def bad_mailboxes(bench: Bench, see: Findings) -> None:
          struct.pack("<HHBB", MAILBOX_BYTES, 0, 0, 5 << 4 | COE) + sdo, _SIZE),
     )  # fmt: skip
     for what, content, detail in cases:
-        bench.drain()
-        bench.post(content)
-        answer = bench.fetch(SDO_LIMIT_NS)
+        bench.mail.drain()
+        bench.mail.post(content)
+        answer = bench.mail.fetch(SDO_LIMIT_NS)
         if not see.expect(answer is not None, f"After {what} there is no answer.") or not answer:
             continue
         kind, _counter, body = parts(answer)
@@ -100,17 +99,17 @@ def bad_mailboxes(bench: Bench, see: Findings) -> None:
             f"After {what} the answer is {body[:4].hex(' ')} of protocol {kind}, must be an error "
             f"reply with detail {detail}.",
         )
-    after = bench.count(COUNTERS, _BAD_MAILBOXES)
+    after = bench.mail.count(COUNTERS, _BAD_MAILBOXES)
     see.equal("0xA000:04 after bad mailboxes", after, before + len(cases))
 
 
 def repetition(bench: Bench, see: Findings) -> None:
     """Ask for the last answer once more, as after a frame that was lost on its way back."""
     bench.go(PREOP)
-    first = bench.sdo(struct.pack("<BHB4x", 0x40, 0x1018, 4))
+    first = bench.mail.sdo(struct.pack("<BHB4x", 0x40, 0x1018, 4))
     control = bench.number(_SM_IN_CONTROL, 1)
     bench.put(_SM_IN_CONTROL, bytes([control ^ 0x02]))
-    again = bench.fetch(SDO_LIMIT_NS)
+    again = bench.mail.fetch(SDO_LIMIT_NS)
     see.equal("The answer that is sent again", again, first)
     echo = bench.number(_SM_IN_CONTROL + 1, 1)
     see.equal("The repeat acknowledge bit (0x080F)", echo & 0x02, (control ^ 0x02) & 0x02)
@@ -121,10 +120,10 @@ def repetition(bench: Bench, see: Findings) -> None:
 def counters(bench: Bench, see: Findings) -> None:
     """Watch the counters of the answering mailboxes."""
     bench.again(PREOP)
-    bench.reply_counters.clear()
+    bench.mail.reply_counters.clear()
     for _ in range(16):
-        bench.value(0x1000)
-    found = bench.reply_counters
+        bench.mail.value(0x1000)
+    found = bench.mail.reply_counters
     for one, next_one in itertools.pairwise(found):
         see.equal("A mailbox counter", next_one, one % 7 + 1)
 
@@ -165,7 +164,7 @@ def information(bench: Bench, see: Findings) -> None:
 
 
 def _info(bench: Bench, body: bytes) -> bytes | None:
-    answer = bench.talk(COE, struct.pack("<H", INFORMATION << 12) + body)
+    answer = bench.mail.talk(COE, struct.pack("<H", INFORMATION << 12) + body)
     if answer is None:
         return None
     service, content = sdo_body(answer)
@@ -173,7 +172,7 @@ def _info(bench: Bench, body: bytes) -> bytes | None:
         return None
     whole, left = content[4:], struct.unpack_from("<H", content, 2)[0]
     while left:
-        answer = bench.fetch(SDO_LIMIT_NS)
+        answer = bench.mail.fetch(SDO_LIMIT_NS)
         if answer is None:
             return None
         content = sdo_body(answer)[1]
@@ -193,7 +192,7 @@ def deadlines(bench: Bench, see: Findings) -> None:
     """Ask a hundred times, one right after the other."""
     bench.again(PREOP)
     for _ in range(100):
-        found = upload(bench.sdo, 0x1018, 4)
+        found = upload(bench.mail.sdo, 0x1018, 4)
         see.equal("0x1018:04", found, struct.pack("<I", bench.serial))
 
 

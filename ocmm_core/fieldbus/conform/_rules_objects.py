@@ -5,7 +5,8 @@ from __future__ import annotations
 import struct
 from collections.abc import Iterator
 
-from ocmm_core.fieldbus.conform._bench import INIT, OP, PREOP, SAFEOP, Bench
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import INIT, OP, PREOP, SAFEOP
 from ocmm_core.fieldbus.conform._findings import Findings
 from ocmm_core.fieldbus.conform._rule import Rule
 from ocmm_core.fieldbus.conform._sdo_talk import Refusal
@@ -41,7 +42,7 @@ def reading(bench: Bench, see: Findings) -> None:
     """Read every entry: its length, and its value where the page gives one."""
     bench.again(PREOP)
     for index, sub, entry in _entries(bench):
-        found = bench.read(index, sub)
+        found = bench.mail.read(index, sub)
         name = f"{index:#06x}:{sub:02X} {entry.name}"
         if isinstance(found, Refusal):
             nothing = (index, sub) == _SNAPSHOT_CHUNK and found.code == NO_DATA
@@ -63,24 +64,30 @@ def reading(bench: Bench, see: Findings) -> None:
 def identity(bench: Bench, see: Findings) -> None:
     """Compare what says the same thing in two places."""
     bench.go(PREOP)
-    see.equal("0x1018:04, by the EEPROM", bench.count(IDENTITY, 4), bench.serial)
-    see.equal("0x9010:01, by 0x100A", bench.value(VERSIONS, 1), bench.value(_SOFTWARE_VERSION))
-    see.expect(bench.count(INFORMATION, 1) != 0, "0x9000:01 has no serial number of the sensor.")
+    see.equal("0x1018:04, by the EEPROM", bench.mail.count(IDENTITY, 4), bench.serial)
+    see.equal(
+        "0x9010:01, by 0x100A", bench.mail.value(VERSIONS, 1), bench.mail.value(_SOFTWARE_VERSION)
+    )
+    see.expect(
+        bench.mail.count(INFORMATION, 1) != 0, "0x9000:01 has no serial number of the sensor."
+    )
     for sub, name in ((2, "width"), (3, "height")):
-        see.expect(bench.count(INFORMATION, sub) >= 64, f"The {name} of the sensor is below 64 px.")
+        see.expect(
+            bench.mail.count(INFORMATION, sub) >= 64, f"The {name} of the sensor is below 64 px."
+        )
 
 
 def absent(bench: Bench, see: Findings) -> None:
     """Read and write what is not there."""
     bench.go(PREOP)
     for index, sub in _ABSENT:
-        _refused(see, f"Reading {index:#06x}", bench.read(index, sub), NO_OBJECT)
-        _refused(see, f"Writing {index:#06x}", bench.write(index, sub, b"\x00"), NO_OBJECT)
+        _refused(see, f"Reading {index:#06x}", bench.mail.read(index, sub), NO_OBJECT)
+        _refused(see, f"Writing {index:#06x}", bench.mail.write(index, sub, b"\x00"), NO_OBJECT)
     for index, item in bench.objects.items():
         last = max(item.entries)
         gaps = [sub for sub in range(last) if sub not in item.entries]
         for sub in (*gaps[:1], last + 1):
-            found = bench.read(index, sub)
+            found = bench.mail.read(index, sub)
             _refused(see, f"Reading {index:#06x}:{sub:02X}", found, NO_ENTRY)
 
 
@@ -90,7 +97,7 @@ def read_only(bench: Bench, see: Findings) -> None:
     for index, sub, entry in _entries(bench):
         if entry.access is Access.READ:
             value = bytes(max(1, min(4, len(entry.value))))
-            found = bench.write(index, sub, value)
+            found = bench.mail.write(index, sub, value)
             _refused(see, f"Writing {index:#06x}:{sub:02X} {entry.name}", found, READ_ONLY)
 
 
@@ -99,25 +106,25 @@ def limits(bench: Bench, see: Findings) -> None:
     bench.go(PREOP)
     for index, sub, entry in _numbers(bench):
         name = f"{index:#06x}:{sub:02X} {entry.name}"
-        before = bench.value(index, sub)
+        before = bench.mail.value(index, sub)
         size = len(entry.value)
         lowest, highest = 0, (1 << 8 * size) - 1
         low = lowest if entry.low is None else entry.low
         high = highest if entry.high is None else entry.high
         if low > lowest:
-            found = bench.write(index, sub, _packed(low - 1, size))
+            found = bench.mail.write(index, sub, _packed(low - 1, size))
             _refused(see, f"{low - 1} in {name}", found, TOO_LOW)
         if high < highest:
-            found = bench.write(index, sub, _packed(high + 1, size))
+            found = bench.mail.write(index, sub, _packed(high + 1, size))
             _refused(see, f"{high + 1} in {name}", found, TOO_HIGH)
         if (index, sub) in _COMMANDS or index == HISTORY:
             continue
         for value in dict.fromkeys((low, high)):
-            refused = bench.write(index, sub, _packed(value, size))
+            refused = bench.mail.write(index, sub, _packed(value, size))
             if see.expect(refused is None, f"{value} in {name} is {refused}."):
-                see.equal(name, bench.value(index, sub), _packed(value, size))
-        bench.set(index, sub, before)
-        see.equal(f"{name} as before", bench.value(index, sub), before)
+                see.equal(name, bench.mail.value(index, sub), _packed(value, size))
+        bench.mail.set(index, sub, before)
+        see.equal(f"{name} as before", bench.mail.value(index, sub), before)
 
 
 def lengths(bench: Bench, see: Findings) -> None:
@@ -129,7 +136,7 @@ def lengths(bench: Bench, see: Findings) -> None:
         wrong = [entry.max_bytes + 1] if entry.max_bytes else [len(entry.value) + 1]
         wrong += [len(entry.value) - 1] if not entry.max_bytes and len(entry.value) > 1 else []
         for size in wrong:
-            found = bench.write(index, sub, bytes(size))
+            found = bench.mail.write(index, sub, bytes(size))
             _refused(see, f"{size} bytes in {index:#06x}:{sub:02X} {entry.name}", found, LENGTH)
 
 
@@ -137,7 +144,7 @@ def only_in_preop(bench: Bench, see: Findings) -> None:
     """Write the configuration while frames are made."""
     bench.again(PREOP)
     values = {
-        (index, sub): bench.value(index, sub)
+        (index, sub): bench.mail.value(index, sub)
         for index, sub, entry in _entries(bench)
         if entry.access is Access.WRITE_PREOP
     }
@@ -148,10 +155,10 @@ def only_in_preop(bench: Bench, see: Findings) -> None:
         else:
             bench.go(SAFEOP)
         for (index, sub), value in values.items():
-            found = bench.write(index, sub, value)
+            found = bench.mail.write(index, sub, value)
             _refused(see, f"Writing {index:#06x}:{sub:02X} while frames are made", found, STATE)
-        note = bench.value(CALIBRATION, 5)
-        refused = bench.write(CALIBRATION, 5, note)
+        note = bench.mail.value(CALIBRATION, 5)
+        refused = bench.mail.write(CALIBRATION, 5, note)
         see.expect(refused is None, f"Writing the note (0x8010:05) in operation is {refused}.")
     bench.go(INIT)
 
@@ -161,33 +168,36 @@ def complete_access(bench: Bench, see: Findings) -> None:
     bench.again(PREOP)
     for index in (IDENTITY, CONFIGURATION, WINDOWS):
         item = bench.objects[index]
-        each = b"".join(bench.value(index, sub) for sub in item.entries if sub)
+        each = b"".join(bench.mail.value(index, sub) for sub in item.entries if sub)
         see.equal(
-            f"{index:#06x} as a whole from entry 1", bench.read(index, 1, complete=True), each
+            f"{index:#06x} as a whole from entry 1", bench.mail.read(index, 1, complete=True), each
         )
         whole = bytes([max(item.entries), 0]) + each
-        see.equal(f"{index:#06x} as a whole", bench.read(index, 0, complete=True), whole)
+        see.equal(f"{index:#06x} as a whole", bench.mail.read(index, 0, complete=True), whole)
     for index in (CALIBRATION, BLACK_IMAGE, VERSIONS, HISTORY):
-        found = bench.read(index, 1, complete=True)
+        found = bench.mail.read(index, 1, complete=True)
         _refused(see, f"{index:#06x} as a whole", found, NO_COMPLETE)
-    before = bench.value(WINDOWS, 1), bench.value(WINDOWS, 32)
+    before = bench.mail.value(WINDOWS, 1), bench.mail.value(WINDOWS, 32)
     each = struct.pack("<32H", *range(1, 33))
     see.expect(
-        bench.write(WINDOWS, 1, each, complete=True) is None, "0x8001 cannot be written as a whole."
+        bench.mail.write(WINDOWS, 1, each, complete=True) is None,
+        "0x8001 cannot be written as a whole.",
     )
-    see.equal("0x8001 as it was written", bench.read(WINDOWS, 1, complete=True), each)
-    found = bench.write(WINDOWS, 1, each[:-2], complete=True)
-    _refused(see, "0x8001 as a whole, an entry too short", found, LENGTH)
+    see.equal("0x8001 as it was written", bench.mail.read(WINDOWS, 1, complete=True), each)
+    refused = bench.mail.write(WINDOWS, 1, each[:-2], complete=True)
+    _refused(see, "0x8001 as a whole, an entry too short", refused, LENGTH)
     bad = struct.pack("<IIHBH", 200_000, 20_000, 0xFFFF, 0, 0)
-    values = bench.read(CONFIGURATION, 1, complete=True)
-    found = bench.write(CONFIGURATION, 1, bad, complete=True)
-    _refused(see, "0x8000 as a whole, one value too high", found, TOO_HIGH)
-    see.equal("0x8000 after a refused record", bench.read(CONFIGURATION, 1, complete=True), values)
-    bench.set(WINDOWS, 1, before[0])
+    values = bench.mail.read(CONFIGURATION, 1, complete=True)
+    refused = bench.mail.write(CONFIGURATION, 1, bad, complete=True)
+    _refused(see, "0x8000 as a whole, one value too high", refused, TOO_HIGH)
+    see.equal(
+        "0x8000 after a refused record", bench.mail.read(CONFIGURATION, 1, complete=True), values
+    )
+    bench.mail.set(WINDOWS, 1, before[0])
     for sub in range(1, 33):
-        bench.set(WINDOWS, sub, bytes(2))
-    found = bench.write(IDENTITY, 1, bytes(16), complete=True)
-    _refused(see, "Writing 0x1018 as a whole", found, READ_ONLY)
+        bench.mail.set(WINDOWS, sub, bytes(2))
+    refused = bench.mail.write(IDENTITY, 1, bytes(16), complete=True)
+    _refused(see, "Writing 0x1018 as a whole", refused, READ_ONLY)
 
 
 def configuration_sum(bench: Bench, see: Findings) -> None:
@@ -195,12 +205,12 @@ def configuration_sum(bench: Bench, see: Findings) -> None:
     import binascii
 
     bench.again(PREOP)
-    before = bench.value(CONFIGURATION, 3)
+    before = bench.mail.value(CONFIGURATION, 3)
     for threshold in (struct.pack("<H", 333), before):
         bench.go(PREOP)
-        bench.set(CONFIGURATION, 3, threshold)
-        values = [bench.value(CONFIGURATION, sub) for sub in range(1, 6)]
-        values += [bench.value(WINDOWS, sub) for sub in range(1, 33)]
+        bench.mail.set(CONFIGURATION, 3, threshold)
+        values = [bench.mail.value(CONFIGURATION, sub) for sub in range(1, 6)]
+        values += [bench.mail.value(WINDOWS, sub) for sub in range(1, 33)]
         expected = binascii.crc_hqx(b"".join(values), 0xFFFF)
         header = bench.streaming().header
         see.equal("config_crc in the header", header.config_crc, expected)

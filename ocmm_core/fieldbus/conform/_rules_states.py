@@ -4,21 +4,11 @@ from __future__ import annotations
 
 import struct
 
-from ocmm_core.fieldbus.conform._bench import (
-    BOOT,
-    COE,
-    ERROR,
-    INIT,
-    MS,
-    NAMES,
-    OP,
-    PREOP,
-    SAFEOP,
-    Bench,
-)
+from ocmm_core.fieldbus.conform._bench import Bench
+from ocmm_core.fieldbus.conform._exchanges import BOOT, ERROR, INIT, MS, NAMES, OP, PREOP, SAFEOP
 from ocmm_core.fieldbus.conform._findings import Findings
 from ocmm_core.fieldbus.conform._rule import Rule
-from ocmm_core.fieldbus.conform._sdo_talk import mailbox
+from ocmm_core.fieldbus.conform._sdo_talk import COE, mailbox
 from ocmm_core.fieldbus.device import (
     CONFIGURATION,
     INFORMATION,
@@ -119,10 +109,10 @@ def clock_too_fast(bench: Bench, see: Findings) -> None:
 def contradictions(bench: Bench, see: Findings) -> None:
     """Start with a configuration that contradicts itself."""
     bench.again(PREOP)
-    width = bench.count(INFORMATION, 2)
-    period = bench.value(CONFIGURATION, 1)
-    before = {(CONFIGURATION, 2): bench.value(CONFIGURATION, 2)}
-    before |= {(WINDOWS, sub): bench.value(WINDOWS, sub) for sub in range(1, 5)}
+    width = bench.mail.count(INFORMATION, 2)
+    period = bench.mail.value(CONFIGURATION, 1)
+    before = {(CONFIGURATION, 2): bench.mail.value(CONFIGURATION, 2)}
+    before |= {(WINDOWS, sub): bench.mail.value(WINDOWS, sub) for sub in range(1, 5)}
     off = {1: width - 10, 2: 0, 3: 20, 4: 20}
     changes = (
         ("an exposure as long as the period", {(CONFIGURATION, 2): period}),
@@ -131,7 +121,7 @@ def contradictions(bench: Bench, see: Findings) -> None:
     )  # fmt: skip
     for what, change in changes:
         for (index, sub), value in change.items():
-            bench.set(index, sub, value)
+            bench.mail.set(index, sub, value)
         bench.prepare(SAFEOP)
         status = bench.ask_state(SAFEOP, settle_s=0.02)
         if not status.state & ERROR:
@@ -141,7 +131,7 @@ def contradictions(bench: Bench, see: Findings) -> None:
         see.equal(f"The code of a start with {what}", status.code, _CONTRADICTION)
         bench.go(PREOP)
         for (index, sub), value in before.items():
-            bench.set(index, sub, value)
+            bench.mail.set(index, sub, value)
     bench.prepare(SAFEOP)
     see.equal("SAFEOP with the old configuration", bench.ask_state(SAFEOP).state, SAFEOP)
 
@@ -161,10 +151,10 @@ def boot(bench: Bench, see: Findings) -> None:
         see.equal(f"The code of BOOT to {NAMES[wanted]}", status.code, _INVALID)
         bench.ask_state(BOOT, acknowledge=True)
     request = struct.pack("<HBHB4x", 2 << 12, 0x40, 0x1000, 0)
-    bench.post(mailbox(COE, request, bench.next_counter()))
-    answer = bench.fetch(50 * MS)
+    bench.mail.post(mailbox(COE, request, bench.mail.next_counter()))
+    answer = bench.mail.fetch(50 * MS)
     see.expect(answer is None or answer[5] & 0x0F != COE, "The camera answers CoE in BOOT.")
-    bench.drain()
+    bench.mail.drain()
     see.equal("The state after BOOT to INIT", bench.ask_state(INIT).state, INIT)
 
 

@@ -3,7 +3,8 @@
 In: counters and events as the bus process gives them. Out: JSON, sentences, and a text to mail.
 
 Read `_alarms` (one name, one sentence and one remedy each), `_report` (the snapshot and its JSON),
-`_messages` (what it means, in shares) and `_formatting` (the whole as plain text).
+`_messages` (what it means, in shares) and `_formatting` (the whole as plain text); `_statistics`
+(figures for other programs).
 It must not know the wire or the device: a screen on another computer can read a report.
 """
 
@@ -45,6 +46,7 @@ if TYPE_CHECKING:
         decode_report,
         encode_report,
     )
+    from ocmm_core.fieldbus.report._statistics import statistics_csv, statistics_json
 else:
     __getattr__ = door(
         __name__,
@@ -54,6 +56,7 @@ else:
             "encode_report"
         ),
         _formatting="report_text",
+        _statistics="statistics_csv statistics_json",
         _messages=(
             "Link WirePicture is_present microseconds pace_words shares trouble_words "
             "unaccounted wire_picture within_us"
@@ -82,6 +85,8 @@ __all__ = [
     "pace_words",
     "report_text",
     "shares",
+    "statistics_csv",
+    "statistics_json",
     "trouble_words",
     "unaccounted",
     "wire_picture",

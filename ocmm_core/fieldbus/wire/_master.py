@@ -10,11 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import os
-import signal
 import socket
 import struct
 import time
-import warnings
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any
 
@@ -27,6 +25,7 @@ from ocmm_core.fieldbus.device import (
     FoundDevice,
 )
 from ocmm_core.fieldbus.wire._datagrams import Command, Datagram
+from ocmm_core.fieldbus.wire._fuse import fuse, set_blocking
 from ocmm_core.fieldbus.wire._host_time import HostTime
 from ocmm_core.fieldbus.wire._mapping import check_room
 from ocmm_core.fieldbus.wire._other_masters import refuse_other_programs
@@ -54,9 +53,6 @@ _SETTLE_US = 300
 _SETTLE_RING_US = 400
 _SETTLE_LINE_US = 60
 _SETTLE_STRETCHED_US = 50_000
-_FUSE_STRETCHED_S = 30.0
-_FUSE_S = 0.1
-_FUSE_RET_US, _FUSE_RET_RING_US = 50, 1000
 _STATION_REGISTER, _ALIAS_REGISTER, _AL_CONTROL = 0x0010, 0x0012, 0x0120
 _FIRST_STATION = 0x1001
 """What pysoem gives the first device; the others follow."""
@@ -246,7 +242,12 @@ class Master:
         """
         self._master.manual_state_change = 1
         try:
-            with self._fuse():
+            with fuse(
+                pysoem.settings.timeouts,
+                self._own,
+                stretched=self._time.stretched,
+                ring=self.port.ring is not None,
+            ):
                 self._master.config_map()
         except pysoem.ConfigMapError as error:
             raise BusError(
@@ -267,43 +268,6 @@ class Master:
                 "The cameras have no distributed clock.",
                 "Check that all devices on the bus are cameras of this kind.",
             )
-
-    @contextlib.contextmanager
-    def _fuse(self) -> Iterator[None]:
-        """Keep pysoem from waiting where the cable breaks while it maps.
-
-        It would then ask for thousands of words of the EEPROM, wait 8 ms for each and hold the
-        GIL: 84 s without an end for this process (measured). After a moment a helper switches
-        the socket, which it shares, to not waiting; then the rest takes half a second.
-        """
-        timeouts = pysoem.settings.timeouts
-        kept = timeouts.ret, timeouts.eeprom
-        # Without effect while one socket waits, but not for two; the EEPROM is not needed.
-        ring = self.port.ring is not None
-        fuse_s = _FUSE_S
-        if self._time.stretched:
-            fuse_s = _FUSE_STRETCHED_S
-        else:
-            timeouts.ret = timeouts.eeprom = _FUSE_RET_RING_US if ring else _FUSE_RET_US
-        helper = _fork_quietly()
-        if helper == 0:
-            try:
-                time.sleep(fuse_s)
-                self._set_blocking(blocking=False)
-            finally:
-                os._exit(0)
-        try:
-            yield
-        finally:
-            os.kill(helper, signal.SIGKILL)
-            os.waitpid(helper, 0)
-            self._set_blocking(blocking=True)
-            timeouts.ret, timeouts.eeprom = kept
-
-    def _set_blocking(self, *, blocking: bool) -> None:
-        for own in self._own:
-            # Only the flag of the open file, which pysoem's own descriptor shares.
-            os.set_blocking(own.fileno(), blocking)
 
     def request(self, state: int) -> None:
         """Ask all devices for a state."""
@@ -346,11 +310,11 @@ class Master:
         self._master.receive_processdata(10_000 * self._time.patience)
         self.port.tally.learn(self.port.collect(service))
         # Software cameras on a computer of one core cannot answer while this process spins.
-        self._set_blocking(blocking=self._time.stretched)
+        set_blocking(self._own, blocking=self._time.stretched)
 
     def begin_cycles(self) -> None:
         """Wait no longer than told from now on: all devices are in operation."""
-        self._set_blocking(blocking=False)
+        set_blocking(self._own, blocking=False)
 
     def pump_clock(self) -> None:
         """Pass the reference time on once, without a look at what comes back."""
@@ -459,13 +423,6 @@ class Master:
                     f"{STATE_NAMES[state]} (AL status {device.al_status:#06x}: {why})."
                 )
         return f"The cameras do not reach the state {STATE_NAMES[state]}."
-
-
-def _fork_quietly() -> int:
-    """Fork; the warning about other threads is for children that do more than one system call."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return os.fork()
 
 
 def _shorten_pysoem_timeouts(patience: int) -> None:

@@ -5,7 +5,7 @@ Out: jobs computed anew from raw observations, points in doubt, batches side by 
 
 Read `_reopen` with `_reopen_copy` and `_stored_documents`, `_batch`, `_last_jobs`, `_compare`.
 What became of the calibration: `_camera_history` and `_camera_doubts`, `_tip_history` and
-`_tip_doubts`.
+`_tip_doubts`; `_known` sends it to a worker.
 Then `_recall`: `_recall_job` (one job under two calibrations), `_recall_fit`, `_recall_judge`,
 `_recall_artefact`, `_recall_record`. Jobs are looked at through a copy of their file.
 It must not know a running station.
@@ -36,11 +36,17 @@ if TYPE_CHECKING:
         compare_jobs,
         why_not_counted,
     )
-    from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs
-    from ocmm_core.inspection.archive._part_before import previous_part_pose
+    from ocmm_core.inspection.archive._last_jobs import LastJob, last_jobs, previous_part_pose
     from ocmm_core.inspection.archive._points_in_doubt import first_taken
-    from ocmm_core.inspection.archive._recall import KeptPlaces, decide, recall
+    from ocmm_core.inspection.archive._recall import (
+        Doubting,
+        KeptPlaces,
+        decide,
+        recall,
+        recall_doubted,
+    )
     from ocmm_core.inspection.archive._recall_artefact import artefact_wrong
+    from ocmm_core.inspection.archive._recall_job import DoubtedJob
     from ocmm_core.inspection.archive._recall_messages import (
         COLUMNS,
         checked,
@@ -74,11 +80,11 @@ else:
         _compare=(
             "Comparison PartValue Trend compare_files compare_folder compare_jobs why_not_counted"
         ),
-        _last_jobs="LastJob last_jobs",
-        _part_before="previous_part_pose",
+        _last_jobs="LastJob last_jobs previous_part_pose",
         _points_in_doubt="first_taken",
-        _recall="KeptPlaces decide recall",
+        _recall="Doubting KeptPlaces decide recall recall_doubted",
         _recall_artefact="artefact_wrong",
+        _recall_job="DoubtedJob",
         _recall_messages=(
             "COLUMNS checked decided headline job_line not_judged rests_on row totals worst_first"
         ),
@@ -98,6 +104,8 @@ __all__ = [
     "SUFFIX",
     "BatchPart",
     "Comparison",
+    "DoubtedJob",
+    "Doubting",
     "KeptPlaces",
     "LastJob",
     "Outcome",
@@ -129,6 +137,7 @@ __all__ = [
     "parts_of_batch",
     "previous_part_pose",
     "recall",
+    "recall_doubted",
     "reopen",
     "reopen_job",
     "require_new_serial",

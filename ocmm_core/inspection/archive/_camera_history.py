@@ -9,6 +9,7 @@ measured with; elsewhere a job says what its own file says, and that the history
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from datetime import datetime, timedelta
 from pathlib import Path
 
@@ -40,6 +41,29 @@ _SAME_ALARM = timedelta(minutes=1)
 """The monitor holds points back and puts the calibration in doubt at once."""
 
 
+@dataclass(frozen=True, slots=True)
+class CameraHistory:
+    """What this computer knows of the calibration of a job; can be sent to another one.
+
+    Attributes
+    ----------
+    calibration
+        Hash of the record that the job was measured with; empty where there is nothing to ask.
+    events
+        Of its rig, oldest first.
+    recalled
+        Points that the last recall about the job has released.
+    absent, unread
+        As of `History`.
+    """
+
+    calibration: str = ""
+    events: tuple[Event, ...] = ()
+    recalled: frozenset[int] = frozenset()
+    absent: str = ""
+    unread: tuple[str, ...] = ()
+
+
 def settle_cameras(
     session: InspectionSession, job: JobFile, store: CalibrationStore, calibration: str
 ) -> bool:
@@ -57,9 +81,13 @@ def settle_cameras(
     CalibrationError
         The record of a recall was changed.
     """
-    events = store.events
-    doubts = points_in_doubt(events, calibration, first_taken(job))
     recalled = points_released(store, calibration, job)
+    return _settle(session, job, CameraHistory(calibration, store.events, recalled))
+
+
+def _settle(session: InspectionSession, job: JobFile, known: CameraHistory) -> bool:
+    events, calibration, recalled = known.events, known.calibration, known.recalled
+    doubts = points_in_doubt(events, calibration, first_taken(job))
     changed = [
         bool(session.held.release_points(recalled, _RECALLED, HoldReason.FAILED_CALIBRATION)),
         bool(session.held.release_points(recalled, _RECALLED, HoldReason.CALIBRATION)),
@@ -81,10 +109,8 @@ def settle_cameras(
     return any(changed)
 
 
-def settle_by_calibration(
-    session: InspectionSession, job: JobFile, record: CameraRecord | None, folder: Path
-) -> History:
-    """Do so by the history of the calibration on this computer, where there is one.
+def ask_cameras(job: JobFile, record: CameraRecord | None, folder: Path) -> CameraHistory:
+    """Return what the history of the calibration on this computer says of a job, where it is.
 
     Parameters
     ----------
@@ -96,7 +122,7 @@ def settle_by_calibration(
         Where calibrations are kept, rig by rig.
     """
     if record is None:
-        return History()
+        return CameraHistory()
     used = record_hash(record)
     absent = (
         f"The history of calibration {used[:12]} of rig '{record.rig}' is not on this computer: "
@@ -105,20 +131,41 @@ def settle_by_calibration(
     try:
         store = CalibrationStore(store_folder(folder, record.rig))
         if not is_known(store.events, used):
-            return History(absent=absent)
-        settle_cameras(session, job, store, used)
+            return CameraHistory(absent=absent)
+        return CameraHistory(used, store.events, points_released(store, used, job))
     except InputError:
         # No rig of such a name can have a history here.
-        return History(absent=absent)
+        return CameraHistory(absent=absent)
     except (OcmmError, OSError) as error:
-        why = error.what if isinstance(error, OcmmError) else str(error)
-        sentence = (
-            f"The history of the calibration of rig '{record.rig}' cannot be read, so it is "
-            f"unknown whether it has failed since: {why}"
-        )
-        return History(unread=(sentence,))
+        return CameraHistory(unread=(_unread(record.rig, error),))
+
+
+def settle_by_calibration(
+    session: InspectionSession, job: JobFile, known: CameraHistory
+) -> History:
+    """Hold back and release points by what is known of their calibration.
+
+    Parameters
+    ----------
+    job
+        Own copy of a job file.
+    """
+    if not known.calibration:
+        return History(absent=known.absent, unread=known.unread)
+    try:
+        _settle(session, job, known)
+    except (OcmmError, OSError) as error:
+        return History(unread=(_unread(session.rig.name, error),))
     return History(
         against=sentences_of(session, HoldReason.FAILED_CALIBRATION, HoldReason.CALIBRATION)
+    )
+
+
+def _unread(rig: str, error: Exception) -> str:
+    why = error.what if isinstance(error, OcmmError) else str(error)
+    return (
+        f"The history of the calibration of rig '{rig}' cannot be read, so it is "
+        f"unknown whether it has failed since: {why}"
     )
 
 

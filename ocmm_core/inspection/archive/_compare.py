@@ -11,10 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
+from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.archive._batch import SUFFIX
+from ocmm_core.inspection.archive._known import content_and_known, known_from
 from ocmm_core.inspection.archive._reopen import ReopenedJob, Tell, reopen_job
+from ocmm_core.inspection.archive._stored_documents import named
 from ocmm_core.inspection.evaluation import (
     NO_REAL_PART,
     SIMULATED,
@@ -22,6 +25,7 @@ from ocmm_core.inspection.evaluation import (
     job_states,
     part_line,
 )
+from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.processes import processes_for, side_by_side
 from ocmm_core.tolerances.decisions import (
@@ -229,6 +233,7 @@ def compare_files(
     probes: Path | None = None,
     calibrations: Path | None = None,
     processes: int | None = None,
+    site: Site = HERE,
 ) -> Comparison:
     """Return what jobs say together: those by the plan of the latest one.
 
@@ -242,7 +247,11 @@ def compare_files(
     probes, calibrations
         Where histories are kept, as for `reopen_job`.
     processes
-        That read; None for one a core, or this one alone where there are few jobs.
+        Of this computer that read; None for one a core, or this one alone where there are few
+        jobs.
+    site
+        Where jobs are computed; one that names neither workers nor a scheduler leaves it to
+        ``processes``.
 
     Raises
     ------
@@ -251,9 +260,22 @@ def compare_files(
     """
     jobs: list[PartJob] = []
     unread: list[str] = []
-    for found in _read_all(
-        partial(_read, probes=probes, calibrations=calibrations), paths, processes, progress
-    ):
+    if site.scheduler or site.workers is not None:
+        read = run_tasks(
+            _read_content,
+            paths,
+            lambda path: f"Reading {path.name}",
+            site=site,
+            contents=partial(content_and_known, probes=probes, calibrations=calibrations),
+            told=lambda done: progress(
+                f"Read {done} of {len(paths)} jobs", done / max(len(paths), 1)
+            ),
+        )
+    else:
+        read = _read_all(
+            partial(_read, probes=probes, calibrations=calibrations), paths, processes, progress
+        )
+    for found in read:
         if isinstance(found, PartJob):
             jobs.append(found)
         else:
@@ -297,6 +319,20 @@ def compare_jobs(jobs: Sequence[ReopenedJob]) -> tuple[Trend, ...]:
         There are fewer than two jobs, they are of different plans, or two are the same job.
     """
     return _trends([_part_job(job) for job in jobs])
+
+
+def _read_content(path: Path, file: bytes, log: bytes, known: bytes) -> PartJob:
+    """Return what a comparison takes of a job, on whichever computer."""
+    with scratch_folder("compare") as folder:
+        copy = folder / "job.ocmm"
+        copy.write_bytes(file)
+        if log:
+            copy.with_name(f"{copy.name}-wal").write_bytes(log)
+        try:
+            job = reopen_job(copy, known=known_from(known))
+        except OcmmError as error:
+            raise named(error, str(copy), str(path)) from error
+    return _part_job(replace(job, path=path))
 
 
 def _read_all(

@@ -1,4 +1,4 @@
-"""The jobs that were worked on last, for whoever wants to go on with one."""
+"""The jobs that were worked on last, and where the part of the last one of a batch stood."""
 
 from __future__ import annotations
 
@@ -7,8 +7,11 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from ocmm_core.alignment import nominal_frame
 from ocmm_core.errors import OcmmError
-from ocmm_core.inspection.archive._batch import SUFFIX, glance_at_copy
+from ocmm_core.geometry import RigidTransform
+from ocmm_core.inspection.archive._batch import SUFFIX, glance_at_copy, parts_of_batch
+from ocmm_core.inspection.archive._reopen import reopen_job
 from ocmm_core.inspection.evaluation import PAUSED, RESUMED, STANDING_EVENT, WrittenProgress
 from ocmm_core.inspection.plan import stored_plan
 from ocmm_core.inspection.session import header_of
@@ -114,3 +117,27 @@ def _job(path: Path, changed_s: float, seen: JobSummary) -> LastJob:
         path, header.part, header.serial, header.operator, seen.n_points, len(settled), len(names),
         paused, changed_s,
     )  # fmt: skip
+
+
+def previous_part_pose(
+    folder: Path, batch: str, plan_identity: str, rig_identity: str
+) -> RigidTransform | None:
+    """Return the motion from the world to the nominals by the last part of a batch.
+
+    None where there is no part before, it was measured by another plan, with other cameras or
+    relative to a reference body, or its part frame is not known. It is only for guidance: what
+    cannot be read is left alone.
+    """
+    before = [p for p in parts_of_batch(folder, batch) if p.plan_identity == plan_identity]
+    if not batch or not before:
+        return None
+    try:
+        job = reopen_job(before[-1].path)
+        bound = job.plan.bound_alignment
+        frame = job.T_part_from_world
+        same = job.options.reference is None and job.rig.identity == rig_identity
+        if frame is None or bound is None or not same:
+            return None
+        return nominal_frame(bound).inverse().compose(frame)
+    except OcmmError:
+        return None

@@ -8,9 +8,8 @@ exclude decides which of both counts (`_recall_judge`). Job files are only read,
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from datetime import datetime
-from functools import partial
 from pathlib import Path
 
 import msgspec
@@ -19,17 +18,31 @@ from ocmm_core import __version__
 from ocmm_core.calibration.records import (
     CalibrationStore,
     CameraRecord,
+    default_probe_folder,
     load_named,
     record_hash,
     save,
     store_folder,
 )
+from ocmm_core.cluster import HERE, Site, run_tasks
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive._batch import SUFFIX
 from ocmm_core.inspection.archive._camera_doubts import points_in_doubt
-from ocmm_core.inspection.archive._camera_history import is_known
+from ocmm_core.inspection.archive._camera_history import CameraHistory, is_known
+from ocmm_core.inspection.archive._known import (
+    KnownOfJob,
+    content_of,
+    known_alone,
+    known_here,
+)
 from ocmm_core.inspection.archive._points_in_doubt import first_taken
-from ocmm_core.inspection.archive._recall_job import Anew, JobFindings, Later, findings_of
+from ocmm_core.inspection.archive._recall_job import (
+    Anew,
+    DoubtedJob,
+    JobFindings,
+    Later,
+    findings_of,
+)
 from ocmm_core.inspection.archive._recall_judge import Cases, cases_of, judgement, recalled, unknown
 from ocmm_core.inspection.archive._recall_record import (
     SCHEMA,
@@ -41,7 +54,8 @@ from ocmm_core.inspection.archive._recall_record import (
 )
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments
-from ocmm_core.processes import processes_for, side_by_side
+from ocmm_core.inspection.archive._tip_history import ask_tip
+from ocmm_core.leftovers import scratch_folder
 from ocmm_core.storage import JobFile
 
 Tell = Callable[[str, float], None]
@@ -70,20 +84,12 @@ class KeptPlaces:
     probes: Path | None = None
 
 
-@dataclass(frozen=True, slots=True)
-class _Touched:
-    """A job with points in doubt, by number and why, and what it is computed with."""
-
-    path: Path
-    later: Later
-    in_doubt: dict[int, str]
-
-
 def recall(
     places: KeptPlaces,
     now: datetime,
     tell: Tell = lambda what, share: None,
     processes: int | None = None,
+    site: Site = HERE,
 ) -> RecallRecord:
     """Return what becomes of all jobs that are in doubt because of their calibration.
 
@@ -92,7 +98,10 @@ def recall(
     Parameters
     ----------
     processes
-        That compute; None for one a core, or this one alone where there are few jobs.
+        Of this computer that compute; None for one a core, or this one alone where there are few
+        jobs.
+    site
+        Where is computed without ``processes``; the record is the same.
 
     Raises
     ------
@@ -101,19 +110,14 @@ def recall(
     """
     paths = _paths(places.jobs)
     touched, unread = _touched(paths, places, now, tell)
-    found: list[JobFindings] = []
 
     def told(done: int) -> None:
         share = _LOOKING + (1.0 - _LOOKING) * done / max(len(touched), 1)
         tell(f"Recalculated {done} of {len(touched)} jobs", share)
 
-    if processes is None:
-        processes = processes_for(len(touched))
-    for result in _computed(touched, places, processes, told):
-        if isinstance(result, JobFindings):
-            found.append(result)
-        else:
-            unread.append(result.what)
+    if processes is not None:
+        site = Site(workers=processes)
+    jobs, failed = recall_doubted(touched, content_of_file, site, told)
     return RecallRecord(
         schema=SCHEMA,
         made_utc=now.isoformat(timespec="microseconds"),
@@ -121,8 +125,8 @@ def recall(
         software=__version__,
         folders=tuple(str(path) for path in places.jobs),
         looked_at=len(paths),
-        jobs=tuple(_judged(found)),
-        unread=tuple(sorted(unread)),
+        jobs=jobs,
+        unread=tuple(sorted((*unread, *failed))),
     )
 
 
@@ -150,21 +154,17 @@ def _paths(jobs: Sequence[Path]) -> list[Path]:
 
 def _touched(
     paths: Sequence[Path], places: KeptPlaces, now: datetime, tell: Tell
-) -> tuple[list[_Touched], list[str]]:
+) -> tuple[list[DoubtedJob], list[str]]:
     """Return the jobs with points in doubt, each with what it is computed with, and faults."""
-    stores: dict[str, CalibrationStore] = {}
-    laters: dict[tuple[str, str], Later] = {}
-    touched: list[_Touched] = []
+    doubting = Doubting(places.calibrations, places.probes, now)
+    touched: list[DoubtedJob] = []
     unread: list[str] = []
     for done, path in enumerate(paths):
         tell(f"Checking {path.name}", _LOOKING * done / len(paths))
         try:
-            record, in_doubt = _doubted(path, places.calibrations, stores)
-            if record is not None and in_doubt:
-                key = record.rig, record_hash(record)
-                if key not in laters:
-                    laters[key] = later_than(stores[record.rig], record, now)
-                touched.append(_Touched(path, laters[key], in_doubt))
+            found = doubting.of_file(path)
+            if found is not None:
+                touched.append(found)
         except InputError as error:
             unread.append(f"{error.what} {error.remedy}")
         except OcmmError as error:
@@ -172,31 +172,95 @@ def _touched(
     return touched, unread
 
 
-def _doubted(
-    path: Path, calibrations: Path, stores: dict[str, CalibrationStore]
-) -> tuple[CameraRecord | None, dict[int, str]]:
-    """Return the calibration of a job, and its points that are in doubt because of it.
+class Doubting:
+    """Which jobs are in doubt because of their calibration, by the histories of one folder.
 
-    Whatever an earlier recall has released: the last one decides about all of them.
+    Parameters
+    ----------
+    calibrations, probes
+        As of `KeptPlaces`.
+    now
+        The moment that it is asked for.
     """
-    with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
+
+    def __init__(self, calibrations: Path, probes: Path | None, now: datetime) -> None:
+        self._calibrations, self._probes, self._now = calibrations, probes, now
+        self._stores: dict[str, CalibrationStore] = {}
+        self._laters: dict[tuple[str, str], Later] = {}
+
+    def knows(self, rig: str, calibration: str) -> bool:
+        """Return whether the history of a calibration is in this folder."""
+        try:
+            return is_known(self._store(rig).events, calibration)
+        except InputError:
+            return False
+
+    def of_file(self, path: Path) -> DoubtedJob | None:
+        """Return a job of this computer with its points in doubt; None where there are none.
+
+        Raises
+        ------
+        OcmmError
+            The job or the history cannot be read, or the history is not here.
+        """
+        with copy_of_job(path) as copy, JobFile.open(copy, scratch=True) as job:
+            return self._of(path, job, lambda: known_here(
+                job, path, self._probes, self._calibrations
+            ))  # fmt: skip
+
+    def of_content(self, path: Path, content: bytes) -> DoubtedJob | None:
+        """Return a job of any computer by the bytes of its file; as `of_file`.
+
+        Parameters
+        ----------
+        path
+            What it is called.
+        """
+        with scratch_folder("recall") as folder:
+            copy = folder / "job.ocmm"
+            copy.write_bytes(content)
+            with JobFile.open(copy, scratch=True) as job:
+                return self._of(path, job, lambda: replace(
+                    known_alone(job),
+                    tip=ask_tip(
+                        StoredDocuments(path, job.head).probe_records(),
+                        self._probes or default_probe_folder(),
+                    ),
+                ))  # fmt: skip
+
+    def _of(self, path: Path, job: JobFile, asked: Callable[[], KnownOfJob]) -> DoubtedJob | None:
+        # Whatever an earlier recall has released: the last one decides about all of them.
         record = StoredDocuments(path, job.head).camera_record()
         if record is None:
-            return None, {}
-        if record.rig not in stores:
-            stores[record.rig] = CalibrationStore(store_folder(calibrations, record.rig))
-        events, used = stores[record.rig].events, job.head.rig_identity
+            return None
+        store, used = self._store(record.rig), job.head.rig_identity
+        events = store.events
         if not is_known(events, used):
             # Silence would say that it is not in doubt.
             raise InputError(
                 "recall.unknown",
                 f"{path}: its calibration {used[:12]} is not in the history of rig "
-                f"'{record.rig}' in {calibrations}, so it is unknown here whether it failed.",
+                f"'{record.rig}' in {self._calibrations}, so it is unknown here whether it failed.",
                 "Give the calibration folder it was measured with.",
             )
         doubts = points_in_doubt(events, used, first_taken(job))
         why = doubts.open | doubts.failed
-        return record, {p.number: why[p.number] for p in job.points() if p.number in why}
+        in_doubt = {p.number: why[p.number] for p in job.points() if p.number in why}
+        if not in_doubt:
+            return None
+        key = record.rig, record_hash(record)
+        if key not in self._laters:
+            self._laters[key] = later_than(store, record, self._now)
+        known = asked()
+        # A mark of an earlier recall must not keep this one from looking.
+        cameras = CameraHistory(unread=known.cameras.unread)
+        known = replace(known, cameras=cameras, held=())
+        return DoubtedJob(path, self._laters[key], in_doubt, known)
+
+    def _store(self, rig: str) -> CalibrationStore:
+        if rig not in self._stores:
+            self._stores[rig] = CalibrationStore(store_folder(self._calibrations, rig))
+        return self._stores[rig]
 
 
 def later_than(store: CalibrationStore, record: CameraRecord, now: datetime) -> Later:
@@ -227,24 +291,44 @@ def _cameras(record: CameraRecord) -> list[tuple[str, int]]:
     return [(one.name, one.serial) for one in record.cameras]
 
 
-def _computed(
-    touched: Sequence[_Touched],
-    places: KeptPlaces,
-    processes: int,
+def recall_doubted(
+    touched: Sequence[DoubtedJob],
+    contents: Callable[[DoubtedJob], tuple[bytes, bytes]],
+    site: Site,
     told: Callable[[int], None],
-) -> Iterator[JobFindings | OcmmError]:
-    """Give what was found of each job, or why it could not be opened."""
-    return side_by_side(
-        partial(_findings, calibrations=places.calibrations, probes=places.probes),
+) -> tuple[tuple[RecalledJob, ...], list[str]]:
+    """Return what becomes of jobs in doubt, and why some could not be opened.
+
+    Parameters
+    ----------
+    contents
+        Returns the bytes of a job file and of its log.
+    site
+        Where each job is computed; judged are all of them here, together.
+    told
+        How many are done.
+    """
+    found: list[JobFindings] = []
+    failed: list[str] = []
+    for one in run_tasks(
+        findings_of,
         touched,
-        processes,
         lambda job: f"Recalculating {job.path.name}",
-        told,
-    )
+        site=site,
+        contents=contents,
+        told=told,
+    ):
+        if isinstance(one, JobFindings):
+            found.append(one)
+        else:
+            failed.append(one.what)
+    return tuple(_judged(found)), failed
 
 
-def _findings(job: _Touched, calibrations: Path, probes: Path | None) -> JobFindings:
-    return findings_of(job.path, job.later, job.in_doubt, calibrations, probes)
+def content_of_file(job: DoubtedJob) -> tuple[bytes, bytes]:
+    """Return the bytes of a job file on this computer, and of its log."""
+    with copy_of_job(job.path) as copy:
+        return content_of(copy)
 
 
 def _judged(found: Sequence[JobFindings]) -> Iterator[RecalledJob]:

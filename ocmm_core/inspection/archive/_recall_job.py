@@ -18,9 +18,9 @@ from ocmm_core.alignment import Relocation, saved_frame_in
 from ocmm_core.calibration.records import CameraRecord, rig_from_record
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.archive._known import KnownOfJob
 from ocmm_core.inspection.archive._recall_fit import Misfit, misfit_of
 from ocmm_core.inspection.archive._reopen import ReopenedJob, reopen_job
-from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import named
 from ocmm_core.inspection.evaluation import (
     FeatureState,
@@ -29,6 +29,7 @@ from ocmm_core.inspection.evaluation import (
     evaluate_job,
     notes_of,
 )
+from ocmm_core.leftovers import scratch_folder
 from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.storage import JobHead
 from ocmm_core.tolerances.decisions import CharacteristicResult
@@ -128,36 +129,50 @@ class JobFindings:
     later_calibration: str
 
 
-def findings_of(
-    path: Path,
-    later: Later,
-    in_doubt: Mapping[int, str],
-    calibrations: Path,
-    probes: Path | None,
-) -> JobFindings:
-    """Return a job under both calibrations.
+@dataclass(frozen=True, slots=True)
+class DoubtedJob:
+    """A job with points in doubt and what it is computed with; can be sent to another computer.
 
-    Parameters
+    Attributes
     ----------
     path
-        The job file; it is not written to.
+        Of its file, for sentences.
     later
         What it is computed with anew.
     in_doubt
         Numbers of the points that the history of its calibration puts in doubt, and why.
-    calibrations, probes
-        Where histories are kept on this computer.
+    known
+        What is known of it beside its file; of its calibration only whether that can be read,
+        because ``in_doubt`` says the rest.
+    """
+
+    path: Path
+    later: Later
+    in_doubt: Mapping[int, str]
+    known: KnownOfJob
+
+
+def findings_of(doubted: DoubtedJob, file: bytes, log: bytes) -> JobFindings:
+    """Return a job under both calibrations; no file or history of this computer is asked.
+
+    Parameters
+    ----------
+    file, log
+        Bytes of the job file, and of its log, which may be empty.
 
     Raises
     ------
     OcmmError
         The job cannot be opened, see `reopen_job`.
     """
-    with copy_of_job(path) as copy:
-        log = copy.with_name(f"{copy.name}-wal")
-        content = copy.read_bytes() + (log.read_bytes() if log.exists() else b"")
+    path, later, in_doubt = doubted.path, doubted.later, doubted.in_doubt
+    with scratch_folder("recall") as folder:
+        copy = folder / "job.ocmm"
+        copy.write_bytes(file)
+        if log:
+            copy.with_name(f"{copy.name}-wal").write_bytes(log)
         try:
-            job = reopen_job(copy, probes, calibrations=calibrations)
+            job = reopen_job(copy, known=doubted.known)
         except OcmmError as error:
             raise named(error, str(copy), str(path)) from error
     held = {
@@ -179,7 +194,7 @@ def findings_of(
     stored = [job.taken_utc[point.number] for point in job.points]
     return JobFindings(
         path=path,
-        sha256=hashlib.sha256(content).hexdigest(),
+        sha256=hashlib.sha256(file + log).hexdigest(),
         head=job.head,
         rig=job.rig.name,
         calibration=job.head.rig_identity,

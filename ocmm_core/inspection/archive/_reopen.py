@@ -3,7 +3,7 @@
 Plan, cameras, probe, reference body and temperatures are in the job file, as they were. Nothing
 else is needed: no document of this computer, no record, no clock. Only what became known later of
 the tip and of the cameras is looked up where their history is on this computer
-(`inspection.tip_history`, `inspection.camera_history`). The file is copied first
+(`_tip_history`, `_camera_history`, together in `_known`). The file is copied first
 (`inspection.reopen_copy`), so that it may lie where nobody can write, come from another computer or
 an older version, or be measured by another program at the moment.
 """
@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 
 from ocmm_core.calibration.probe_design import ContactForce
-from ocmm_core.calibration.records import default_folder, default_probe_folder
 from ocmm_core.camera import Rig
 from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, RigidTransform
 from ocmm_core.inspection.archive._camera_history import settle_by_calibration
+from ocmm_core.inspection.archive._known import KnownOfJob, known_alone, known_here
 from ocmm_core.inspection.archive._points_in_doubt import History
 from ocmm_core.inspection.archive._reopen_copy import copy_of_job
 from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about, named
@@ -81,6 +81,8 @@ class ReopenedJob:
         The points that are held back, for what and why, by the file and by these histories.
     seal
         How far the job goes, and who signed it.
+    recalled
+        Why the archive of the shop holds the job back, as far as this computer has learned.
     """
 
     path: Path
@@ -102,6 +104,7 @@ class ReopenedJob:
     history: History = field(default_factory=History)
     cameras: History = field(default_factory=History)
     held: Mapping[HoldReason, Mapping[int, str]] = field(default_factory=dict)
+    recalled: tuple[str, ...] = ()
 
     @property
     def annulled(self) -> tuple[int, ...]:
@@ -123,7 +126,7 @@ class ReopenedJob:
         """Return all that speaks against the job, in sentences."""
         tip = (*self.history.unread, *self.history.against)
         cameras = (*self.cameras.unread, *self.cameras.against)
-        return (*self.faults, *self.differences, *cameras, *tip)
+        return (*self.faults, *self.differences, *self.recalled, *cameras, *tip)
 
     @property
     def remarks(self) -> tuple[str, ...]:
@@ -139,6 +142,7 @@ def reopen_job(
     calibrations: Path | None = None,
     *,
     alone: bool = False,
+    known: KnownOfJob | None = None,
 ) -> ReopenedJob:
     """Open a job read-only and compute everything in it anew.
 
@@ -154,6 +158,8 @@ def reopen_job(
         Where histories of calibrations are kept on this computer; None is the folder of this user.
     alone
         By its file alone: no history is asked, and not how far this computer saw the job go.
+    known
+        What another computer knows of it (`known_here`): nothing is asked here.
 
     Raises
     ------
@@ -170,25 +176,20 @@ def reopen_job(
         try:
             # The copy is our own: one of an older version is brought up to date by this.
             with JobFile.open(copy, scratch=True) as job:
-                return _reopened(
-                    path,
-                    job,
-                    probes or default_probe_folder(),
-                    calibrations or default_folder(),
-                    tell,
-                    alone=alone,
-                )
+                if known is None and alone:
+                    known = known_alone(job)
+                elif known is None:
+                    known = known_here(job, path, probes, calibrations)
+                return _reopened(path, job, known, tell)
         except OcmmError as error:
             raise about(named(error, str(copy), str(path)), path) from error
 
 
-def _reopened(
-    path: Path, job: JobFile, probes: Path, calibrations: Path, tell: Tell, *, alone: bool
-) -> ReopenedJob:
+def _reopened(path: Path, job: JobFile, known: KnownOfJob, tell: Tell) -> ReopenedJob:
     tell("Reading the documents", 0.05)
     head, events = job.head, job.events()
     stored = StoredDocuments(path, head)
-    plan, rig, records = stored.plan(), stored.rig(), stored.probe_records()
+    plan, rig = stored.plan(), stored.rig()
     body, options = stored.measured_with(events, job.reference())
     session = InspectionSession(plan, rig, body, job, options)
     points, taken_back = session.stored_points()
@@ -197,15 +198,9 @@ def _reopened(
     sensitivities = use.sensitivities([(point.spots, point.reference_spots) for point in points])
     tell("Checking the audit of the file", 0.5)
     session.know({p.number: one for p, one in zip(points, sensitivities, strict=True)})
-    seal = job.seal()
-    if alone:
-        faults = tuple(fault for fault in job.verify() if fault != seal.missing)
-        history = cameras = History()
-    else:
-        faults = tuple(job.verify())
-        job.note_seen(path)
-        history = settle_by_history(session, job, records, probes)
-        cameras = settle_by_calibration(session, job, stored.camera_record(), calibrations)
+    faults = tuple(job.verify(known.seal))
+    history = settle_by_history(session, job, known.tip)
+    cameras = settle_by_calibration(session, job, known.cameras)
     tell("Comparing with the stored results", 0.6)
     anew = [[one.tip_world] for one in sensitivities]
     if "thesis" in methods_used(events):
@@ -220,7 +215,9 @@ def _reopened(
         rig=rig,
         body=body,
         options=options,
-        view=_judged(session.view, (*faults, *differences, *cameras.unread, *history.unread)),
+        view=_judged(
+            session.view, (*faults, *differences, *cameras.unread, *history.unread), known.held
+        ),
         T_part_from_world=session.frame.T_part_from_world,
         points=points,
         sensitivities=sensitivities,
@@ -229,18 +226,19 @@ def _reopened(
         taken_utc=job.taken_utc(),
         faults=faults,
         differences=differences,
-        seal=seal,
+        seal=known.seal,
         history=history,
         cameras=cameras,
+        recalled=known.held,
         held={hold_reason: session.held.held_for(hold_reason) for hold_reason in HoldReason},
     )
 
 
-def _judged(view: JobView, doubts: Sequence[str]) -> JobView:
-    """Return the view, nothing in it proven where something speaks against the file."""
-    if not doubts:
+def _judged(view: JobView, doubts: Sequence[str], held: Sequence[str]) -> JobView:
+    """Return the view, nothing in it proven where something speaks against the file or the job."""
+    if not doubts and not held:
         return view
-    why = f"The job file is suspect: {doubts[0]}"
+    why = f"The job file is suspect: {doubts[0]}" if doubts else held[0]
     results = tuple(not_proven(result, why) for result in view.characteristics)
     return replace(view, unproven=why, characteristics=results)
 

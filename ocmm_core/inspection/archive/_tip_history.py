@@ -8,6 +8,7 @@ very calibration that the job was measured with; elsewhere a job says what its o
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from ocmm_core.calibration.records import (
@@ -31,6 +32,25 @@ from ocmm_core.inspection.session import InspectionSession
 from ocmm_core.storage import JobFile
 
 _CHECKED = "The tip has since been checked and is unchanged."
+
+
+@dataclass(frozen=True, slots=True)
+class TipHistory:
+    """What this computer knows of the tip of a job; can be sent to another one.
+
+    Attributes
+    ----------
+    tip
+        Its name; empty where there is nothing to ask.
+    events
+        Of its probe, oldest first.
+    unread
+        As of `History`.
+    """
+
+    tip: str = ""
+    events: tuple[TipEvent, ...] = ()
+    unread: tuple[str, ...] = ()
 
 
 def settle_tip(
@@ -59,38 +79,47 @@ def settle_tip(
     return any(changed)
 
 
-def settle_by_history(
-    session: InspectionSession, job: JobFile, probe: ProbeText | None, folder: Path
-) -> History:
-    """Do so by the history of the probe on this computer, where there is one.
+def ask_tip(probe: ProbeText | None, folder: Path) -> TipHistory:
+    """Return what the history of a probe on this computer says, where there is one.
 
     Parameters
     ----------
-    job
-        Own copy of a job file.
     probe
         What the job was measured with; None for a probe without records, which has no history.
     folder
         Where records of probes are kept, probe by probe.
     """
     if probe is None:
-        return History()
+        return TipHistory()
     name = probe.calibration.probe
     try:
         store = ProbeStore(probe_store_folder(folder, name))
     except InputError:
         # No probe of such a name can have a history here.
-        return History()
+        return TipHistory()
     except (StorageError, OSError) as error:
         why = error.what if isinstance(error, StorageError) else str(error)
         sentence = (
             f"The history of probe '{name}' cannot be read, so it is unknown whether its tip "
             f"has failed since: {why}"
         )
-        return History(unread=(sentence,))
+        return TipHistory(unread=(sentence,))
     used = record_hash(probe.calibration)
     calibrated = [one for one in store.events if one.kind is TipEventKind.CALIBRATED]
     if all(one.record != used for one in calibrated):
-        return History()
-    settle_tip(session, job, store.events, probe.calibration.tip)
+        return TipHistory()
+    return TipHistory(probe.calibration.tip, store.events)
+
+
+def settle_by_history(session: InspectionSession, job: JobFile, known: TipHistory) -> History:
+    """Hold back and release points by what is known of their tip.
+
+    Parameters
+    ----------
+    job
+        Own copy of a job file.
+    """
+    if not known.tip:
+        return History(unread=known.unread)
+    settle_tip(session, job, known.events, known.tip)
     return History(against=sentences_of(session, HoldReason.FAILED_TIP, HoldReason.TIP))

@@ -92,6 +92,7 @@ if TYPE_CHECKING:
         JobHeader,
         JobView,
         LiveView,
+        PlannedFeature,
         Probing,
         ReferenceView,
         StatusWord,
@@ -123,8 +124,8 @@ else:
         _surfaces="nearness places_of",
         _uncertainty="JobUncertainty frame_covariance job_uncertainty probe_state uncertainty_of",
         _view=(
-            "Coverage DeletedPoint FeatureState FeatureView JobHeader JobView LiveView Probing "
-            "ReferenceView StatusWord Target"
+            "Coverage DeletedPoint FeatureState FeatureView JobHeader JobView LiveView "
+            "PlannedFeature Probing ReferenceView StatusWord Target"
         ),
     )
 
@@ -152,6 +153,7 @@ __all__ = [
     "JobUncertainty",
     "JobView",
     "LiveView",
+    "PlannedFeature",
     "Probing",
     "Progress",
     "ReferenceView",

@@ -10,8 +10,8 @@ from typing import Literal
 import numpy as np
 
 from ocmm_core.acquisition.frames import AcquisitionStatus
-from ocmm_core.features.shapes import Fit, Shape
-from ocmm_core.geometry import Float, Int
+from ocmm_core.features.shapes import Fit, NominalFeature, Shape
+from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.measuring import MeasuredPoint, Refusal
 from ocmm_core.part_model import PlacedPart
 from ocmm_core.tolerances.decisions import (
@@ -188,6 +188,29 @@ class Target:
         return float(np.linalg.norm(tip_world - self.ball_world))
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PlannedFeature:
+    """The active feature where the plan has it, as long as it was not measured: to be shown only.
+
+    Attributes
+    ----------
+    nominal
+        The feature.
+    T_world_from_nominal
+        Where the nominals of the plan are, or may be.
+    supposed
+        Nobody knows where the part is: it is shown upright in the middle of the volume.
+    targets
+        Where to touch it, if it is supposed there. Neither ring nor tone leads to such places, and
+        no touch is held against them.
+    """
+
+    nominal: NominalFeature
+    T_world_from_nominal: RigidTransform
+    supposed: bool
+    targets: tuple[Target, ...] = ()
+
+
 @dataclass(frozen=True, slots=True)
 class FeatureView:
     """One feature of the plan as it stands.
@@ -316,6 +339,8 @@ class JobView:
         What its cameras could not prove, in sentences; every page and file says so.
     placed_part
         The nominal part by the CAD model of the plan; None where the plan names none.
+    planned
+        The active feature by its nominals, as long as it has no fit; None where it has one.
     part_verdict
         The verdict on the part. This and what `verdict_of` returns are made of ``features`` and
         ``characteristics`` whenever a view is made, so that they cannot say anything else.
@@ -344,6 +369,7 @@ class JobView:
     simulated: bool = False
     camera_doubts: tuple[str, ...] = ()
     placed_part: PlacedPart | None = None
+    planned: PlannedFeature | None = None
     part_verdict: PartVerdict = field(init=False)
     _summaries: Mapping[str, VerdictSummary] = field(init=False, repr=False, compare=False)
 

@@ -57,7 +57,12 @@ if TYPE_CHECKING:
     from ocmm_core.inspection.plan._shelf import PlanSummary, list_plans, plan_card
     from ocmm_core.inspection.plan._step_checks import step_fault
     from ocmm_core.inspection.plan._stored_plan import stored_plan
-    from ocmm_core.inspection.plan._surface_profile import surface_profile, with_profiles
+    from ocmm_core.inspection.plan._surface_profile import (
+        USUAL_BALL_RADIUS,
+        surface_profile,
+        with_model_fit,
+        with_profiles,
+    )
     from ocmm_core.inspection.plan._teach import taught_plan
 else:
     __getattr__ = door(
@@ -76,7 +81,7 @@ else:
         _shelf="PlanSummary plan_card list_plans",
         _step_checks="step_fault",
         _stored_plan="stored_plan",
-        _surface_profile="surface_profile with_profiles",
+        _surface_profile="USUAL_BALL_RADIUS surface_profile with_model_fit with_profiles",
         _teach="taught_plan",
     )
 
@@ -85,6 +90,7 @@ __all__ = [
     "HEAD_FIELDS",
     "MAX_EXPANSION_PPM",
     "NAME_PATTERN",
+    "USUAL_BALL_RADIUS",
     "CadModel",
     "Material",
     "PartOfPlan",
@@ -118,6 +124,7 @@ __all__ = [
     "with_alignment",
     "with_head",
     "with_model",
+    "with_model_fit",
     "with_picture",
     "with_profiles",
     "without_file",

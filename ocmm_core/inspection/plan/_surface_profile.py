@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 import msgspec
+import numpy as np
 
 from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
@@ -12,13 +13,25 @@ from ocmm_core.features.shapes import NominalFeature, Shape
 from ocmm_core.inspection.plan._edit import EDITED
 from ocmm_core.inspection.plan._plan import Plan, check_plan
 from ocmm_core.inspection.step import FreeForm
-from ocmm_core.part_model import ModelFace, NominalFace, nominal_face, searched, spread_places
+from ocmm_core.part_model import (
+    ModelFace,
+    NominalFace,
+    nearest_feet,
+    nominal_face,
+    searched,
+    spread_places,
+)
 from ocmm_core.tolerances.zones import Characteristic
 
 CLEAR_MM = 1.0
 """Beside the radius of the ball: least distance of a place from every edge."""
 LEAST_PLACES = 7
 """Fewer say nothing of a surface that may follow its points."""
+USUAL_PLACES, USUAL_BALL_RADIUS = 24, 3.0
+"""Points of a best fit to faces, and mm of the ball of the standard probe."""
+_ON_MM = 0.05
+"""A point that is no farther from a face lies on it."""
+_LONGEST = 40
 
 
 def surface_profile(
@@ -56,12 +69,7 @@ def surface_profile(
         features += _points(name, places.tolist(), normals.tolist(), len(features))
     if len(features) < LEAST_PLACES:
         numbers = ", ".join(str(face.number) for face in faces)
-        raise InputError(
-            "plan.no_room",
-            f"Only {len(features)} places of face {numbers} have room for a ball of "
-            f"{2.0 * ball_radius:g} mm; {LEAST_PLACES} are needed.",
-            "Plan a smaller ball or more points, or name more faces.",
-        )
+        raise _no_room(len(features), numbers, ball_radius)
     return features, _profile(name, features, held, tolerance, datums)
 
 
@@ -103,6 +111,87 @@ def with_profiles(plan: Plan, free_forms: Sequence[FreeForm], tolerance: float) 
     )  # fmt: skip
     check_plan(EDITED, more)
     return more
+
+
+def with_model_fit(
+    plan: Plan,
+    faces: Sequence[ModelFace],
+    *,
+    count: int = USUAL_PLACES,
+    ball_radius: float = USUAL_BALL_RADIUS,
+) -> Plan:
+    """Return a plan whose alignment is the best fit to faces of its model.
+
+    Single points of the plan that lie on the faces are taken. A face that has fewer than its share
+    gets more, spread over it and called after it.
+
+    Parameters
+    ----------
+    count
+        Points in all, shared by the faces.
+    ball_radius
+        mm: of the largest ball that is to fit.
+
+    Raises
+    ------
+    InputError
+        No face is given, the model holds no surface of one, or too few places of them have room for
+        the ball.
+    """
+    if not faces:
+        raise InputError(
+            "plan.no_faces", "No face of the model is chosen.", "Choose the faces to align by."
+        )
+    held = tuple(nominal_face(face) for face in faces)
+    singles = [one for one in plan.features if one.shape is Shape.POINT]
+    on_faces = _lying_on(singles, held)
+    taken = {item.name for item in (*plan.features, *plan.constructions, *plan.characteristics)}
+    points = [one.name for one, place in zip(singles, on_faces, strict=True) if place >= 0]
+    added: list[NominalFeature] = []
+    for place, (face, one) in enumerate(zip(faces, held, strict=True)):
+        wanted = count // len(held) + (place < count % len(held)) - on_faces.count(place)
+        if wanted <= 0:
+            continue
+        spread = spread_places(searched(one), wanted, ball_radius + CLEAR_MM, ball_radius)
+        stem = face.name or face.feature or f"FACE {face.number}"
+        places, normals = (rows.tolist() for rows in spread)
+        made = _points(f"{_named(stem, taken)} on", places, normals)
+        taken.update(item.name for item in made)
+        added += made
+    points += [item.name for item in added]
+    if len(points) < LEAST_PLACES:
+        numbers = ", ".join(str(face.number) for face in faces)
+        raise _no_room(len(points), numbers, ball_radius)
+    rule = ModelBestFit(points=tuple(points), faces=held)
+    more = msgspec.structs.replace(plan, features=[*plan.features, *added], alignment=rule)
+    check_plan(EDITED, more)
+    return more
+
+
+def _lying_on(points: Sequence[NominalFeature], faces: Sequence[NominalFace]) -> list[int]:
+    """Return on which of the faces each point lies, from 0; -1 for none."""
+    if not points:
+        return []
+    feet = nearest_feet(np.array([one.point for one in points]), [searched(one) for one in faces])
+    near = np.abs(feet.distances) <= _ON_MM
+    return [int(face) if on else -1 for face, on in zip(feet.faces, near, strict=True)]
+
+
+def _named(stem: str, taken: Collection[str]) -> str:
+    """Return a word that no item of a plan begins with yet."""
+    words = "".join(sign if sign.isalnum() or sign in " _.-" else " " for sign in stem).strip()
+    stem = words[:_LONGEST] or "FACE"
+    every = (stem, *(f"{stem} {number}" for number in range(2, len(taken) + 3)))
+    return next(one for one in every if not any(it.startswith(f"{one} on ") for it in taken))
+
+
+def _no_room(count: int, numbers: str, ball_radius: float) -> InputError:
+    return InputError(
+        "plan.no_room",
+        f"Only {count} places of face {numbers} have room for a ball of "
+        f"{2.0 * ball_radius:g} mm; {LEAST_PLACES} are needed.",
+        "Plan a smaller ball or more points, or name more faces.",
+    )
 
 
 def _points(

@@ -140,13 +140,19 @@ class Reach:
         mask = np.zeros(self._obstacle.n_faces, dtype=np.bool_)
         mask[own] = True
         part, ranks = self._obstacle, self._ranks(normals, axis_part)
+        # What is outside is not searched: of a part larger than the volume that would be most.
+        outside = self._outside(points, normals)
+        inside = np.flatnonzero(~outside)
+        inner, way_of = found[inside], ways[inside]
         kernel.search(
-            np.ascontiguousarray(points), np.ascontiguousarray(normals), self._radius,
-            np.array(WAYS_MM), self._turns, ranks, self._solid,
+            np.ascontiguousarray(points[inside]), np.ascontiguousarray(normals[inside]),
+            self._radius, np.array(WAYS_MM), self._turns, ranks[inside], self._solid,
             self._leds, self._looks, self._cameras, self._sensors, self._limits, part.triangles,
-            part.faces, mask, part.boxes, part.links, part.order, found, ways,
+            part.faces, mask, part.boxes, part.links, part.order, inner, way_of,
         )  # fmt: skip
-        stage = np.where(self._outside(points, normals), _OUTSIDE, found[:, 0])
+        found[inside], ways[inside] = inner, way_of
+        found[outside, 1] = -1
+        stage = np.where(outside, _OUTSIDE, found[:, 0])
         if self._setting is not None:
             stage[(ranks[:, 0] < 0) & (found[:, 1] < 0)] = _LEANING
         held = np.full((count, 3, 3), np.nan)

@@ -31,7 +31,7 @@ from ocmm_core.inspection.evaluation import (
 )
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._job_points import JobPoints
-from ocmm_core.inspection.session._placed_part import placed
+from ocmm_core.inspection.session._placed_part import placed, planned_feature
 from ocmm_core.measuring import Refusal
 from ocmm_core.part_model import PartModel
 from ocmm_core.tracking import ProbeBody, TipSensitivity
@@ -114,6 +114,15 @@ def view_of(
             replace(item, targets=targets) if item.name == progress.active else item
             for item in features
         )
+    placed_part = cache.known(
+        "part", (state.part, place, rig), lambda: placed(state.part, place, rig)
+    )
+    planned = None
+    if progress.active and not isinstance(found.actual[progress.active], ActualFeature):
+        planned = planned_feature(
+            plan, progress.active, points.of(progress.active), place, placed_part, rig,
+            body.tip_radius,
+        )  # fmt: skip
     return JobView(
         job=state.job,
         part=plan.part,
@@ -136,9 +145,8 @@ def view_of(
         redo=state.redo,
         simulated=state.simulated,
         camera_doubts=state.camera_doubts,
-        placed_part=cache.known(
-            "part", (state.part, place, rig), lambda: placed(state.part, place, rig)
-        ),
+        placed_part=placed_part,
+        planned=planned,
     )
 
 

@@ -2,12 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ocmm_core.camera import Rig
-from ocmm_core.geometry import RigidTransform, rotation_from_vector
-from ocmm_core.inspection.evaluation import Whereabouts
+from ocmm_core.geometry import Float, RigidTransform, rotation_from_vector, unit
+from ocmm_core.inspection.evaluation import (
+    PlannedFeature,
+    Target,
+    Whereabouts,
+    places_of,
+    targets_of,
+)
+from ocmm_core.inspection.plan import Plan
 from ocmm_core.inspection.session._ledger import JobLedger
+from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.part_model import PartModel, PlacedPart
 
 
@@ -52,11 +62,59 @@ def placed(model: PartModel | None, place: Whereabouts | None, rig: Rig) -> Plac
     if model is None:
         return None
     if place is None:
-        return PlacedPart(model, _in_the_middle(model, rig), is_rough=True)
+        return PlacedPart(model, _in_the_middle(model.box, rig), is_rough=True)
     return PlacedPart(model, place.T_nominal_from_world.inverse(), is_rough=place.approximate)
 
 
-def _in_the_middle(model: PartModel, rig: Rig) -> RigidTransform:
+def planned_feature(
+    plan: Plan,
+    name: str,
+    points: Sequence[MeasuredPoint],
+    place: Whereabouts | None,
+    placed_part: PlacedPart | None,
+    rig: Rig,
+    tip_radius: float,
+) -> PlannedFeature:
+    """Return a feature where the plan has it, to be shown before it is measured.
+
+    As long as nothing tells where the part is, it is where the part is shown, and its places are
+    there. They are supposed: the hand is not led to them.
+
+    Parameters
+    ----------
+    points
+        Those that the feature has: so many places fewer are wanted.
+    tip_radius
+        mm.
+    """
+    nominal = plan.feature(name)
+    if place is not None:
+        return PlannedFeature(nominal, place.T_nominal_from_world.inverse(), supposed=False)
+    if placed_part is not None:
+        there = placed_part.T_world_from_model
+    else:
+        there = _in_the_middle(_box_of(plan), rig)
+    supposed = Whereabouts(there.inverse(), approximate=True)
+    targets = targets_of(plan, name, points, supposed, tip_radius, None)
+    if not targets and not places_of(nominal, nominal.points).points.size:
+        # The plan does not say how large it is: its middle is shown.
+        middle = there.apply(np.array(nominal.point))
+        normal = np.zeros(3)
+        if nominal.shape.spec.spread == "plane":
+            normal = there.rotation @ unit(np.array(nominal.direction))
+        ball = middle + tip_radius * normal
+        targets = (Target(name, middle, normal, ball, approximate=True),)
+    return PlannedFeature(nominal, there, supposed=True, targets=targets)
+
+
+def _box_of(plan: Plan) -> Float:
+    """Return the least and the greatest coordinates (2, 3), mm, of where a plan is touched."""
+    places = [places_of(one, one.points).points for one in plan.features]
+    every = np.concatenate([*places, [one.point for one in plan.features]])
+    return np.stack([every.min(axis=0), every.max(axis=0)])
+
+
+def _in_the_middle(box: Float, rig: Rig) -> RigidTransform:
     """Return the motion that puts a part, its z upwards, into the middle of the volume."""
     # Upright is opposite to the columns of the sensors.
     columns = np.mean([camera.T_camera_from_world.rotation[1] for camera in rig.cameras], axis=0)
@@ -69,4 +127,4 @@ def _in_the_middle(model: PartModel, rig: Rig) -> RigidTransform:
     else:
         rotation = np.diag([1.0, np.sign(up[2]), np.sign(up[2])])
     middle = rig.volume_world.mean(axis=0)
-    return RigidTransform(rotation, middle - rotation @ model.box.mean(axis=0))
+    return RigidTransform(rotation, middle - rotation @ box.mean(axis=0))

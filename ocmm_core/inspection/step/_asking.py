@@ -16,6 +16,7 @@ import msgspec
 
 from ocmm_core.documents import decode_json, read_bytes
 from ocmm_core.errors import InputError, InternalError
+from ocmm_core.host import HOST
 from ocmm_core.inspection.step._answer import StepAnswer
 from ocmm_core.inspection.step._worker import Wanted, read_step
 from ocmm_core.part_model import LARGEST_MODEL, PartModel, model_from_bytes
@@ -25,13 +26,15 @@ STEP_SETUP = "the README says how"
 """How the extra is installed, by its lock file and with hashes."""
 STEP_SIZE_MB = 400
 _LOOK_S = 0.05
+_WAITED = 10.0
+"""So many times the limit is waited for by the clock."""
 _LONGEST_ANSWER = 100_000_000
 REMEDY = "Export the model as STEP (AP203, AP214 or AP242) again, with exact surfaces (no mesh)."
 
 
 @dataclass(frozen=True, slots=True)
 class Asking:
-    """How long an answer is waited for; see `read_model`."""
+    """How much work an answer may take, s of processors; see `read_model`."""
 
     timeout_s: float
     given_up: Callable[[], bool]
@@ -71,7 +74,7 @@ def ask(
     worker = context.Process(target=read_step, args=(str(path), wanted, asked), daemon=True)
     worker.start()
     asked.close()
-    reading = _Reading(path, answer, asking)
+    reading = _Reading(path, answer, asking, worker.pid)
     said = None
     try:
         said = reading.last()
@@ -94,9 +97,9 @@ def ask(
 class _Reading:
     """What a reader tells, until it has told all."""
 
-    def __init__(self, path: Path, answer: Connection, asking: Asking) -> None:
-        self._path, self._answer, self._asking = path, answer, asking
-        self._until = time.monotonic() + asking.timeout_s
+    def __init__(self, path: Path, answer: Connection, asking: Asking, pid: int | None) -> None:
+        self._path, self._answer, self._asking, self._pid = path, answer, asking, pid
+        self._begun = time.monotonic()
         self._doing = "the start of the library"
 
     def last(self) -> StepAnswer | None:
@@ -127,10 +130,22 @@ class _Reading:
                 raise InputError(
                     "plan.step_given_up", f"{self._path}: import cancelled.", "Import it again."
                 )
-            if time.monotonic() > self._until:
+            if self._is_too_long():
                 limit = self._asking.timeout_s
                 what = f"reading took longer than {limit:.0f} s (at {self._doing})"
                 raise step_error(self._path, what, REMEDY)
+
+    def _is_too_long(self) -> bool:
+        """Return whether the reader has worked longer than it may.
+
+        Its own work counts: beside other programs a good file takes any time of the clock. One
+        that waits and does nothing is given up as well, later.
+        """
+        limit, took = self._asking.timeout_s, time.monotonic() - self._begun
+        if took <= limit:
+            return False
+        worked = None if self._pid is None else HOST.processor_seconds(self._pid)
+        return worked is None or worked > limit or took > _WAITED * limit
 
     def failed(self, ended: int | None) -> InputError:
         """Return what a reader failed on that ended without an answer."""

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ocmm_core.inspection.step._edge_steps import EdgeSteps
 from ocmm_core.inspection.step._library import SameShape, explored, static
 
 _LONGEST = 200
@@ -46,12 +47,15 @@ class StepDocument:
         By the face without its place.
     reader
         `STEPControl_Reader`, which knows the entities that shapes were made of.
+    steps
+        Along its edges, as far as somebody asked.
     """
 
     shape: Any
     document: Any
     said: dict[SameShape, Said]
     reader: Any = None
+    steps: EdgeSteps = field(default_factory=EdgeSteps)
 
     def about(self, face: Any) -> Said:
         """Return what the file says of a face of ``shape``."""

@@ -16,6 +16,7 @@ from scipy.spatial import cKDTree
 from ocmm_core.features.shapes import Shape
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.reach import Reach
+from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace, StepSurface
 from ocmm_core.inspection.step._placed import placed
 from ocmm_core.inspection.step._raw_faces import RawFace, Rim
@@ -31,6 +32,8 @@ _HOLLOW = -0.1
 _SAME_AXIS, _MOST_AXES = np.cos(np.radians(1.0)), 40
 _SHORT_MM = 5.0
 """Half the length of a stretch of an edge up to which it is found by its middle."""
+_FEW_PAIRS = 2_000_000
+"""So many places and stretches are soon tried all."""
 _SPARE = 2
 """So many times the usual points are placed, for who wants more."""
 
@@ -164,17 +167,11 @@ def _hollow_rims(faces: Sequence[RawFace], groups: Sequence[Sequence[int]]) -> l
 def _falls_away(face: RawFace, rim: Rim, beyond: Rim) -> bool:
     """Return whether the material ends at an edge: the face beyond looks away from this one."""
     half = len(rim.line) // 2
-    middle = rim.line[half]
     along = rim.line[half + 1] - rim.line[half - 1]
-    inward = np.cross(rim.normal, along)
-    length = float(np.linalg.norm(inward))
-    if length == 0.0 or not len(face.places):
-        return False
-    inward /= length
-    nearest = face.places[int(np.argmin(np.linalg.norm(face.places - middle, axis=1)))]
-    if float(inward @ (nearest - middle)) < 0.0:
-        inward = -inward
-    return float(beyond.normal @ inward) < _HOLLOW
+    lean: float = kernel.leans_inward(
+        rim.line[half], along, rim.normal, face.places, beyond.normal
+    )  # fmt: skip
+    return lean < _HOLLOW
 
 
 def _surface(
@@ -271,14 +268,15 @@ def _turn(face: StepFace, places: Float) -> float:
 def _distances(places: Float, stretches: Float, far: float) -> Float:
     """Return how far places (n, 3) are from the nearest of stretches (m, 2, 3), mm.
 
-    What is farther than ``far`` is infinitely far. Long stretches are tried one by one; of short
-    ones, of which a face with many holes has many, those whose middles a tree finds near enough.
+    What is farther than ``far`` is infinitely far. Stretches are tried one by one, but short ones
+    of a face with very many of them: of those the ones whose middles a tree finds near enough.
     """
-    nearest = np.full(len(places), np.inf)
+    squares = np.full(len(places), np.inf)
+    places = np.ascontiguousarray(places)
     halves = 0.5 * np.linalg.norm(stretches[:, 1] - stretches[:, 0], axis=1)
-    is_short = halves <= _SHORT_MM
-    for start, end in stretches[~is_short]:
-        nearest = np.minimum(nearest, _apart(places, start[None], end[None]))
+    is_short = (halves <= _SHORT_MM) & (len(places) * len(stretches) > _FEW_PAIRS)
+    kernel.nearest(places, np.ascontiguousarray(stretches[~is_short]), squares)
+    nearest = np.sqrt(squares)
     short = stretches[is_short]
     if len(short):
         reach = far + float(halves[is_short].max())

@@ -140,7 +140,7 @@ def read_model(
     ball_mm
         Diameter of the ball, mm: it needs room on a face and in a bore.
     timeout_s
-        After so long the reading is given up.
+        After so much time of processors, not of the clock, the reading is given up.
     given_up
         Asked some twenty times a second; the reading ends within a moment then.
     progress

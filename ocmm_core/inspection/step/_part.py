@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float
 from ocmm_core.inspection.step._document import StepDocument
+from ocmm_core.inspection.step._edge_steps import EdgeSteps
 from ocmm_core.inspection.step._library import SameShape, explored, kind_of, static, vector
-from ocmm_core.inspection.step._raw_faces import UnusableModelError, edge_steps, faces_with_surface
+from ocmm_core.inspection.step._raw_faces import UnusableModelError, faces_with_surface
 from ocmm_core.inspection.step._surface_splines import MappedSurface, surface_of
 from ocmm_core.part_model import MOST_FACES, ModelFace, PartModel, bezier_surface, places_at
 
@@ -22,9 +23,10 @@ _SHARE = 5e-4
 _FINEST_MM, _COARSEST_MM = 0.002, 5.0
 _TURN_RAD = 0.35
 _ENOUGH_TRIANGLES = 200_000
+_MOST_KEPT = 450_000
 _VERY_LARGE = 3000
 """A part with more faces is shown only: coarser, and without its exact surfaces."""
-_LARGE, _MANY_HOLES = 1500, 50
+LARGE, _MANY_HOLES = 1500, 50
 _EXACT_MM = 1e-4
 """A spline that leaves its face by more is none of that face."""
 _TRIED = 24
@@ -107,6 +109,8 @@ def _meshed(shape: Any, faces: Sequence[Any]) -> float:
     from OCP.IMeshTools import IMeshTools_MeshAlgoType_Delabella
     from OCP.TopoDS import TopoDS_Compound
 
+    if len(faces) > LARGE and (kept := _kept_deflection(faces)) > 0.0:
+        return kept
     compound, builder = TopoDS_Compound(), BRep_Builder()
     builder.MakeCompound(compound)
     for face in faces:
@@ -118,7 +122,7 @@ def _meshed(shape: Any, faces: Sequence[Any]) -> float:
         msg = "its size is no size of a part"
         raise ValueError(msg)
     # The usual way takes a time that grows with the square of the holes of a face.
-    is_large = len(faces) > _LARGE or any(
+    is_large = len(faces) > LARGE or any(
         sum(1 for _ in explored(face, "WIRE")) > _MANY_HOLES for face in faces
     )
     deflection = float(np.clip(_SHARE * size, _FINEST_MM, _COARSEST_MM))
@@ -136,6 +140,18 @@ def _meshed(shape: Any, faces: Sequence[Any]) -> float:
             break
         deflection, turn = 2.0 * deflection, min(2.0 * turn, 1.5)
     return deflection
+
+
+def _kept_deflection(faces: Sequence[Any]) -> float:
+    """Return the deflection of a mesh that was made to find targets by, mm; 0 without one.
+
+    To mesh a large model once more takes seconds. What has very many triangles is no picture.
+    """
+    meshes = [_triangulation(face)[0] for face in faces]
+    made = [one for one in meshes if one is not None]
+    if not made or sum(one.NbTriangles() for one in made) > _MOST_KEPT:
+        return 0.0
+    return float(max(one.Deflection() for one in made))
 
 
 def _count(face: Any) -> int:
@@ -240,7 +256,7 @@ def model_face(number: int, face: Any, document: StepDocument, *, is_exact: bool
 
     surface = BRepAdaptor_Surface(face, True)
     said = document.about(face)
-    loops = _loops(face, surface) if is_exact else []
+    loops = _loops(face, surface, document.steps) if is_exact else []
     mapped = _mapped(surface, loops)
     outlines: tuple[Float, ...] = ()
     if mapped is not None:
@@ -285,12 +301,14 @@ def _mapped(surface: Any, loops: Sequence[Float]) -> MappedSurface | None:
     return mapped if off <= _EXACT_MM else None
 
 
-def _loops(face: Any, surface: Any) -> list[Float]:
+def _loops(face: Any, surface: Any, steps: EdgeSteps) -> list[Float]:
     """Return the outlines of a face in the parameters of the library, each (n, 2)."""
     loops = []
     for wire in explored(face, "WIRE"):
         pieces = [
-            piece for edge in explored(wire, "EDGE") if (piece := _piece(edge, face)) is not None
+            piece
+            for edge in explored(wire, "EDGE")
+            if (piece := _piece(edge, face, steps)) is not None
         ]
         loop = _chained(pieces)
         if len(loop) >= 3:
@@ -303,14 +321,14 @@ def _loops(face: Any, surface: Any) -> list[Float]:
     return loops
 
 
-def _piece(edge: Any, face: Any) -> Float | None:
+def _piece(edge: Any, face: Any, steps: EdgeSteps) -> Float | None:
     """Return an edge in the parameters of the face, in its sense."""
     from OCP.BRepAdaptor import BRepAdaptor_Curve2d
     from OCP.TopAbs import TopAbs_REVERSED
 
     curve = BRepAdaptor_Curve2d(edge, face)
-    steps = edge_steps(edge, curve.FirstParameter(), curve.LastParameter())
-    line = np.array([(p.X(), p.Y()) for p in (curve.Value(float(t)) for t in steps)])
+    along = steps.of(edge, curve.FirstParameter(), curve.LastParameter())
+    line = np.array([(p.X(), p.Y()) for p in map(curve.Value, along.tolist())])
     if not np.isfinite(line).all():
         return None
     return line[::-1] if edge.Orientation() == TopAbs_REVERSED else line

@@ -10,6 +10,7 @@ from scipy.spatial.transform import Rotation
 
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.reach import Reach, Reached
+from ocmm_core.inspection.step import _place_kernel as kernel
 from ocmm_core.inspection.step._answer import StepFace
 
 _TRIED = 1, 2, 5
@@ -102,13 +103,9 @@ def spread(places: Float, count: int) -> Float:
 
 def spread_rows(places: Float, count: int) -> list[int]:
     """Return which of the places `spread` takes, in its order."""
-    nearest = np.linalg.norm(places - places.mean(axis=0), axis=1)
-    chosen = [int(np.argmax(nearest))]
-    nearest = np.linalg.norm(places - places[chosen[0]], axis=1)
-    while len(chosen) < min(count, len(places)):
-        chosen.append(int(np.argmax(nearest)))
-        nearest = np.minimum(nearest, np.linalg.norm(places - places[chosen[-1]], axis=1))
-    return chosen
+    rows = np.zeros(count, dtype=np.int64)
+    taken: list[int] = rows[: kernel.spread(np.ascontiguousarray(places), rows)].tolist()
+    return taken
 
 
 def normals_of(face: StepFace, points: Float) -> Float:

@@ -6,6 +6,7 @@ comes back, the program that asked goes on, and knows what was being read.
 
 from __future__ import annotations
 
+import gc
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
@@ -65,6 +66,8 @@ def read_step(path: str, wanted: Wanted, to: Connection) -> None:
     Behind the last answer comes the part where one is wanted, see `StepAnswer`.
     """
     _be_silent()
+    # The process ends with its answer: looking for garbage among its numbers is for nothing.
+    gc.disable()
     HOST.limit_memory(_MOST_BYTES)
 
     def tell(answer: StepAnswer) -> None:
@@ -107,7 +110,7 @@ def _read(path: str, wanted: Wanted, doing: Callable[[str], None]) -> tuple[Step
     document = read_document(path, doing)
     answer, part = StepAnswer(), b""
     if wanted.ball_mm:
-        faces, others = faces_of(document.shape, doing)
+        faces, others = faces_of(document.shape, doing, document.steps)
         with_surface, _ = faces_with_surface(document.shape)
         pmi, entities, words = tolerances_of(
             Path(path).read_text(encoding="utf-8", errors="replace"), document.reader.Reader(),

@@ -19,6 +19,7 @@ from ocmm_core.door import door
 if TYPE_CHECKING:
     from ocmm_core.simulation.scene import _exposure as exposure
     from ocmm_core.simulation.scene import _kernels as kernels
+    from ocmm_core.simulation.scene import _surfaces as surfaces
     from ocmm_core.simulation.scene._artefacts import (
         Part,
         PartDocument,
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
         TrueFeature,
         load_part,
     )
-    from ocmm_core.simulation.scene._attitude import attitude_at
+    from ocmm_core.simulation.scene._attitude import attitude_at, rotation_vector
     from ocmm_core.simulation.scene._hand import steady_hand
     from ocmm_core.simulation.scene._kernels import BUTTON_DOWN_S
     from ocmm_core.simulation.scene._operator import Missing, Motion
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
         decode_script,
     )
     from ocmm_core.simulation.scene._sensor import Sensor, SensorOptions, normal_table
-    from ocmm_core.simulation.scene._source import SimulatedSource
+    from ocmm_core.simulation.scene._source import LedHand, SimulatedSource
     from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern
     from ocmm_core.simulation.scene._touches import sample
     from ocmm_core.simulation.scene._world import (
@@ -64,7 +65,7 @@ else:
     __getattr__ = door(
         __name__,
         _artefacts="Part PartDocument PartPose TouchedEntry TrueFeature load_part",
-        _attitude="attitude_at",
+        _attitude="attitude_at rotation_vector",
         _exposure="exposure",
         _hand="steady_hand",
         _kernels="BUTTON_DOWN_S kernels",
@@ -73,8 +74,9 @@ else:
         _probe_study="ProbeStudy StudyResult draw_targets run_study",
         _rig="CameraFrames RigScript TrueTouch VirtualRig decode_script",
         _sensor="Sensor SensorOptions normal_table",
-        _source="SimulatedSource",
+        _source="LedHand SimulatedSource",
         _spot_pattern="SpotPattern draw_pattern",
+        _surfaces="surfaces",
         _touches="sample",
         _world=(
             "ScriptedBump ScriptedNudge ScriptedOcclusion World WorldOptions bumped draw_world "
@@ -85,6 +87,7 @@ else:
 __all__ = [
     "BUTTON_DOWN_S",
     "CameraFrames",
+    "LedHand",
     "Missing",
     "Motion",
     "Part",
@@ -118,8 +121,10 @@ __all__ = [
     "load_part",
     "normal_table",
     "nudged",
+    "rotation_vector",
     "run_study",
     "sample",
     "steady_hand",
+    "surfaces",
     "white_noise",
 ]

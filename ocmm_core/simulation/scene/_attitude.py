@@ -29,10 +29,10 @@ def attitude_at(normal_world: Float, lean: Float, yaw: float, *, bore: bool) -> 
     rotation = rotation_from_vector(np.array([-lean[1], lean[0], 0.0])) @ rotation_from_vector(
         np.array([0.0, 0.0, yaw])
     )
-    return _rotation_vector(rotation)
+    return rotation_vector(rotation)
 
 
-def _rotation_vector(rotation: Float) -> Float:
+def rotation_vector(rotation: Float) -> Float:
     """Return the rotation vector (3,), rad, of a rotation (3, 3) by less than half a turn."""
     axis = 0.5 * np.array(
         [

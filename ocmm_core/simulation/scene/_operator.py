@@ -191,6 +191,36 @@ class Operator:
                 self._timeline, missing.touches, not_before_s, missing.taken
             )
 
+    def interrupt(self, at_s: float) -> None:
+        """End the script at a time; a touch that is not over by then is none."""
+        with self._lock:
+            old = self._timeline
+            begun = old.segments[:, kernels.T0] < at_s
+            begun[0] = True
+            over = tuple(touch for touch in old.touches if touch.retract_s <= at_s)
+            self._timeline = _Timeline(old.segments[begun], over, old.rounds)
+
+    def resume(self, tip_world: Float, attitude: Float, at_s: float) -> None:
+        """Bring the probe home from where it is: up first, so that it clears the part.
+
+        Parameters
+        ----------
+        tip_world, attitude
+            (3,), mm, and (3,), rad: ball centre, and attitude as a rotation vector.
+        at_s
+            When, after the end of the script.
+        """
+        with self._lock:
+            old = self._timeline
+            writer = _Writer(tip_world, at_s, attitude)
+            above = np.array([tip_world[0], tip_world[1], max(self._safe_z, tip_world[2])])
+            writer.travel(above, attitude, np.nan, 0.0)
+            writer.travel(self._home, np.zeros(3), np.nan, 0.0)
+            writer.rest(REST_S)
+            self._timeline = _Timeline(
+                np.concatenate([old.segments, np.array(writer.segments)]), old.touches, old.rounds
+            )
+
     def motion(self, times_s: Float) -> Motion:
         """Return the probe at the given times (n,), s, ascending; a pure function of time."""
         n = len(times_s)
@@ -288,12 +318,12 @@ class Operator:
 class _Writer:
     """Writes segments one after the other."""
 
-    def __init__(self, home: Float, start_s: float) -> None:
+    def __init__(self, place: Float, start_s: float, attitude: Float | None = None) -> None:
         self.segments: list[Float] = []
         self.touches: list[ScriptedTouch] = []
         self._time = start_s
-        self._place = home
-        self._attitude = np.zeros(3)
+        self._place = place
+        self._attitude = np.zeros(3) if attitude is None else attitude
         self._sway = 0.0
 
     def rest(self, duration_s: float) -> None:

@@ -7,12 +7,10 @@ which sees spots of a rig instead of positions.
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ProcessPoolExecutor, as_completed
 from dataclasses import dataclass
-from multiprocessing import get_context
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -26,6 +24,8 @@ from ocmm_core.calibration.pivot import (
     start_pivot,
 )
 from ocmm_core.camera import Rig, project
+from ocmm_core.cluster import HERE, Site, run_tasks
+from ocmm_core.errors import OcmmError
 from ocmm_core.geometry import Float, Points3, rigid_fit
 from ocmm_core.simulation.scene._probe_study_kernel import add_paths
 
@@ -146,21 +146,31 @@ def run_study(
     seed: int,
     processes: int | None = None,
     progress: Callable[[int], None] = lambda done: None,
+    site: Site = HERE,
 ) -> StudyResult:
-    """Return the errors of many runs, the same however many processes share them.
+    """Return the errors of many runs, the same however many processes or computers share them.
 
     Parameters
     ----------
     processes
-        As many as there are processors without; with one, everything happens in this process.
+        Of this computer; without, the site decides. With one, everything happens in this process.
     progress
         Called with the number of runs that are done.
+    site
+        Where is computed.
+
+    Raises
+    ------
+    OcmmError
+        A run failed, or the site cannot be used.
     """
     seeds = np.random.SeedSequence(seed).spawn(runs)
     parts = [slice(first, first + _RUNS_A_TASK) for first in range(0, runs, _RUNS_A_TASK)]
     rows, cpu = np.empty((runs, 7)), 0.0
     done = 0
-    for part, values, seconds in _parts(study, seeds, parts, processes or os.cpu_count() or 1):
+    if processes is not None:
+        site = Site(workers=processes)
+    for part, values, seconds in _parts(study, seeds, parts, site):
         rows[part] = values
         cpu += seconds
         done += len(values)
@@ -169,21 +179,18 @@ def run_study(
 
 
 def _parts(
-    study: ProbeStudy, seeds: list[np.random.SeedSequence], parts: list[slice], processes: int
+    study: ProbeStudy, seeds: list[np.random.SeedSequence], parts: list[slice], site: Site
 ) -> Iterator[tuple[slice, Float, float]]:
-    if processes == 1 or len(parts) == 1:
-        for part in parts:
-            yield part, *_run_some(study, seeds[part])
-        return
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
-        tasks: dict[Future[tuple[Float, float]], slice] = {
-            pool.submit(_run_some, study, seeds[part]): part for part in parts
-        }
-        try:
-            for task in as_completed(tasks):
-                yield tasks[task], *task.result()
-        finally:
-            pool.shutdown(cancel_futures=True)
+    answers = run_tasks(
+        partial(_run_some, study),
+        [seeds[part] for part in parts],
+        lambda some: f"Simulating {len(some)} calibrations",
+        site=site,
+    )
+    for part, answer in zip(parts, answers, strict=True):
+        if isinstance(answer, OcmmError):
+            raise answer
+        yield part, *answer
 
 
 def _run_some(study: ProbeStudy, seeds: list[np.random.SeedSequence]) -> tuple[Float, float]:

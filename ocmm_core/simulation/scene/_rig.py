@@ -7,7 +7,7 @@ same rig from the same script and asks for its own frames only.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeVar
@@ -203,6 +203,11 @@ class VirtualRig:
         return self._frame_at(self._operator.duration_s)
 
     @property
+    def tip_radius(self) -> float:
+        """Return the true radius of the ball, mm."""
+        return self._world.tip_radius
+
+    @property
     def truth(self) -> Truth:
         """Return what is truly there, with the touches of the script so far."""
         world = self._world
@@ -245,9 +250,33 @@ class VirtualRig:
 
     def motion(self, first: int, count: int) -> Motion:
         """Return where the probe truly is in ``count`` frames from ``first`` on."""
-        motion = self._operator.motion(self._times(first, count))
+        return self._nudged(self.operator_motion(first, count), first)
+
+    def operator_motion(self, first: int, count: int) -> Motion:
+        """Return the same as the operator means it, in the world as it is before any nudge."""
+        return self._operator.motion(self._times(first, count))
+
+    def interrupt(self, frame: int) -> None:
+        """End the script at a frame: the operator gives the probe away."""
+        self._operator.interrupt(frame * self.frame_period_ns * 1e-9)
+
+    def resume(self, tip_world: Float, attitude: Float, frame: int) -> None:
+        """Let the operator take the probe from where it is, (3,), mm and rad, and bring it home."""
+        self._operator.resume(tip_world, attitude, frame * self.frame_period_ns * 1e-9)
+
+    def led_frames(
+        self, motion_at: Callable[[Float], Motion], first: int, count: int
+    ) -> FrameBlock:
+        """Return what all cameras see of a probe that somebody else moves.
+
+        ``motion_at`` is asked once, for the times (count,), s, of the frames from ``first`` on.
+        """
+        return self.frames_of(self._nudged(motion_at(self._times(first, count)), first), first)
+
+    def _nudged(self, motion: Motion, first: int) -> Motion:
         if not self.options.nudges:
             return motion
+        count = len(motion.tip_world)
         turn, shift = nudged(self.options.nudges, np.arange(first, first + count))
         return replace(
             motion,

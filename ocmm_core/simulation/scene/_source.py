@@ -5,10 +5,13 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable
+from typing import Protocol
 
-from ocmm_core.acquisition.frames import Cycle, CycleVerdict, SourceDescription
+from ocmm_core.acquisition.frames import Cycle, CycleVerdict, FrameBlock, SourceDescription
 from ocmm_core.errors import InputError
-from ocmm_core.simulation.scene._operator import Missing, Touches
+from ocmm_core.geometry import Float
+from ocmm_core.simulation.scene._attitude import rotation_vector
+from ocmm_core.simulation.scene._operator import Missing, Motion, Touches
 from ocmm_core.simulation.scene._rig import VirtualRig
 
 BLOCK_NS = 10_000_000
@@ -19,6 +22,22 @@ _MOST_ROUNDS = 3
 
 SLOWEST = 0.1
 """Below this speed one read would take longer than a source may block."""
+
+
+class LedHand(Protocol):
+    """Holds the probe instead of the scripted operator, as somebody leads it."""
+
+    def begin(self, tip_world: Float, attitude: Float) -> None:
+        """Take the probe: ball centre (3,), mm, and attitude as a rotation vector (3,), rad."""
+        ...
+
+    def motion(self, times_s: Float) -> Motion:
+        """Move on, and return the probe at the times (n,), s, of the next frames."""
+        ...
+
+    def place(self) -> tuple[Float, Float]:
+        """Return ball centre and attitude as they are, as `begin` takes them."""
+        ...
 
 
 class SimulatedSource:
@@ -60,6 +79,7 @@ class SimulatedSource:
         self._next_frame = 0
         self._due_s = 0.0
         self._lock = threading.Lock()
+        self._hand: LedHand | None = None
 
     @property
     def description(self) -> SourceDescription:
@@ -83,6 +103,11 @@ class SimulatedSource:
 
     def read(self) -> Cycle:
         """Return the next block; wait for its time if the source is paced."""
+        led = self._read_led()
+        if led is not None:
+            if self._speed:
+                self._pace(len(led))
+            return Cycle(CycleVerdict.GOOD, frames=led, finished=False)
         with self._lock:
             first = self._next_frame
             left = self._rig.n_frames - first
@@ -107,6 +132,41 @@ class SimulatedSource:
         """
         with self._lock:
             self._rig.extend(touches, self._next_frame + self._block)
+
+    @property
+    def period_s(self) -> float:
+        """Return the time between two frames of the rig, s."""
+        return self._rig.frame_period_ns * 1e-9
+
+    def take_over(self, hand: LedHand) -> None:
+        """Let a hand hold the probe from the next frame on; any thread may call this.
+
+        What the operator was about to touch is not touched.
+        """
+        with self._lock:
+            now = self._rig.operator_motion(self._next_frame, 1)
+            hand.begin(now.tip_world[0], rotation_vector(now.rotation_world_from_probe[0]))
+            self._rig.interrupt(self._next_frame)
+            self._hand = hand
+
+    def hand_back(self) -> None:
+        """Give the probe back to the operator, who brings it home and looks what is missing."""
+        with self._lock:
+            if self._hand is not None:
+                self._rig.resume(*self._hand.place(), self._next_frame + self._block)
+                self._hand = None
+
+    def _read_led(self) -> FrameBlock | None:
+        """Return the next block as somebody leads the hand; None where nobody does.
+
+        The hand is not given away within a block: whoever takes it finds it where it is.
+        """
+        with self._lock:
+            if self._hand is None:
+                return None
+            first = self._next_frame
+            self._next_frame = first + self._block
+            return self._rig.led_frames(self._hand.motion, first, self._block)
 
     def _ask_for_more(self, first: int) -> bool:
         if self.ask is None or (self._asked >= _MOST_ROUNDS and not self._hover):

@@ -47,6 +47,7 @@ if TYPE_CHECKING:
         SYSTEM_TIME,
         TIME_DIFFERENCE,
     )
+    from ocmm_core.simulation.slave._sdo_abort import Abort, AbortError
     from ocmm_core.simulation.slave._segment import ETHERTYPE, DatagramCommand, Segment
     from ocmm_core.simulation.slave._sensor import SENSOR_PX, SimpleSensor
     from ocmm_core.simulation.slave._sii import checksum_of_configuration, sii_image
@@ -68,6 +69,7 @@ else:
             "AL_STATUS AL_SYNC INIT OP PREOP SAFEOP STATION_ADDRESS STATION_ALIAS SYSTEM_TIME "
             "TIME_DIFFERENCE registers"
         ),
+        _sdo_abort="Abort AbortError",
         _segment="DatagramCommand ETHERTYPE Segment",
         _sensor="SENSOR_PX SimpleSensor",
         _sii="checksum_of_configuration sii sii_image",
@@ -93,6 +95,8 @@ __all__ = [
     "STATION_ALIAS",
     "SYSTEM_TIME",
     "TIME_DIFFERENCE",
+    "Abort",
+    "AbortError",
     "CameraFrames",
     "CameraStore",
     "ClockPattern",

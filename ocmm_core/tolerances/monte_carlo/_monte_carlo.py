@@ -12,25 +12,25 @@ is known from few points only widens the U of a result, and is left out of both 
 
 from __future__ import annotations
 
+import contextlib
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ocmm_core.cluster import HERE, Site
 from ocmm_core.errors import MeasuringError
 from ocmm_core.geometry import Float
 from ocmm_core.tolerances.kinds import evaluate, involved_features, spec_of
-from ocmm_core.tolerances.monte_carlo._trials import Task, quick_model, slow_trials
+from ocmm_core.tolerances.monte_carlo._batches import Batch, BatchSource, here, on_site
+from ocmm_core.tolerances.monte_carlo._trials import Task, quick_model
 from ocmm_core.tolerances.uncertainty import TWO_SIDED
 
 Tell = Callable[[str, float], None]
 """Told what is done and the share that is done, 0 to 1."""
 
-_BLOCK_NUMBERS = 120_000
-"""Numbers drawn at a time: a megabyte stays near the processor."""
 _FEWEST_BATCHES = 10
 
 
@@ -126,6 +126,7 @@ def simulate(
     options: MonteCarloOptions,
     tell: Tell = lambda what, share: None,
     given_up: Callable[[], bool] = lambda: False,
+    site: Site = HERE,
 ) -> MonteCarloReport:
     """Simulate all characteristics of a task.
 
@@ -135,32 +136,46 @@ def simulate(
         Called from this thread after every batch.
     given_up
         Asked after every batch.
+    site
+        Where batches are computed: threads of this process, unless it names workers or a scheduler.
+        The numbers are the same.
 
     Raises
     ------
     MeasuringError
         It was given up, or a value came out in no trial.
+    OcmmError
+        The site cannot be used.
     """
     begun, worked = time.monotonic(), time.process_time()
     quick = quick_model(task)
     slow = [item.name for item in task.characteristics if item.name not in quick.values]
-    draws = task.factors.with_own(task.form).draws()
+    away = bool(site.scheduler) or site.workers is not None
     found: dict[str, MonteCarloValue] = {}
-    failed = 0
-    if quick.values:
-        names = list(quick.values)
-        run = _Run(task, names, options.max_trials, options.batch, options)
-        failed += run.go(quick.trials, draws, 0, tell, given_up)
+    failed, elsewhere = 0, 0.0
+    parts = (
+        (list(quick.values), options.max_trials, options.batch),
+        (slow, options.max_slow_trials, options.slow_batch),
+    )
+    for stream, (names, most, batch) in enumerate(parts):
+        if not names:
+            continue
+        run = _Run(task, names, most, batch, options)
+        source = BatchSource(task, tuple(names), run.start, stream, batch, options.seed)
+        if away:
+            batches = on_site(source, run.batches, site)
+        else:
+            batches = here(source, run.batches, options.threads, given_up)
+        with contextlib.closing(batches):
+            lost, seconds = run.go(batches, tell, given_up)
+        failed += lost
+        elsewhere += seconds if away else 0.0
         found |= {name: run.value(name) for name in names}
-    if slow:
-        run = _Run(task, slow, options.max_slow_trials, options.slow_batch, options)
-        failed += run.go(lambda rows: slow_trials(task, slow, rows), draws, 1, tell, given_up)
-        found |= {name: run.value(name) for name in slow}
     return MonteCarloReport(
         tuple(found[item.name] for item in task.characteristics),
         failed,
         time.monotonic() - begun,
-        time.process_time() - worked,
+        time.process_time() - worked + elsewhere,
         options.seed,
     )
 
@@ -172,66 +187,44 @@ class _Run:
         self, task: Task, names: Sequence[str], most: int, batch: int, options: MonteCarloOptions
     ) -> None:
         self._options, self._batch = options, batch
-        self._batches = max(most // batch, 1)
+        self.batches = max(most // batch, 1)
         self._names = list(names)
-        self._coordinates = 3 * len(task.points) + 1
         self._linear = _linear(task, names)
         self._units = {item.name: spec_of(item.kind).unit for item in task.characteristics}
-        start = np.array([self._linear[name][0] for name in names])
-        self._start = start
+        self.start = np.array([self._linear[name][0] for name in names])
         # Deviations from the measured value: four bytes hold them to a millionth of themselves.
-        self._draws = np.empty((self._batches * batch, len(names)), dtype=np.float32)
+        self._draws = np.empty((self.batches * batch, len(names)), dtype=np.float32)
         self._done = 0
         self._figures: list[Float] = []
         self._settled = np.zeros(len(names), dtype=bool)
 
     def go(
-        self,
-        trials: Callable[[Float], tuple[Float, int]],
-        draws: Callable[[np.random.Generator, int], Float],
-        stream: int,
-        tell: Tell,
-        given_up: Callable[[], bool],
-    ) -> int:
-        """Add batches until the tolerance is met; return how many trials failed."""
-        failed = 0
+        self, batches: Iterator[Batch], tell: Tell, given_up: Callable[[], bool]
+    ) -> tuple[int, float]:
+        """Add batches until the tolerance is met; return how many trials failed, and their time.
 
-        def batch(index: int) -> int:
-            rng = np.random.default_rng(
-                np.random.SeedSequence(self._options.seed, spawn_key=(stream, index))
-            )
-            rows = max(min(_BLOCK_NUMBERS // self._coordinates, self._batch), 1)
-            lost = 0
-            for first in range(0, self._batch, rows):
-                if given_up():
-                    break
-                count = min(rows, self._batch - first)
-                deviations = draws(rng, count)
-                values, bad = trials(deviations)
-                lost += bad
-                place = index * self._batch + first
-                self._draws[place : place + count] = values - self._start
-            return lost
-
-        with ThreadPoolExecutor(self._options.threads) as pool:
-            while self._done < self._batches:
-                ahead = min(self._options.threads, self._batches - self._done)
-                failed += sum(pool.map(batch, range(self._done, self._done + ahead)))
-                if given_up():
-                    raise MeasuringError(
-                        "monte_carlo.given_up",
-                        "Simulation cancelled.",
-                        "Run it again when you are ready.",
-                    )
-                for index in range(self._done, self._done + ahead):
-                    place = slice(index * self._batch, (index + 1) * self._batch)
-                    self._figures.append(_figures(self._draws[place]))
-                self._done += ahead
-                self._settled = self._met()
-                tell("Monte Carlo", self._done / self._batches)
-                if self._options.adaptive and bool(self._settled.all()):
-                    break
-        return failed
+        It is looked at after every `MonteCarloOptions.threads` batches, wherever they come from.
+        """
+        failed, seconds = 0, 0.0
+        for batch in batches:
+            if given_up():
+                raise MeasuringError(
+                    "monte_carlo.given_up",
+                    "Simulation cancelled.",
+                    "Run it again when you are ready.",
+                )
+            self._draws[self._done * self._batch : (self._done + 1) * self._batch] = batch.draws
+            self._figures.append(batch.figures)
+            failed += batch.failed
+            seconds += batch.seconds
+            self._done += 1
+            if self._done % self._options.threads and self._done < self.batches:
+                continue
+            self._settled = self._met()
+            tell("Monte Carlo", self._done / self.batches)
+            if self._options.adaptive and bool(self._settled.all()):
+                break
+        return failed, seconds
 
     def _met(self) -> np.ndarray[tuple[int], np.dtype[np.bool_]]:
         """Return for which values all four standard errors are small enough."""
@@ -278,18 +271,6 @@ class _Run:
             off_high=abs(measured + 2.0 * standard - float(symmetric[1])),
             settled=bool(self._settled[column]),
         )
-
-
-def _figures(draws: np.ndarray[tuple[int, int], np.dtype[np.float32]]) -> Float:
-    """Return mean, standard deviation and ends of the interval of every value, (4, k)."""
-    figures = np.full((4, draws.shape[1]), np.nan)
-    for column, own in enumerate(draws.T):
-        # Trials whose fit failed are left out; `value` says if nothing is left.
-        good = own[np.isfinite(own)].astype(np.float64)
-        if len(good) > 1:
-            ends = np.quantile(good, [0.5 - 0.5 * TWO_SIDED, 0.5 + 0.5 * TWO_SIDED])
-            figures[:, column] = good.mean(), good.std(ddof=1), *ends
-    return figures
 
 
 def tolerance_of(sigma: float, digits: int) -> float:

@@ -23,7 +23,12 @@ if TYPE_CHECKING:
     from ocmm_gui.wizards.parts._gate import gate_words, is_unstored
     from ocmm_gui.wizards.parts._hands_pages import HandsPage, ProbePreparePage
     from ocmm_gui.wizards.parts._live_panel import Score
-    from ocmm_gui.wizards.parts._messages import CALIBRATION_ENDS, VERDICT_ENDS, WizardTexts
+    from ocmm_gui.wizards.parts._messages import (
+        CALIBRATION_ENDS,
+        VERDICT_ENDS,
+        WizardTexts,
+        practice_title,
+    )
     from ocmm_gui.wizards.parts._pages import (
         CollectPage,
         KnownPointsPage,
@@ -63,7 +68,7 @@ else:
         _probe_picture="ProbePicture",
         _result_frame="PlotTabs ResultFrame Said",
         _shown="Calculation Seen ShownProcedure Tap TemperatureReadings",
-        _messages="CALIBRATION_ENDS VERDICT_ENDS WizardTexts",
+        _messages=("CALIBRATION_ENDS VERDICT_ENDS WizardTexts practice_title"),
     )
 
 __all__ = [
@@ -103,5 +108,6 @@ __all__ = [
     "is_unstored",
     "planned_lines",
     "planned_points",
+    "practice_title",
     "volume_coverage",
 ]

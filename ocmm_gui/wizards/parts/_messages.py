@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ocmm_gui.kit import later
+from ocmm_gui.kit import later, tr
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,3 +55,8 @@ class WizardTexts:
     purpose: str
     ends: EndTexts
     accepted: str
+
+
+def practice_title(title: str) -> str:
+    """Return the title of a wizard in which nothing counts."""
+    return tr("PRACTICE: {title}").format(title=title)

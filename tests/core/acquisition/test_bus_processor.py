@@ -34,3 +34,31 @@ def test_where_the_bus_process_stays(
     monkeypatch.setattr(os, "cpu_count", lambda: online)
     assert take_processor() == said
     assert moved == ([] if moved_to is None else [moved_to])
+
+
+def test_a_processor_that_was_asked_for_is_taken_or_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    moved: list[list[int]] = []
+
+    def move(_pid: int, cores: list[int]) -> None:
+        if cores == [9]:
+            raise OSError(22, "Invalid argument")
+        moved.append(list(cores))
+
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _pid: {0, 1})
+    monkeypatch.setattr(os, "sched_setaffinity", move)
+    # Also one that is isolated, and on a computer with few of them.
+    assert take_processor(3) is None
+    assert moved == [[3]]
+    assert take_processor(9) == "processor 9 cannot be used; the bus process runs on 0, 1"
+
+
+def test_the_processor_of_this_computer_is_really_taken() -> None:
+    before = os.sched_getaffinity(0)
+    try:
+        chosen = max(before)
+        assert take_processor(chosen) is None
+        assert os.sched_getaffinity(0) == {chosen}
+        assert take_processor(1 << 40) is not None
+        assert os.sched_getaffinity(0) == {chosen}
+    finally:
+        os.sched_setaffinity(0, before)

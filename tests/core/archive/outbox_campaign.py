@@ -53,7 +53,7 @@ def run(
     cut: Callable[[], None] | None = None, longest_s: float = 0.08,
 ) -> Campaign:  # fmt: skip
     """Kill the child so often; each of its lives goes on with the numbers after the last one."""
-    rng = random.Random(seed)
+    rng = random.Random(seed)  # noqa: S311 - moments of kills
     done = Campaign(set())
     following = 1
     for _ in range(kills):

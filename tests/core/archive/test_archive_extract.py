@@ -87,7 +87,7 @@ def test_nothing_of_an_altered_file_counts(real_jobs: RealJobs, tmp_path: Path) 
                     sent_utc=sound.job.created_utc,
                     record=record,
                     content=content,
-                )  # fmt: skip
+                )
             )
         assert archive.ask("SELECT fault FROM archived_job").rows == ((row.job.fault,),)
         assert archive.ask("SELECT * FROM archived_result").rows == ()

@@ -56,9 +56,7 @@ def test_a_day_is_that_of_the_clock_on_the_wall(place: Place) -> None:
         midnight = datetime(2026, 5, 4).astimezone()
         for number, minutes in enumerate((-1, 0, 24 * 60 - 1, 24 * 60)):
             utc = (midnight + timedelta(minutes=minutes)).astimezone(START.tzinfo)
-            archive.put(
-                made_delivery(number, changed_utc=utc.isoformat(timespec="milliseconds"))
-            )
+            archive.put(made_delivery(number, changed_utc=utc.isoformat(timespec="milliseconds")))
         rows = today(archive, Asked(first=date(2026, 5, 4))).rows
         assert [row[3] for row in rows] == ["00002", "00001"]
 

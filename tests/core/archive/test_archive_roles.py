@@ -15,7 +15,8 @@ from tests.core.archive.conftest import Place, by_hand
 from tests.core.archive.made_jobs import made_delivery, made_record
 
 TABLES = (
-    "migration", "station", "sender", "file", "job", "result", "used", "delivery", "finding", "mark",
+    "migration", "station", "sender", "file", "job", "result", "used", "delivery", "finding",
+    "mark",
 )  # fmt: skip
 
 

@@ -110,3 +110,49 @@ def test_jobs_without_a_part_have_none(bench: Bench) -> None:
         digest = hashlib.sha256(job.path.read_bytes()).hexdigest()
         assert job.part() is None
         assert hashlib.sha256(job.path.read_bytes()).hexdigest() == digest
+
+
+def test_what_is_touched_first_is_shown_before_anything_is_located(bench: Bench) -> None:
+    with bench.job() as job:
+        session = bench.session(job)
+        view = session.view
+        planned, first = view.planned, bench.plan.features[0]
+        assert planned is not None
+        assert planned.nominal is first
+        assert planned.supposed
+        # It is shown, and leads nobody: a ring and a tone need a place that is known.
+        assert view.target is None
+        assert all(feature.targets == () for feature in view.features)
+        # The plan does not say how large it is: its middle is shown.
+        assert len(planned.targets) == 1
+        assert all(target.approximate for target in planned.targets)
+        low, high = bench.rig.volume_world
+        places = np.array([target.surface_world for target in planned.targets])
+        assert (places > low).all()
+        assert (places < high).all()
+        # With a model it is where the part is shown.
+        part = block_part()
+        session.part.show(part)
+        view = session.view
+        assert view.placed_part is not None
+        assert view.planned is not None
+        there = view.planned.T_world_from_nominal
+        np.testing.assert_allclose(
+            there.translation, view.placed_part.T_world_from_model.translation, atol=1e-12
+        )
+        measured(session, bench, len(bench.touches))
+        assert session.view.planned is None
+
+
+def test_a_feature_stands_where_the_part_is_until_it_is_measured(bench: Bench) -> None:
+    near = RigidTransform(rotation_from_vector(np.array([0.0, 0.1, 0.2])), np.array([1.0, 2, 3]))
+    with bench.job() as job:
+        session = InspectionSession(
+            bench.plan, bench.rig, bench.body, job, SessionOptions(near=near)
+        )
+        view = session.view
+        assert view.planned is not None
+        assert not view.planned.supposed
+        np.testing.assert_allclose(
+            near.compose(view.planned.T_world_from_nominal).translation, 0.0, atol=1e-12
+        )

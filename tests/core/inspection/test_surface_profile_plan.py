@@ -5,13 +5,20 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.alignment import DatumReferenceFrame
+from ocmm_core.alignment import DatumReferenceFrame, ModelBestFit
 from ocmm_core.errors import InputError
 from ocmm_core.features.shapes import NominalFeature, Shape
-from ocmm_core.inspection.plan import Plan, load_plan, save_plan, surface_profile
+from ocmm_core.inspection.plan import (
+    Plan,
+    load_plan,
+    save_plan,
+    surface_profile,
+    with_model_fit,
+)
 from ocmm_core.part_model import ModelFace, nearest_feet, searched, spread_places
 from tests.core.part_model.model_faces import FREE_FORMS, cylinder, face_of, plane
 
@@ -89,3 +96,51 @@ def test_a_hole_gets_no_point() -> None:
     inside = np.all(np.abs(places[:, :2] - [50.0, 40.0]) < [24.0 - 1e-6, 20.0 - 1e-6], axis=1)
     assert len(places) == 16
     assert not inside.any()
+
+
+def bare_plan() -> Plan:
+    """Return a plan of nothing yet."""
+    return Plan(
+        schema="ocmm.plan/1", unit="mm", name="P", part="Block", features=[], characteristics=[]
+    )  # fmt: skip
+
+
+def test_a_plan_is_aligned_by_faces_of_its_model() -> None:
+    faces = [replace(face_of(FREE_FORMS["waves"]()), name="Skin"), face_of(plane(), number=2)]
+    bare = bare_plan()
+    plan = with_model_fit(bare, faces, count=15)
+    rule = plan.alignment
+    assert isinstance(rule, ModelBestFit)
+    assert [one.number for one in rule.faces] == [1, 2]
+    # The uneven one goes to the first face; each point is called after its face.
+    assert sum(name.startswith("Skin on ") for name in rule.points) == 8
+    assert sum(name.startswith("FACE 2 on ") for name in rule.points) == 7
+    places = np.array([plan.feature(name).point for name in rule.points])
+    held = [searched(one) for one in rule.faces]
+    assert np.abs(nearest_feet(places, held).distances).max() < 1e-9
+
+
+def test_points_that_lie_on_the_faces_already_are_taken() -> None:
+    face = face_of(FREE_FORMS["waves"]())
+    first = with_model_fit(bare_plan(), [face], count=9)
+    off = msgspec.structs.replace(
+        first.features[0], name="OFF", point=(*first.features[0].point[:2], 400.0)
+    )
+    before = msgspec.structs.replace(first, features=[*first.features, off], alignment=None)
+    again = with_model_fit(before, [face], count=9)
+    assert again.features == before.features
+    assert isinstance(again.alignment, ModelBestFit)
+    assert again.alignment.points == tuple(one.name for one in first.features)
+    more = with_model_fit(before, [face], count=12)
+    assert isinstance(more.alignment, ModelBestFit)
+    assert len(more.alignment.points) == 12
+    assert "OFF" not in more.alignment.points
+    assert len({one.name for one in more.features}) == len(more.features) == 13
+
+
+def test_faces_without_room_and_none_at_all_are_refused() -> None:
+    bare = bare_plan()
+    with pytest.raises(InputError, match="No face of the model is chosen"):
+        with_model_fit(bare, [])
+    with pytest.raises(InputError, match="have room for a ball of 200 mm"):
+        with_model_fit(bare, [face_of(FREE_FORMS["waves"]())], ball_radius=100.0)

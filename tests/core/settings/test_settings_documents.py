@@ -198,6 +198,7 @@ _BAD: dict[str, list[object]] = {
     "instrument.source": ["webcam", "ethercat:", "replay:"],
     "instrument.rig": [resource("probes", "standard.toml"), "/no/such/rig.toml", resource()],
     "instrument.check_after_h": ["0", "1000", "nan", "inf", "eight"],
+    "instrument.bus_processor": ["-1", "2000", "1.5", "last"],
     "temperature.part_c": ["200", "-300", "warm"],
     "stream.port": ["0", "70000", "7788.5"],
     "window.theme": ["pink"],

@@ -1,0 +1,21 @@
+"""`ocmm archive`: jobs of all stations, handed over, asked, exported, made again and verified.
+
+In: an archive and an outbox. Out: tables, files, an exit code.
+
+Read `_archive` (the commands), `_shown` (tables on the terminal). Questions are answered by
+`ocmm_core.archive`; here they are printed.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.cli.archive._archive import archive_app
+    from ocmm_core.cli.archive._hand_over import hand_over_after_measuring
+else:
+    __getattr__ = door(__name__, _archive="archive_app", _hand_over="hand_over_after_measuring")
+
+__all__ = ["archive_app", "hand_over_after_measuring"]

@@ -1,0 +1,50 @@
+"""Answers of an archive on the terminal."""
+
+from __future__ import annotations
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from ocmm_core.archive import ArchiveAnswer
+
+_STYLES = {
+    "PART CONFORMS": "green",
+    "CONFORM": "green",
+    "PART DOES NOT CONFORM": "bold red",
+    "NOT CONFORM": "bold red",
+    "NOT PROVEN": "yellow",
+    "NOT COMPLETE": "yellow",
+}
+
+
+def print_answer(console: Console, answer: ArchiveAnswer) -> None:
+    """Print a table with what must be known about it."""
+    table = Table(title=answer.title, title_justify="left", box=box.SIMPLE_HEAD)
+    for number, name in enumerate(answer.columns):
+        numbers = any(isinstance(row[number], int | float) for row in answer.rows)
+        table.add_column(name, justify="right" if numbers else "left")
+    for row in answer.rows:
+        table.add_row(*(_cell(cell) for cell in row))
+    console.print(table)
+    for note in answer.notes:
+        console.print(note, style="yellow", highlight=False, markup=False)
+    for trend in answer.trends:
+        if trend.chart is not None:
+            counted = [part for part in trend.parts if part.value is not None]
+            for index, why in trend.chart.signals[-8:]:
+                console.print(
+                    f"{counted[index].job}: {why.rule}, {why.value}.", highlight=False, markup=False
+                )
+    if answer.study is not None:
+        console.print(f"Gauge R&R: {answer.study.word}.", highlight=False, markup=False)
+
+
+def _cell(cell: object) -> Text:
+    # Names come from anywhere: they are text, never markup.
+    if cell is None:
+        return Text("–")
+    if isinstance(cell, float):
+        return Text(f"{cell:.4f}")
+    return Text(str(cell), _STYLES.get(str(cell), ""))

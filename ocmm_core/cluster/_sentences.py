@@ -1,0 +1,96 @@
+"""What is said of a scheduler and its workers, and what to do."""
+
+from __future__ import annotations
+
+from ocmm_core.errors import InputError, InternalError, OcmmError, StorageError
+
+
+def no_dask() -> InputError:
+    """Return that what works over several computers is not installed."""
+    return InputError(
+        "cluster.dask",
+        "Dask is not installed, so a scheduler cannot be used.",
+        "Install it with ./run setup --shop, or leave out --scheduler to compute here.",
+    )
+
+
+def bad_address(text: str, why: str) -> InputError:
+    """Return that the address of a scheduler cannot be used."""
+    return InputError(
+        "cluster.address",
+        f"The address of the scheduler '{text[:200]}' {why}.",
+        "Write it like tls://SERVER:8786, or tcp://127.0.0.1:8786 on this computer.",
+    )
+
+
+def not_protected(text: str) -> InputError:
+    """Return that a scheduler without TLS is reached over a network."""
+    return InputError(
+        "cluster.unencrypted",
+        f"{text}: without TLS anybody in that network can run programs on the workers.",
+        "Start scheduler and workers with certificates and give tls://... (docs/cluster.md); "
+        "--unencrypted is for a network of their own.",
+    )
+
+
+def no_certificates(missing: str) -> InputError:
+    """Return that a file of the TLS is missing."""
+    return InputError(
+        "cluster.certificates",
+        f"TLS to the scheduler needs {missing}.",
+        "Give --scheduler-ca, --scheduler-cert and --scheduler-key (docs/cluster.md).",
+    )
+
+
+def not_reached(address: str, why: str) -> StorageError:
+    """Return that a scheduler does not answer."""
+    return StorageError(
+        "cluster.unreachable",
+        f"The scheduler {address} cannot be reached ({why}).",
+        "Check that it runs and that its certificates are of the same CA, then run this again.",
+    )
+
+
+def scheduler_lost(address: str) -> StorageError:
+    """Return that a scheduler ended again and again."""
+    return StorageError(
+        "cluster.lost",
+        f"The scheduler {address} was lost several times before one more task was done.",
+        "Look at its log, then run this again: nothing was stored.",
+    )
+
+
+def no_workers(address: str, seconds: float) -> StorageError:
+    """Return that nobody works for a scheduler."""
+    return StorageError(
+        "cluster.no_workers",
+        f"The scheduler {address} had no worker for {seconds:.0f} s.",
+        "Start workers (docs/cluster.md), then run this again.",
+    )
+
+
+def other_version(who: str, theirs: str, ours: str) -> InputError:
+    """Return that a worker, or what hands on to it, is of another version."""
+    return InputError(
+        "cluster.version",
+        f"{who} has {theirs}; this computer has {ours}. Their digits could differ.",
+        "Install the same version there, or stop it, then run this again.",
+    )
+
+
+def altered(sha256: str) -> StorageError:
+    """Return that bytes did not arrive as they were sent."""
+    return StorageError(
+        "cluster.content",
+        f"Content {sha256[:12]} arrived altered at a worker.",
+        "Run this again; if it happens again, check that nobody else uses this scheduler.",
+    )
+
+
+def died(name: str) -> OcmmError:
+    """Return that every worker that tried a task ended."""
+    return InternalError(
+        "cluster.died",
+        f"{name} ended every worker that tried it; their memory may be too small.",
+        "Compute it here, or start workers with more memory.",
+    )

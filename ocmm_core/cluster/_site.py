@@ -1,0 +1,83 @@
+"""Where work is done: in this process, in others of this computer, or by a scheduler's workers."""
+
+from __future__ import annotations
+
+import importlib.util
+import ipaddress
+import os
+from dataclasses import dataclass
+from pathlib import Path
+from urllib.parse import urlsplit
+
+from ocmm_core.cluster._sentences import bad_address, no_certificates, no_dask, not_protected
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """Where work is done.
+
+    Attributes
+    ----------
+    scheduler
+        ``tls://HOST:PORT`` or ``tcp://HOST:PORT`` of a Dask scheduler; empty: this computer.
+    workers
+        Processes of this computer; None for one a core where it pays. Unused with a scheduler.
+    ca, cert, key
+        PEM files for ``tls``: who signed all certificates, the one of this computer, its key.
+    unencrypted
+        A scheduler without TLS may be in a network.
+    dask
+        Processes of this computer may be those of Dask where it is installed and pays; else they
+        are our own, which start sooner and leave a task undone whose process ended. A script that
+        sets it guards its main module, as for `multiprocessing`.
+    """
+
+    scheduler: str = ""
+    workers: int | None = None
+    ca: Path | None = None
+    cert: Path | None = None
+    key: Path | None = None
+    unencrypted: bool = False
+    dask: bool = False
+
+    def check(self) -> None:
+        """Raise InputError where work cannot or must not be done there."""
+        if not self.scheduler:
+            return
+        try:
+            parts = urlsplit(self.scheduler)
+            host, port = parts.hostname or "", parts.port
+        except ValueError:
+            raise bad_address(self.scheduler, "cannot be read") from None
+        if parts.scheme not in ("tcp", "tls") or not host or port is None:
+            raise bad_address(self.scheduler, "is none of tcp://HOST:PORT and tls://HOST:PORT")
+        if parts.path or parts.query or parts.fragment or parts.username is not None:
+            raise bad_address(self.scheduler, "has more than a host and a port")
+        if parts.scheme == "tcp" and not _is_loopback(host) and not self.unencrypted:
+            raise not_protected(self.scheduler)
+        if parts.scheme == "tls":
+            files = {"the CA": self.ca, "a certificate": self.cert, "its key": self.key}
+            for what, path in files.items():
+                if path is None:
+                    raise no_certificates(what)
+                if not path.is_file() or not os.access(path, os.R_OK):
+                    raise no_certificates(f"{what}, but {path} cannot be read")
+        if not has_dask():
+            raise no_dask()
+
+
+HERE = Site()
+
+
+def has_dask() -> bool:
+    """Return whether the extra `shop` is installed, without loading it."""
+    return all(importlib.util.find_spec(name) is not None for name in ("dask", "distributed"))
+
+
+def _is_loopback(host: str) -> bool:
+    if host == "localhost":
+        return True
+    try:
+        return ipaddress.ip_address(host).is_loopback
+    except ValueError:
+        return False

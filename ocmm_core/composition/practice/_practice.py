@@ -1,0 +1,239 @@
+"""Guided procedures practised with a virtual hand, in folders of their own; valid for nothing."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable
+from datetime import datetime, timedelta
+from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
+import platformdirs
+
+from ocmm_core.acquisition.frames import FrameBlock
+from ocmm_core.calibration.guided import ProcedureDecision
+from ocmm_core.calibration.records import (
+    CalibrationStore,
+    ProbeStore,
+    entry_of,
+    practice_name,
+    probe_store_folder,
+    rig_in_force,
+    store_folder,
+)
+from ocmm_core.camera import Rig, load_rig
+from ocmm_core.composition import Origin, StationRequest, VirtualSite, origin_of, source_of
+from ocmm_core.composition.practice._practice_scenes import scenes_of_step
+from ocmm_core.documents import write_atomic
+from ocmm_core.errors import OcmmError
+from ocmm_core.failure import contained
+from ocmm_core.simulation.calibration_scenes import (
+    made_camera_record,
+    made_probe_record,
+    made_tip_record,
+    made_verification,
+)
+from ocmm_core.tracking import load_probe
+
+PRACTICE_TIP = "1"
+_BY = practice_name("OCMM")
+_BLOCK = 80
+_IDLE_S = 0.002
+_WAIT_S = 0.05
+_GRID = (6, 4, 5)
+_SIGMA_MM = 0.0017
+
+
+def practice_folder() -> Path:
+    """Return where what this user practises is kept, apart from everything that counts."""
+    return platformdirs.user_data_path("ocmm") / "practice"
+
+
+class Practice:
+    """The folders and the hand of somebody who practises at a virtual rig.
+
+    Parameters
+    ----------
+    request
+        What the station was built from.
+    folder
+        Of everything that is practised; None for that of this user.
+    speed
+        Of the hand, times real time; zero is as fast as it is looked at.
+    """
+
+    def __init__(
+        self, request: StationRequest, folder: Path | None = None, speed: float = 1.0
+    ) -> None:
+        self._request, self._speed = request, speed
+        self.folder = folder or practice_folder()
+        self._site = VirtualSite(request.rig, request.probe, request.seed, None)
+
+    @staticmethod
+    def is_possible(request: StationRequest) -> bool:
+        """Return whether a virtual rig is measured with, which can be shown what a step wants."""
+        source = source_of(request.source).spec
+        return origin_of(request.source) is Origin.VIRTUAL and source.scenes is not None
+
+    @property
+    def cameras(self) -> Path:
+        """Return the folder of the practised calibrations of the rig."""
+        return store_folder(self.folder / "calibrations", load_rig(self._request.rig).name)
+
+    @property
+    def probe(self) -> Path:
+        """Return the folder of the practised records of the probe."""
+        return probe_store_folder(self.folder / "probes", load_probe(self._request.probe).name)
+
+    @property
+    def points(self) -> Path:
+        """Return the list of reference points that the virtual machine visits."""
+        return self.folder / "reference_points.csv"
+
+    def prepare(self, now: datetime) -> None:
+        """Put something in force to begin with, where nothing is yet, and write the list.
+
+        Raises
+        ------
+        OcmmError
+            The folder cannot be written, or what is in it was changed.
+        """
+        rig = load_rig(self._request.rig)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        write_atomic(self.points, _list_of(rig).encode("utf-8"))
+        cameras, probe = CalibrationStore(self.cameras), ProbeStore(self.probe)
+        if cameras.active() is None:
+            _put_cameras(cameras, rig, now)
+        if not probe.tips:
+            _put_probe(probe, self._request.probe, rig, now)
+
+    def hand(self, procedure: Any, failed: Callable[[OcmmError], None]) -> PracticeHand:
+        """Return the hand that does what the steps of a procedure ask for."""
+        store = CalibrationStore(self.cameras)
+        record, design = store.active(), load_rig(self._request.rig)
+        rig = design if record is None else rig_in_force(record, design)
+        return PracticeHand(self._site, rig, procedure, self._speed, failed)
+
+
+class PracticeHand:
+    """The hand at the virtual rig: it does what the step asks for, and waits where that counts.
+
+    Called with who watches it shows frames, on a thread of its own; called with None it stops.
+    """
+
+    def __init__(
+        self,
+        site: VirtualSite,
+        rig: Rig,
+        procedure: Any,
+        speed: float,
+        failed: Callable[[OcmmError], None],
+    ) -> None:
+        self._site, self._rig, self._procedure = site, rig, procedure
+        self._speed, self._failed = speed, failed
+        self._stop = threading.Event()
+        self._thread: threading.Thread | None = None
+
+    def __call__(self, watcher: Callable[[FrameBlock], None] | None) -> None:
+        """Begin to show frames, or stop and wait until that is so."""
+        if self._thread is not None:
+            self._stop.set()
+            self._thread.join()
+            self._thread = None
+        if watcher is not None:
+            self._stop.clear()
+            self._thread = threading.Thread(
+                target=self._run, args=(watcher,), name="ocmm-practice-hand"
+            )
+            self._thread.start()
+
+    def _run(self, watcher: Callable[[FrameBlock], None]) -> None:
+        try:
+            while not self._stop.wait(_WAIT_S):
+                if self._is_wanted(self._procedure.base.step.name):
+                    self._show(watcher)
+        except Exception as error:
+            self._failed(contained(error, "The virtual hand", "All observations are stored."))
+
+    def _is_wanted(self, step: str) -> bool:
+        base = self._procedure.base
+        is_open = base.decision is ProcedureDecision.OPEN
+        return is_open and base.step.name == step and not base.step.gate.open
+
+    def _show(self, watcher: Callable[[FrameBlock], None]) -> None:
+        """Show what the step lacks, from its beginning, until it is complete or is left."""
+        step = self._procedure.base.step.name
+        scenes = scenes_of_step(self._site, self._rig, self._procedure)
+        if not scenes:
+            return
+        rig = self._site.script(scenes).build()
+        due = time.monotonic()
+        for first in range(0, rig.n_frames, _BLOCK):
+            if self._stop.is_set() or not self._is_wanted(step):
+                return
+            block = rig.frames(first, min(_BLOCK, rig.n_frames - first))
+            watcher(block)
+            # It stays where it is until somebody has taken it.
+            while self._procedure.base.live.ready and self._is_wanted(step):
+                if self._stop.wait(_IDLE_S):
+                    return
+                due = time.monotonic()
+            if self._speed:
+                due += len(block) * rig.frame_period_ns * 1e-9 / self._speed
+                self._stop.wait(max(due - time.monotonic(), 0.0))
+
+
+def _list_of(rig: Rig) -> str:
+    """Return a list of reference points through the whole volume, as a machine has it."""
+    low, high = rig.volume_world
+    cells = (np.array(list(np.ndindex(*_GRID))) + 0.5) / np.array(_GRID)
+    # Drawn a little off the grid, so that no two lie behind each other for every camera.
+    cells = cells + np.random.default_rng(1).uniform(-0.4, 0.4, cells.shape) / np.array(_GRID)
+    places = low + cells * (high - low)
+    rows = [f"P{n:03d};{x:.4f};{y:.4f};{z:.4f}" for n, (x, y, z) in enumerate(places.tolist())]
+    head = f"# ocmm reference points\n# unit: mm\n# uncertainty: {_SIGMA_MM}\n# frame: PRACTICE\n"
+    return head + "\n".join(("name;x;y;z", *rows)) + "\n"
+
+
+def _put_cameras(store: CalibrationStore, rig: Rig, now: datetime) -> None:
+    """Put in force what the document says of the cameras, verified."""
+    (x0, y0, z0), (x1, y1, z1) = rig.volume_world.tolist()
+    first = made_camera_record()
+    sensors = rig.sensors or (0,) * len(rig.cameras)
+    record = made_camera_record(
+        rig=rig.name, made_utc=now.isoformat(), made_by=_BY,
+        valid_until_utc=(now + timedelta(days=365)).isoformat(),
+        frame_rate_hz=rig.frame_rate_hz, noise=rig.noise,
+        cameras=tuple(
+            entry_of(camera, alias, sensor, rig.device)
+            for camera, alias, sensor in zip(rig.cameras, rig.aliases, sensors, strict=True)
+        ),
+        covariance=tuple(tuple(row) for row in rig.parameter_covariance.tolist()),
+        volume_min=(x0, y0, z0), volume_max=(x1, y1, z1),
+        residual_maps=first.residual_maps[:1] * len(rig.cameras),
+    )  # fmt: skip
+    store.accept(record, _BY, "to practise with", now)
+    good = msgspec.structs.replace(made_verification(record), made_utc=now.isoformat(), made_by=_BY)
+    store.verify(good, now)
+
+
+def _put_probe(store: ProbeStore, document: Path, rig: Rig, now: datetime) -> None:
+    """Put in force what the document says of the probe, qualified."""
+    body = load_probe(document)
+    x, y, z = body.tip_probe.tolist()
+    record = made_probe_record(
+        probe=body.name, tip=PRACTICE_TIP, made_utc=now.isoformat(), made_by=_BY,
+        valid_until_utc=(now + timedelta(days=365)).isoformat(), rig=rig.name,
+        rig_identity=rig.identity, probe_identity=body.identity,
+        leds_mm=tuple((a, b, c) for a, b, c in body.leds_probe.tolist()), tip_mm=(x, y, z),
+        covariance=tuple(tuple(row) for row in body.geometry_covariance.tolist()),
+    )  # fmt: skip
+    store.calibrate(record, _BY, "to practise with", now)
+    good = made_tip_record(
+        record, made_by=_BY, made_utc=now.isoformat(),
+        diameter_mm=2.0 * body.tip_radius, diameter_sigma_mm=0.0045,
+    )  # fmt: skip
+    store.qualify(good, now)

@@ -1,0 +1,102 @@
+"""What a computer knows of a job beside its file: then another one opens the file as this one does.
+
+Histories of calibrations and tips, the ring of known keys, and how far the job was seen to go are
+on the computer that asks. A worker elsewhere gets the bytes of the job and this; it looks nothing
+up.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+
+import msgspec
+
+from ocmm_core.calibration.records import default_folder, default_probe_folder
+from ocmm_core.errors import OcmmError
+from ocmm_core.inspection.archive._camera_history import CameraHistory, ask_cameras
+from ocmm_core.inspection.archive._reopen_copy import copy_of_job
+from ocmm_core.inspection.archive._stored_documents import StoredDocuments, about, named
+from ocmm_core.inspection.archive._tip_history import TipHistory, ask_tip
+from ocmm_core.storage import JobFile, JobSeal, held_sentences
+
+
+@dataclass(frozen=True, slots=True)
+class KnownOfJob:
+    """What is known of a job beside its file.
+
+    Attributes
+    ----------
+    seal
+        How far it goes, who signed it by the keys that are known, and what is missing.
+    cameras, tip
+        What became known later.
+    held
+        Why the archive of the shop holds the job back, a sentence each.
+    """
+
+    seal: JobSeal
+    cameras: CameraHistory = field(default_factory=CameraHistory)
+    tip: TipHistory = field(default_factory=TipHistory)
+    held: tuple[str, ...] = ()
+
+
+def known_alone(job: JobFile) -> KnownOfJob:
+    """Return what is known of a job by its file and the known keys alone."""
+    return KnownOfJob(replace(job.seal(), missing=""))
+
+
+def known_here(
+    job: JobFile, path: Path, probes: Path | None, calibrations: Path | None
+) -> KnownOfJob:
+    """Return what this computer knows of a job, and remember how far it goes.
+
+    Parameters
+    ----------
+    job
+        Own copy of the file.
+    path
+        Of the file itself.
+    probes, calibrations
+        As for `reopen_job`.
+    """
+    stored = StoredDocuments(path, job.head)
+    known = KnownOfJob(
+        job.seal(),
+        ask_cameras(job, stored.camera_record(), calibrations or default_folder()),
+        ask_tip(stored.probe_records(), probes or default_probe_folder()),
+        held_sentences(job.head.job_uuid),
+    )
+    job.note_seen(path)
+    return known
+
+
+def content_of(copy: Path) -> tuple[bytes, bytes]:
+    """Return the bytes of a copy of a job (`copy_of_job`) and of its log."""
+    log = copy.with_name(f"{copy.name}-wal")
+    return copy.read_bytes(), log.read_bytes() if log.exists() else b""
+
+
+def content_and_known(
+    path: Path, probes: Path | None, calibrations: Path | None
+) -> tuple[bytes, bytes, bytes]:
+    """Return all that another computer needs to open a job: its bytes, its log, what is known.
+
+    Raises
+    ------
+    OcmmError
+        The job cannot be read.
+    """
+    with copy_of_job(path) as copy:
+        file, log = content_of(copy)
+        try:
+            with JobFile.open(copy, scratch=True) as job:
+                known = known_here(job, path, probes, calibrations)
+        except OcmmError as error:
+            raise about(named(error, str(copy), str(path)), path) from error
+    return file, log, msgspec.json.encode(known)
+
+
+def known_from(content: bytes) -> KnownOfJob:
+    """Return what `content_and_known` said."""
+    return msgspec.json.decode(content, type=KnownOfJob)

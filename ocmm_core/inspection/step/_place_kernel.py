@@ -1,0 +1,93 @@
+"""Compiled: places far from each other, their distances from edges, and where edges fall away.
+
+A model of thousands of faces asks each of these for every one of them; in numpy most of the time
+would be that of its calls.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ocmm_core.camera import compiled
+from ocmm_core.geometry import Float, Int
+
+
+@compiled()
+def spread(places: Float, rows: Int) -> int:
+    """Fill in ``rows`` (m,): of ``places`` (n, 3) each as far as can be from those before it.
+
+    The first is the farthest from the middle. Returns how many there are, the least of m and n.
+    """
+    n = len(places)
+    count = min(n, len(rows))
+    if count == 0:
+        return 0
+    nearest = np.empty(n)
+    last = np.zeros(3)
+    for i in range(n):
+        for a in range(3):
+            last[a] += places[i, a] / n
+    for chosen in range(count):
+        best = 0
+        for i in range(n):
+            away = 0.0
+            for a in range(3):
+                away += (places[i, a] - last[a]) ** 2
+            # The middle is none of the places: what is far from it is not near one for that.
+            if chosen <= 1 or away < nearest[i]:
+                nearest[i] = away
+            if nearest[i] > nearest[best]:
+                best = i
+        rows[chosen] = best
+        for a in range(3):
+            last[a] = places[best, a]
+    return count
+
+
+@compiled()
+def nearest(places: Float, stretches: Float, squares: Float) -> None:
+    """Lower ``squares`` (n,), mm2, to those of the distances of places (n, 3) from stretches.
+
+    ``stretches`` (m, 2, 3). The nearest point of one is at the share of the projection, held
+    between its ends; one without length is its start.
+    """
+    for k in range(len(stretches)):
+        x, y, z = stretches[k, 0, 0], stretches[k, 0, 1], stretches[k, 0, 2]
+        u, v, w = stretches[k, 1, 0] - x, stretches[k, 1, 1] - y, stretches[k, 1, 2] - z
+        length2 = u * u + v * v + w * w
+        inverse = 0.0 if length2 == 0.0 else 1.0 / length2
+        for i in range(len(places)):
+            a, b, c = places[i, 0] - x, places[i, 1] - y, places[i, 2] - z
+            share = min(max((a * u + b * v + c * w) * inverse, 0.0), 1.0)
+            a, b, c = a - share * u, b - share * v, c - share * w
+            squares[i] = min(squares[i], a * a + b * b + c * c)
+
+
+@compiled()
+def leans_inward(middle: Float, along: Float, normal: Float, places: Float, beyond: Float) -> float:
+    """Return how far the normal beyond an edge leans towards the face on this side: its cosine.
+
+    ``middle`` (3,) of the edge, ``along`` (3,) it; ``normal`` (3,) and ``places`` (n, 3) of this
+    face, ``beyond`` (3,) the normal of the other. The direction into the face is square to edge
+    and normal, on the side of the nearest place; 1 where there is none.
+    """
+    x = normal[1] * along[2] - normal[2] * along[1]
+    y = normal[2] * along[0] - normal[0] * along[2]
+    z = normal[0] * along[1] - normal[1] * along[0]
+    length = np.sqrt(x * x + y * y + z * z)
+    if length == 0.0 or len(places) == 0:
+        return 1.0
+    best, least = 0, np.inf
+    for i in range(len(places)):
+        away = 0.0
+        for a in range(3):
+            away += (places[i, a] - middle[a]) ** 2
+        if away < least:
+            best, least = i, away
+    side = (
+        x * (places[best, 0] - middle[0])
+        + y * (places[best, 1] - middle[1])
+        + z * (places[best, 2] - middle[2])
+    )
+    lean: float = (x * beyond[0] + y * beyond[1] + z * beyond[2]) / length
+    return -lean if side < 0.0 else lean

@@ -1,0 +1,27 @@
+"""A later finding over all archived jobs, wherever they were measured.
+
+In: an archive, the histories of the stations' calibrations, a finding. Out: a recall of all jobs
+that it touches; marks in the archive, by which statistics leave jobs out and
+stations hold them back.
+
+Read `_over_archive` (which jobs are touched, and what becomes of them), `_deciding` (the marks).
+It must not know a running station: that learns by the marks (`archive.learn_marks`).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_core.recalls._deciding import decide_archived, marks_of
+    from ocmm_core.recalls._over_archive import ArchiveFinding, ShopPlaces, recall_archive
+else:
+    __getattr__ = door(
+        __name__,
+        _deciding="decide_archived marks_of",
+        _over_archive="ArchiveFinding ShopPlaces recall_archive",
+    )
+
+__all__ = ["ArchiveFinding", "ShopPlaces", "decide_archived", "marks_of", "recall_archive"]

@@ -1,0 +1,66 @@
+"""A recall that somebody decides: its document and its marks in the archive, all or nothing."""
+
+from __future__ import annotations
+
+from datetime import UTC, datetime
+
+import msgspec
+
+from ocmm_core.archive import Archive, MarkRow
+from ocmm_core.calibration.records import seal
+from ocmm_core.errors import InputError
+from ocmm_core.inspection.archive import Outcome, RecalledJob, RecallRecord, headline
+
+
+def decide_archived(
+    archive: Archive, record: RecallRecord, who: str, now: datetime
+) -> tuple[RecallRecord, int]:
+    """Store a recall with its marks; return it with who decided, and its number in the archive.
+
+    Jobs whose verdicts and values all hold are let go, others are held back. Stations learn of it
+    with their next hand-over.
+
+    Raises
+    ------
+    InputError
+        Nobody is named, or another recall was stored since this one was computed.
+    StorageError
+        It cannot be stored, or this login may not.
+    """
+    if not who:
+        raise InputError(
+            "recall.nobody",
+            "No name given for the decision.",
+            "Give the name of the person who decides.",
+        )
+    made = datetime.fromisoformat(record.made_utc)
+    for one in archive.findings():
+        if one.kind == "recall" and datetime.fromisoformat(one.utc) > made:
+            raise InputError(
+                "recall.overtaken",
+                f"{one.who} has stored another recall since this one was computed.",
+                "Run the recall again.",
+            )
+    decided = msgspec.structs.replace(record, made_by=who)
+    utc = now.astimezone(UTC).isoformat(timespec="milliseconds")
+    number = archive.add_finding(
+        "recall", headline(decided), seal(decided).decode("utf-8"), who, utc,
+        marks_of(decided, who, utc),
+    )  # fmt: skip
+    return decided, number
+
+
+def marks_of(record: RecallRecord, who: str, utc: str) -> tuple[MarkRow, ...]:
+    """Return the mark of each job of a recall; the latest of a job counts."""
+    return tuple(
+        MarkRow(
+            job_uuid=job.job_uuid, kind="recall", holds=not _let_go(job),
+            why=f"Recall: {job.outcome.value}. {job.judgement}"[:2000], who=who, utc=utc,
+        )
+        for job in record.jobs
+    )  # fmt: skip
+
+
+def _let_go(job: RecalledJob) -> bool:
+    """Return whether a job may be shown as it is: verdicts hold, and values too."""
+    return job.outcome is Outcome.HOLDS and all(one.released for one in job.characteristics)

@@ -1,0 +1,269 @@
+"""Which archived jobs a finding touches, and what becomes of them.
+
+A calibration in doubt is known by its history; the histories of several stations are folders beside
+each other, and the one that knows the calibration of a job answers for it. An artefact or a tip is
+found by what the archive knows each job has used. Where a job is touched and its history is not
+here, nobody can compute it anew: CANNOT BE KNOWN.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+
+from ocmm_core import __version__
+from ocmm_core.archive import Archive, JobRecord, open_archive
+from ocmm_core.cluster import HERE, Site
+from ocmm_core.errors import InputError, OcmmError
+from ocmm_core.inspection.archive import (
+    SCHEMA,
+    SUFFIX,
+    DoubtedJob,
+    Doubting,
+    Outcome,
+    RecalledCharacteristic,
+    RecalledJob,
+    RecalledValue,
+    RecallRecord,
+    recall_doubted,
+)
+
+Tell = Callable[[str, float], None]
+
+_LOOKING = 0.1
+_JOBS = (
+    "SELECT job_id, job_uuid, sha256, station, part, serial, created_utc, rig, calibration,"
+    " simulated, fault FROM archived_job ORDER BY created_utc, job_uuid"
+)
+_USED = (
+    "SELECT job_id FROM archived_use WHERE used_kind = :kind"
+    " AND (identity = :identity OR name = :identity) AND created_utc >= :since"
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ShopPlaces:
+    """Where the shop keeps what a recall needs.
+
+    Attributes
+    ----------
+    address, password
+        Of the archive, as for `open_archive`.
+    calibrations
+        Folders with the histories of stations, rig by rig in each.
+    probes
+        Probe by probe; None is the folder of this user.
+    """
+
+    address: str
+    calibrations: tuple[Path, ...]
+    probes: Path | None = None
+    password: Path | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ArchiveFinding:
+    """Something that jobs have used and that was wrong.
+
+    Attributes
+    ----------
+    kind
+        ``artefact``, ``tip``, ``calibration`` or another kind of the archive's ``used``.
+    identity
+        Its serial number, hash or name.
+    since
+        From when jobs are touched.
+    """
+
+    kind: str
+    identity: str
+    since: datetime
+
+    @property
+    def sentence(self) -> str:
+        """Return it in words."""
+        since = self.since.date().isoformat()
+        return f"{self.kind.capitalize()} {self.identity} was found to be wrong since {since}."
+
+
+@dataclass(frozen=True, slots=True)
+class _Archived:
+    """A row of `_JOBS`."""
+
+    job_id: int
+    job_uuid: str
+    sha256: str
+    station: str
+    part: str
+    serial: str
+    created_utc: str
+    rig: str
+    calibration: str
+    simulated: bool
+    fault: str
+
+    @property
+    def path(self) -> Path:
+        """Return what it is called: no file of this computer."""
+        words = [one for one in (self.part, self.serial, self.job_uuid[:8]) if one]
+        name = " ".join(words).replace("/", "-").replace("\\", "-")
+        return Path(self.station.replace("/", "-")) / f"{name}{SUFFIX}"
+
+
+def recall_archive(
+    places: ShopPlaces,
+    now: datetime,
+    tell: Tell = lambda what, share: None,
+    site: Site = HERE,
+    finding: ArchiveFinding | None = None,
+) -> RecallRecord:
+    """Return what becomes of all archived jobs that are in doubt; nothing is changed by it.
+
+    Parameters
+    ----------
+    site
+        Where jobs are computed. Workers get their bytes; they never ask the archive.
+    finding
+        What was found besides the histories; None: these alone.
+
+    Raises
+    ------
+    InputError, StorageError
+        The archive or the site cannot be used, or the archive has no job.
+    """
+    with open_archive(places.address, password=places.password, read_only=True) as archive:
+        rows = [_archived(row) for row in archive.ask(_JOBS).rows]
+        if not rows:
+            raise InputError(
+                "recall.no_jobs", f"No job in {archive.place}.", "Hand jobs over first."
+            )
+        used = _users(archive, finding)
+        doubtings = [Doubting(one, places.probes, now) for one in places.calibrations]
+        touched: list[DoubtedJob] = []
+        hashes: dict[Path, str] = {}
+        lost: list[RecalledJob] = []
+        unread: list[str] = []
+        elsewhere: dict[tuple[str, str, str], int] = {}
+        for done, row in enumerate(rows):
+            tell(f"Checking {row.path.name}", _LOOKING * done / len(rows))
+            try:
+                found = _touched(archive, row, doubtings)
+            except OcmmError as error:
+                unread.append(f"{row.path}: {error.what}")
+                continue
+            if found is _ELSEWHERE and row.job_id not in used:
+                key = row.station, row.rig, row.calibration
+                elsewhere[key] = elsewhere.get(key, 0) + 1
+            elif isinstance(found, DoubtedJob):
+                touched.append(found)
+                hashes[row.path] = row.sha256
+            elif row.job_id in used and finding is not None:
+                lost.append(_unknown(row, archive.record(row.job_id), finding))
+        unread += [
+            f"{count} jobs of station {station}: the history of their calibration "
+            f"{calibration[:12] or '(none)'} of rig '{rig}' is not in the folders given."
+            for (station, rig, calibration), count in sorted(elsewhere.items())
+        ]
+
+        def told(done: int) -> None:
+            share = _LOOKING + (1.0 - _LOOKING) * done / max(len(touched), 1)
+            tell(f"Recalculated {done} of {len(touched)} jobs", share)
+
+        # Processes of this computer open the archive themselves; for workers elsewhere it is
+        # read here, by the connection that is open.
+        contents = partial(_content_of, places, hashes)
+        if site.scheduler:
+            contents = partial(_from_open, archive, hashes)
+        jobs, failed = recall_doubted(touched, contents, site, told)
+        where = archive.place
+    return RecallRecord(
+        schema=SCHEMA,
+        made_utc=now.isoformat(timespec="microseconds"),
+        made_by="",
+        software=__version__,
+        folders=(where, *(str(one) for one in places.calibrations)),
+        looked_at=len(rows),
+        jobs=tuple(sorted((*jobs, *lost), key=lambda job: (job.created_utc, job.path))),
+        unread=tuple(sorted((*unread, *failed))),
+    )
+
+
+_ELSEWHERE = "elsewhere"
+
+
+def _archived(row: tuple[object, ...]) -> _Archived:
+    job_id, *texts, simulated, fault = row
+    return _Archived(int(str(job_id)), *(str(one) for one in texts), bool(simulated), str(fault))
+
+
+def _users(archive: Archive, finding: ArchiveFinding | None) -> frozenset[int]:
+    if finding is None:
+        return frozenset()
+    since = finding.since.astimezone(UTC).isoformat(timespec="milliseconds")
+    table = archive.ask(_USED, {"kind": finding.kind, "identity": finding.identity, "since": since})
+    return frozenset(int(str(row[0])) for row in table.rows)
+
+
+def _touched(
+    archive: Archive, row: _Archived, doubtings: list[Doubting]
+) -> DoubtedJob | str | None:
+    """Return a job in doubt, `_ELSEWHERE` where its history is not here, None where all is well."""
+    if row.fault:
+        raise InputError("recall.altered", row.fault, "Look at the file at its station.")
+    if not row.calibration:
+        # Measured by a document: no history can put it in doubt.
+        return None
+    for doubting in doubtings:
+        if doubting.knows(row.rig, row.calibration):
+            return doubting.of_content(row.path, archive.content(row.sha256))
+    return _ELSEWHERE
+
+
+def _content_of(
+    places: ShopPlaces, hashes: dict[Path, str], job: DoubtedJob
+) -> tuple[bytes, bytes]:
+    with open_archive(places.address, password=places.password, read_only=True) as archive:
+        return _from_open(archive, hashes, job)
+
+
+def _from_open(archive: Archive, hashes: dict[Path, str], job: DoubtedJob) -> tuple[bytes, bytes]:
+    return archive.content(hashes[job.path]), b""
+
+
+def _unknown(row: _Archived, record: JobRecord, finding: ArchiveFinding) -> RecalledJob:
+    """Return a job that used what was wrong, and that nobody can compute without it."""
+    return RecalledJob(
+        path=str(row.path),
+        sha256=row.sha256,
+        job_uuid=row.job_uuid,
+        part=row.part,
+        serial=row.serial,
+        created_utc=row.created_utc,
+        rig=row.rig,
+        calibration=row.calibration,
+        simulated=row.simulated,
+        in_doubt=tuple(range(1, record.job.points + 1)),
+        why=(finding.sentence,),
+        later="",
+        judgement="Nothing here can replace it: measure the part again.",
+        characteristics=tuple(_characteristics(record, finding)),
+        released=(),
+        points_sha256="",
+    )
+
+
+def _characteristics(
+    record: JobRecord, finding: ArchiveFinding
+) -> Iterator[RecalledCharacteristic]:
+    for one in record.results:
+        yield RecalledCharacteristic(
+            name=one.characteristic,
+            before=RecalledValue(value=one.value, expanded=one.uncertainty, verdict=one.verdict),
+            after=None,
+            outcome=Outcome.UNKNOWN,
+            reason=finding.sentence,
+            released=False,
+        )

@@ -1,0 +1,49 @@
+"""Where a station hands its jobs over to, by its settings.
+
+Also commands that measure read this part of the settings: it changes no number (decision 85).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ocmm_core.archive import ArchivePlace, check_address, default_outbox
+from ocmm_core.settings import Settings, SettingsStore
+
+LOCAL, OFF = "local", "off"
+
+
+def is_off(address: str) -> bool:
+    """Return whether nothing is archived."""
+    return address.strip().lower() == OFF
+
+
+def archive_place(
+    address: str | None = None, settings: Settings | None = None, outbox: Path | None = None
+) -> ArchivePlace | None:
+    """Return where jobs are handed over to; None where the archive is off.
+
+    Parameters
+    ----------
+    address
+        Wins over the settings; None is theirs.
+    settings
+        None are those of this user.
+    outbox
+        Folder of the outbox; None is that of this user.
+
+    Raises
+    ------
+    InputError
+        The address cannot be used.
+    """
+    settings = settings or SettingsStore.of_this_user().load().settings
+    chosen = (address if address is not None else settings.archive_address).strip()
+    if is_off(chosen):
+        return None
+    if chosen.lower() == LOCAL:
+        chosen = ""
+    check_address(chosen)
+    return ArchivePlace(
+        chosen, settings.archive_station, outbox or default_outbox(), settings.archive_password
+    )

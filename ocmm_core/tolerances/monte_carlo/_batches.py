@@ -1,0 +1,142 @@
+"""Batches of trials, in threads of this process or on the workers of a site: the same numbers.
+
+The random numbers of a batch follow from the seed, the stream and its index alone.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Generator
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ocmm_core.cluster import Site, run_tasks
+from ocmm_core.errors import OcmmError
+from ocmm_core.geometry import Float
+from ocmm_core.tolerances.monte_carlo._trials import Task, quick_model, slow_trials
+from ocmm_core.tolerances.uncertainty import TWO_SIDED
+
+Draws = np.ndarray[tuple[int, int], np.dtype[np.float32]]
+
+_BLOCK_NUMBERS = 120_000
+"""Numbers drawn at a time: a megabyte stays near the processor."""
+_QUICK_A_TASK, _SLOW_A_TASK = 10, 2
+"""Batches a worker does for one request: about a second, so that asking costs little."""
+
+
+@dataclass(frozen=True, slots=True)
+class Batch:
+    """One batch.
+
+    Attributes
+    ----------
+    draws
+        (m, k): deviations of the values from the measured ones; NaN where a fit failed.
+    figures
+        (4, k): mean, standard deviation and ends of the interval of every value.
+    failed
+        Fits.
+    seconds
+        Processor time.
+    """
+
+    draws: Draws
+    figures: Float
+    failed: int
+    seconds: float
+
+
+@dataclass(frozen=True, slots=True)
+class BatchSource:
+    """What makes batches; can be sent to another computer.
+
+    Attributes
+    ----------
+    task, names
+        What is simulated, and which of its characteristics.
+    start
+        (k,): their measured values.
+    stream
+        0 for what is computed quickly, 1 for what is evaluated the ordinary way.
+    size
+        Trials of a batch.
+    seed
+        Of the simulation.
+    """
+
+    task: Task
+    names: tuple[str, ...]
+    start: Float
+    stream: int
+    size: int
+    seed: int
+
+    def maker(self, given_up: Callable[[], bool] = lambda: False) -> Callable[[int], Batch]:
+        """Return what makes a batch by its index."""
+        task, names = self.task, self.names
+        slow = partial(slow_trials, task, names)
+        trials = quick_model(task).trials if self.stream == 0 else slow
+        draws = task.factors.with_own(task.form).draws()
+        coordinates = 3 * len(task.points) + 1
+
+        def make(index: int) -> Batch:
+            began = time.thread_time()
+            rng = np.random.default_rng(
+                np.random.SeedSequence(self.seed, spawn_key=(self.stream, index))
+            )
+            rows = max(min(_BLOCK_NUMBERS // coordinates, self.size), 1)
+            found = np.full((self.size, len(names)), np.nan, dtype=np.float32)
+            lost = 0
+            for first in range(0, self.size, rows):
+                if given_up():
+                    break
+                count = min(rows, self.size - first)
+                values, bad = trials(draws(rng, count))
+                lost += bad
+                found[first : first + count] = values - self.start
+            return Batch(found, _figures(found), lost, time.thread_time() - began)
+
+        return make
+
+
+def here(
+    source: BatchSource, batches: int, threads: int, given_up: Callable[[], bool]
+) -> Generator[Batch, None, None]:
+    """Give batches in their order, made by threads of this process."""
+    make = source.maker(given_up)
+    with ThreadPoolExecutor(threads) as pool:
+        for first in range(0, batches, threads):
+            yield from pool.map(make, range(first, min(first + threads, batches)))
+
+
+def on_site(source: BatchSource, batches: int, site: Site) -> Generator[Batch, None, None]:
+    """Give batches in their order, made by the workers of a site; OcmmError where one fails."""
+    step = _SLOW_A_TASK if source.stream else _QUICK_A_TASK
+    stretches = [range(first, min(first + step, batches)) for first in range(0, batches, step)]
+    answers = run_tasks(
+        partial(_stretch, source), stretches, lambda some: "The simulation", site=site
+    )
+    for answer in answers:
+        if isinstance(answer, OcmmError):
+            raise answer
+        yield from answer
+
+
+def _stretch(source: BatchSource, indices: range) -> list[Batch]:
+    make = source.maker()
+    return [make(index) for index in indices]
+
+
+def _figures(draws: Draws) -> Float:
+    """Return mean, standard deviation and ends of the interval of every value, (4, k)."""
+    figures = np.full((4, draws.shape[1]), np.nan)
+    for column, own in enumerate(draws.T):
+        # Trials whose fit failed are left out; `value` says if nothing is left.
+        good = own[np.isfinite(own)].astype(np.float64)
+        if len(good) > 1:
+            ends = np.quantile(good, [0.5 - 0.5 * TWO_SIDED, 0.5 + 0.5 * TWO_SIDED])
+            figures[:, column] = good.mean(), good.std(ddof=1), *ends
+    return figures

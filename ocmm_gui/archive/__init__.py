@@ -1,0 +1,22 @@
+"""The archive in the window: a question, its table and chart, and what still waits to be archived.
+
+In: an archive and an outbox by the settings. Out: answers as a table and a chart, exported files.
+
+Read `_archive_sheet` (the page), `_asking` (what the process beside the window does),
+`_answer_table` (a table of any columns). The window computes nothing: questions are those of
+`ocmm_core.archive`. It must not know results, operator or Maintain.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ocmm_core.door import door
+
+if TYPE_CHECKING:
+    from ocmm_gui.archive._archive_sheet import ArchiveSheet
+    from ocmm_gui.archive._asking import Asking
+else:
+    __getattr__ = door(__name__, _archive_sheet="ArchiveSheet", _asking="Asking")
+
+__all__ = ["ArchiveSheet", "Asking"]

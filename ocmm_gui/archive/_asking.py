@@ -1,0 +1,76 @@
+"""What the process beside the window does: ask the archive, or look how the hand-over stands."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from ocmm_core.archive import (
+    QUESTIONS,
+    ArchiveAnswer,
+    ArchivePlace,
+    Asked,
+    HandOver,
+    hand_over,
+    open_archive,
+    parts,
+)
+from ocmm_gui.kit import Tell, later
+
+
+@dataclass(frozen=True, slots=True)
+class Answered:
+    """An answer with what is known besides.
+
+    Attributes
+    ----------
+    answer
+        Of the question; None where only the archive was looked at.
+    place
+        What people call the archive.
+    parts
+        Parts with their characteristics, to choose from.
+    standing
+        How the hand-over stands.
+    """
+
+    answer: ArchiveAnswer | None
+    place: str
+    parts: tuple[tuple[str, str], ...]
+    standing: HandOver
+
+
+@dataclass(frozen=True, slots=True)
+class Asking:
+    """Ask a question; an empty name only looks at the archive.
+
+    Attributes
+    ----------
+    place
+        Archive and outbox.
+    question
+        Its name.
+    asked
+        What it is about.
+    """
+
+    place: ArchivePlace
+    question: str
+    asked: Asked
+
+    def __call__(self, tell: Tell) -> Answered:
+        """Return the answer; errors as those of `open_archive` and of the question."""
+        tell(later("Asking the archive"), 0.2)
+        standing = hand_over(self.place.outbox)
+        with open_archive(
+            self.place.address, password=self.place.password, read_only=True
+        ) as archive:
+            known = parts(archive)
+            found = next((one for one in QUESTIONS if one.name == self.question), None)
+            answer = None if found is None else found.ask(archive, self.asked)
+            return Answered(answer, archive.place, known, standing)
+
+
+def standing_of(folder: Path) -> HandOver:
+    """Return how the hand-over stands, without asking the archive."""
+    return hand_over(folder)

@@ -1,0 +1,206 @@
+"""The same tasks here, in processes and on the workers of a scheduler."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ocmm_core.cluster._over_dask as over_dask
+from benchmarks.cluster_processes import ShopCluster
+from ocmm_core.cluster import Site, run_tasks
+from ocmm_core.errors import InputError, OcmmError, StorageError
+from tests.core.cluster.cluster_work import drawn, noted, some, wrong
+from tests.host import HANG_S, needs_package
+
+SEEDS = np.random.SeedSequence(22).spawn(40)
+
+
+def of_seed(seed: np.random.SeedSequence) -> str:
+    return "Drawing"
+
+
+def numbered(thing: int) -> str:
+    return f"Task {thing}"
+
+
+def test_the_same_digits_on_one_two_and_four_workers(cluster: ShopCluster) -> None:
+    here = list(run_tasks(drawn, SEEDS, of_seed))
+    assert all(isinstance(one, list) for one in here)
+    done: list[int] = []
+    assert list(run_tasks(drawn, SEEDS, of_seed, site=cluster.site, told=done.append)) == here
+    assert done == list(range(41))
+    more = [cluster.start_worker() for _ in range(2)]
+    assert list(run_tasks(drawn, SEEDS, of_seed, site=cluster.site)) == here
+    for worker in more:
+        cluster.kill(worker)
+    first = cluster.workers[0]
+    cluster.kill(first)
+    assert list(run_tasks(drawn, SEEDS, of_seed, site=cluster.site)) == here
+    cluster.start_worker()
+    assert list(run_tasks(drawn, SEEDS, of_seed, site=Site(workers=2, dask=False))) == here
+
+
+def test_a_killed_worker_changes_nothing(cluster: ShopCluster, tmp_path: Path) -> None:
+    while len(cluster.workers) < 2:
+        cluster.start_worker()
+    tasks = run_tasks(
+        partial(noted, str(tmp_path)), range(30), numbered, site=cluster.site, contents=some
+    )
+    assert next(tasks) == (0, 3)
+    cluster.kill(cluster.workers[0])
+    rest = list(tasks)
+    assert rest == [(thing, 3 * (thing % 3 + 1)) for thing in range(1, 30)]
+    assert len({path.name.partition("-")[2] for path in tmp_path.iterdir()}) > 1
+    cluster.start_worker()
+
+
+def test_a_restarted_scheduler_gets_the_open_tasks_anew(
+    cluster: ShopCluster, tmp_path: Path
+) -> None:
+    tasks = run_tasks(
+        partial(noted, str(tmp_path)), range(20), numbered, site=cluster.site, contents=some
+    )
+    assert next(tasks) == (0, 3)
+    assert cluster.scheduler is not None
+    cluster.kill(cluster.scheduler)
+    for worker in list(cluster.workers):
+        cluster.kill(worker)
+    cluster.start_scheduler()
+    cluster.start_worker()
+    cluster.start_worker()
+    assert list(tasks) == [(thing, 3 * (thing % 3 + 1)) for thing in range(1, 20)]
+
+
+def test_what_is_wrong_is_an_answer_and_who_leaves_gives_up_the_rest(
+    cluster: ShopCluster, tmp_path: Path
+) -> None:
+    found = list(run_tasks(wrong, ["good", "bad", "fine"], str, site=cluster.site))
+    assert found[0] == "good"
+    assert isinstance(found[1], OcmmError)
+    assert found[1].what == "Thing bad is bad."
+    assert found[2] == "fine"
+    tasks = run_tasks(
+        partial(noted, str(tmp_path)), range(1000), numbered, site=cluster.site, contents=some
+    )
+    next(tasks)
+    tasks.close()  # type: ignore[attr-defined]  # it is a generator
+    time.sleep(1.0)
+    seen = len(list(tmp_path.iterdir()))
+    time.sleep(1.0)
+    # What was under way when it was given up ends; nothing begins any more.
+    assert len(list(tmp_path.iterdir())) <= seen + 2
+    assert seen < 30
+
+
+def test_bytes_that_arrive_altered_are_refused(
+    cluster: ShopCluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    submit = over_dask.Client.submit
+
+    def elsewhere(self: object, work: object, *given: object, **named: object) -> object:
+        if work is over_dask.held:
+            given = (b"another job",)
+        return submit(self, work, *given, **named)
+
+    monkeypatch.setattr(over_dask.Client, "submit", elsewhere)
+    work = partial(noted, str(tmp_path))
+    (answer,) = run_tasks(work, [7], numbered, site=cluster.site, contents=some)
+    assert isinstance(answer, StorageError)
+    assert answer.code == "cluster.content"
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_worker_of_another_version_is_refused(cluster: ShopCluster, tmp_path: Path) -> None:
+    older = tmp_path / "older.py"
+    older.write_text("import ocmm_core\nocmm_core.__version__ = '0.0.1'\n", encoding="utf-8")
+    worker = cluster.start_worker("--preload", str(older))
+    until = time.monotonic() + HANG_S
+    refused: InputError | None = None
+    while refused is None and time.monotonic() < until:
+        try:
+            list(run_tasks(drawn, SEEDS[:4], of_seed, site=cluster.site))
+        except InputError as error:
+            refused = error
+    cluster.kill(worker)
+    assert refused is not None
+    assert refused.code == "cluster.version"
+    assert "has OCMM 0.0.1, Python" in refused.what
+
+
+def test_without_certificates_nobody_gets_in(cluster: ShopCluster, tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match="cannot be reached"):
+        list(run_tasks(drawn, SEEDS, of_seed, site=Site(f"tcp://127.0.0.1:{cluster.port}")))
+    with pytest.raises(InputError, match="needs the CA"):
+        list(run_tasks(drawn, SEEDS, of_seed, site=Site(cluster.address)))
+    missing = replace(cluster.site, key=tmp_path / "none.pem")
+    with pytest.raises(InputError, match="cannot be read"):
+        list(run_tasks(drawn, SEEDS, of_seed, site=missing))
+
+
+@pytest.mark.parametrize(
+    ("address", "said"),
+    [
+        ("tcp://10.1.2.3:8786", "anybody in that network can run programs"),
+        ("tcp://shop.example:8786", "anybody in that network can run programs"),
+        ("http://127.0.0.1:8786", "is none of"),
+        ("tcp://127.0.0.1", "is none of"),
+        ("tcp://127.0.0.1:x", "cannot be read"),
+        ("tcp://a@127.0.0.1:8786", "more than a host"),
+        ("8786", "is none of"),
+    ],
+)
+def test_addresses_that_are_refused(address: str, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        Site(address).check()
+
+
+def test_a_network_without_tls_has_to_be_told() -> None:
+    needs_package("distributed", "extra `shop`")
+    Site("tcp://10.1.2.3:8786", unencrypted=True).check()
+    Site("tcp://localhost:8786").check()
+    Site("tcp://[::1]:8786").check()
+
+
+def test_without_dask_a_sentence_says_what_to_install(tmp_path: Path) -> None:
+    script = (
+        "import sys\n"
+        "class Without:\n"
+        "    def find_spec(self, name, path=None, target=None):\n"
+        "        if name.partition('.')[0] in ('dask', 'distributed'):\n"
+        "            raise ModuleNotFoundError(name)\n"
+        "import importlib.util as u\n"
+        "spec = u.find_spec\n"
+        "u.find_spec = lambda n, p=None: None if n in ('dask', 'distributed') else spec(n, p)\n"
+        "sys.meta_path.insert(0, Without())\n"
+        "from ocmm_core.cluster import Site, run_tasks\n"
+        "print(list(run_tasks(abs, [-1, 2], str, site=Site(workers=1, dask=True))))\n"
+        "try:\n"
+        "    Site('tcp://127.0.0.1:8786').check()\n"
+        "except Exception as error:\n"
+        "    print(error)\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, timeout=HANG_S, check=True
+    )
+    assert done.stdout.splitlines()[0] == "[1, 2]"
+    assert "./run setup --shop" in done.stdout
+
+
+def test_processes_of_dask_on_this_computer(tmp_path: Path) -> None:
+    needs_package("distributed", "extra `shop`")
+    before = set(threading.enumerate())
+    here = list(run_tasks(drawn, SEEDS, of_seed))
+    assert list(run_tasks(drawn, SEEDS, of_seed, site=Site(workers=2, dask=True))) == here
+    found = list(run_tasks(wrong, ["a", "die", "b"], str, site=Site(workers=2, dask=True)))
+    assert [found[0], found[2]] == ["a", "b"]
+    assert isinstance(found[1], OcmmError)
+    assert found[1].code == "cluster.died"
+    assert threading.active_count() <= len(before) + 3

@@ -1,0 +1,111 @@
+"""What makes large models quick: each answer is that of the plain way, which is slow."""
+
+from __future__ import annotations
+
+import os
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from ocmm_core.errors import InputError
+from ocmm_core.geometry import Float
+from ocmm_core.host import HOST
+from ocmm_core.inspection.step import _place_kernel as kernel
+from ocmm_core.inspection.step import read_model
+from ocmm_core.inspection.step._placed import spread_rows
+from tests.core.inspection.step_models import block, written
+from tests.host import HANG_S, needs_package
+
+SEED = 77
+
+
+def spread_slowly(places: Float, count: int) -> list[int]:
+    """Return the rows of places, each as far as can be from those before it."""
+    chosen = [int(np.argmax(np.linalg.norm(places - places.mean(axis=0), axis=1)))]
+    while len(chosen) < min(count, len(places)):
+        apart = np.linalg.norm(places[:, None] - places[chosen], axis=2).min(axis=1)
+        chosen.append(int(np.argmax(apart)))
+    return chosen
+
+
+@pytest.mark.parametrize(("n", "count"), [(1, 5), (7, 7), (60, 12), (400, 60)])
+def test_places_are_spread_as_the_plain_way_does(n: int, count: int) -> None:
+    # Random places: no two distances are equal to the last bit.
+    places = np.random.default_rng(SEED).uniform(-50.0, 50.0, (n, 3))
+    assert spread_rows(places, count) == spread_slowly(places, count)
+
+
+def test_an_edge_falls_away_where_the_normal_beyond_leans_out() -> None:
+    rng = np.random.default_rng(SEED)
+    for _ in range(50):
+        middle, along, normal, beyond = rng.normal(size=(4, 3))
+        places = rng.normal(size=(9, 3))
+        inward = np.cross(normal, along)
+        inward /= np.linalg.norm(inward)
+        nearest = places[int(np.argmin(np.linalg.norm(places - middle, axis=1)))]
+        inward *= np.sign(inward @ (nearest - middle))
+        found = kernel.leans_inward(middle, along, normal, places, beyond)
+        assert found == pytest.approx(float(beyond @ inward), abs=1e-12)
+    nothing = np.empty((0, 3))
+    assert kernel.leans_inward(middle, along, normal, nothing, beyond) == 1.0
+    assert kernel.leans_inward(middle, np.zeros(3), normal, places, beyond) == 1.0
+
+
+def test_places_on_surfaces_are_those_of_the_library() -> None:
+    needs_package("OCP", "the extra 'step'")
+    from OCP import gp
+    from OCP.BRepAdaptor import BRepAdaptor_Surface
+    from OCP.BRepBuilderAPI import BRepBuilderAPI_MakeFace, BRepBuilderAPI_Transform
+    from OCP.TopoDS import TopoDS
+
+    from ocmm_core.inspection.step._surface_places import evaluated
+
+    axes = gp.gp_Ax3(gp.gp_Pnt(1.0, -2.0, 3.0), gp.gp_Dir(1.0, 2.0, 3.0), gp.gp_Dir(0.0, 1.0, 1.0))
+    faces = [
+        BRepBuilderAPI_MakeFace(gp.gp_Pln(axes), -5.0, 5.0, -4.0, 4.0).Face(),
+        BRepBuilderAPI_MakeFace(gp.gp_Cylinder(axes, 7.0), 0.2, 5.0, -4.0, 9.0).Face(),
+        BRepBuilderAPI_MakeFace(gp.gp_Cone(axes, 0.3, 20.0), 0.2, 5.0, -4.0, 9.0).Face(),
+        BRepBuilderAPI_MakeFace(gp.gp_Sphere(axes, 12.0), 0.2, 5.0, -1.0, 1.2).Face(),
+        BRepBuilderAPI_MakeFace(gp.gp_Torus(axes, 20.0, 5.0), 0.2, 5.0, 0.3, 4.0).Face(),
+    ]
+    # One that is mirrored has a left-handed frame.
+    mirror = gp.gp_Trsf()
+    mirror.SetMirror(gp.gp_Ax2(gp.gp_Pnt(4.0, 5.0, 6.0), gp.gp_Dir(1.0, 1.0, 0.2)))
+    faces += [
+        TopoDS.Face(BRepBuilderAPI_Transform(face, mirror, True).Shape())
+        if not hasattr(TopoDS, "Face_s")
+        else TopoDS.Face_s(BRepBuilderAPI_Transform(face, mirror, True).Shape())
+        for face in list(faces)
+    ]
+    uv = np.random.default_rng(SEED).uniform([0.2, 0.3], [5.0, 1.2], (20, 2))
+    for face in faces:
+        surface = BRepAdaptor_Surface(face, True)
+        places = evaluated(surface)(uv)
+        for (u, v), place in zip(uv.tolist(), places, strict=True):
+            point = surface.Value(u, v)
+            # Some 50 mm: their last bits.
+            assert place == pytest.approx([point.X(), point.Y(), point.Z()], abs=1e-12 * 1e2)
+
+
+def test_the_work_of_a_process_is_known_and_waiting_is_none() -> None:
+    before = HOST.processor_seconds(os.getpid())
+    assert before is not None
+    until = time.process_time() + 0.1
+    while time.process_time() < until:
+        pass
+    after = HOST.processor_seconds(os.getpid())
+    # The system counts in hundredths.
+    assert after is not None
+    assert after - before >= 0.08
+    assert HOST.processor_seconds(2**30) is None
+
+
+def test_a_reader_that_has_worked_too_long_is_given_up(tmp_path: Path) -> None:
+    needs_package("OCP", "the extra 'step'")
+    model = written(tmp_path / "block.stp", block())
+    with pytest.raises(InputError, match=r"reading took longer than 0 s \(at "):
+        read_model(model, timeout_s=0.01)
+    # The clock alone gives nobody up: this one has other work to wait for.
+    assert read_model(model, timeout_s=HANG_S).features

@@ -1,0 +1,107 @@
+"""The Archive page: asked in a process of its own, by keys, and stopped at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.archive import QUESTIONS, ArchivePlace, open_archive
+from ocmm_core.errors import OcmmError
+from ocmm_gui.archive import ArchiveSheet
+from tests.core.archive.made_jobs import START, made_delivery
+from tests.host import HANG_MS
+
+NAMES = [one.name for one in QUESTIONS]
+
+
+@pytest.fixture
+def place(tmp_path: Path) -> ArchivePlace:
+    address = str(tmp_path / "archive.sqlite")
+    with open_archive(address) as archive:
+        archive.put_all([made_delivery(seed) for seed in range(30)])
+        archive.put(made_delivery(40, fault="Altered after it was archived: step 3."))
+    return ArchivePlace(address, "Station 1", tmp_path / "outbox")
+
+
+@pytest.fixture
+def sheet(qtbot: QtBot, place: ArchivePlace, tmp_path: Path) -> Iterator[ArchiveSheet]:
+    made = ArchiveSheet(lambda: place, lambda: tmp_path)
+    qtbot.addWidget(made)
+    made.resize(1280, 720)
+    made.show()
+    yield made
+    made.close_work()
+
+
+def ask(qtbot: QtBot, sheet: ArchiveSheet, name: str, **fields: str) -> None:
+    sheet.question.setCurrentIndex(NAMES.index(name))
+    for key, text in fields.items():
+        sheet.fields[key].setText(text)
+    sheet.keys["ask"].trigger()
+    qtbot.waitUntil(lambda: not sheet.is_working(), timeout=HANG_MS)
+
+
+def test_a_trend_is_shown_with_its_chart_and_exported(
+    qtbot: QtBot, sheet: ArchiveSheet, tmp_path: Path
+) -> None:
+    ask(qtbot, sheet, "trend", part="FLANGE", characteristic="D1")
+    assert sheet.table.rowCount() == 31
+    assert sheet.chart.isVisible()
+    assert "31 rows" in sheet.about()
+    assert "Cpk" in sheet.notes.text()
+    assert sheet.standing.text() == "Everything measured here is in the archive."
+    sheet.keys["export"].trigger()
+    sheet.target.given.emit(tmp_path / "t.csv")
+    assert (tmp_path / "t.csv").read_text("utf-8").count("\n") == 32
+
+
+def test_a_day_has_its_jobs_and_only_the_fields_it_takes(qtbot: QtBot, sheet: ArchiveSheet) -> None:
+    ask(qtbot, sheet, "today", first=START.astimezone().date().isoformat())
+    assert sheet.table.rowCount() == 31
+    assert not sheet.chart.isVisible()
+    assert sheet.fields["first"].isVisible()
+    assert not sheet.fields["part"].isVisible()
+
+
+def test_what_is_missing_is_asked_for(qtbot: QtBot, sheet: ArchiveSheet) -> None:
+    ask(qtbot, sheet, "used")
+    assert "Fill in what it is about" in sheet.about()
+    ask(qtbot, sheet, "used", what="B-17")
+    # The kind is calibration; none has that name.
+    assert sheet.table.rowCount() == 0
+
+
+def test_a_question_that_has_no_answer_says_why(qtbot: QtBot, sheet: ArchiveSheet) -> None:
+    told: list[OcmmError] = []
+    sheet.failed.connect(told.append)
+    ask(qtbot, sheet, "trend", part="OTHER", characteristic="D1")
+    assert "No archived part is called 'OTHER'" in told[0].what
+    sheet.question.setCurrentIndex(NAMES.index("today"))
+    sheet.fields["first"].setText("yesterday")
+    sheet.keys["ask"].trigger()
+    assert "yesterday is no day." in told[1].what
+
+
+def test_asking_is_given_up_at_once(sheet: ArchiveSheet) -> None:
+    sheet.ask()
+    assert sheet.is_working()
+    sheet.keys["stop"].trigger()
+    assert not sheet.is_working()
+
+
+def test_an_archive_that_is_off_is_said(qtbot: QtBot, tmp_path: Path) -> None:
+    sheet = ArchiveSheet(lambda: None, lambda: tmp_path)
+    qtbot.addWidget(sheet)
+    sheet.ask()
+    assert "The archive is off" in sheet.about()
+
+
+def test_everything_has_an_accessible_name(sheet: ArchiveSheet) -> None:
+    for widget in (
+        sheet.question, sheet.kind, sheet.table, sheet.notes, sheet.standing,
+        *sheet.fields.values(),
+    ):  # fmt: skip
+        assert widget.accessibleName()

@@ -1,0 +1,158 @@
+"""Practice: every wizard is completed in the window with a virtual hand; nothing of it counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from PySide6.QtCore import Qt
+from PySide6.QtTest import QTest
+from PySide6.QtWidgets import QApplication
+from pytestqt.qtbot import QtBot
+
+from ocmm_core.calibration.guided import ProcedureDecision, ProcedureKind
+from ocmm_core.calibration.records import CalibrationStore, ProbeStore, is_practice
+from ocmm_core.composition import StationRequest, build_station
+from ocmm_core.composition.practice import Practice
+from ocmm_core.documents import resource
+from ocmm_gui.bridge import StationBridge
+from ocmm_gui.kit import Mode, NoticeCentre
+from ocmm_gui.window import MainWindow
+from ocmm_gui.wizards import Runner
+from tests.host import HANG_MS
+
+PATIENCE_MS = 2 * HANG_MS
+
+
+@dataclass(frozen=True, slots=True)
+class _Bench:
+    window: MainWindow
+    practice: Practice
+    notices: NoticeCentre
+
+
+@pytest.fixture
+def bench(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[_Bench]:
+    """Return a window of a virtual rig, as the program opens it."""
+    request = StationRequest(
+        plan=resource("plans", "quick.toml"), out=tmp_path / "job", speed=1.0, stay=True,
+        frame_rate_hz=800,
+    )  # fmt: skip
+    built = build_station(request)
+    assert Practice.is_possible(request)
+    practice = Practice(request, tmp_path / "practice", speed=0.0)
+    bridge, notices = StationBridge(built.station), NoticeCentre()
+    window = MainWindow(
+        bridge, notices, out=tmp_path / "out", hand=built.hand, practice=practice
+    )  # fmt: skip
+    window.resize(1280, 720)
+    with qtbot.waitActive(window):
+        window.show()
+        window.activateWindow()
+    bridge.start()
+    yield _Bench(window, practice, notices)
+    window.close()
+    window.deleteLater()
+    bridge.deleteLater()
+    notices.deleteLater()
+
+
+def _press(key: Qt.Key) -> None:
+    widget = QApplication.focusWidget()
+    assert widget is not None
+    QTest.keyClick(widget, key)
+
+
+def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
+    """Do what the wizard says, with its keys, until it has ended."""
+    window = bench.window
+    window.show_mode(Mode.MAINTAIN)
+    window.maintenance.open_wizard(kind)
+    wizard = window.maintenance.wizard
+    assert wizard.start.trouble.text() == ""
+    assert "PRACTICE" in window.hand.strip.text.text()
+    wizard.start.begin_button.click()
+    runner = wizard.runner
+    assert runner is not None, wizard.start.trouble.text()
+    pages = 0
+
+    def stands() -> bool:
+        seen = runner.driver.now
+        return seen.view.base.step.gate.open or seen.view.outcome is not None
+
+    while True:
+        assert window.hand.strip.isVisible()
+        base = runner.driver.now.view.base
+        if "accept" in runner.page().keys:
+            break
+        name = base.step.name
+        if "automatic" in runner.page().keys and not runner.driver.now.automatic:
+            QTest.keyClick(runner, Qt.Key.Key_Y)
+        qtbot.waitUntil(
+            lambda name=name: runner.driver.now.view.base.step.name != name or stands(),
+            timeout=PATIENCE_MS,
+        )
+        if runner.driver.now.view.base.step.name == name:
+            qtbot.waitUntil(
+                lambda name=name: (
+                    runner.actions_by_key["next"].isEnabled()
+                    or runner.driver.now.view.base.step.name != name
+                ),
+                timeout=PATIENCE_MS,
+            )
+            if runner.driver.now.view.base.step.name == name:
+                qtbot.wait(170)
+                runner.actions_by_key["next"].trigger()
+        qtbot.waitUntil(
+            lambda name=name: (
+                runner.driver.now.view.base.step.name != name
+                and runner.page() is runner.pages[runner.driver.now.view.base.step.name]
+            ),
+            timeout=PATIENCE_MS,
+        )
+        pages += 1
+        assert pages < 10
+    qtbot.waitUntil(
+        lambda: (
+            runner.driver.now.view.outcome is not None
+            or runner.driver.now.view.base.error is not None
+        ),
+        timeout=PATIENCE_MS,
+    )
+    assert runner.driver.now.view.base.error is None
+    qtbot.waitUntil(lambda: runner.actions_by_key["accept"].isEnabled(), timeout=PATIENCE_MS)
+    QTest.keyClick(runner, Qt.Key.Key_A)
+    qtbot.waitUntil(runner.decision.isVisible, timeout=PATIENCE_MS)
+    _press(Qt.Key.Key_Return)
+    qtbot.waitUntil(
+        lambda: (
+            runner.driver.now.view.base.decision is ProcedureDecision.ACCEPTED
+            and runner.driver.now.view.base.stored
+        ),
+        timeout=PATIENCE_MS,
+    )
+    return runner
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ProcedureKind)
+def test_every_wizard_is_completed_and_signed_practice(
+    qtbot: QtBot, bench: _Bench, kind: ProcedureKind
+) -> None:
+    runner = _complete(qtbot, bench, kind)
+    assert is_practice(runner.driver.now.view.base.who)
+    cameras, probe = CalibrationStore(bench.practice.cameras), ProbeStore(bench.practice.probe)
+    made = [
+        one.made_by
+        for one in (
+            *cameras.records(), *cameras.verifications(), *probe.calibrations(),
+            *probe.qualifications(), *probe.checks(),
+        )
+    ]  # fmt: skip
+    # Four are there to begin with; what was completed is the fifth.
+    assert len(made) == 5
+    assert all(map(is_practice, made))
+    bench.window.maintenance.wizard.leave()
+    assert "PRACTICE" not in bench.window.hand.strip.text.text()
