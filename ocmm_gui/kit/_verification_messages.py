@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ocmm_core.calibration.records import VerificationRecord
-from ocmm_gui.kit._texts import tr
+from ocmm_gui.kit._texts import said, tr
 
 
 def session_of(record: VerificationRecord) -> tuple[tuple[str, str], ...]:

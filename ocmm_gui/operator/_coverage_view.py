@@ -8,7 +8,7 @@ from PySide6.QtGui import QColor, QMouseEvent, QPainter, QPaintEvent, QPen
 
 from ocmm_core.geometry import Float, perpendicular_pair
 from ocmm_core.inspection.evaluation import FeatureView
-from ocmm_gui.kit import Painted, fitted, literal, text_font, tr
+from ocmm_gui.kit import Painted, fitted, literal, said, text_font, tr
 
 _MARGIN = 0.16
 _FOOT_SHARE = 0.2
