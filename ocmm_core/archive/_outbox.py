@@ -281,7 +281,10 @@ class Outbox:
                 + where,
                 values,
             ).fetchall()
-        return [Item(*row[:5], ItemState(row[5]), row[6]) for row in rows]
+        return [
+            Item(sequence, sha256, name, path, put_utc, ItemState(state), said)
+            for sequence, sha256, name, path, put_utc, state, said in rows
+        ]
 
     def _open(self) -> sqlite3.Connection:
         if self._db is None:

@@ -73,10 +73,11 @@ class PostgresArchive(SqlArchive):
         self._read_only = read_only
         self._db: psycopg.Connection[tuple[Any, ...]] | None = None
         import psycopg
+        from psycopg import conninfo
 
         try:
             self._db = psycopg.connect(
-                **address.parameters(),
+                conninfo.make_conninfo("", **address.parameters()),
                 autocommit=True,
                 application_name="ocmm",
                 client_encoding="UTF8",

@@ -259,7 +259,7 @@ def passed(archive: Archive, asked: Asked) -> ArchiveAnswer:
         " AND changed_utc >= :low AND changed_utc < :high",
         {"low": low, "high": high},
     ).rows[0][0]
-    notes = (f"Jobs in doubt, not counted: {left}.",) if left else ()
+    notes = (f"Jobs in doubt, not counted: {int(str(left))}.",) if left else ()
     return ArchiveAnswer(
         "Who passed what",
         ("Operator", "Part", "Station", "Jobs", "Conform", "Do not conform", "Neither", "Last"),
@@ -388,7 +388,7 @@ def _trend(name: str, rows: list[dict[str, Cell]]) -> Trend:
         why = str(row["why_not"])
         if row["simulated"] and real:
             why = f"{SIMULATED}. {NO_REAL_PART}"
-        label = f"{row['station']} {row['serial']}"
+        label = f"{row['station']!s} {row['serial']!s}"
         value = None if why else _number(row["value"])
         uncertainty = None if why else _number(row["uncertainty"])
         if why:

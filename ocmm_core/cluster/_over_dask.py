@@ -229,7 +229,7 @@ class _Tasks:
     def _room(self, client: Client) -> int:
         """Return how many tasks may be open: workers come and go."""
         with contextlib.suppress(Exception):
-            return max(_AHEAD * sum(client.nthreads().values()), _AHEAD)
+            return max(_AHEAD * int(sum(client.nthreads().values())), _AHEAD)
         return _AHEAD
 
     def _give(self, client: Client, place: int, ours: str) -> OcmmError | None:

@@ -195,8 +195,12 @@ _ELSEWHERE = "elsewhere"
 
 
 def _archived(row: tuple[object, ...]) -> _Archived:
-    job_id, *texts, simulated, fault = row
-    return _Archived(int(str(job_id)), *(str(one) for one in texts), bool(simulated), str(fault))
+    number, *texts, simulated, fault = row
+    job_uuid, sha256, station, part, serial, created_utc, rig, calibration = map(str, texts)
+    return _Archived(
+        int(str(number)), job_uuid, sha256, station, part, serial, created_utc, rig, calibration,
+        bool(simulated), str(fault),
+    )  # fmt: skip
 
 
 def _users(archive: Archive, finding: ArchiveFinding | None) -> frozenset[int]:

@@ -158,7 +158,7 @@ def _hand(desk: Desk, monkeypatch: pytest.MonkeyPatch) -> list[VirtualHand]:
 
     def asked(bench: AcceptanceBench, *given: object) -> VirtualHand | None:
         hand = ask(bench, *given)  # type: ignore[arg-type]  # as it was called
-        assert hand is not None
+        assert isinstance(hand, VirtualHand)
         made.append(hand)
         return hand
 

@@ -88,27 +88,27 @@ def _complete(qtbot: QtBot, bench: _Bench, kind: ProcedureKind) -> Runner:
         if "accept" in runner.page().keys:
             break
         name = base.step.name
+
+        def moved_on(name: str = name) -> bool:
+            return bool(runner.driver.now.view.base.step.name != name)
+
         if "automatic" in runner.page().keys and not runner.driver.now.automatic:
             QTest.keyClick(runner, Qt.Key.Key_Y)
         qtbot.waitUntil(
-            lambda name=name: runner.driver.now.view.base.step.name != name or stands(),
+            lambda: moved_on() or stands(),
             timeout=PATIENCE_MS,
         )
         if runner.driver.now.view.base.step.name == name:
             qtbot.waitUntil(
-                lambda name=name: (
-                    runner.actions_by_key["next"].isEnabled()
-                    or runner.driver.now.view.base.step.name != name
-                ),
+                lambda: runner.actions_by_key["next"].isEnabled() or moved_on(),
                 timeout=PATIENCE_MS,
             )
             if runner.driver.now.view.base.step.name == name:
                 qtbot.wait(170)
                 runner.actions_by_key["next"].trigger()
         qtbot.waitUntil(
-            lambda name=name: (
-                runner.driver.now.view.base.step.name != name
-                and runner.page() is runner.pages[runner.driver.now.view.base.step.name]
+            lambda: (
+                moved_on() and runner.page() is runner.pages[runner.driver.now.view.base.step.name]
             ),
             timeout=PATIENCE_MS,
         )
@@ -144,13 +144,11 @@ def test_every_wizard_is_completed_and_signed_practice(
     runner = _complete(qtbot, bench, kind)
     assert is_practice(runner.driver.now.view.base.who)
     cameras, probe = CalibrationStore(bench.practice.cameras), ProbeStore(bench.practice.probe)
-    made = [
-        one.made_by
-        for one in (
-            *cameras.records(), *cameras.verifications(), *probe.calibrations(),
-            *probe.qualifications(), *probe.checks(),
-        )
-    ]  # fmt: skip
+    made = [one.made_by for one in cameras.records()]
+    made += [one.made_by for one in cameras.verifications()]
+    made += [one.made_by for one in probe.calibrations()]
+    made += [one.made_by for one in probe.qualifications()]
+    made += [one.made_by for one in probe.checks()]
     # Four are there to begin with; what was completed is the fifth.
     assert len(made) == 5
     assert all(map(is_practice, made))

@@ -109,6 +109,7 @@ def test_what_the_mouse_touches_is_measured_to_its_uncertainty(
     assert results
     for one in results:
         assert one.measured is not None
+        assert one.uncertainty is not None
         # U is 95 %: of few results none should be far beyond it.
         assert abs(one.measured - truth[one.name]) <= 1.5 * one.uncertainty, one.name
     inside = [abs(one.measured - truth[one.name]) <= one.uncertainty for one in results]  # type: ignore[operator]  # measured, see above
@@ -246,7 +247,7 @@ def test_where_the_probe_is_real_nobody_takes_it_over(
         bench.window.actions_by_key[key].trigger()
     assert not bench.window.hand.taken
     with contextlib.suppress(IndexError):
-        assert "virtual rig" in bench.notices.kept()[-1].title
+        assert "virtual rig" in bench.notices.kept()[-1].what
 
 
 def _wheel(mouse: _Mouse, delta: int) -> None:

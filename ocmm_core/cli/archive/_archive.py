@@ -60,7 +60,7 @@ def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> Non
     with _opened(place, read_only=True) as open_one:
         console.print(f"Archive  {open_one.place}", highlight=False, markup=False)
         jobs, stations = (
-            open_one.ask(f"SELECT count(*) FROM {view}").rows[0][0]  # noqa: S608 - two views
+            int(str(open_one.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
             for view in ("archived_job", "archive_station")
         )
         console.print(f"Jobs     {jobs} of {stations} stations", highlight=False)

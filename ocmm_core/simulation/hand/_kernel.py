@@ -188,7 +188,7 @@ def _round(solid: Float, x: float, y: float, z: float, g: Float) -> float:
     else:
         g[0], g[1] = gr, 0.0
     g[2] = gz
-    return out
+    return float(out)
 
 
 @njit(cache=True, nogil=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from itertools import pairwise
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from ocmm_core.geometry import Float, Int
@@ -133,7 +134,7 @@ def _add_slab(mesh: _Mesh, solid: Solid) -> None:
     for _, _, outline, _ in outlines:
         inside |= _within(outline, middle)
     up = np.tile(solid.axes[2], (len(flat), 1))
-    mesh.add(solid.feature, "Plane", world(flat, 0.0), up, corners[~inside])
+    mesh.add(solid.feature, "Plane", world(flat, 0.0), up, corners[~inside].astype(np.int64))
     square = np.array([[a, -b], [a, b], [-a, b], [-a, -b], [a, -b]])
     outward = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])
     for side in range(4):
@@ -192,12 +193,12 @@ def _rim(a: float, b: float) -> Float:
     return np.concatenate(sides)
 
 
-def _within(outline: Float, places: Float) -> Int:
+def _within(outline: Float, places: Float) -> NDArray[np.bool_]:
     """Return whether places (n, 2) lie in a closed outline: a ray crosses it an odd time."""
     x, y = places[:, 0][:, None], places[:, 1][:, None]
     x0, y0, x1, y1 = outline[:-1, 0], outline[:-1, 1], outline[1:, 0], outline[1:, 1]
     spans = (y0 > y) != (y1 > y)
     with np.errstate(divide="ignore", invalid="ignore"):
         cross = x0 + (y - y0) / (y1 - y0) * (x1 - x0)
-    found: Int = (np.count_nonzero(spans & (x < cross), axis=1) % 2).astype(bool)
+    found: NDArray[np.bool_] = np.count_nonzero(spans & (x < cross), axis=1) % 2 == 1
     return found

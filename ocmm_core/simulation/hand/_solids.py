@@ -74,8 +74,8 @@ def solids_of(part: Part) -> Solids | None:
     for hole in holes:
         if hole.name not in used:
             items.append(_collar(hole))
-    for entry in entries:
-        items += _body(entry, items)
+    for each in entries:
+        items += _body(each, items)
     return Solids(tuple(items), *_packed(items))
 
 
@@ -123,7 +123,7 @@ def _drop(point: Float, normal: Float, below: surfaces.PlaneEntry) -> float:
 
 def _is_on(slab: Solid, point: Float) -> bool:
     x, y, z = slab.axes @ (point - slab.origin)
-    return abs(x) < slab.sizes[0] and abs(y) < slab.sizes[1] and abs(z) < _NEAR_MM
+    return bool(abs(x) < slab.sizes[0] and abs(y) < slab.sizes[1] and abs(z) < _NEAR_MM)
 
 
 def _hole(entry: surfaces.BoreEntry | surfaces.SlotEntry | surfaces.EllipseEntry, slab: Solid) -> (

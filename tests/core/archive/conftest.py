@@ -37,8 +37,9 @@ class Server:
     def sql(self, database: str, *statements: str) -> None:
         import psycopg
 
-        options = {"host": str(self.socket), "dbname": database, "user": self.owner}
-        with psycopg.connect(**options, autocommit=True) as db:
+        with psycopg.connect(
+            host=str(self.socket), dbname=database, user=self.owner, autocommit=True
+        ) as db:
             for statement in statements:
                 db.execute(statement.encode())
 

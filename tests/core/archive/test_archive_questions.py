@@ -167,9 +167,7 @@ def test_rr_over_stations_is_the_study_of_the_same_values(place: Place) -> None:
         assert answer.study is not None
         assert answer.study.grr == pytest.approx(expected.grr)
         assert answer.study.av == pytest.approx(expected.av)
-        assert answer.notes == (
-            "Parts not measured twice at every station, left out: 1.",
-        )
+        assert answer.notes == ("Parts not measured twice at every station, left out: 1.",)
 
 
 def study_job(number: int, sender: object, part: int, value: float) -> Delivery:

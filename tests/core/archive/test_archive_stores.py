@@ -168,6 +168,6 @@ def test_a_month_has_the_scatter_of_the_batch_page(place: Place) -> None:
         ).rows
     able = capability([float(str(v[0])) for v in values], 19.9, 20.1, 0.004)  # type: ignore[arg-type]
     assert len(row) == 1
-    assert row[0] == (
-        30, pytest.approx(able.mean), pytest.approx(able.sigma_within, rel=1e-8), 19.9, 20.1
-    )  # fmt: skip
+    assert list(row[0]) == [
+        30, pytest.approx(able.mean), pytest.approx(able.sigma_within, rel=1e-8), 19.9, 20.1,
+    ]  # fmt: skip

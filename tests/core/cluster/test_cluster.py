@@ -12,10 +12,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from distributed import Client
 
-import ocmm_core.cluster._over_dask as over_dask
 from benchmarks.cluster_processes import ShopCluster
 from ocmm_core.cluster import Site, run_tasks
+from ocmm_core.cluster._worker import held
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from tests.core.cluster.cluster_work import drawn, noted, some, wrong
 from tests.host import HANG_S, needs_package
@@ -100,14 +101,14 @@ def test_what_is_wrong_is_an_answer_and_who_leaves_gives_up_the_rest(
 def test_bytes_that_arrive_altered_are_refused(
     cluster: ShopCluster, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
-    submit = over_dask.Client.submit
+    submit = Client.submit
 
     def elsewhere(self: object, work: object, *given: object, **named: object) -> object:
-        if work is over_dask.held:
+        if work is held:
             given = (b"another job",)
         return submit(self, work, *given, **named)
 
-    monkeypatch.setattr(over_dask.Client, "submit", elsewhere)
+    monkeypatch.setattr(Client, "submit", elsewhere)
     work = partial(noted, str(tmp_path))
     (answer,) = run_tasks(work, [7], numbered, site=cluster.site, contents=some)
     assert isinstance(answer, StorageError)

@@ -157,7 +157,7 @@ def test_unproven_cameras_stand_in_title_facts_and_dcc(
 ) -> None:
     doubt = "Cameras 'Plain spots': no common clock."
     known = msgspec.structs.replace(
-        real(record)["instrument"], camera_doubts=(doubt,), age_doubts=("no common clock",)
+        record.instrument, simulated=False, camera_doubts=(doubt,), age_doubts=("no common clock",)
     )
     paper = certificate_of_folder(kept(tmp_path, record, instrument=known), plain_paper())
     assert paper.title.startswith("CAMERAS UNPROVEN: Test report")

@@ -90,7 +90,8 @@ def test_jobs_of_all_stations_are_recalled_and_held_back(
         decided, number = decide_archived(archive, record, "Ada", NOW + timedelta(seconds=1))
         assert decided.made_by == "Ada"
         assert archive.findings()[-1].id == number
-        held = dict(archive.ask("SELECT serial, held FROM archived_job").rows)
+        rows = archive.ask("SELECT serial, held FROM archived_job").rows
+        held = {row[0]: row[1] for row in rows}
         assert held == {"before": 0, "large": 1, "sound": 0}
         with pytest.raises(InputError, match="another recall"):
             decide_archived(archive, record, "Bob", NOW)

@@ -65,7 +65,7 @@ class _Led:
 
     def run(self, seconds: float) -> None:
         for _ in range(round(seconds / self.period_s / _BLOCK)):
-            times = (self.frame + np.arange(_BLOCK)) * self.period_s
+            times = (self.frame + np.arange(_BLOCK, dtype=np.float64)) * self.period_s
             motion = self.hand.motion(times)
             self.frame += _BLOCK
             self.tips += list(self.pose.inverse().apply(motion.tip_world))
