@@ -1,8 +1,8 @@
 """Views for people who ask by SQL; `docs/archive.md` explains their columns.
 
 They are the same on both stores. Only the newest version of a job is in them; what counts in
-statistics has ``counted = 1``, and ``why_not`` says why a value does not. What is in doubt is NOT PROVEN, whatever
-was decided before: nobody who asks by SQL sees it greener.
+statistics has ``counted = 1``, and ``why_not`` says why a value does not. What is in doubt is NOT
+PROVEN, whatever was decided before: nobody who asks by SQL sees it greener.
 """
 
 from __future__ import annotations
