@@ -118,6 +118,8 @@ def parse_server(text: str, password_file: Path | None = None) -> PostgresAddres
                 text, f"has the option {name!r}, which is not one of {', '.join(_OPTIONS)}"
             )
         options[name] = value
+    if parts.hostname and "host" in options:
+        raise _wrong(text, "names two servers")
     if parts.hostname:
         options["host"] = unquote(parts.hostname)
     if port is not None:

@@ -256,6 +256,8 @@ def check_delivery(delivery: Delivery) -> None:
     check_sender(delivery.sender)
     _whole("sequence", delivery.sequence, 1, 1 << 53)
     utc_text(delivery.sent_utc)
+    if not isinstance(delivery.content, bytes):
+        raise _bad("file", type(delivery.content).__name__, "is no content of a file")
     if len(delivery.content) > LARGEST_CONTENT:
         raise _bad(
             "file", f"{len(delivery.content) >> 20} MB", f"is above {LARGEST_CONTENT >> 20} MB"
@@ -271,17 +273,17 @@ def check_sender(sender: Sender) -> None:
     """Raise InputError where the names of a sender cannot be kept."""
     for field in ("station", "machine", "host", "user"):
         _name(field, getattr(sender, field), empty=field != "station")
-    if not _UUID.fullmatch(sender.outbox):
+    if not _has_form(_UUID, sender.outbox):
         raise _bad("outbox", sender.outbox, "is no identity")
 
 
 def check_record(record: JobRecord) -> None:
     """Raise InputError where the rows of a job do not hold together."""
     job = record.job
-    if not _UUID.fullmatch(job.job_uuid):
+    if not _has_form(_UUID, job.job_uuid):
         raise _bad("job", job.job_uuid, "is no identity of a job")
     for field in ("head", "sha256", "plan_sha256"):
-        if not _HEX64.fullmatch(getattr(job, field)):
+        if not _has_form(_HEX64, getattr(job, field)):
             raise _bad(field, getattr(job, field), "is no SHA-256")
     for field in (
         "station", "part", "serial", "order_name", "batch", "operator", "plan", "program", "rig",
@@ -301,7 +303,12 @@ def check_record(record: JobRecord) -> None:
     _one_of("verdict", job.verdict, PART_VERDICTS)
     if len(record.results) > MOST_RESULTS or len(record.uses) > MOST_RESULTS:
         raise _bad("results", len(record.results), f"are more than {MOST_RESULTS}")
-    if [row.position for row in record.results] != list(range(len(record.results))):
+    for flag in ("complete", "simulated"):
+        if not isinstance(getattr(job, flag), bool):
+            raise _bad(flag, getattr(job, flag), "is neither true nor false")
+    if any(type(row.position) is not int for row in record.results) or [
+        row.position for row in record.results
+    ] != list(range(len(record.results))):
         raise _bad("results", "their positions", "are not counted from 0")
     for row in record.results:
         _check_result(row)
@@ -317,13 +324,17 @@ def check_record(record: JobRecord) -> None:
 
 def check_mark(mark: MarkRow) -> None:
     """Raise InputError where a mark cannot be kept."""
-    if not _UUID.fullmatch(mark.job_uuid):
+    if not _has_form(_UUID, mark.job_uuid):
         raise _bad("job", mark.job_uuid, "is no identity of a job")
     _one_of("kind", mark.kind, ("altered", "recall", "quality"))
     _name("why", mark.why, LONGEST_SENTENCE)
     _name("who", mark.who)
     utc_text(mark.utc)
     _whole("finding", mark.finding, 0, 1 << 53)
+
+
+def _has_form(form: re.Pattern[str], value: object) -> bool:
+    return isinstance(value, str) and form.fullmatch(value) is not None
 
 
 def _check_result(row: ResultRow) -> None:
@@ -334,6 +345,8 @@ def _check_result(row: ResultRow) -> None:
     _name("why_not", row.why_not, LONGEST_SENTENCE, empty=True)
     for field in ("nominal", "low", "high", "value", "uncertainty"):
         _number(field, getattr(row, field))
+    if row.nominal is None:
+        raise _bad(row.characteristic, None, "has no nominal value")
     if (row.value is None) != (row.uncertainty is None):
         raise _bad(row.characteristic, row.value, "has a value without U, or U without a value")
     if row.uncertainty is not None and row.uncertainty < 0.0:
@@ -367,7 +380,7 @@ def _whole(field: str, value: object, least: int, most: int) -> None:
 
 
 def _one_of(field: str, value: object, known: tuple[str, ...]) -> None:
-    if value not in known:
+    if not isinstance(value, str) or value not in known:
         raise _bad(field, value, f"is none of {', '.join(known)}")
 
 
