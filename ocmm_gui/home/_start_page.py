@@ -174,7 +174,7 @@ class StartPage(QWidget):
 
     def show_hand_over(self, line: str) -> None:
         """Say what waits for the archive, in the words of the core; nothing where nothing does."""
-        self.hand_over.setText(line)
+        self.hand_over.setText(said(line))
         self.hand_over.setVisible(bool(line))
 
     def show_jobs(self, jobs: tuple[LastJob, ...], folder: Path) -> None:

@@ -180,7 +180,7 @@ def basis_words(feature: FeatureView, result: CharacteristicResult | None) -> st
     frame = ""
     if result is not None:
         words, frame = result.association or words, result.frame
-    return f"{words}, {frame}" if frame else words
+    return f"{said_word(words)}, {frame}" if frame else said_word(words)
 
 
 def outlier_count(feature: FeatureView) -> str:

@@ -30,6 +30,7 @@ from ocmm_gui.kit import (
     header_words,
     literal,
     make_button,
+    said,
     sentence_label,
     text_font,
     tr,
@@ -155,7 +156,7 @@ class DeskView(QWidget):
         self._heading.setToolTip(literal(header_words(job)))
         self._header.setText(header_words(job))
         self.picture.show_step(self._nominals.get(job.active), self._folder)
-        self._climate.setText(job.temperature)
+        self._climate.setText(said(job.temperature))
         self.strip.show_job(job)
         self.plan.show_job(job)
         self.part.show_job(job)

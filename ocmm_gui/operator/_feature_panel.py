@@ -228,10 +228,16 @@ class FeaturePanel(QFrame):
             for label in labels:
                 label.show()
         for labels in given_up:
-            if self._column.totalHeightForWidth(self.width()) <= self.height():
+            if self._needed() <= self.height():
                 break
             for label in labels:
                 label.hide()
+
+    def _needed(self) -> int:
+        # Without a label that wraps the layout has no height for its width, and says -1.
+        if self._column.hasHeightForWidth():
+            return self._column.totalHeightForWidth(self.width())
+        return self._column.totalSizeHint().height()
 
     def _row(self, name: str) -> tuple[QLabel, ...]:
         return (self._values[name], self._captions[name])
@@ -240,7 +246,7 @@ class FeaturePanel(QFrame):
         fit = feature.fit
         size = ""
         if result is not None:
-            self._subject.setText(f"{result.name}: {result.kind}")
+            self._subject.setText(f"{result.name}: {said_word(str(result.kind))}")
             self._subject.setToolTip(literal(f"{result.name}: {subject(result)}"))
             size = quantity(result, result.measured)
         else:

@@ -11,6 +11,7 @@ from ocmm_core.geometry import Float
 from ocmm_gui.kit import Theme, fitted, is_longer, text_font, tr
 from ocmm_gui.views import _shapes as shapes
 from ocmm_gui.views._contents import grid_step
+from ocmm_gui.views._deviations import SCALE_PX
 from ocmm_gui.views._scene import Dots, Lines, Orbit, Tag
 from ocmm_gui.views._scene_painter import paint_scene
 
@@ -117,7 +118,8 @@ def paint_triad(painter: QPainter, box: QRectF, orbit: Orbit, theme: Theme) -> N
 
 def grid_place(box: QRectF) -> QRectF:
     """Return where the step of the grid is written."""
-    return QRectF(box.left() + 100, box.bottom() - 26, 180, 20)
+    wide = min(180.0, box.width() - SCALE_PX[0] - 118.0)
+    return QRectF(box.left() + 100, box.bottom() - 26, max(wide, 60.0), 20)
 
 
 def words_place(box: QRectF, words: str) -> QRectF:
