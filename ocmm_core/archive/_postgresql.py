@@ -41,7 +41,7 @@ def require_psycopg() -> None:
         raise InputError(
             "archive.shop",
             "An archive on a server needs psycopg, which is not installed.",
-            "Install it: ./run setup --shop",
+            "Install the extra `shop` (docs/shop.md).",
         )
 
 

@@ -143,7 +143,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "instrument.reference", Kind.FILE, None, _S, _LATER, later("Reference body"),
-        later("Document of the LEDs fixed to the part; empty: none"), schema="ocmm.reference/1",
+        later("LEDs fixed to the part; empty: none"), schema="ocmm.reference/1",
         option="--reference",
     ),
     _spec(
@@ -161,7 +161,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "instrument.bus_processor", Kind.WHOLE, None, _S, _LATER, later("Processor of the bus"),
-        later("Number of the processor for the camera bus, 0 first; empty: chosen by itself"),
+        later("For the camera bus, 0 first; empty: any"),
         limits=(0.0, 1023.0), option="--bus-processor",
     ),
     _spec(
@@ -307,7 +307,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "archive.password", Kind.FILE, None, _S, _LATER, later("Password"),
-        later("File with the password of the server, readable by you alone"),
+        later("File that only you can read"),
     ),
     _spec(
         "window.language", Kind.CHOICE, "system", _U, _LATER, later("Language"),

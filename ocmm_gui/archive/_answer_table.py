@@ -6,11 +6,15 @@ from PySide6.QtCore import Qt
 from PySide6.QtWidgets import QTableWidgetItem
 
 from ocmm_core.archive import ArchiveAnswer
-from ocmm_gui.kit import DataTable, Theme, digit_font, tr
+from ocmm_core.tolerances.decisions import PartWord, Verdict
+from ocmm_gui.kit import DataTable, Theme, digit_font, localised, said_word, tr
 
-_GOOD = ("CONFORM", "PART CONFORMS")
-_BAD = ("NOT CONFORM", "PART DOES NOT CONFORM")
-_DOUBT = ("NOT PROVEN", "NOT COMPLETE", "NOT MEASURED", "PROVISIONAL")
+_GOOD = (Verdict.CONFORM.value, PartWord.CONFORMS.value)
+_BAD = (Verdict.NOT_CONFORM.value, PartWord.DOES_NOT_CONFORM.value)
+_DOUBT = (
+    Verdict.NOT_PROVEN.value, Verdict.NOT_MEASURED.value, Verdict.PROVISIONAL.value,
+    PartWord.NOT_COMPLETE.value,
+)  # fmt: skip
 _LONGEST = 480
 
 
@@ -33,7 +37,7 @@ class AnswerTable(DataTable):
             return
         # Names of columns are words of the core, which also exports them; they are not data.
         for column, title in enumerate(columns):
-            item = QTableWidgetItem(tr(title))
+            item = QTableWidgetItem(said_word(title))
             item.setTextAlignment(Qt.AlignmentFlag.AlignLeft | Qt.AlignmentFlag.AlignVCenter)
             self.setHorizontalHeaderItem(column, item)
         self.setRowCount(len(answer.rows))
@@ -73,4 +77,4 @@ class AnswerTable(DataTable):
 def _text(cell: object) -> str:
     if cell is None:
         return "–"
-    return f"{cell:.4f}" if isinstance(cell, float) else str(cell)
+    return localised(f"{cell:.4f}") if isinstance(cell, float) else said_word(str(cell))

@@ -96,6 +96,7 @@ class StartPage(QWidget):
         buttons = QVBoxLayout()
         buttons.setSpacing(8)
         small = QHBoxLayout()
+        small.setSpacing(4)
         for info in START_ACTIONS:
             button = self._button(info, calls[info.key])
             if info.key in _SMALL:

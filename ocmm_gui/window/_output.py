@@ -12,7 +12,16 @@ from PySide6.QtGui import QAction
 from ocmm_core.errors import OcmmError
 from ocmm_core.export import DEFAULT_FORMAT, FORMATS
 from ocmm_gui.bridge import StationBridge
-from ocmm_gui.kit import SHORT, AnswerPanel, NoticeCentre, PathPanel, WorkLine, later, tr
+from ocmm_gui.kit import (
+    SHORT,
+    AnswerPanel,
+    NoticeCentre,
+    PathPanel,
+    WorkLine,
+    later,
+    literal,
+    tr,
+)
 from ocmm_gui.results import JobSource, ReportWriter, Written
 
 _SHORT = {
@@ -90,7 +99,7 @@ class Output(QObject):
         titles = ", ".join(FORMATS[name].title for name in formats)
         # The bar has room for a word: the first format, and how many go with it.
         action.setProperty(SHORT, named)
-        action.setToolTip(tr("Write the report files: {titles}").format(titles=titles))
+        action.setToolTip(literal(tr("Write the report files: {titles}").format(titles=titles)))
 
     def folder(self) -> Path:
         """Return where files go unless somebody says otherwise."""

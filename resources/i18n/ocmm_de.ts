@@ -7758,8 +7758,8 @@ Startet: {source}</translation>
         <translation>Referenzkörper</translation>
     </message>
     <message>
-        <source>Document of the LEDs fixed to the part; empty: none</source>
-        <translation>Dokument der am Werkstück befestigten LEDs; leer: keiner</translation>
+        <source>LEDs fixed to the part; empty: none</source>
+        <translation>LEDs am Werkstück; leer: keine</translation>
     </message>
     <message>
         <source>Camera records</source>
@@ -7790,8 +7790,8 @@ Startet: {source}</translation>
         <translation>Prozessor des Busses</translation>
     </message>
     <message>
-        <source>Number of the processor for the camera bus, 0 first; empty: chosen by itself</source>
-        <translation>Nummer des Prozessors für den Kamerabus, ab 0; leer: selbsttätige Wahl</translation>
+        <source>For the camera bus, 0 first; empty: any</source>
+        <translation>Für den Kamerabus, ab 0; leer: beliebig</translation>
     </message>
     <message>
         <source>Job folder</source>
@@ -8034,8 +8034,8 @@ Startet: {source}</translation>
         <translation>Passwort</translation>
     </message>
     <message>
-        <source>File with the password of the server, readable by you alone</source>
-        <translation>Datei mit dem Passwort des Servers, nur für Sie lesbar</translation>
+        <source>File that only you can read</source>
+        <translation>Datei, die nur Sie lesen können</translation>
     </message>
     <message>
         <source>Language</source>

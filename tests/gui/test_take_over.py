@@ -178,6 +178,7 @@ def test_a_probe_that_is_tilted_out_of_sight_says_so(qtbot: QtBot, open_window: 
     qtbot.waitUntil(lambda: looks.live().status is StatusWord.READY, timeout=PATIENCE_MS)
     for _ in range(12):
         QTest.keyClick(mouse.view, Qt.Key.Key_Up)
+    qtbot.waitUntil(lambda: mouse.hand.view().turn[1] > 0.95, timeout=PATIENCE_MS)
     qtbot.waitUntil(lambda: looks.live().status is not StatusWord.READY, timeout=PATIENCE_MS)
     for _ in range(12):
         QTest.keyClick(mouse.view, Qt.Key.Key_Down)
