@@ -221,7 +221,7 @@ class StartPage(QWidget):
         button.setObjectName(f"button_{info.key}")
         small = info.key in _SMALL
         button.setMinimumHeight(57 if small else _BUTTON_PX)
-        button.setFont(text_font(16 if small else 20, bold=info.key == "new"))
+        button.setFont(text_font(15 if small else 20, bold=info.key == "new"))
         return button
 
 
