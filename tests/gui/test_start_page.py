@@ -9,7 +9,7 @@ import pytest
 from PySide6.QtCore import QMimeData, QPointF, Qt, QUrl
 from PySide6.QtGui import QDragEnterEvent, QDropEvent
 from PySide6.QtTest import QTest
-from PySide6.QtWidgets import QPushButton
+from PySide6.QtWidgets import QApplication, QPushButton
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.composition import StationRequest, build_station
@@ -124,6 +124,8 @@ def test_every_button_is_whole_and_15_mm_high(
 ) -> None:
     window = make_start(size=size)
     window.settings.change("window.theme", theme)
+    # Borders of another theme are laid out by the next events.
+    QApplication.processEvents()
     for button in window.page.findChildren(QPushButton):
         assert button.height() >= 57
         assert button.width() >= button.sizeHint().width(), button.text()
