@@ -6,7 +6,7 @@ from PySide6.QtCore import QPointF
 from PySide6.QtGui import QColor, QPainter, QPaintEvent, QResizeEvent
 
 from ocmm_core.inspection.evaluation import SIMULATED
-from ocmm_gui.kit import CAP_HEIGHT, Painted, far_type, text_font, tr
+from ocmm_gui.kit import CAP_HEIGHT, Painted, far_type, said_word, text_font, tr
 
 _DESK_SHARE = 0.022
 """Size of the type over the height of the window where it is read from a chair."""
@@ -46,7 +46,8 @@ class SimulatedBand(Painted):
         painter.setPen(QColor(self._theme.background))
         font = text_font(self.type_pixels(), bold=True)
         painter.setFont(font)
-        word = painter.fontMetrics().horizontalAdvance(SIMULATED)
+        text = said_word(SIMULATED)
+        word = painter.fontMetrics().horizontalAdvance(text)
         times = max(1, self.height() // (2 * word))
         share = self.height() / times
         painter.translate(0.0, self.height())
@@ -54,7 +55,7 @@ class SimulatedBand(Painted):
         # Capitals alone stand in the middle: the room below a line is for letters that hang.
         base = 0.5 * (self.width() + CAP_HEIGHT * self.type_pixels())
         for index in range(times):
-            painter.drawText(QPointF((index + 0.5) * share - 0.5 * word, base), SIMULATED)
+            painter.drawText(QPointF((index + 0.5) * share - 0.5 * word, base), text)
 
     def _fit(self) -> None:
         self.setFixedWidth(round(1.25 * CAP_HEIGHT * self.type_pixels()))
