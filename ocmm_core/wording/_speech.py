@@ -27,7 +27,9 @@ class Speech:
         """Return sentences of the program; English where one of them is not known."""
         if self.language == ENGLISH:
             return text
-        return "\n".join(self._told().of(line) for line in text.split("\n"))
+        told = self._told()
+        whole = told.of(text) if "\n" in text else text
+        return whole if whole != text else "\n".join(_line(told, one) for one in text.split("\n"))
 
     def word(self, text: str) -> str:
         """Return a word of the program: a heading, a verdict, a shape."""
@@ -42,3 +44,15 @@ class Speech:
             return load_translation(self.language, comma=True)
         except OcmmError:
             return Translation({}, {})
+
+
+def _line(told: Translation, text: str) -> str:
+    """Return a word and a sentence, or a sentence with or without the full stop of a paper."""
+    head, _, rest = text.partition(": ")
+    if told.word(head) != head and told.of(rest) != rest:
+        return f"{told.word(head)}: {told.of(rest)}"
+    for without, after in ((text, ""), (text.removesuffix("."), ".")):
+        said = told.of(without)
+        if said != without:
+            return said if said.endswith(after) else said + after
+    return text

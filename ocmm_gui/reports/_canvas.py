@@ -7,7 +7,7 @@ preview on the screen and a picture for a test, and every page knows how many th
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 from PySide6.QtCore import QPointF, QRectF, Qt
 from PySide6.QtGui import QColor, QFontMetricsF, QPainter, QPen
@@ -20,6 +20,8 @@ INK = THEMES["light"]
 
 PAGE = (2100.0, 2970.0)
 """A4."""
+_LEAST = 0.6
+"""Of the size of type, where a word has little room."""
 LEFT, RIGHT, TOP, BOTTOM = 150.0, 1950.0, 140.0, 2800.0
 WIDTH = RIGHT - LEFT
 
@@ -110,7 +112,8 @@ class Canvas:
     def table(self, columns: Sequence[Column], rows: Sequence[Sequence[PageField]]) -> None:
         """Write a table; its headings stand again on every page."""
         self._heads(columns)
-        for row in rows:
+        for told in rows:
+            row = [_unbroken(cell, column) for cell, column in zip(told, columns, strict=True)]
             height = max(
                 44.0,
                 *(
@@ -127,12 +130,16 @@ class Canvas:
     def _heads(self, columns: Sequence[Column]) -> None:
         style = Style(24.0, bold=True, colour=INK.muted)
         titles = [self.speech.word(column.title) for column in columns]
-        height = 10.0 + max(
-            text_height(title, style, column.width - 16.0)
+        heads = [
+            PageField(title, whole_words(title, style, column.width - 16.0))
             for title, column in zip(titles, columns, strict=True)
+        ]
+        height = 10.0 + max(
+            text_height(head.text, head.style, column.width - 16.0)
+            for head, column in zip(heads, columns, strict=True)
         )
         self.room(height + 60.0)
-        self._row(columns, [PageField(title, style) for title in titles], height, 3.0)
+        self._row(columns, heads, height, 3.0)
 
     def _row(
         self, columns: Sequence[Column], row: Sequence[PageField], height: float, line: float = 1.0
@@ -144,6 +151,25 @@ class Canvas:
             x += column.width
         self.pages[-1].append(_ruler(QPointF(LEFT, y + height), QPointF(x, y + height), line))
         self.y += height
+
+
+def whole_words(text: str, style: Style, width: float) -> Style:
+    """Return a style, if need be a smaller one, in which each word stands on one line."""
+    smaller = style
+    longest = max(text.split(), key=len, default="")
+    while smaller.size > _LEAST * style.size:
+        metrics = QFontMetricsF(text_font(smaller.size, bold=smaller.bold))
+        if metrics.horizontalAdvance(longest) <= width:
+            break
+        smaller = replace(smaller, size=0.95 * smaller.size)
+    return smaller
+
+
+def _unbroken(cell: PageField, column: Column) -> PageField:
+    # A number that is broken reads as another one, whose last digits are gone.
+    if not column.right or not cell.text:
+        return cell
+    return replace(cell, style=whole_words(cell.text, cell.style, column.width - 16.0))
 
 
 def text_height(text: str, style: Style, width: float) -> float:

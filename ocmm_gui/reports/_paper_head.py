@@ -19,6 +19,7 @@ from ocmm_gui.reports._canvas import (
     paint_line,
     paint_text,
     text_height,
+    whole_words,
 )
 
 _LOGO = (420.0, 150.0)
@@ -101,8 +102,12 @@ def _block_height(block: Sequence[PaperFact]) -> float:
 
 
 def _fact_height(fact: PaperFact) -> float:
-    name = text_height(fact.name, _NAMED, _NAME_WIDTH - 10.0)
+    name = text_height(fact.name, _named(fact), _NAME_WIDTH - 10.0)
     return max(name, text_height(fact.value, _SAID, _HALF - _NAME_WIDTH)) + 5.0
+
+
+def _named(fact: PaperFact) -> Style:
+    return whole_words(fact.name, _NAMED, _NAME_WIDTH - 10.0)
 
 
 def _paint_columns(
@@ -119,7 +124,9 @@ def _paint_columns(
             y += 52.0
             for fact in block:
                 height = _fact_height(fact)
-                paint_text(painter, QRectF(left, y, _NAME_WIDTH - 10.0, height), fact.name, _NAMED)
+                paint_text(
+                    painter, QRectF(left, y, _NAME_WIDTH - 10.0, height), fact.name, _named(fact)
+                )
                 said = QRectF(left + _NAME_WIDTH, y, _HALF - _NAME_WIDTH, height)
                 style = _UNSAID if fact.value in unsaid else _SAID
                 paint_text(painter, said, fact.value, style)

@@ -75,7 +75,7 @@ def paint_with_foot(painter: QPainter, canvas: Canvas, index: int, foot: str) ->
     box = QRectF(LEFT, BOTTOM + 30.0, WIDTH, 60.0)
     paint_line(painter, box.adjusted(0.0, 0.0, -_NUMBER, 0.0), foot, SMALL)
     paint_line(
-        painter, box, f"page {index + 1} of {len(canvas.pages)}", SMALL,
+        painter, box, canvas.speech.say(f"page {index + 1} of {len(canvas.pages)}"), SMALL,
         Qt.AlignmentFlag.AlignRight | Qt.AlignmentFlag.AlignTop,
     )  # fmt: skip
 

@@ -66,13 +66,13 @@ _WHY_COLUMNS = (
 )
 
 _FEATURE_COLUMNS = (
-    Column("Feature", 270.0),
+    Column("Feature", 250.0),
     Column("Verdict", 370.0),
     Column("Shape", 160.0),
     Column("Association", 180.0),
     Column("Points", 120.0, right=True),
-    Column("Form", 120.0, right=True),
-    Column("Actual element", 580.0),
+    Column("Form", 160.0, right=True),
+    Column("Actual element", 560.0),
 )
 
 _BASIS_COLUMNS = (
