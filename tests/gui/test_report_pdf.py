@@ -25,7 +25,7 @@ from ocmm_core.tolerances.decisions import PartWord, Verdict
 from ocmm_core.tolerances.kinds import KINDS
 from ocmm_gui.reports import _pdf as pdf
 from ocmm_gui.reports import _pdf_writer as pdf_writer
-from ocmm_gui.reports._canvas import PAGE, Canvas
+from ocmm_gui.reports._canvas import BODY, PAGE, Canvas, text_height, whole_words
 from ocmm_gui.reports._symbols import paint_symbol
 from tests.gui.pdf_texts import pages, texts
 from tests.host import HANG_S
@@ -268,3 +268,17 @@ def test_a_german_report_says_the_same_numbers_in_german(data: ReportData) -> No
     for item in data.reported:
         if item.result.stated is not None:
             assert f"{item.result.stated[0]:z.4f}".replace(".", ",") in said
+
+
+@pytest.mark.parametrize("number", ["0.0017", "-136.3936", "+0,0800", "19.9859"])
+def test_a_number_in_a_narrow_column_is_smaller_and_not_broken(number: str) -> None:
+    line = text_height("0", BODY, 1000.0)
+    wide = text_height(number, BODY, 1000.0)
+    assert wide == pytest.approx(line)
+    narrow = next(
+        width for width in range(400, 10, -4) if text_height(number, BODY, width) > 1.5 * line
+    )
+    assert whole_words(number, BODY, 400.0) == BODY
+    style = whole_words(number, BODY, narrow)
+    assert style.size < BODY.size
+    assert text_height(number, style, narrow) < 1.5 * line
