@@ -270,6 +270,7 @@ def test_a_german_report_says_the_same_numbers_in_german(data: ReportData) -> No
             assert f"{item.result.stated[0]:z.4f}".replace(".", ",") in said
 
 
+@pytest.mark.usefixtures("qapp")
 @pytest.mark.parametrize("number", ["0.0017", "-136.3936", "+0,0800", "19.9859"])
 def test_a_number_in_a_narrow_column_is_smaller_and_not_broken(number: str) -> None:
     line = text_height("0", BODY, 1000.0)
