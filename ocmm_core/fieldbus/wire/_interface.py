@@ -23,6 +23,7 @@ _NETWORK = Path("/proc/self/net")
 _NAME = re.compile(r"[A-Za-z0-9_.-]{1,15}")
 _SIOCGIFADDR = 0x8915
 _SIOCGIFFLAGS = 0x8913
+_SIOCGIFINDEX = 0x8933
 _ASK_DRIVER, _GET_DRIVER, _DRIVER_BYTES = 0x8946, 0x3, 196
 """Linux: SIOCETHTOOL, ETHTOOL_GDRVINFO and the size of its answer, struct ethtool_drvinfo."""
 _UP = 0x1
@@ -158,6 +159,15 @@ def _no_rights(name: str) -> BusError:
     return BusError(
         "bus.rights", f"This user may not send raw Ethernet frames on '{name}'.", _RIGHTS
     )
+
+
+def interface_index(name: str) -> int | None:
+    """Return the number that the kernel gives an interface; None where there is none of that name.
+
+    ``socket.if_nametoindex`` asks with a socket of a family that the service may not make.
+    """
+    answer = _request(name, _SIOCGIFINDEX)
+    return None if answer is None else int(struct.unpack_from("=i", answer, 16)[0])
 
 
 def _request(name: str, code: int) -> bytes | None:

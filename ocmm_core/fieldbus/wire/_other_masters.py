@@ -11,12 +11,12 @@ silent.
 from __future__ import annotations
 
 import os
-import socket
 from collections.abc import Sequence
 from pathlib import Path
 
 from ocmm_core.errors import BusError
 from ocmm_core.fieldbus.wire._datagrams import ETHERTYPE, OWN_SOURCE, frame_index, has_passed
+from ocmm_core.fieldbus.wire._interface import interface_index
 
 _SOCKETS = Path("/proc/self/net/packet")
 _PROTOCOL, _INTERFACE, _INODE = 3, 4, 8
@@ -66,8 +66,8 @@ def foreign_frames(interface: str, count: int) -> BusError:
 
 def _sockets_on(interface: str) -> list[int]:
     """Return the inodes of the sockets for EtherCAT that are bound to an interface."""
+    number = interface_index(interface)
     try:
-        number = socket.if_nametoindex(interface)
         lines = _SOCKETS.read_text(encoding="ascii").splitlines()[1:]
     except OSError:
         return []
