@@ -31,7 +31,8 @@ def described(folder: Path) -> Path:
             1,
         )
     path = folder / "described.toml"
-    path.write_text(text)
+    # They prove no order; whoever is responsible for the rig allows that.
+    path.write_text(f"calibrate_unproven = true\n{text}")
     return path
 
 
