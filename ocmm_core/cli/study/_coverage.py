@@ -120,7 +120,7 @@ def _run_from(seed: int, *documents: bytes) -> list[CoverageOutcome]:
 
 
 def more_characteristics(plan: Plan) -> Plan:
-    """Return the plan with a characteristic for every feature, and without form.
+    """Return the plan with characteristics for features of the demo that it has, and without form.
 
     The true form is zero, and a range of residuals can only be greater: no interval about it could
     hold the truth in 95 of 100 runs.
@@ -134,6 +134,8 @@ def more_characteristics(plan: Plan) -> Plan:
         _extra("Edge y", "coordinate", ["EDGE_1"], "y"),
     ]
     kept = [item for item in plan.characteristics if not spec_of(item.kind).form_alone]
+    names = {feature.name for feature in plan.features}
+    extra = [item for item in extra if names.issuperset(item.features)]
     return msgspec.structs.replace(plan, characteristics=kept + extra)
 
 

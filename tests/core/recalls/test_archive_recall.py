@@ -27,7 +27,11 @@ from ocmm_core.storage import held_jobs_file
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.inspection.test_recall import LARGE, SHIFT, TURN
 
-NOW = datetime.now(UTC)
+
+@pytest.fixture
+def now() -> datetime:
+    """Return the time of the test, which is after what its jobs and histories tell."""
+    return datetime.now(UTC)
 
 
 @pytest.fixture(scope="module")
@@ -68,33 +72,33 @@ def outcomes(record: RecallRecord) -> dict[str, Outcome]:
 
 
 def test_jobs_of_all_stations_are_recalled_and_held_back(
-    shop: tuple[ShopPlaces, Path, World],
+    shop: tuple[ShopPlaces, Path, World], now: datetime
 ) -> None:
     places, jobs, world = shop
-    record = recall_archive(places, NOW)
+    record = recall_archive(places, now)
     assert record.looked_at == 3
     assert outcomes(record) == {"before": Outcome.HOLDS, "large": Outcome.CHANGES}
     assert record.unread == ()
     # As the station itself finds them, job by job.
-    own = recall(KeptPlaces((jobs / "before.ocmm", jobs / "large.ocmm"), world.calibrations), NOW)
+    own = recall(KeptPlaces((jobs / "before.ocmm", jobs / "large.ocmm"), world.calibrations), now)
     assert [job.characteristics for job in own.jobs] == [job.characteristics for job in record.jobs]
-    assert seal(recall_archive(places, NOW, site=Site(workers=2))) == seal(record)
+    assert seal(recall_archive(places, now, site=Site(workers=2))) == seal(record)
     # Where a history is not here, its jobs are named.
-    partly = recall_archive(ShopPlaces(places.address, places.calibrations[1:]), NOW)
+    partly = recall_archive(ShopPlaces(places.address, places.calibrations[1:]), now)
     assert partly.jobs == ()
     assert "2 jobs of station Station 1: the history of their calibration" in partly.unread[0]
     with open_archive(places.address) as archive:
         with pytest.raises(InputError, match="No name"):
-            decide_archived(archive, record, "", NOW)
+            decide_archived(archive, record, "", now)
         assert learn_marks(archive) == 0
-        decided, number = decide_archived(archive, record, "Ada", NOW + timedelta(seconds=1))
+        decided, number = decide_archived(archive, record, "Ada", now + timedelta(seconds=1))
         assert decided.made_by == "Ada"
         assert archive.findings()[-1].id == number
         rows = archive.ask("SELECT serial, held FROM archived_job").rows
         held = {row[0]: row[1] for row in rows}
         assert held == {"before": 0, "large": 1, "sound": 0}
         with pytest.raises(InputError, match="another recall"):
-            decide_archived(archive, record, "Bob", NOW)
+            decide_archived(archive, record, "Bob", now)
         # The station learns of it and shows nothing of it as proven, also without the archive.
         assert learn_marks(archive) == 2
         assert learn_marks(archive) == 0
@@ -105,7 +109,7 @@ def test_jobs_of_all_stations_are_recalled_and_held_back(
         assert shown.recalled[0].startswith("Held back by the archive: Recall: CHANGES.")
         assert reopen_job(jobs / "sound.ocmm", calibrations=elsewhere).recalled == ()
         # Its mark does not keep the next recall from looking.
-        assert outcomes(recall_archive(places, NOW)) == outcomes(record)
+        assert outcomes(recall_archive(places, now)) == outcomes(record)
         held_jobs_file().write_bytes(b"{")
         (said,) = reopen_job(jobs / "sound.ocmm", calibrations=elsewhere).recalled
         assert "cannot be read" in said
@@ -114,17 +118,17 @@ def test_jobs_of_all_stations_are_recalled_and_held_back(
 
 
 def test_a_finding_without_a_history_cannot_be_known(
-    shop: tuple[ShopPlaces, Path, World],
+    shop: tuple[ShopPlaces, Path, World], now: datetime
 ) -> None:
     places, _, world = shop
-    day = NOW - timedelta(days=1)
+    day = now - timedelta(days=1)
     calibration = str(world.store.events[0].calibration)
     alone = ShopPlaces(places.address, places.calibrations[1:])
-    found = recall_archive(alone, NOW, finding=ArchiveFinding("calibration", calibration, day))
+    found = recall_archive(alone, now, finding=ArchiveFinding("calibration", calibration, day))
     assert outcomes(found) == {"before": Outcome.UNKNOWN, "large": Outcome.UNKNOWN}
     assert found.jobs[0].characteristics[0].before.value is not None
-    later = ArchiveFinding("calibration", calibration, NOW + timedelta(days=1))
-    assert recall_archive(alone, NOW, finding=later).jobs == ()
+    later = ArchiveFinding("calibration", calibration, now + timedelta(days=1))
+    assert recall_archive(alone, now, finding=later).jobs == ()
 
 
 def test_the_command(shop: tuple[ShopPlaces, Path, World], tmp_path: Path) -> None:
