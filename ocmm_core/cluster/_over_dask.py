@@ -107,7 +107,7 @@ def over_local(
         scratch_folder("workers") as scratch,
         LocalCluster(
             n_workers=workers, threads_per_worker=1, processes=True, host="127.0.0.1",
-            # The scheduler always has a page of its state: on this computer alone, on any free port.
+            # It always has a page of its state: on this computer alone, on any free port.
             dashboard_address="127.0.0.1:0", memory_limit=0, local_directory=str(scratch),
             silence_logs=logging.CRITICAL, security=Security.temporary(),
         ) as cluster,
