@@ -49,8 +49,8 @@ _REFERENCE = _REPOSITORY.parent / "shared" / "reference"
 _GRACE_S = 30.0
 _PR_SET_CHILD_SUBREAPER = 36
 _THREADS_OF_DASK = ("Dask-Offload_", "Dask-Callback-Thread_", "IO loop")
-"""Dask makes these once a process and keeps them; they wait, and end with it. So does the event loop
-of a client that was not let in."""
+"""Dask makes these once a process and keeps them; they wait, and end with it. So does the loop of
+a client that was not let in."""
 _PASSED = pytest.StashKey[bool]()
 
 _started_at: weakref.WeakKeyDictionary[threading.Thread, str] = weakref.WeakKeyDictionary()
