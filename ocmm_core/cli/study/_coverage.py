@@ -135,7 +135,11 @@ def more_characteristics(plan: Plan) -> Plan:
     ]
     kept = [item for item in plan.characteristics if not spec_of(item.kind).form_alone]
     names = {feature.name for feature in plan.features}
-    extra = [item for item in extra if names.issuperset(item.features)]
+    extra = [
+        item
+        for item in extra
+        if names.issuperset(item.features) and (not item.axis or plan.bound_alignment is not None)
+    ]
     return msgspec.structs.replace(plan, characteristics=kept + extra)
 
 
