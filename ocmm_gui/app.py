@@ -25,6 +25,7 @@ from ocmm_core.composition import DEFAULT_SOURCE, DEMO_PLAN
 from ocmm_core.errors import InputError, InternalError, OcmmError
 from ocmm_core.failure import EXIT_INTERNAL, contained
 from ocmm_core.settings import LoadedSettings, Origin, RecentPlaces, Settings, SettingsStore
+from ocmm_gui.access import zoom_before_start
 from ocmm_gui.arguments import given, parser
 from ocmm_gui.home import Choice, Errands, StartWindow
 from ocmm_gui.kit import (
@@ -87,8 +88,13 @@ class WindowOptions:
     sound: bool = True
 
 
-def make_application() -> QApplication:
+def make_application(zoom_percent: int = 100) -> QApplication:
     """Return the application, dressed alike on every system.
+
+    Parameters
+    ----------
+    zoom_percent
+        Used where Qt cannot change it later.
 
     Raises
     ------
@@ -109,6 +115,7 @@ def make_application() -> QApplication:
     # Threads that track and simulate give way to the window after 1 ms instead of 5: the p99 of
     # its latency falls from 40 to 25 ms on two cores, at no loss of frames (benchmarks/window.py).
     sys.setswitchinterval(0.001)
+    zoom_before_start(zoom_percent)
     app = QApplication(["ocmm"])
     app.setApplicationName("OCMM")
     app.setStyle("Fusion")
@@ -140,10 +147,10 @@ def run(parsed: argparse.Namespace) -> int:
         The station of the command line cannot be built. What was chosen on the Start page and
         cannot be opened is told there instead.
     """
-    app = make_application()
+    store = SettingsStore.of_this_user(given(parsed))
+    app = make_application(store.load().settings.window_zoom)
     app.setQuitOnLastWindowClosed(False)
     _end_on_signals(app)
-    store = SettingsStore.of_this_user(given(parsed))
     told = NoticeCentre()
     sender = _Sender(store)
     try:
@@ -314,7 +321,7 @@ def _work(
             window = MainWindow(
                 bridge,
                 notices,
-                sounds=SoundPlayer(enabled=options.sound),
+                sounds=SoundPlayer(enabled=options.sound, volume=loaded.settings.window_volume),
                 theme=options.theme,
                 out=options.export,
                 bench=AcceptanceBench(request, built.recorded),

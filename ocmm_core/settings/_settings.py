@@ -78,7 +78,11 @@ class Settings:
     window_decimal: str
     window_units: str
     window_theme: str
+    window_zoom: int
+    window_gloves: bool
+    window_ruler_mm: float | None
     window_sounds: bool
+    window_volume: int
     window_far: bool
     window_keys: dict[str, tuple[str, ...]]
 

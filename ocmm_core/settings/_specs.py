@@ -329,8 +329,26 @@ SETTINGS: tuple[SettingSpec, ...] = (
         choices=(later("dark"), later("light"), later("contrast")), option="--theme",
     ),
     _spec(
+        "window.zoom", Kind.WHOLE, 100, _U, _NOW, later("Zoom"),
+        later("Of the size that fits the screen; Ctrl + and Ctrl - change it"),
+        limits=(80.0, 200.0), unit="%",
+    ),
+    _spec(
+        "window.gloves", Kind.SWITCH, False, _U, _NOW, later("Glove mode"),
+        later("Buttons and rows of at least 15 mm on this screen"),
+    ),
+    _spec(
+        "window.ruler_mm", Kind.NUMBER, None, _S, _NOW, later("Length of the line below"),
+        later("With a ruler on the screen; empty: as the screen says"),
+        limits=(15.0, 600.0), unit="mm",
+    ),
+    _spec(
         "window.sounds", Kind.SWITCH, True, _U, _NOW, later("Sounds"),
         later("Play sounds"), option="--silent",
+    ),
+    _spec(
+        "window.volume", Kind.WHOLE, 80, _U, _NOW, later("Volume"),
+        later("Of the sounds; the page Sounds plays each"), limits=(5.0, 100.0), unit="%",
     ),
     _spec(
         "window.far", Kind.SWITCH, False, _U, _LATER, later("Far view first"),

@@ -28,9 +28,11 @@ from ocmm_core.settings import (
     Value,
     spec_of,
 )
+from ocmm_gui.access import RulerLine
 from ocmm_gui.home._file_browser import FileBrowser, Wanted
 from ocmm_gui.home._key_list import KeyList
 from ocmm_gui.home._setting_row import HIGH_PX, SettingRow
+from ocmm_gui.home._sounds_page import SoundsPage
 from ocmm_gui.kit import (
     ActionInfo,
     NarrowButton,
@@ -77,29 +79,21 @@ class SettingsPage(Sheet):
         self.notes = sentence_label(tr("What was not used"), 15)
         self.notes.setProperty("role", "warn")
         self.rows: dict[str, SettingRow] = {}
+        self.ruler = RulerLine()
         self._pages = QStackedWidget()
         self._sections = QButtonGroup(self)
         names = QVBoxLayout()
         names.setSpacing(8)
         for number, (section, title) in enumerate(SECTIONS.items()):
-            button = NarrowButton(tr(title))
-            button.setCheckable(True)
-            button.setAccessibleName(tr(title))
-            button.setMinimumHeight(HIGH_PX)
-            button.setFont(text_font(17))
-            self._sections.addButton(button, number)
-            names.addWidget(button)
+            names.addWidget(self._section_button(tr(title), number))
             self._pages.addWidget(self._section(section))
         self.keys_list = KeyList()
         self.keys_list.changed.connect(lambda keys: self._commit("window.keys", keys))
-        button = NarrowButton(tr("Keys"))
-        button.setCheckable(True)
-        button.setAccessibleName(tr("Keys"))
-        button.setMinimumHeight(HIGH_PX)
-        button.setFont(text_font(17))
-        self._sections.addButton(button, len(SECTIONS))
-        names.addWidget(button)
+        names.addWidget(self._section_button(tr("Keys"), len(SECTIONS)))
         self._pages.addWidget(self.keys_list)
+        self.sounds = SoundsPage()
+        names.addWidget(self._section_button(tr("Test of sounds"), len(SECTIONS) + 1))
+        self._pages.addWidget(self.sounds)
         names.addStretch(1)
         self._sections.idClicked.connect(self.show_section)
         self.browser = FileBrowser()
@@ -149,17 +143,30 @@ class SettingsPage(Sheet):
         return bool(self._waiting)
 
     def close_work(self) -> None:
-        """Stop reading folders."""
+        """Stop reading folders, and what still plays."""
+        self.sounds.close_work()
         self.browser.close_work()
+
+    def _section_button(self, title: str, number: int) -> QPushButton:
+        button = NarrowButton(title)
+        button.setCheckable(True)
+        button.setAccessibleName(title)
+        button.setMinimumHeight(HIGH_PX)
+        button.setFont(text_font(17))
+        self._sections.addButton(button, number)
+        return button
 
     def _section(self, section: str) -> QWidget:
         grid = QGridLayout()
         grid.setHorizontalSpacing(10)
-        grid.setVerticalSpacing(8)
+        grid.setVerticalSpacing(4)
         for place, spec in enumerate(one for one in SETTINGS if one.section == section):
             if spec.kind is Kind.KEYS:
                 continue
-            row = SettingRow(spec, grid, place, self)
+            # Every second line is free, for what belongs below a setting.
+            row = SettingRow(spec, grid, 2 * place, self)
+            if spec.key == "window.ruler_mm":
+                grid.addWidget(self.ruler, 2 * place + 1, 1, 1, 5)
             row.committed.connect(self._commit)
             row.browse.connect(self._browse)
             row.left.connect(self.left)
@@ -212,7 +219,10 @@ class SettingsPage(Sheet):
     def _show(self) -> None:
         for row in self.rows.values():
             row.show_value(self.loaded, in_job=self._reopens)
-        self.keys_list.show_keys(self.loaded.settings.window_keys)
+        settings = self.loaded.settings
+        self.keys_list.show_keys(settings.window_keys)
+        self.ruler.show_length(settings.window_ruler_mm)
+        self.sounds.use(enabled=settings.window_sounds, volume=settings.window_volume)
         notes = self.loaded.notes
         text = "\n".join(said(f"{note.what} {note.remedy}") for note in notes[:_NOTES_SHOWN])
         self.notes.setText(text)

@@ -9,24 +9,35 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from PySide6.QtCore import Signal
-from PySide6.QtGui import QCloseEvent, QDragEnterEvent, QDropEvent, QKeyEvent
-from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QVBoxLayout, QWidget
+from PySide6.QtGui import (
+    QAction,
+    QCloseEvent,
+    QDragEnterEvent,
+    QDropEvent,
+    QKeyEvent,
+    QKeySequence,
+)
+from PySide6.QtWidgets import QApplication, QMainWindow, QVBoxLayout, QWidget
 
 from ocmm_core.documents import resource
 from ocmm_core.errors import OcmmError
 from ocmm_core.settings import LoadedSettings, RecentPlaces, Settings, SettingsStore
+from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
 from ocmm_gui.home._file_browser import FileBrowser, Wanted
 from ocmm_gui.home._plan_list import PlanList
 from ocmm_gui.home._settings_page import SettingsPage
 from ocmm_gui.home._start_page import StartPage
 from ocmm_gui.kit import (
+    ACTIONS,
     THEMES,
     Banner,
     NoticeCentre,
     Worker,
     apply_theme,
     dropped_file,
+    shortcuts_of,
     tr,
+    usable_keys,
 )
 
 if TYPE_CHECKING:
@@ -132,18 +143,23 @@ class StartWindow(QMainWindow):
         self.browser.left.connect(self.show_start)
         self.browser.chosen.connect(self.take_file)
         self._archive_sheet: ArchiveSheet | None = None
-        self._stack = QStackedWidget()
+        self._stack = PageStack()
         for page in (self.page, self.settings, self.plans, self.browser):
             self._stack.addWidget(page)
         central = QWidget()
         layout = QVBoxLayout(central)
         layout.addWidget(self.banner)
         layout.addWidget(self._stack, 1)
-        self.setCentralWidget(central)
+        area = ZoomArea(central)
+        self.setCentralWidget(area)
+        self.eyes = HandsAndEyes(self, area, store, notices)
+        self._stack.currentChanged.connect(lambda _page: self.eyes.show_far(False))
+        self._bind_keys()
         notices.posted.connect(self.banner.show_notice)
         for note in self.loaded.notes:
             notices.warn(note.what, note.remedy)
         self._dress()
+        self.eyes.use(self.loaded.settings)
         self.page.setFocus()
 
     def read(self) -> None:
@@ -259,8 +275,21 @@ class StartWindow(QMainWindow):
             return
         if before.settings.window_theme != loaded.settings.window_theme:
             self._dress()
+        self.eyes.use(loaded.settings)
         if before.settings != loaded.settings:
             self.read()
+
+    def _bind_keys(self) -> None:
+        """Let size and gloves have their keys on all pages, without buttons."""
+        calls, changed = self.eyes.calls(), usable_keys(self.loaded.settings.window_keys)
+        for info in ACTIONS:
+            if info.key in calls:
+                action = QAction(tr(info.text), self)
+                action.setObjectName(info.key)
+                action.setShortcuts([QKeySequence(key) for key in shortcuts_of(info, changed)])
+                action.setAutoRepeat(False)
+                action.triggered.connect(lambda _checked, call=calls[info.key]: call())
+                self.addAction(action)
 
     def _next_theme(self) -> None:
         names = list(THEMES)

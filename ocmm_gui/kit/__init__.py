@@ -124,7 +124,7 @@ if TYPE_CHECKING:
     from ocmm_gui.kit._reason_panel import ReasonPanel
     from ocmm_gui.kit._sheet import ChoiceBox, FormField, Sheet, caption, form_field
     from ocmm_gui.kit._side_process import SideProcess, Tell, Teller, Work
-    from ocmm_gui.kit._sound import Approach, Sound, SoundPlayer, verdict_sound
+    from ocmm_gui.kit._sound import USUAL_VOLUME, Approach, Sound, SoundPlayer, verdict_sound
     from ocmm_gui.kit._texts import (
         PlainLabel,
         later,
@@ -190,7 +190,7 @@ else:
         _reason_panel="ReasonPanel",
         _sheet="ChoiceBox FormField Sheet caption form_field",
         _side_process="SideProcess Tell Teller Work",
-        _sound="Approach Sound SoundPlayer verdict_sound",
+        _sound="Approach Sound SoundPlayer USUAL_VOLUME verdict_sound",
         _texts=("PlainLabel later literal said said_word tr tr_all with_unit"),
         _theme=(
             "CAP_HEIGHT DEFAULT_THEME THEMES Theme Themed WRAPPED apply_theme digit_font dress "
@@ -217,6 +217,7 @@ __all__ = [
     "TAKE_KEYS",
     "THEMES",
     "UNDO_KEYS",
+    "USUAL_VOLUME",
     "WRAPPED",
     "ActionInfo",
     "AnswerPanel",

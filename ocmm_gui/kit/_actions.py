@@ -247,6 +247,21 @@ ACTIONS = (
         ("T",), mode=None
     ),
     ActionInfo(
+        "zoom_in", later("Larger"), later("Show everything larger"), ("Ctrl++", "Ctrl+="),
+        mode=None,
+    ),
+    ActionInfo(
+        "zoom_out", later("Smaller"), later("Show everything smaller"), ("Ctrl+-",), mode=None,
+    ),
+    ActionInfo(
+        "zoom_reset", later("Usual size"), later("Show everything in the size that fits the screen"),
+        ("Ctrl+0",), mode=None,
+    ),
+    ActionInfo(
+        "gloves", later("Glove mode"), later("Make buttons and rows at least 15 mm, or as usual"),
+        ("Ctrl+L",), mode=None,
+    ),
+    ActionInfo(
         "log", later("Save log"), later("Save the message log, for support"), ("L",), mode=None
     ),
     ActionInfo(

@@ -109,8 +109,11 @@ class OwnKeysField(HintField):
     """Esc was pressed."""
 
     def event(self, event: QEvent) -> bool:
-        """Keep every key from the shortcuts of the window."""
+        """Keep every key from the shortcuts of the window but those that change its size."""
         if event.type() is QEvent.Type.ShortcutOverride:
+            if isinstance(event, QKeyEvent) and is_zoom(event):
+                event.ignore()
+                return False
             event.accept()
             return True
         return super().event(event)
@@ -121,6 +124,15 @@ class OwnKeysField(HintField):
             self.left.emit()
             return
         super().keyPressEvent(event)
+
+
+_ZOOMS = (Qt.Key.Key_Plus, Qt.Key.Key_Equal, Qt.Key.Key_Minus, Qt.Key.Key_0)
+
+
+def is_zoom(event: QKeyEvent) -> bool:
+    """Return whether a key changes the size of the window: nobody types it."""
+    held = event.modifiers() & Qt.KeyboardModifier.ControlModifier
+    return bool(held) and event.key() in _ZOOMS
 
 
 _DROPPED = (".ocmm", ".toml")

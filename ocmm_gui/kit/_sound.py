@@ -26,29 +26,45 @@ RATE_HZ = 22050
 _CONCERT_HZ, _STEPS_PER_OCTAVE = 440.0, 6
 _PITCH_S = 0.05
 """Length of the tone that leads to the next point."""
+USUAL_VOLUME = 80
+"""Of the sounds, in per cent."""
 _PLAYERS = (("paplay",), ("pw-play",), ("aplay", "-q"))
 
 
 class Sound(Enum):
-    """What the inspector hears: (tone in Hz, length in s) one after the other."""
+    """What the inspector hears: (tone in Hz, length in s) one after the other; 0 Hz is a pause.
 
-    TAKEN = ((1320.0, 0.07),)
+    No two have the same rhythm and the same way up and down, so that neither a hall that swallows
+    high tones nor an ear that has lost them makes one into another. A single short tone is the way
+    to the next point alone (`Approach`).
+    """
+
+    TAKEN = ((1320.0, 0.05), (1976.0, 0.08))
     REFUSED = ((220.0, 0.16), (165.0, 0.22))
-    FEATURE_COMPLETE = ((880.0, 0.09), (1109.0, 0.09), (1320.0, 0.14))
-    TICK = ((660.0, 0.05),)
-    STARTED = ((660.0, 0.10), (990.0, 0.20))
-    IN_DOUBT = ((523.0, 0.12), (440.0, 0.12), (523.0, 0.18))
+    FEATURE_COMPLETE = ((880.0, 0.08), (1109.0, 0.08), (1320.0, 0.16))
+    TICK = ((587.0, 0.04), (0.0, 0.05), (587.0, 0.04))
+    STARTED = ((660.0, 0.45),)
+    IN_DOUBT = ((523.0, 0.12), (392.0, 0.12), (523.0, 0.20))
     OUT_OF_TOLERANCE = ((330.0, 0.18), (330.0, 0.18), (247.0, 0.30))
 
 
-def tone_wav(notes: Sequence[tuple[float, float]]) -> bytes:
-    """Return notes (Hz, s) as a WAV file, mono, 16 bit."""
+def tone_wav(notes: Sequence[tuple[float, float]], volume: int = USUAL_VOLUME) -> bytes:
+    """Return notes (Hz, s) as a WAV file, mono, 16 bit.
+
+    Parameters
+    ----------
+    notes
+        One after the other.
+    volume
+        In per cent; the loudness that is heard grows about evenly with it (power of two).
+    """
+    swing = 0.8 * (min(max(volume, 0), 100) / 100.0) ** 2
     parts = []
     for pitch, length in notes:
         t = np.arange(int(length * RATE_HZ)) / RATE_HZ
         # Ramps of 8 ms avoid the click of a tone that begins or ends in full swing.
         ramp = np.clip(np.minimum(t, length - t) / 0.008, 0.0, 1.0)
-        parts.append(0.5 * ramp * np.sin(2.0 * np.pi * pitch * t))
+        parts.append(swing * ramp * np.sin(2.0 * np.pi * pitch * t))
     samples = (np.concatenate(parts) * 32767).astype("<i2")
     buffer = io.BytesIO()
     with wave.open(buffer, "wb") as file:
@@ -64,9 +80,9 @@ def scale_step(hertz: float) -> int:
     return round(_STEPS_PER_OCTAVE * math.log2(max(hertz, 1.0) / _CONCERT_HZ))
 
 
-def step_wav(step: int) -> bytes:
+def step_wav(step: int, volume: int = USUAL_VOLUME) -> bytes:
     """Return the short tone of a step of that scale as a WAV file."""
-    return tone_wav(((_CONCERT_HZ * 2.0 ** (step / _STEPS_PER_OCTAVE), _PITCH_S),))
+    return tone_wav(((_CONCERT_HZ * 2.0 ** (step / _STEPS_PER_OCTAVE), _PITCH_S),), volume)
 
 
 class SoundPlayer(QObject):
@@ -76,10 +92,15 @@ class SoundPlayer(QObject):
     ----------
     enabled
         False keeps it silent.
+    volume
+        In per cent.
     """
 
-    def __init__(self, parent: QObject | None = None, *, enabled: bool = True) -> None:
+    def __init__(
+        self, parent: QObject | None = None, *, enabled: bool = True, volume: int = USUAL_VOLUME
+    ) -> None:
         super().__init__(parent)
+        self._volume = volume
         self._command: tuple[str, ...] = ()
         self._process: QProcess | None = None
         self._folder: QTemporaryDir | None = None
@@ -87,10 +108,18 @@ class SoundPlayer(QObject):
         self._pitches: dict[int, str] = {}
         self.enable(enabled)
 
-    def enable(self, enabled: bool) -> None:
-        """Play from now on, or be silent."""
-        if enabled == bool(self._files):
+    def can_play(self) -> bool:
+        """Return whether something is heard: sounds are on, and there is what plays them."""
+        return bool(self._files) and (bool(self._command) or sys.platform == "win32")
+
+    def enable(self, enabled: bool, volume: int | None = None) -> None:
+        """Play from now on, so loud, or be silent."""
+        louder = volume is not None and volume != self._volume
+        if enabled == bool(self._files) and not louder:
             return
+        if volume is not None:
+            self._volume = volume
+        self._pitches.clear()
         if not enabled:
             self._files.clear()
             return
@@ -100,7 +129,7 @@ class SoundPlayer(QObject):
         for sound in Sound:
             path = Path(self._folder.filePath(f"{sound.name.lower()}.wav"))
             try:
-                path.write_bytes(tone_wav(sound.value))
+                path.write_bytes(tone_wav(sound.value, self._volume))
             except OSError:
                 return
             self._files[sound] = str(path)
@@ -124,7 +153,7 @@ class SoundPlayer(QObject):
             if not path:
                 path = folder.filePath(f"pitch{step}.wav")
                 try:
-                    Path(path).write_bytes(step_wav(step))
+                    Path(path).write_bytes(step_wav(step, self._volume))
                 except OSError:
                     return
                 self._pitches[step] = path

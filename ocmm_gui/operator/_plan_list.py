@@ -96,7 +96,9 @@ class _Row(QStyledItemDelegate):
     def sizeHint(
         self, option: QStyleOptionViewItem, index: QModelIndex | QPersistentModelIndex
     ) -> QSize:
-        return QSize(180, _ROW_PX)
+        # Gloves need higher ones.
+        wanted = index.data(Qt.ItemDataRole.SizeHintRole)
+        return wanted if isinstance(wanted, QSize) else QSize(180, _ROW_PX)
 
     def paint(
         self,

@@ -15,7 +15,6 @@ from PySide6.QtWidgets import (
     QApplication,
     QHBoxLayout,
     QMainWindow,
-    QStackedWidget,
     QVBoxLayout,
     QWidget,
 )
@@ -24,6 +23,7 @@ from ocmm_core.calibration.records import ProbeView
 from ocmm_core.errors import OcmmError
 from ocmm_core.inspection.evaluation import JobView, LiveView, withdrawn
 from ocmm_core.settings import LoadedSettings, SettingsStore
+from ocmm_gui.access import HandsAndEyes, PageStack, ZoomArea
 from ocmm_gui.bridge import StationBridge
 from ocmm_gui.home import FindAction
 from ocmm_gui.kit import (
@@ -74,7 +74,7 @@ if TYPE_CHECKING:
 
 _PART = "The window"
 START, REOPEN = "start", "reopen"
-_IN_WIZARDS = ("theme", "log")
+_IN_WIZARDS = ("theme", "log", "zoom_in", "zoom_out", "zoom_reset", "gloves")
 """Actions of the window that a wizard leaves as they are."""
 _ON_SHEETS = (*_IN_WIZARDS, "settings", "start", "find")
 """The same of a sheet, on which nothing is lost."""
@@ -162,7 +162,7 @@ class MainWindow(QMainWindow):
         self.tip_line = TipLine()
         self.banner = Banner()
         self.simulated = SimulatedBand()
-        self._stack = QStackedWidget()
+        self._stack = PageStack()
         self._lines = (
             self.banner, self.output.question, self.output.export_panel, self.output.bus_panel,
             self.choice.panel, self.tests.papers.panel,
@@ -171,8 +171,10 @@ class MainWindow(QMainWindow):
         self._preload = Preload()
         self._lay_out()
         self._connect(bridge)
+        self.eyes = HandsAndEyes(self, self.area, self._store, notices)
         bind_actions(self.actions_by_key, self._calls())
         settings = self._store.load().settings
+        self.eyes.use(settings)
         use_shortcuts(self.actions_by_key, usable_keys(settings.window_keys))
         self.output.use_formats(settings.report_formats, self.actions_by_key["export"])
         show_mode(self.actions_by_key, Mode.INSPECT)
@@ -203,7 +205,8 @@ class MainWindow(QMainWindow):
         whole.addWidget(self.simulated)
         self._stack.currentChanged.connect(lambda _page: self._on_page())
         whole.addLayout(layout, 1)
-        self.setCentralWidget(central)
+        self.area = ZoomArea(central)
+        self.setCentralWidget(self.area)
 
     def _connect(self, bridge: StationBridge) -> None:
         self.desk.plan.feature_chosen.connect(bridge.choice.select)
@@ -351,6 +354,7 @@ class MainWindow(QMainWindow):
             "mode": lambda: self.show_mode(
                 Mode.INSPECT if self.mode() is Mode.MAINTAIN else Mode.MAINTAIN
             ),
+            **self.eyes.calls(),
             **self.hand.calls(),
             **self.output.calls(),
             **self.maintenance.calls(),
@@ -455,7 +459,8 @@ class MainWindow(QMainWindow):
         if settings.window_theme != self._theme.name:
             self.use_theme(settings.window_theme)
         if self._sounds is not None:
-            self._sounds.enable(settings.window_sounds)
+            self._sounds.enable(settings.window_sounds, settings.window_volume)
+        self.eyes.use(settings)
         use_shortcuts(self.actions_by_key, usable_keys(settings.window_keys))
         self.output.use_formats(settings.report_formats, self.actions_by_key["export"])
         self.sheets.use_settings(loaded)
@@ -471,6 +476,7 @@ class MainWindow(QMainWindow):
 
     def _on_page(self) -> None:
         self.simulated.show_far(self.is_far())
+        self.eyes.show_far(self.is_far())
         shown = self._stack.currentWidget()
         guided = (self.maintenance.is_made("wizard") and shown is self.maintenance.wizard) or (
             self.tests.is_made("desk") and shown is self.tests.desk

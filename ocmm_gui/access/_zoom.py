@@ -1,0 +1,171 @@
+"""How large everything is painted: by the screen, and by whoever looks at it.
+
+Pages are laid out in pixels for a screen of 1080 lines. What a pixel is on the screen is one
+factor, which Qt multiplies into everything: type, lines, icons, hit areas, pictures.
+``QT_SCALE_FACTOR`` sets it before the application begins, and that is all that Qt documents. To
+change it while somebody measures, Qt has a function that is exported for its own modules only
+(``QHighDpiScaling::setGlobalFactor``). It is looked up by its name: a version of Qt that lacks it
+costs the change at once, nothing else; the zoom then holds from the next start, and that is told.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import os
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import PySide6
+from PySide6.QtCore import QLibraryInfo, QObject, QSize, Signal, qInstallMessageHandler
+from PySide6.QtGui import QScreen
+from PySide6.QtWidgets import QApplication
+
+LEAST_PERCENT, MOST_PERCENT, STEP_PERCENT = 80, 200, 10
+_SCALE = "QT_SCALE_FACTOR"
+_LAID_OUT = QSize(1920, 1080)
+"""The screen that pages are made for; smaller ones are handled by the layouts."""
+_MOST = 4.0
+_STEP = 0.05
+_NAMES = {
+    "linux": ("libQt6Gui.so.6", "_ZN15QHighDpiScaling15setGlobalFactorEd"),
+    "win32": ("Qt6Gui.dll", "?setGlobalFactor@QHighDpiScaling@@SAXN@Z"),
+}
+_MARK = "ocmm_factor"
+
+
+def zoom_before_start(percent: int) -> None:
+    """Set the zoom for an application that begins, where Qt cannot change it later.
+
+    Parameters
+    ----------
+    percent
+        What the settings say.
+    """
+    if _setter() is None and percent != 100 and _SCALE not in os.environ:
+        os.environ[_SCALE] = f"{percent / 100.0:g}"
+
+
+def screen_factor(size: QSize) -> float:
+    """Return how much larger than laid out everything is on a screen, at least 1.
+
+    Parameters
+    ----------
+    size
+        Of the screen, in pixels of the system at its own scale.
+    """
+    whole = min(size.width() / _LAID_OUT.width(), size.height() / _LAID_OUT.height(), _MOST)
+    return max(1.0, int(whole / _STEP + 1e-6) * _STEP)
+
+
+class Zoom(QObject):
+    """The zoom of the application: one for all its windows.
+
+    Parameters
+    ----------
+    app
+        Keeps which factor holds.
+    """
+
+    changed = Signal()
+    """Everything is painted in another size now."""
+
+    def __init__(self, app: QApplication) -> None:
+        super().__init__(app)
+        self._app = app
+        self.percent = 100
+
+    def can_change(self) -> bool:
+        """Return whether a change is seen at once."""
+        return _setter() is not None
+
+    def factor(self) -> float:
+        """Return what a pixel is multiplied by, beyond what the system and its user ask for."""
+        kept = self._app.property(_MARK)
+        return float(kept) if isinstance(kept, float) else 1.0
+
+    def use(self, percent: int, screen: QScreen | None = None) -> bool:
+        """Paint everything so large from now on; return whether anything changed.
+
+        Parameters
+        ----------
+        percent
+            Of the size that fits the screen.
+        screen
+            For which; None for the first one.
+        """
+        self.percent = min(max(percent, LEAST_PERCENT), MOST_PERCENT)
+        screen = screen or self._app.primaryScreen()
+        setter = _setter()
+        if setter is None or screen is None:
+            return False
+        before = self.factor()
+        own = QSize(
+            round(screen.geometry().width() * before), round(screen.geometry().height() * before)
+        )
+        after = self.percent / 100.0 * screen_factor(own)
+        if abs(after - before) < 1e-6:
+            return False
+        self._change(setter, before, after)
+        self.changed.emit()
+        return True
+
+    def _change(self, setter: Callable[[float], None], before: float, after: float) -> None:
+        tops = [one for one in self._app.topLevelWidgets() if one.windowHandle() is not None]
+        shown = [one.isVisible() for one in tops]
+        active = self._app.activeWindow()
+        # It warns that windows exist. They are made anew, below.
+        told = qInstallMessageHandler(lambda *_: None)
+        try:
+            setter(_of_user() * after)
+        finally:
+            qInstallMessageHandler(told)
+        self._app.setProperty(_MARK, after)
+        for one, visible in zip(tops, shown, strict=True):
+            # By whole dots of the screen: a size must come back where it was.
+            least = (one.minimumSize() * before) / after
+            size = (one.size() * before) / after
+            handle = one.windowHandle()
+            if handle is not None:
+                # What is on the screen stays as large as it is; what it is made of does not.
+                handle.destroy()
+            one.setMinimumSize(least)
+            if not (one.isMaximized() or one.isFullScreen()):
+                one.resize(size)
+            if visible:
+                one.show()
+        if active is not None and active.isVisible():
+            active.activateWindow()
+
+
+def _of_user() -> float:
+    """Return the factor that the user of the computer has set for all programs of Qt."""
+    try:
+        found = float(os.environ.get(_SCALE, "1"))
+    except ValueError:
+        return 1.0
+    return found if 0.1 <= found <= 10.0 else 1.0
+
+
+@cache
+def _setter() -> Callable[[float], None] | None:
+    """Return the function of Qt that changes the factor; None where this Qt has none."""
+    names = _NAMES.get(sys.platform)
+    if names is None:
+        return None
+    file, symbol = names
+    # In the package it stands beside PySide6.
+    own = Path(PySide6.__file__).parent
+    for folder in (
+        Path(QLibraryInfo.path(QLibraryInfo.LibraryPath.LibrariesPath)), own / "Qt" / "lib", own,
+    ):  # fmt: skip
+        if not (folder / file).exists():
+            continue
+        try:
+            found = ctypes.CDLL(str(folder / file))[symbol]
+        except (OSError, AttributeError):
+            continue
+        found.argtypes, found.restype = (ctypes.c_double,), None
+        return lambda factor: found(factor)
+    return None

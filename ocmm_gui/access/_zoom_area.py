@@ -1,0 +1,66 @@
+"""A window whose page is scrolled where it has less room than it needs."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtWidgets import QFrame, QScrollArea, QStackedWidget, QWidget
+
+TRIED = QSize(1280, 720)
+"""The smallest screen on which every page is looked at; enlarged, a page is never laid out smaller.
+
+A page that is seen through a window of half its size is scrolled, as with a magnifying glass.
+"""
+
+
+class PageStack(QStackedWidget):
+    """Pages of which the one that is shown says how much room is needed, and no other."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.currentChanged.connect(lambda _index: self.updateGeometry())
+
+    def minimumSizeHint(self) -> QSize:
+        """Return what the page that is shown needs."""
+        page = self.currentWidget()
+        if page is None:
+            return QSize(0, 0)
+        return page.minimumSizeHint().expandedTo(page.minimumSize())
+
+    def sizeHint(self) -> QSize:
+        """Return what the page that is shown likes."""
+        page = self.currentWidget()
+        return QSize(0, 0) if page is None else page.sizeHint()
+
+
+class ZoomArea(QScrollArea):
+    """Shows the whole of a window where it has room, and parts of it with bars where not."""
+
+    def __init__(self, whole: QWidget) -> None:
+        super().__init__()
+        self.setWidgetResizable(True)
+        self.setFrameShape(QFrame.Shape.NoFrame)
+        self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
+        self._whole = whole
+        self.setWidget(whole)
+        whole.installEventFilter(self)
+
+    def use(self, *, enlarged: bool, far: bool) -> None:
+        """Lay pages out as they were tried where they are enlarged; the far view fits always."""
+        least = TRIED if enlarged and not far else QSize(0, 0)
+        if self._whole.minimumSize() != least:
+            self._whole.setMinimumSize(least)
+
+    def scrolls(self) -> bool:
+        """Return whether less than all is seen."""
+        return self.horizontalScrollBar().maximum() > 0 or self.verticalScrollBar().maximum() > 0
+
+    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
+        """Follow the page that needs more or less room than the one before."""
+        found = super().eventFilter(watched, event)
+        if watched is self._whole and event.type() is QEvent.Type.LayoutRequest:
+            self.updateGeometry()
+        return found
+
+    def minimumSizeHint(self) -> QSize:
+        """Return next to nothing: what does not fit is scrolled."""
+        return QSize(80, 60)
