@@ -339,7 +339,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "window.ruler_mm", Kind.NUMBER, None, _S, _NOW, later("Length of the line below"),
-        later("With a ruler on the screen; empty: as the screen says"),
+        later("By a ruler; empty: as the screen says"),
         limits=(15.0, 600.0), unit="mm",
     ),
     _spec(
@@ -348,7 +348,7 @@ SETTINGS: tuple[SettingSpec, ...] = (
     ),
     _spec(
         "window.volume", Kind.WHOLE, 80, _U, _NOW, later("Volume"),
-        later("Of the sounds; the page Sounds plays each"), limits=(5.0, 100.0), unit="%",
+        later("Of all sounds; Test of sounds plays them"), limits=(5.0, 100.0), unit="%",
     ),
     _spec(
         "window.far", Kind.SWITCH, False, _U, _LATER, later("Far view first"),

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
-from PySide6.QtCore import QObject
+from PySide6.QtCore import QObject, Signal
 from PySide6.QtWidgets import QApplication, QMainWindow
 
 from ocmm_core.errors import OcmmError
@@ -33,6 +33,9 @@ class HandsAndEyes(QObject):
     notices
         Where it is told.
     """
+
+    kept = Signal()
+    """A setting was changed by a key: whoever shows settings reads them again."""
 
     def __init__(
         self, window: QMainWindow, area: ZoomArea, store: SettingsStore, notices: NoticeCentre
@@ -65,7 +68,7 @@ class HandsAndEyes(QObject):
         self._fit()
 
     def show_far(self, far: bool) -> None:
-        """The far view is shown, which is as large as the window; or another page."""
+        """Let the far view be as large as the window; other pages may be scrolled."""
         self._far = far
         self._area.use(enlarged=self.zoom.percent > 100, far=far)
         self.touch.fit()
@@ -106,6 +109,7 @@ class HandsAndEyes(QObject):
             self._store.change(changes)
         chosen: dict[str, Any] = {key.replace(".", "_"): new for key, new in changes.items()}
         self.use(replace(self._store.load().settings, **chosen))
+        self.kept.emit()
 
     def _on_zoomed(self) -> None:
         self._fit()
@@ -115,6 +119,7 @@ class HandsAndEyes(QObject):
         self._area.use(enlarged=self.zoom.percent > 100, far=self._far)
         if settings is None or not settings.window_gloves:
             self.touch.use(None)
-            return
-        size = screen_size(self._window.screen(), settings.window_ruler_mm)
-        self.touch.use(size.mm_per_px)
+        else:
+            size = screen_size(self._window.screen(), settings.window_ruler_mm)
+            self.touch.use(size.mm_per_px)
+        self._area.use_bars(self.touch.pixels())

@@ -16,7 +16,9 @@ class RulerLine(Painted):
     """A line of `RULER_PX` dots between two ends, and what the screen says of its length."""
 
     def __init__(self) -> None:
-        super().__init__(tr("Line to be measured with a ruler"), (RULER_PX + 20, _HIGH_PX), (60, _HIGH_PX))
+        super().__init__(
+            tr("Line to be measured with a ruler"), (RULER_PX + 20, _HIGH_PX), (60, _HIGH_PX)
+        )
         self.setSizePolicy(QSizePolicy.Policy.Expanding, QSizePolicy.Policy.Fixed)
         self._ruler_mm: float | None = None
 

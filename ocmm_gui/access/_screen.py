@@ -8,7 +8,7 @@ from PySide6.QtCore import QSizeF
 from PySide6.QtGui import QScreen
 
 RULER_PX = 500
-"""Dots of the screen in the line that is measured: 78 mm on 3840 at 27 inch, 207 mm on 1280 at 24."""
+"""Dots in the line that is measured: 78 mm on 3840 at 27 inch, 207 mm on 1280 at 24 inch."""
 
 _PITCH_MM = (0.04, 1.0)
 """A telephone has 0.05 mm a dot, a television of 85 inch 0.98 mm."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from PySide6.QtCore import QEvent, QObject, QSize, Qt
-from PySide6.QtWidgets import QFrame, QScrollArea, QStackedWidget, QWidget
+from PySide6.QtWidgets import QFrame, QScrollArea, QScroller, QStackedWidget, QWidget
 
 TRIED = QSize(1280, 720)
 """The smallest screen on which every page is looked at; enlarged, a page is never laid out smaller.
@@ -49,6 +49,17 @@ class ZoomArea(QScrollArea):
         least = TRIED if enlarged and not far else QSize(0, 0)
         if self._whole.minimumSize() != least:
             self._whole.setMinimumSize(least)
+
+    def use_bars(self, target_px: int) -> None:
+        """Have bars for gloves, and pages that a finger pulls; zero for a mouse."""
+        wide = target_px // 2
+        upright, lying = self.verticalScrollBar(), self.horizontalScrollBar()
+        for bar, side in ((upright, "width"), (lying, "height")):
+            bar.setStyleSheet(f"QScrollBar {{ {side}: {wide}px; }}" if target_px else "")
+        if target_px:
+            QScroller.grabGesture(self.viewport(), QScroller.ScrollerGestureType.TouchGesture)
+        else:
+            QScroller.ungrabGesture(self.viewport())
 
     def scrolls(self) -> bool:
         """Return whether less than all is seen."""

@@ -5,7 +5,8 @@ settings.
 
 Read `_start_page` (what can be begun) in `_start_window` (before there is a station), with
 `_plan_list`; `_settings_page` with `_setting_row`, one a setting;
-`_key_list` (keys of the window, to be changed); `_sounds_page` (each sound, to be heard); `_file_browser` (files, beside the measuring);
+`_key_list` (keys of the window, to be changed); `_sounds_page` (each sound, to be heard);
+`_file_browser` (files, beside the measuring);
 `_find_action` (type what you want).
 It loads no numerical library by itself: what needs one is asked for in a thread, behind the page.
 It must not know a running station.

@@ -129,6 +129,11 @@ class SettingsPage(Sheet):
         if button is not None:
             button.setFocus()
 
+    def read_again(self) -> None:
+        """Show what a key of the window has changed."""
+        self.loaded = self._store.load()
+        self._show()
+
     def show_section(self, number: int) -> None:
         """Show one section by its place."""
         self._pages.setCurrentIndex(number)

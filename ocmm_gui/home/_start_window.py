@@ -154,6 +154,7 @@ class StartWindow(QMainWindow):
         self.setCentralWidget(area)
         self.eyes = HandsAndEyes(self, area, store, notices)
         self._stack.currentChanged.connect(lambda _page: self.eyes.show_far(False))
+        self.eyes.kept.connect(self.settings.read_again)
         self._bind_keys()
         notices.posted.connect(self.banner.show_notice)
         for note in self.loaded.notes:

@@ -254,7 +254,7 @@ ACTIONS = (
         "zoom_out", later("Smaller"), later("Show everything smaller"), ("Ctrl+-",), mode=None,
     ),
     ActionInfo(
-        "zoom_reset", later("Usual size"), later("Show everything in the size that fits the screen"),
+        "zoom_reset", later("Usual size"), later("Show everything as large as fits the screen"),
         ("Ctrl+0",), mode=None,
     ),
     ActionInfo(

@@ -56,6 +56,12 @@ class FitText(Painted):
             self.setAccessibleName(f"{self._name}: {text}" if text else self._name)
             self.update()
 
+    def use_limit(self, limit: float) -> None:
+        """Let the type be so large at most from now on, px."""
+        if limit != self._limit:
+            self._limit = limit
+            self.update()
+
     def text(self) -> str:
         """Return the line."""
         return self._text

@@ -1,7 +1,8 @@
 """The looks of the window: three themes from one table, set once on the application.
 
 The light theme is for glare, the dark one for a dim measuring room, the high-contrast one for
-weak eyes. Colour never stands alone: every state has a word and a shape as well.
+weak eyes. Colour never stands alone: every state has a word and a shape as well. Colours of
+outcomes are far apart for those, too, who lack a kind of cone (`tests/gui/test_colour_blind.py`).
 """
 
 from __future__ import annotations
@@ -71,11 +72,11 @@ THEMES = {
     theme.name: theme
     for theme in (
         Theme("dark", "#14181c", "#1d242a", "#3d4852", "#f0f4f8", "#aab6c2", "#3cc4ff", "#0b1116",
-              "#3ddc84", "#ffc61a", "#ff7b7b", "#235c41", "#66551a", "#662f30", 1),
+              "#00ff62", "#c4a201", "#ff7b7d", "#176251", "#66551b", "#642429", 1),
         Theme("light", "#eef2f5", "#ffffff", "#b4bec8", "#101418", "#46515c", "#005fb8", "#ffffff",
-              "#0a6532", "#7d4a00", "#b01c1c", "#a3cbb6", "#e0cb8f", "#e3aeae", 1),
+              "#114129", "#734800", "#ab5249", "#4ed9be", "#e4ce90", "#e19292", 1),
         Theme("contrast", "#000000", "#000000", "#ffffff", "#ffffff", "#ffffff", "#00e5ff",
-              "#000000", "#35ff7d", "#ffe600", "#ff8a8a", "#005c2e", "#6b5a00", "#7a0000", 2),
+              "#000000", "#00c17f", "#ffe017", "#fd694c", "#025b39", "#736011", "#760001", 2),
     )
 }  # fmt: skip
 DEFAULT_THEME = "dark"
@@ -228,6 +229,13 @@ def make_style_sheet(theme: Theme) -> str:
         border-radius: 4px; padding: 4px; }}
     QComboBox::drop-down {{ border: none; width: 22px; }}
     QComboBox:focus {{ border: 2px solid {theme.accent}; }}
+    QScrollBar:vertical {{ background: {theme.panel}; width: 16px; margin: 0px; }}
+    QScrollBar:horizontal {{ background: {theme.panel}; height: 16px; margin: 0px; }}
+    QScrollBar::handle {{ background: {theme.muted}; border-radius: 5px; margin: 3px; }}
+    QScrollBar::handle:vertical {{ min-height: 40px; }}
+    QScrollBar::handle:horizontal {{ min-width: 40px; }}
+    QScrollBar::add-line, QScrollBar::sub-line {{ width: 0px; height: 0px; }}
+    QScrollBar::add-page, QScrollBar::sub-page {{ background: transparent; }}
     QScrollArea, QScrollArea > QWidget > QWidget {{ background: transparent; border: none; }}
     QPlainTextEdit {{ background: {theme.panel}; color: {theme.text}; border: {line};
         border-radius: 6px; }}

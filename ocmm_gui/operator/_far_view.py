@@ -61,8 +61,12 @@ _VALUES = (
     ("uncertainty", "U", "0.000"),
     ("form", later("Form"), "0.000"),
 )
-_TYPE_PX = 100
-"""Greatest type of words; its capitals are 73 px high."""
+_LINES = 1080
+"""Height of the screen for which the sizes below are given; on others they are shares of it."""
+_TYPE_PX, _DIGITS_PX = 100, 130
+"""Greatest type of words, whose capitals are 73 px high, and of numbers beside the readout."""
+_PART_PX = (220, 30)
+"""Greatest type of the verdict on the part, and least type of what stands below it."""
 
 
 class FarView(QWidget):
@@ -92,7 +96,7 @@ class FarView(QWidget):
         self._coverage = CoverageView()
         self._ring = TargetRing()
         self._values = {
-            key: FitText(tr(name), limit=130, align=right, digits=True, reserve=reserve)
+            key: FitText(tr(name), limit=_DIGITS_PX, align=right, digits=True, reserve=reserve)
             for key, name, reserve in _VALUES
         }
         self._bar = ToleranceBar(digits_share=0.36)
@@ -136,7 +140,7 @@ class FarView(QWidget):
         one.addLayout(_beside(self._feature, self._count, 80), 107)
         one.addLayout(work, 434)
         one.addWidget(self._bar, 83)
-        self.part = PartVerdictView(limit=220, least=30)
+        self.part = PartVerdictView(*_PART_PX)
         self._what = QStackedWidget()
         self._what.addWidget(self._one)
         self._what.addWidget(self.part)
@@ -271,8 +275,15 @@ class FarView(QWidget):
         self._ring.show_target(target, None if self._live is None else self._live.tip_world)
 
     def resizeEvent(self, event: QResizeEvent) -> None:
-        """Keep the buttons at a ninth of the height: 33 mm on the screen of the far view."""
-        height = max(60, self.height() // 9)
+        """Keep everything a share of the height: buttons a ninth, 33 mm on a screen of 24 inch."""
+        height = max(32, self.height() // 9)
+        share = max(1.0, self.window().height() / _LINES)
+        texts = (self._status, self._count, self._feature, self._verdict)
+        for text in (*texts, *self._captions.values()):
+            text.use_limit(_TYPE_PX * share)
+        for text in self._values.values():
+            text.use_limit(_DIGITS_PX * share)
+        self.part.use_limits(*(round(pixels * share) for pixels in _PART_PX))
         for button in self._buttons:
             button.setFixedHeight(height)
             # A font set directly is lost when the application changes its style sheet.

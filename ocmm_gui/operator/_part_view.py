@@ -47,6 +47,12 @@ class PartVerdictView(Painted):
         self.setAccessibleDescription(f"{self.word()}. {' '.join(self.lines())}".strip())
         self.update()
 
+    def use_limits(self, limit: int, least: int) -> None:
+        """Use other limits of the type, px, from now on."""
+        if (limit, least) != (self._limit, self._least):
+            self._limit, self._least = limit, least
+            self.update()
+
     def word(self) -> str:
         """Return the word of the verdict."""
         return "" if self._job is None else said_word(self._job.part_verdict.word.value)

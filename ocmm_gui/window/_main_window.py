@@ -172,6 +172,7 @@ class MainWindow(QMainWindow):
         self._lay_out()
         self._connect(bridge)
         self.eyes = HandsAndEyes(self, self.area, self._store, notices)
+        self.eyes.kept.connect(self.sheets.read_settings)
         bind_actions(self.actions_by_key, self._calls())
         settings = self._store.load().settings
         self.eyes.use(settings)

@@ -148,6 +148,11 @@ class Sheets(MadeLate):
         page.changed.connect(self.settings_changed)
         return self._join(page, self.left)
 
+    def read_settings(self) -> None:
+        """Show what a key has changed, where the settings have been opened."""
+        if self.is_made("settings"):
+            self.settings.read_again()
+
     @cached_property
     def recall(self) -> RecallSheet:
         """Return the recall of older jobs. It is opened from Maintain, and left to there."""

@@ -1521,6 +1521,10 @@ Startet: {source}</translation>
         <translation>Was nicht genutzt wurde</translation>
     </message>
     <message>
+        <source>Test of sounds</source>
+        <translation>Töne anhören</translation>
+    </message>
+    <message>
         <source>Used from the next opening of the job: {names}. F8 opens it again now.</source>
         <translation>Gilt ab dem nächsten Öffnen des Auftrags: {names}. F8 öffnet ihn jetzt neu.</translation>
     </message>
@@ -2203,6 +2207,38 @@ Startet: {source}</translation>
     <message>
         <source>Type what you want to do</source>
         <translation>Eingeben, was zu tun ist</translation>
+    </message>
+    <message>
+        <source>Larger</source>
+        <translation>Größer</translation>
+    </message>
+    <message>
+        <source>Show everything larger</source>
+        <translation>Alles größer zeigen</translation>
+    </message>
+    <message>
+        <source>Smaller</source>
+        <translation>Kleiner</translation>
+    </message>
+    <message>
+        <source>Show everything smaller</source>
+        <translation>Alles kleiner zeigen</translation>
+    </message>
+    <message>
+        <source>Usual size</source>
+        <translation>Übliche Größe</translation>
+    </message>
+    <message>
+        <source>Show everything as large as fits the screen</source>
+        <translation>Alles so groß zeigen, wie es zum Bildschirm passt</translation>
+    </message>
+    <message>
+        <source>Glove mode</source>
+        <translation>Handschuhe</translation>
+    </message>
+    <message>
+        <source>Make buttons and rows at least 15 mm, or as usual</source>
+        <translation>Tasten und Zeilen mindestens 15 mm groß zeigen, oder wie üblich</translation>
     </message>
     <message>
         <source>Save log</source>
@@ -8098,12 +8134,36 @@ Startet: {source}</translation>
         <translation>Kontrast</translation>
     </message>
     <message>
+        <source>Zoom</source>
+        <translation>Vergrößerung</translation>
+    </message>
+    <message>
+        <source>Of the size that fits the screen; Ctrl + and Ctrl - change it</source>
+        <translation>Der Größe, die zum Bildschirm passt; Strg + und Strg - ändern sie</translation>
+    </message>
+    <message>
+        <source>Buttons and rows of at least 15 mm on this screen</source>
+        <translation>Tasten und Zeilen von mindestens 15 mm auf diesem Bildschirm</translation>
+    </message>
+    <message>
+        <source>Length of the line below</source>
+        <translation>Länge der Linie darunter</translation>
+    </message>
+    <message>
+        <source>By a ruler; empty: as the screen says</source>
+        <translation>Mit Lineal; leer: laut Bildschirm</translation>
+    </message>
+    <message>
         <source>Sounds</source>
         <translation>Töne</translation>
     </message>
     <message>
         <source>Play sounds</source>
         <translation>Töne abspielen</translation>
+    </message>
+    <message>
+        <source>Of all sounds; Test of sounds plays them</source>
+        <translation>Aller Töne; Töne anhören spielt sie</translation>
     </message>
     <message>
         <source>Far view first</source>
@@ -8172,6 +8232,162 @@ Startet: {source}</translation>
     <message>
         <source>Press Hand back: the robot goes on. Ctrl+K finds everything else.</source>
         <translation>Zurückgeben drücken: Der Roboter macht weiter. Strg+K findet alles andere.</translation>
+    </message>
+    <message>
+        <source>Glove mode off.</source>
+        <translation>Handschuhe: aus.</translation>
+    </message>
+    <message>
+        <source>Glove mode on: targets of 15 mm.</source>
+        <translation>Handschuhe: an, Tasten von 15 mm.</translation>
+    </message>
+    <message>
+        <source>Glove mode on, but this screen does not tell its size.</source>
+        <translation>Handschuhe: an, doch dieser Bildschirm nennt seine Größe nicht.</translation>
+    </message>
+    <message>
+        <source>Measure the line in Settings, Window: then targets are 15 mm.</source>
+        <translation>Linie in Einstellungen, Fenster messen: Dann sind Tasten 15 mm groß.</translation>
+    </message>
+    <message>
+        <source>Zoom {percent} %.</source>
+        <translation>Vergrößerung {percent} %.</translation>
+    </message>
+    <message>
+        <source>It is used from the next start.</source>
+        <translation>Sie gilt ab dem nächsten Start.</translation>
+    </message>
+    <message>
+        <source>Line to be measured with a ruler</source>
+        <translation>Linie, die mit dem Lineal gemessen wird</translation>
+    </message>
+    <message>
+        <source>Measured: {length} mm.</source>
+        <translation>Gemessen: {length} mm.</translation>
+    </message>
+    <message>
+        <source>The screen says {length} mm. Measure it if that is wrong.</source>
+        <translation>Laut Bildschirm {length} mm. Messen, wenn das falsch ist.</translation>
+    </message>
+    <message>
+        <source>This screen does not tell its size. Measure the line with a ruler.</source>
+        <translation>Dieser Bildschirm nennt seine Größe nicht. Linie mit dem Lineal messen.</translation>
+    </message>
+    <message>
+        <source>Point taken</source>
+        <translation>Punkt genommen</translation>
+    </message>
+    <message>
+        <source>two short, high, rising</source>
+        <translation>zwei kurze, hohe, steigend</translation>
+    </message>
+    <message>
+        <source>A point is in the job. The readout flashes green, the count goes up.</source>
+        <translation>Ein Punkt ist im Auftrag. Die Anzeige blinkt grün, die Zahl steigt.</translation>
+    </message>
+    <message>
+        <source>Touch refused</source>
+        <translation>Antastung abgelehnt</translation>
+    </message>
+    <message>
+        <source>two low, falling</source>
+        <translation>zwei tiefe, fallend</translation>
+    </message>
+    <message>
+        <source>No point was taken. The readout flashes red, the reason stands below it.</source>
+        <translation>Kein Punkt genommen. Die Anzeige blinkt rot, der Grund steht darunter.</translation>
+    </message>
+    <message>
+        <source>Feature finished</source>
+        <translation>Element fertig</translation>
+    </message>
+    <message>
+        <source>three short, rising</source>
+        <translation>drei kurze, steigend</translation>
+    </message>
+    <message>
+        <source>Nothing speaks against it. The verdict stands in words with a tick.</source>
+        <translation>Nichts spricht dagegen. Das Urteil steht in Worten mit Haken.</translation>
+    </message>
+    <message>
+        <source>In doubt</source>
+        <translation>Im Zweifel</translation>
+    </message>
+    <message>
+        <source>three, down and up again</source>
+        <translation>drei, tiefer und wieder hoch</translation>
+    </message>
+    <message>
+        <source>Neither conform nor not conform. The verdict stands in words with a triangle.</source>
+        <translation>Weder konform noch nicht konform. Das Urteil steht in Worten mit Dreieck.</translation>
+    </message>
+    <message>
+        <source>Not conform</source>
+        <translation>Nicht konform</translation>
+    </message>
+    <message>
+        <source>three long, low, the last one lower</source>
+        <translation>drei lange, tiefe, der letzte tiefer</translation>
+    </message>
+    <message>
+        <source>Out of tolerance. The verdict stands in words with a cross.</source>
+        <translation>Außer Toleranz. Das Urteil steht in Worten mit Kreuz.</translation>
+    </message>
+    <message>
+        <source>Countdown</source>
+        <translation>Countdown</translation>
+    </message>
+    <message>
+        <source>two taps</source>
+        <translation>zweimal Tippen</translation>
+    </message>
+    <message>
+        <source>A sweep is about to begin. The page counts down.</source>
+        <translation>Ein Durchgang beginnt gleich. Die Seite zählt herunter.</translation>
+    </message>
+    <message>
+        <source>Sweep begins</source>
+        <translation>Durchgang beginnt</translation>
+    </message>
+    <message>
+        <source>one long</source>
+        <translation>ein langer</translation>
+    </message>
+    <message>
+        <source>Poses are taken now. The page says so and counts them.</source>
+        <translation>Lagen werden jetzt genommen. Die Seite sagt es und zählt sie.</translation>
+    </message>
+    <message>
+        <source>Approach</source>
+        <translation>Annäherung</translation>
+    </message>
+    <message>
+        <source>single short tones, rising</source>
+        <translation>einzelne kurze, steigend</translation>
+    </message>
+    <message>
+        <source>The ball comes nearer to the next point. The ring and the distance show it; key U stops it.</source>
+        <translation>Die Kugel nähert sich dem nächsten Punkt. Ring und Abstand zeigen es; Taste U stellt es ab.</translation>
+    </message>
+    <message>
+        <source>About the sounds</source>
+        <translation>Zu den Tönen</translation>
+    </message>
+    <message>
+        <source>Play: {name}</source>
+        <translation>Abspielen: {name}</translation>
+    </message>
+    <message>
+        <source>Everything that is heard is seen, too. Volume and off: Window.</source>
+        <translation>Was zu hören ist, ist auch zu sehen. Lautstärke und aus: Fenster.</translation>
+    </message>
+    <message>
+        <source>Sounds are off. Turn them on in Window.</source>
+        <translation>Töne sind aus. Unter Fenster einschalten.</translation>
+    </message>
+    <message>
+        <source>Nothing is heard: no program that plays sounds was found on this computer.</source>
+        <translation>Nichts zu hören: Auf diesem Rechner fand sich kein Programm, das Töne spielt.</translation>
     </message>
 </context>
 </TS>

@@ -10,7 +10,7 @@ import pytest
 from PySide6.QtWidgets import QApplication
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.composition import BuiltStation, StationRequest, build_station
+from ocmm_core.composition import AcceptanceBench, BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.simulation.scene import WorldOptions
 from ocmm_gui.bridge import StationBridge
@@ -48,24 +48,29 @@ def open_window(qtbot: QtBot, qapp: QApplication, tmp_path: Path) -> Iterator[Op
         reference: str = "",
         start: bool = True,
         led: bool = False,
+        tests: bool = False,
     ) -> Bench:
         # A tenth of the frame rate: the same job for a tenth of the work.
-        built = build_station(
-            StationRequest(
-                plan=resource("plans", plan),
-                probe=resource("probes", probe),
-                reference=resource("references", reference) if reference else None,
-                out=tmp_path / "job",
-                speed=speed,
-                stay=stay,
-                world=world or WorldOptions(),
-                frame_rate_hz=800,
-            )
+        request = StationRequest(
+            plan=resource("plans", plan),
+            probe=resource("probes", probe),
+            reference=resource("references", reference) if reference else None,
+            out=tmp_path / "job",
+            speed=speed,
+            stay=stay,
+            world=world or WorldOptions(),
+            frame_rate_hz=800,
         )
+        built = build_station(request)
         notices = NoticeCentre()
         bridge = StationBridge(built.station)
         hand = built.hand if led else None
-        window = MainWindow(bridge, notices, out=out, hand=hand)
+        acceptance = None
+        if tests:
+            acceptance = AcceptanceBench(
+                request, folder=tmp_path / "tests", register=tmp_path / "artefacts"
+            )
+        window = MainWindow(bridge, notices, out=out, hand=hand, bench=acceptance)
         window.resize(1280, 720)
         # Keys go to the active window only.
         with qtbot.waitActive(window):

@@ -68,9 +68,15 @@ def pages(window: MainWindow) -> Iterator[tuple[str, Callable[[], None]]]:
         yield kind.name, partial(maintenance.open_wizard, kind)
     yield "definition", maintenance.open_definition
     yield "settings", sheets.open_settings
-    for number in range(len(SECTIONS) + 1):
+    # After the sections come the keys and the test of sounds.
+    for number in range(len(SECTIONS) + 2):
         yield f"settings {number}", partial(sheets.settings.show_section, number)
     yield "recall", sheets.open_recall
+    yield "archive", sheets.open_archive
+    if window.tests.bench is not None:
+        calls = window.tests.calls()
+        for key in ("acceptance", "artefacts", "study"):
+            yield key, calls[key]
     window.show_mode(Mode.MAINTAIN)
     for row in range(maintenance.view.list.count()):
 
@@ -116,8 +122,26 @@ def walk(
     app: QApplication,
     themes: tuple[str, ...],
     sizes: tuple[tuple[int, int], ...],
+    *,
+    scrolled: bool = False,
+    look: Callable[[QWidget], Iterator[str]] | None = None,
 ) -> list[str]:
-    """Return what is cut off on any page, in any of the themes, at any of the sizes."""
+    """Return what is cut off on any page, in any of the themes, at any of the sizes.
+
+    Parameters
+    ----------
+    window
+        It is left at the last page.
+    app
+        Whose events are handled.
+    themes, sizes
+        Each with each.
+    scrolled
+        Pages may be scrolled as a whole: enlarged, or for gloves.
+    look
+        Looks for something else than words that are cut off.
+    """
+    look = look or faults
     found = []
     # A theme costs more than a page: it is changed seldom.
     for theme in themes:
@@ -131,13 +155,12 @@ def walk(
                 left: list[str] = []
                 for _ in range(TURNS):
                     app.processEvents()
-                    left = list(faults(window))
+                    left = list(look(window))
                     if not left:
                         break
                     time.sleep(0.01)
-                if (window.width(), window.height()) != size:
-                    # A page that is too wide widens the window beyond the screen.
-                    left.append(f"the window became {window.width()} x {window.height()} px")
-                    window.resize(*size)
+                if window.area.scrolls() and not scrolled:
+                    room = window.area.widget().minimumSizeHint()
+                    left.append(f"the page needs {room.width()} x {room.height()} px")
                 found += [f"{name}, {theme}, {size[1]} px: {fault}" for fault in left]
     return found
