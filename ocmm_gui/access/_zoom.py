@@ -20,7 +20,7 @@ from pathlib import Path
 import PySide6
 from PySide6.QtCore import QLibraryInfo, QObject, QSize, Signal, qInstallMessageHandler
 from PySide6.QtGui import QScreen
-from PySide6.QtWidgets import QApplication
+from PySide6.QtWidgets import QApplication, QWidget
 
 LEAST_PERCENT, MOST_PERCENT, STEP_PERCENT = 80, 200, 10
 _SCALE = "QT_SCALE_FACTOR"
@@ -114,7 +114,9 @@ class Zoom(QObject):
     def _change(self, setter: Callable[[float], None], before: float, after: float) -> None:
         tops = [one for one in self._app.topLevelWidgets() if one.windowHandle() is not None]
         shown = [one.isVisible() for one in tops]
-        active = self._app.activeWindow()
+        active, focus = self._app.activeWindow(), self._app.focusWidget()
+        for one in tops:
+            one.hide()
         # It warns that windows exist. They are made anew, below.
         told = qInstallMessageHandler(lambda *_: None)
         try:
@@ -123,9 +125,8 @@ class Zoom(QObject):
             qInstallMessageHandler(told)
         self._app.setProperty(_MARK, after)
         for one, visible in zip(tops, shown, strict=True):
-            # By whole dots of the screen: a size must come back where it was.
-            least = (one.minimumSize() * before) / after
-            size = (one.size() * before) / after
+            least = _rescaled(one, "least", one.minimumSize(), before, after)
+            size = _rescaled(one, "size", one.size(), before, after)
             handle = one.windowHandle()
             if handle is not None:
                 # What is on the screen stays as large as it is; what it is made of does not.
@@ -137,6 +138,20 @@ class Zoom(QObject):
                 one.show()
         if active is not None and active.isVisible():
             active.activateWindow()
+            if focus is not None:
+                focus.setFocus()
+
+
+def _rescaled(window: QWidget, what: str, size: QSize, before: float, after: float) -> QSize:
+    """Return a size in pixels of another factor; it comes back exactly where it was."""
+    kept = window.property(f"ocmm_{what}")
+    dots, led_to = kept if isinstance(kept, tuple) else (None, None)
+    if dots is None or led_to != (size.width(), size.height()):
+        # Changed by hand since. Otherwise rounding would add up.
+        dots = (size.width() * before, size.height() * before)
+    found = QSize(round(dots[0] / after), round(dots[1] / after))
+    window.setProperty(f"ocmm_{what}", (dots, (found.width(), found.height())))
+    return found
 
 
 def _of_user() -> float:

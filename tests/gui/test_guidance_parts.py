@@ -15,7 +15,7 @@ from pytestqt.qtbot import QtBot
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import Target, cue
 from ocmm_core.inspection.plan import load_plan
-from ocmm_gui.kit import Approach, SoundPlayer
+from ocmm_gui.kit import THEMES, Approach, SoundPlayer
 from ocmm_gui.kit._sound import scale_step, step_wav
 from ocmm_gui.operator._target_ring import TargetRing
 from ocmm_gui.views import StepPicture
@@ -96,7 +96,7 @@ def test_the_ring_says_how_far_the_next_point_is(qtbot: QtBot) -> None:
 
 def _accented(ring: TargetRing) -> int:
     image = ring.grab().toImage()
-    colours = {"#3cc4ff", "#3ddc84"}
+    colours = {THEMES["dark"].accent, THEMES["dark"].good}
     return sum(
         image.pixelColor(x, y).name() in colours
         for x in range(image.width())

@@ -41,12 +41,14 @@ def _dot_mm(columns: int, lines: int, inches: float) -> float:
 
 
 def test_everything_grows_by_keys_and_is_remembered(
-    open_window: OpenWindow, qapp: QApplication
+    open_window: OpenWindow, qapp: QApplication, qtbot: QtBot
 ) -> None:
     window = open_window(speed=0.1).window
     dots = window.grab().size()
     for key in (Qt.Key.Key_Plus, Qt.Key.Key_Equal):
         QTest.keyClick(window, key, Qt.KeyboardModifier.ControlModifier)
+        # It is made anew, and has the keyboard again.
+        qtbot.waitUntil(window.isActiveWindow, timeout=HANG_MS)
     assert window.devicePixelRatio() == pytest.approx(1.2)
     assert SettingsStore.of_this_user().load().settings.window_zoom == 120
     qapp.processEvents()
@@ -59,6 +61,7 @@ def test_everything_grows_by_keys_and_is_remembered(
     for _ in range(20):
         window.eyes.step(-1)
     assert window.devicePixelRatio() == pytest.approx(0.8)
+    qtbot.waitUntil(window.isActiveWindow, timeout=HANG_MS)
     QTest.keyClick(window, Qt.Key.Key_0, Qt.KeyboardModifier.ControlModifier)
     assert window.devicePixelRatio() == pytest.approx(1.0)
     assert window.size() == QSize(1280, 720)
