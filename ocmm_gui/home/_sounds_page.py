@@ -78,7 +78,7 @@ SOUND_WORDS = {
 
 _APPROACH = SoundWords(
     later("Approach"), later("single short tones, rising"),
-    later("The ball comes nearer to the next point. The ring and the distance show it; key U stops it."),
+    later("The ball comes nearer to the next point. Ring and distance show it; U turns it off."),
 )  # fmt: skip
 
 

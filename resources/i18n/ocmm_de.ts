@@ -8366,7 +8366,7 @@ Startet: {source}</translation>
         <translation>einzelne kurze, steigend</translation>
     </message>
     <message>
-        <source>The ball comes nearer to the next point. The ring and the distance show it; key U stops it.</source>
+        <source>The ball comes nearer to the next point. Ring and distance show it; U turns it off.</source>
         <translation>Die Kugel nähert sich dem nächsten Punkt. Ring und Abstand zeigen es; Taste U stellt es ab.</translation>
     </message>
     <message>

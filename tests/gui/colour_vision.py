@@ -1,8 +1,9 @@
 """How colours look to those who lack a kind of cone, and how far apart two colours are.
 
 The matrices are those of G. M. Machado, M. M. Oliveira, L. A. F. Fernandes, "A
-Physiologically-based Model for Simulation of Color Vision Deficiency", IEEE Transactions on Visualization and Computer
-Graphics 15 (2009) 1291-1298, at severity 1.0, as published with the paper; they act on linear RGB.
+Physiologically-based Model for Simulation of Color Vision Deficiency", IEEE Transactions on
+Visualization and Computer Graphics 15 (2009) 1291-1298, at severity 1.0, as published with the
+paper; they act on linear RGB.
 The difference is CIEDE2000, after G. Sharma, W. Wu, E. N. Dalal, "The CIEDE2000 Color-Difference
 Formula", Color Research and Application 30 (2005) 21-30, with D65 and the primaries of sRGB.
 """
