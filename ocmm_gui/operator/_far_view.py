@@ -27,6 +27,7 @@ from ocmm_gui.kit import (
     THEMES,
     FitText,
     Mark,
+    Painted,
     Theme,
     far_type,
     feature_title,
@@ -157,6 +158,10 @@ class FarView(QWidget):
         grid.addLayout(row, 3, 0)
         for line, stretch in enumerate((107, 624, 138, 0)):
             grid.setRowStretch(line, stretch)
+        for child in self.findChildren(QWidget):
+            if isinstance(child, Painted | Readout):
+                # Shares of the window alone: enlarged twice it has 360 lines.
+                child.setMinimumSize(1, 1)
 
     def show_live(self, live: LiveView) -> None:
         """Show the state of the machine."""

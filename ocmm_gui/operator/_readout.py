@@ -33,7 +33,8 @@ DIGITS_HZ = 12
 FLASH_MS = 450
 _RESERVE = "+0000.000"
 _CAPTION_SHARE = 0.08
-_REASON_LIMIT_PX = 100
+_REASON_LIMIT_PX, _REASON_SHARE = 100, 100.0 / 1080.0
+"""Greatest type of a reason: on a screen of 1080 lines, and as a share of the height of others."""
 
 
 class Readout(QWidget):
@@ -151,7 +152,8 @@ class Readout(QWidget):
 
     def reason_pixels(self) -> int:
         """Return the pixel size of the sentence that stands in place of the digits."""
-        return wrapped_pixels(self._caption, self._reason_box(), _REASON_LIMIT_PX)
+        limit = max(_REASON_LIMIT_PX, round(_REASON_SHARE * self.window().height()))
+        return wrapped_pixels(self._caption, self._reason_box(), limit)
 
     def _reason_box(self) -> QRectF:
         margin = max(8.0, 0.02 * self.height())
