@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from PySide6.QtCore import QEvent, QObject, QSize, Qt
+from PySide6.QtCore import QSize, Qt
+from PySide6.QtGui import QResizeEvent
 from PySide6.QtWidgets import QFrame, QScrollArea, QScroller, QStackedWidget, QWidget
 
 TRIED = QSize(1280, 720)
@@ -32,6 +33,26 @@ class PageStack(QStackedWidget):
         return QSize(0, 0) if page is None else page.sizeHint()
 
 
+class _Holder(QWidget):
+    """Holds the whole of a window, and asks for what that needs at least.
+
+    An area that scrolls a layout directly gives it the height that its words would like.
+    """
+
+    def __init__(self, whole: QWidget) -> None:
+        super().__init__()
+        self._whole = whole
+        whole.setParent(self)
+
+    def minimumSizeHint(self) -> QSize:
+        """Return what is needed at least."""
+        return self._whole.minimumSizeHint().expandedTo(self._whole.minimumSize())
+
+    def resizeEvent(self, event: QResizeEvent) -> None:
+        """Give it all the room."""
+        self._whole.setGeometry(self.rect())
+
+
 class ZoomArea(QScrollArea):
     """Shows the whole of a window where it has room, and parts of it with bars where not."""
 
@@ -40,9 +61,8 @@ class ZoomArea(QScrollArea):
         self.setWidgetResizable(True)
         self.setFrameShape(QFrame.Shape.NoFrame)
         self.setFocusPolicy(Qt.FocusPolicy.NoFocus)
-        self._whole = whole
-        self.setWidget(whole)
-        whole.installEventFilter(self)
+        self._whole = _Holder(whole)
+        self.setWidget(self._whole)
 
     def use(self, *, enlarged: bool, far: bool) -> None:
         """Lay pages out as they were tried where they are enlarged; the far view fits always."""
@@ -64,13 +84,6 @@ class ZoomArea(QScrollArea):
     def scrolls(self) -> bool:
         """Return whether less than all is seen."""
         return self.horizontalScrollBar().maximum() > 0 or self.verticalScrollBar().maximum() > 0
-
-    def eventFilter(self, watched: QObject, event: QEvent) -> bool:
-        """Follow the page that needs more or less room than the one before."""
-        found = super().eventFilter(watched, event)
-        if watched is self._whole and event.type() is QEvent.Type.LayoutRequest:
-            self.updateGeometry()
-        return found
 
     def minimumSizeHint(self) -> QSize:
         """Return next to nothing: what does not fit is scrolled."""
