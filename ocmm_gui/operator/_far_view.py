@@ -11,6 +11,7 @@ from PySide6.QtGui import QAction, QResizeEvent
 from PySide6.QtWidgets import (
     QGridLayout,
     QHBoxLayout,
+    QLayout,
     QPushButton,
     QStackedWidget,
     QVBoxLayout,
@@ -64,6 +65,8 @@ _VALUES = (
 )
 _LINES = 1080
 """Height of the screen for which the sizes below are given; on others they are shares of it."""
+_AIRY_LINES = 720
+"""Below so many lines what lies between the words shrinks as the words do."""
 _TYPE_PX, _DIGITS_PX = 100, 130
 """Greatest type of words, whose capitals are 73 px high, and of numbers beside the readout."""
 _PART_PX = (220, 30)
@@ -158,6 +161,7 @@ class FarView(QWidget):
         grid.addLayout(row, 3, 0)
         for line, stretch in enumerate((107, 624, 138, 0)):
             grid.setRowStretch(line, stretch)
+        self._airs = [_Air(layout) for layout in self.findChildren(QLayout)]
         for child in self.findChildren(QWidget):
             if isinstance(child, Painted | Readout):
                 # Shares of the window alone: enlarged twice it has 360 lines.
@@ -283,6 +287,9 @@ class FarView(QWidget):
         """Keep everything a share of the height: buttons a ninth, 33 mm on a screen of 24 inch."""
         height = max(32, self.height() // 9)
         share = max(1.0, self.window().height() / _LINES)
+        small = min(1.0, self.window().height() / _AIRY_LINES)
+        for air in self._airs:
+            air.use(small)
         texts = (self._status, self._count, self._feature, self._verdict)
         for text in (*texts, *self._captions.values()):
             text.use_limit(_TYPE_PX * share)
@@ -294,6 +301,25 @@ class FarView(QWidget):
             # A font set directly is lost when the application changes its style sheet.
             button.setStyleSheet(f"font-size: {height // 2}px; font-weight: bold;")
         super().resizeEvent(event)
+
+
+class _Air:
+    """What lies between the widgets of a layout, as it was made."""
+
+    def __init__(self, layout: QLayout) -> None:
+        self._layout, self._margins = layout, layout.contentsMargins()
+        self._across = self._down = layout.spacing()
+        if isinstance(layout, QGridLayout):
+            self._across, self._down = layout.horizontalSpacing(), layout.verticalSpacing()
+
+    def use(self, share: float) -> None:
+        """Leave so much of it."""
+        self._layout.setContentsMargins(self._margins * share)
+        if isinstance(self._layout, QGridLayout):
+            self._layout.setHorizontalSpacing(round(self._across * share))
+            self._layout.setVerticalSpacing(round(self._down * share))
+        else:
+            self._layout.setSpacing(round(self._across * share))
 
 
 def _beside(left: QWidget, right: QWidget, share: int) -> QHBoxLayout:
