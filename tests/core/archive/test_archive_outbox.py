@@ -228,10 +228,13 @@ def test_a_wrong_clock_is_told() -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kills", [500])
 def test_kills_and_disconnections_lose_and_double_nothing(
-    place: Place, tmp_path: Path, kills: int, record_property: Callable[[str, object], None]
+    place: Place,
+    tmp_path: Path,
+    repeats: Callable[..., int],
+    record_property: Callable[[str, object], None],
 ) -> None:
+    kills = repeats(60, 500)
     folder = tmp_path / "box"
     Outbox(folder).close()
     cut = None
