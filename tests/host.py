@@ -1,8 +1,8 @@
 """What the host of the tests allows: the only place that may say that a test is not run.
 
 A test asks here before it begins. What goes wrong afterwards is a failure, never a reason to leave
-the test out. Each of these ends the test as NOT RUN with its reason where the host cannot. How often
-a test repeats something is asked here, too: see `amount`.
+the test out. Each of these ends the test as NOT RUN with its reason where the host cannot. How
+often a test repeats something is asked here, too: see `amount`.
 """
 
 from __future__ import annotations

@@ -174,9 +174,8 @@ def test_form_and_size_of_25_points_are_as_chance_has_it() -> None:
     assert forms.mean() == pytest.approx(3.658, rel=_SHARE)
     assert forms.std() == pytest.approx(0.685, rel=_SHARE)
     assert np.quantile(forms, 0.95) == pytest.approx(4.860, rel=_SHARE)
-    assert np.quantile(forms, 0.999) == pytest.approx(
-        6.188, rel=looser(0.03, _N, _ALL)
-    )  # of 10,000 ten lie beyond it
+    # Of 10,000 tests ten lie beyond it.
+    assert np.quantile(forms, 0.999) == pytest.approx(6.188, rel=looser(0.03, _N, _ALL))
     assert sizes.std() == pytest.approx(0.651, rel=_SHARE)
     assert centres.std(axis=0) == pytest.approx([0.351, 0.353, 0.541], rel=_SHARE)
 
