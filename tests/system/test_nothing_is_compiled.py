@@ -19,15 +19,16 @@ from tests.slow_rig import slow_rig_in
 pytestmark = pytest.mark.slow
 
 _PLAN = ("--plan", str(resource("plans", "quick.toml")))
+_RIG = ("--rig", "RIG")
 _COMMANDS = (
     ("ocmm", "demo", "--headless", *_PLAN, "--out", "first"),
-    ("ocmm", "demo", "--headless", *_PLAN, "--rig", "RIG", "--out", "second", "--seed", "4"),
+    ("ocmm", "demo", "--headless", *_PLAN, *_RIG, "--out", "second", "--seed", "4"),
     ("ocmm", "report", "FIRST", "--format", "all", "--out", "again"),
     ("ocmm", "compare", "FIRST", "SECOND"),
     ("ocmm", "fit", "points.txt", "--shape", "sphere"),
     ("ocmm", "bench", "--seconds", "0.2"),
-    ("ocmm", *"calibrate probe --rig RIG --tip A --probes probes --poses 150".split()),
-    ("window", *_PLAN, *"--rig RIG --out seen --silent --speed 0 --quit-after 4".split()),
+    ("ocmm", "calibrate", "probe", *_RIG, "--tip", "A", "--probes", "probes", "--poses", "150"),
+    ("window", *_PLAN, *_RIG, "--out", "seen", "--silent", "--speed", "0", "--quit-after", "4"),
 )
 """FIRST and SECOND are the job files that the demos write, RIG one with few frames: how many there
 are makes no other types."""
