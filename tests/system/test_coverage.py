@@ -23,9 +23,9 @@ def test_value_plus_minus_u_holds_the_truth_in_most_runs(
     """Whole jobs, each with cameras, probe, ball and noise of its own.
 
     k = 2 stands for 95.4 %; 40 runs show that with a standard deviation of 3.3 %, so 87 % is its
-    -2.5 sigma; of 20 runs 84 %. Upwards there is no limit for one characteristic: where residuals suggest a form
-    that is not there, U is too great, and the decision on the safe side. The benchmark of the same
-    name makes as many runs as one likes.
+    -2.5 sigma; of 20 runs 84 %. Upwards there is no limit for one characteristic: where residuals
+    suggest a form that is not there, U is too great, and the decision on the safe side. The
+    benchmark of the same name makes as many runs as one likes.
     """
     n = repeats(20, ALL_RUNS)
     least = 0.954 - 2.5 * np.sqrt(0.954 * 0.046 / n)

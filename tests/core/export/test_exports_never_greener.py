@@ -1,4 +1,4 @@
-"""Over 1,000 jobs no file and no message promises more than the worst characteristic."""
+"""Over many jobs no file and no message promises more than the worst characteristic."""
 
 from __future__ import annotations
 
