@@ -19,7 +19,6 @@ from PySide6.QtGui import QImage
 from ocmm_core.documents import resource
 from tests.core.host.without_posix import MODULES, NAMES
 from tests.host import HANG_S, on_linux_only
-from tests.slow_rig import slow_rig_in
 
 _ROOT = Path(__file__).resolve().parents[2]
 _HIDING = _ROOT / "tests" / "core" / "host" / "without_posix.py"
@@ -102,14 +101,11 @@ def test_every_module_is_imported(tmp_path: Path) -> None:
 @on_linux_only
 def test_a_job_and_its_reports_are_those_of_linux(tmp_path: Path) -> None:
     made: list[dict[str, str]] = []
-    # The same document for both: its hash stands in the job.
-    rig = slow_rig_in(tmp_path)
     for without in (False, True):
         folder = tmp_path / f"{without}"
         measured = _run(
             folder, "-m", "ocmm_core.cli", "measure",
-            "--plan", resource("plans", "quick.toml"), "--rig", rig, "--out", folder / "out",
-            "--seed", "3",
+            "--plan", resource("plans", "quick.toml"), "--out", folder / "out", "--seed", "3",
             "--serial", "1", "--operator", "Ada", "--speed", "0", without=without,
         )  # fmt: skip
         assert measured.returncode == 0, measured.stderr
@@ -165,8 +161,7 @@ def test_the_window_measures(tmp_path: Path) -> None:
     picture = tmp_path / "window.png"
     done = _run(
         tmp_path / "run", "-m", "ocmm_gui", "--plan", resource("plans", "quick.toml"),
-        "--rig", slow_rig_in(tmp_path), "--speed", "0", "--silent", "--size", "1280x720",
-        "--out", tmp_path / "out",
+        "--speed", "0", "--silent", "--size", "1280x720", "--out", tmp_path / "out",
         "--quit-after", "8", "--screenshot", picture,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
