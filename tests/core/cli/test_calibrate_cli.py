@@ -71,16 +71,15 @@ def _rings(pid: int) -> set[Path]:
 
 
 def test_known_points_survive_a_kill_and_become_valid(
-    ocmm_here: Ocmm, tmp_path: Path, store: Path, slow_rig: Path
+    ocmm_here: Ocmm, tmp_path: Path, store: Path
 ) -> None:
-    kept = ["--calibrations", "cal", "--rig", str(slow_rig)]
-    command = ["calibrate", "cameras", "--points", "points.csv", *kept]
+    command = ["calibrate", "cameras", "--points", "points.csv", "--calibrations", "cal"]
     folder = store / "recommended" / "sessions"
     lines = killed([*command, "--speed", "1"], tmp_path, folder, ProcedureKind.KNOWN_POINTS, 20)
     assert lines < 120
     other = Bench.at(tmp_path).points(119)
     (tmp_path / "other.csv").write_bytes(write_reference_points(other))
-    refused = ocmm_here("calibrate", "cameras", "--points", "other.csv", *kept)
+    refused = ocmm_here("calibrate", "cameras", "--points", "other.csv", "--calibrations", "cal")
     assert refused.returncode == 2
     assert "started with another list" in refused.stderr
     waiting = ocmm_here(*command)
@@ -91,41 +90,40 @@ def test_known_points_survive_a_kill_and_become_valid(
     done = ocmm_here(*command, "--accept")
     assert done.returncode == 0, done.stderr
     assert "State    SUSPECT" in done.stdout
-    status = ocmm_here("calibrate", "status", *kept)
+    status = ocmm_here("calibrate", "status", "--calibrations", "cal")
     assert status.returncode == 1
-    verified = ocmm_here("calibrate", "verify", *kept, "--accept")
+    verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert "State    VALID" in verified.stdout
-    status = ocmm_here("calibrate", "status", *kept)
+    status = ocmm_here("calibrate", "status", "--calibrations", "cal")
     assert status.returncode == 0
     assert "State    VALID" in status.stdout
     assert "whole: history of 2 events, 2 records, 2 sessions" in status.stdout
     # A session that is lost is made up for by doing what the sentence says.
     sessions(folder, ProcedureKind.VERIFICATION)[0].unlink()
-    status = ocmm_here("calibrate", "status", *kept)
+    status = ocmm_here("calibrate", "status", "--calibrations", "cal")
     assert status.returncode == 1
     assert "/sessions is missing." in status.stdout
-    verified = ocmm_here("calibrate", "verify", *kept, "--accept")
+    verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert "1 lost earlier, see the history" in verified.stdout
-    history = ocmm_here("calibrate", "history", *kept).stdout
+    history = ocmm_here("calibrate", "history", "--calibrations", "cal").stdout
     assert history.index("accepted") < history.index("verification passed")
 
 
 def test_a_relocation_survives_a_kill_and_becomes_valid(
-    ocmm_here: Ocmm, tmp_path: Path, store: Path, slow_rig: Path
+    ocmm_here: Ocmm, tmp_path: Path, store: Path
 ) -> None:
-    kept = ["--calibrations", "cal", "--rig", str(slow_rig)]
     bench = Bench.at(tmp_path)
     points = bench.points(120)
     (tmp_path / "spots.csv").write_bytes(write_spots(bench.spots(points), points.names))
     first = ocmm_here(
-        "calibrate", "cameras", "--points", "points.csv", "--spots", "spots.csv", *kept,
-        "--accept",
+        "calibrate", "cameras", "--points", "points.csv", "--spots", "spots.csv",
+        "--calibrations", "cal", "--accept",
     )  # fmt: skip
     assert first.returncode == 0, first.stderr
     command = [
-        "calibrate", "relocate", *kept, "--move", "7", "--world", "points",
+        "calibrate", "relocate", "--calibrations", "cal", "--move", "7", "--world", "points",
         "--control", "control.csv", "--poses", "120",
     ]  # fmt: skip
     folder = store / "recommended" / "sessions"
@@ -135,10 +133,10 @@ def test_a_relocation_survives_a_kill_and_becomes_valid(
     assert "Continue" in done.stdout
     assert "the frame moved by" in done.stdout
     killed(
-        ["calibrate", "verify", *kept, "--move", "7"],
+        ["calibrate", "verify", "--calibrations", "cal", "--move", "7"],
         tmp_path, folder, ProcedureKind.VERIFICATION, 15,
     )  # fmt: skip
-    verified = ocmm_here("calibrate", "verify", *kept, "--move", "7", "--accept")
+    verified = ocmm_here("calibrate", "verify", "--calibrations", "cal", "--move", "7", "--accept")
     assert verified.returncode == 0, verified.stdout + verified.stderr
     assert "Continue" in verified.stdout
     assert "State    VALID" in verified.stdout
