@@ -27,7 +27,7 @@ _COMMANDS = (
     ("ocmm", "compare", "FIRST", "SECOND"),
     ("ocmm", "fit", "points.txt", "--shape", "sphere"),
     ("ocmm", "bench", "--seconds", "0.2"),
-    ("ocmm", "calibrate", "probe", *_RIG, "--tip", "A", "--probes", "probes", "--poses", "150"),
+    ("ocmm", "calibrate", "probe", "--tip", "A", "--probes", "probes", "--poses", "150"),
     ("window", *_PLAN, *_RIG, "--out", "seen", "--silent", "--speed", "0", "--quit-after", "4"),
 )
 """FIRST and SECOND are the job files that the demos write, RIG one with few frames: how many there
