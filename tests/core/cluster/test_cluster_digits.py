@@ -62,8 +62,9 @@ def test_monte_carlo_has_the_same_digits(
     ).tasks
     for adaptive in (True, False):
         options = MonteCarloOptions(
-            max_trials=trials, max_slow_trials=trials // 750, adaptive=adaptive
-        )
+            max_trials=trials, max_slow_trials=trials // 750, slow_batch=trials // 3000,
+            adaptive=adaptive,
+        )  # fmt: skip
         here = simulate(task, options)
         there = simulate(task, options, site=cluster.site)
         assert there.values == here.values
