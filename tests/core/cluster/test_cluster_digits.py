@@ -55,15 +55,14 @@ def test_recall_and_comparison_are_the_same_to_the_byte(
 def test_monte_carlo_has_the_same_digits(
     cluster: ShopCluster, world: tuple[World, Path], repeats: Callable[..., int]
 ) -> None:
-    trials = repeats(40_000, 300_000)
+    trials, slow = repeats(40_000, 300_000), repeats(16, 400)
     job = reopen_job(world[1] / "0.ocmm", calibrations=world[0].calibrations)
     (task,) = job_uncertainty(
         job.plan, job.points, job.sensitivities, job.rig, job.body, job.options
     ).tasks
     for adaptive in (True, False):
         options = MonteCarloOptions(
-            max_trials=trials, max_slow_trials=trials // 750, slow_batch=trials // 3000,
-            adaptive=adaptive,
+            max_trials=trials, max_slow_trials=slow, slow_batch=slow // 4, adaptive=adaptive
         )  # fmt: skip
         here = simulate(task, options)
         there = simulate(task, options, site=cluster.site)
