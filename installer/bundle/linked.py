@@ -217,14 +217,15 @@ def _with_arguments(static: bytes, arguments: Sequence[Any]) -> Any:
 def _extension(folder: Path, name: str) -> ModuleType:
     file = folder / f"{name.rpartition('.')[2]}{EXTENSION_SUFFIXES[0]}"
     spec = spec_from_loader(name, ExtensionFileLoader(name, str(file)))
-    assert spec is not None and spec.loader is not None  # noqa: S101 - for the types
+    if spec is None or spec.loader is None:
+        raise ImportError(f"{file} cannot be loaded")
     module = module_from_spec(spec)
     spec.loader.exec_module(module)
     return module
 
 
 class _Unneeded:
-    """What is said to a compiler: it answers everything with itself, also as a class to build on."""
+    """What is said to a compiler: it answers all with itself, also as a class to build on."""
 
     def __init__(self, *_: Any) -> None:
         """Take anything."""
