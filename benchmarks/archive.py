@@ -22,20 +22,9 @@ from pathlib import Path
 import msgspec
 import numpy as np
 
-from ocmm_core.archive import (
-    Asked,
-    Delivery,
-    Sender,
-    SqlArchive,
-    cpk_by_month,
-    extract_job,
-    open_archive,
-    passed,
-    snapshot,
-    today,
-    trend,
-    used,
-)
+from ocmm_core.archive.questions import Asked, cpk_by_month, passed, today, trend, used
+from ocmm_core.archive.records import Delivery, Sender, extract_job, snapshot
+from ocmm_core.archive.stores import SqlArchive, open_archive
 from ocmm_core.camera import load_rig
 from ocmm_core.documents import resource
 from ocmm_core.inspection.evaluation import SessionOptions

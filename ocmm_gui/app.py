@@ -43,7 +43,7 @@ from ocmm_gui.kit import (
 )
 
 if TYPE_CHECKING:
-    from ocmm_core.archive import HandOverProcess
+    from ocmm_core.archive.outbox import HandOverProcess
     from ocmm_core.composition import BuiltStation, StationRequest
     from ocmm_core.station.archiving import ArchiveWatch
     from ocmm_gui.bridge import StationBridge
@@ -212,7 +212,7 @@ class _Sender:
         if self._ended:
             return
         # Loaded only now: the first page is on the screen before numerical libraries are.
-        from ocmm_core.archive import HandOverProcess
+        from ocmm_core.archive.outbox import HandOverProcess
         from ocmm_core.station.archiving import archive_place
 
         # What is wrong with the address stands on the Start page and in the settings.

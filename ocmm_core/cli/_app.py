@@ -89,7 +89,7 @@ from ocmm_core.composition import (
 from ocmm_core.errors import InputError, OcmmError
 
 if TYPE_CHECKING:
-    from ocmm_core.archive import ArchivePlace
+    from ocmm_core.archive.outbox import ArchivePlace
     from ocmm_core.composition import StationRequest
 
 
@@ -447,7 +447,7 @@ def _measure(
     formats: tuple[str, ...] = (),
     archived: ArchivePlace | None = None,
 ) -> None:
-    from ocmm_core.cli.archive import hand_over_after_measuring
+    from ocmm_core.cli.archive import MeasuredJobs
     from ocmm_core.cli.measure import (
         await_part,
         exit_code,
@@ -471,7 +471,7 @@ def _measure(
     if parts > 1:
         # Better before the first part than after it.
         next_serial(request.serial)
-    jobs: list[Path] = []
+    jobs = MeasuredJobs(archived, console)
     try:
         for part in range(parts):
             if part:
@@ -482,7 +482,7 @@ def _measure(
                     replayed = origin is Origin.RECORDING
                     await_part(console, part + 1, parts, request.serial, replayed=replayed)
             built = build_station(request)
-            jobs.append(built.job_path)
+            jobs.begin(built.job_path)
             view = run_job(built, request.out, console, incomplete=incomplete, formats=formats)
             truth = None
             if with_truth and built.virtual is not None:
@@ -498,7 +498,7 @@ def _measure(
             beside += [fault.error for fault in built.station.faults.beside]
     finally:
         # After everything else: nothing that is measured waits for an archive.
-        hand_over_after_measuring(archived, jobs, console)
+        jobs.hand_over()
     if beside:
         # The parts are measured; what was wanted besides, e.g. a recording, is not there.
         raise beside[0]

@@ -8,7 +8,9 @@ from pathlib import Path
 import pytest
 from pytestqt.qtbot import QtBot
 
-from ocmm_core.archive import QUESTIONS, ArchivePlace, open_archive
+from ocmm_core.archive.outbox import ArchivePlace
+from ocmm_core.archive.questions import QUESTIONS
+from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import OcmmError
 from ocmm_gui.archive import ArchiveSheet
 from tests.core.archive.made_jobs import START, made_delivery

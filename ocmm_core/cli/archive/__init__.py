@@ -14,8 +14,8 @@ from ocmm_core.door import door
 
 if TYPE_CHECKING:
     from ocmm_core.cli.archive._archive import archive_app
-    from ocmm_core.cli.archive._hand_over import hand_over_after_measuring
+    from ocmm_core.cli.archive._hand_over import MeasuredJobs
 else:
-    __getattr__ = door(__name__, _archive="archive_app", _hand_over="hand_over_after_measuring")
+    __getattr__ = door(__name__, _archive="archive_app", _hand_over="MeasuredJobs")
 
-__all__ = ["archive_app", "hand_over_after_measuring"]
+__all__ = ["MeasuredJobs", "archive_app"]

@@ -14,11 +14,15 @@ import typer
 
 from ocmm_core.cli.archive._hand_over import send_now
 from ocmm_core.cli.terminal import make_console, progress_line
-from ocmm_core.errors import InputError
+from ocmm_core.errors import InputError, OcmmError
 
 if TYPE_CHECKING:
-    from ocmm_core.archive import Archive as OpenArchive
-    from ocmm_core.archive import ArchivePlace, Asked, Checked
+    from rich.console import Console
+
+    from ocmm_core.archive.checks import Checked
+    from ocmm_core.archive.outbox import ArchivePlace
+    from ocmm_core.archive.questions import Asked
+    from ocmm_core.archive.stores import Archive as OpenArchive
 
 archive_app = typer.Typer(
     no_args_is_help=True,
@@ -53,20 +57,18 @@ WhoOption = Annotated[str, typer.Option("--by", help="Who says so.")]
 @archive_app.command()
 def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> None:
     """Say where the archive is, what waits for it and why; ends with 1 where something is wrong."""
-    from ocmm_core.archive import hand_over
+    from ocmm_core.archive.outbox import hand_over
 
     console = make_console()
     place = _place(archive, outbox)
-    with _opened(place, read_only=True) as open_one:
-        console.print(f"Archive  {open_one.place}", highlight=False, markup=False)
-        jobs, stations = (
-            int(str(open_one.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
-            for view in ("archived_job", "archive_station")
-        )
-        console.print(f"Jobs     {jobs} of {stations} stations", highlight=False)
-        encrypted = getattr(open_one, "encrypted", None)
-        if encrypted is not None:
-            console.print(f"TLS      {'yes' if encrypted else 'no'}", highlight=False)
+    reached = True
+    try:
+        with _opened(place, read_only=True) as open_one:
+            _print_archive(console, open_one)
+    except OcmmError as error:
+        # What waits is here, whatever became of the archive.
+        reached = False
+        console.print(f"Archive  {error}", style="yellow", highlight=False, markup=False)
     told = hand_over(place.outbox)
     console.print(f"Outbox   {place.outbox}", highlight=False, markup=False)
     console.print(
@@ -76,7 +78,7 @@ def status(*, archive: ArchiveOption = None, outbox: OutboxOption = None) -> Non
         console.print(sentence, style="yellow", highlight=False, markup=False)
     for item in told.aside:
         console.print(f"{item.name}: {item.said}", style="yellow", highlight=False, markup=False)
-    if told.needs_attention:
+    if told.needs_attention or not reached:
         raise typer.Exit(1)
 
 
@@ -97,9 +99,8 @@ def send(
 
     Ends with 1 where something still waits or was set aside.
     """
-    from ocmm_core.archive import Outbox, hand_over
-    from ocmm_core.archive import follow as follow_outbox
-    from ocmm_core.errors import OcmmError
+    from ocmm_core.archive.outbox import Outbox, hand_over
+    from ocmm_core.archive.outbox import follow as follow_outbox
     from ocmm_core.inspection.archive import SUFFIX
 
     console = make_console()
@@ -141,7 +142,7 @@ def today(
     export: ExportOption = None,
 ) -> None:
     """List what was measured on a day, by the clock on the wall; default: today."""
-    from ocmm_core.archive import Asked
+    from ocmm_core.archive.questions import Asked
 
     asked = Asked(station=station, first=_day(first), last=_day(last), most=most)
     _answer("today", archive, asked, export)
@@ -158,7 +159,7 @@ def trend(
     export: ExportOption = None,
 ) -> None:
     """Show the trend of a characteristic over stations, with run rules, Cp and Cpk."""
-    from ocmm_core.archive import Asked
+    from ocmm_core.archive.questions import Asked
 
     asked = Asked(part=part, characteristic=characteristic, station=station, most=most)
     _answer("trend", archive, asked, export)
@@ -176,7 +177,7 @@ def used(
     export: ExportOption = None,
 ) -> None:
     """List the jobs that used this calibration, tip or artefact."""
-    from ocmm_core.archive import Asked
+    from ocmm_core.archive.questions import Asked
 
     _answer("used", archive, Asked(kind=kind, what=what, most=most), export)
 
@@ -192,7 +193,7 @@ def cpk(
     export: ExportOption = None,
 ) -> None:
     """Show Cp and Cpk of the characteristics of a part, month by month."""
-    from ocmm_core.archive import Asked
+    from ocmm_core.archive.questions import Asked
 
     if by != "month":
         raise InputError("archive.by", f"Cpk by {by!r} is not known.", "Use --by month.")
@@ -212,7 +213,7 @@ def passed(
     export: ExportOption = None,
 ) -> None:
     """Count who passed what: finished jobs by operator, part and verdict."""
-    from ocmm_core.archive import Asked
+    from ocmm_core.archive.questions import Asked
 
     asked = Asked(operator=operator, part=part, station=station, first=_day(first), last=_day(last))
     _answer("passed", archive, asked, export)
@@ -227,7 +228,7 @@ def rr(
     export: ExportOption = None,
 ) -> None:
     """Study gauge R&R over stations: parts that each of them measured twice or more."""
-    from ocmm_core.archive import Asked
+    from ocmm_core.archive.questions import Asked
 
     _answer("rr", archive, Asked(part=part, characteristic=characteristic), export)
 
@@ -241,7 +242,8 @@ def export_command(
     most: Annotated[int, typer.Option("--most", min=1, help="Rows at most.")] = 10_000_000,
 ) -> None:
     """Write a whole view of the archive to a file."""
-    from ocmm_core.archive import VIEW_NAMES, ArchiveAnswer, export_answer
+    from ocmm_core.archive.questions import ArchiveAnswer, export_answer
+    from ocmm_core.archive.stores import VIEW_NAMES
 
     if view not in VIEW_NAMES:
         raise InputError(
@@ -267,8 +269,9 @@ def rebuild(
     ] = None,
 ) -> None:
     """Make an archive anew from job files alone: those in folders, or those in another archive."""
-    from ocmm_core.archive import files_in, files_of, open_archive, stations_of
-    from ocmm_core.archive import rebuild as rebuild_archive
+    from ocmm_core.archive.checks import files_in, files_of, stations_of
+    from ocmm_core.archive.checks import rebuild as rebuild_archive
+    from ocmm_core.archive.stores import open_archive
 
     console = make_console()
     names = dict(one.split("=", 1) for one in stations or [] if "=" in one)
@@ -311,13 +314,8 @@ def verify(
 
     Names every job that was altered after it was archived; ends with 1 where there is one.
     """
-    from ocmm_core.archive import (
-        differences,
-        mark_altered,
-        open_archive,
-        verify_archive,
-        verify_files,
-    )
+    from ocmm_core.archive.checks import differences, mark_altered, verify_archive, verify_files
+    from ocmm_core.archive.stores import open_archive
 
     console = make_console()
     if mark and not who:
@@ -348,7 +346,7 @@ def verify(
 @archive_app.command()
 def roles() -> None:
     """Print the SQL of the roles station, reader and quality, for the owner of the database."""
-    from ocmm_core.archive import roles_sql
+    from ocmm_core.archive.stores import roles_sql
 
     typer.echo(roles_sql())
 
@@ -362,7 +360,7 @@ def set_up(
     ] = True,
 ) -> None:
     """Make the tables of a server, or bring them up to date; by the owner of the database."""
-    from ocmm_core.archive import VERSION, give_roles, open_archive
+    from ocmm_core.archive.stores import VERSION, give_roles, open_archive
 
     place = _place(archive, None)
     with open_archive(place.address, password=place.password, set_up=True) as open_one:
@@ -381,7 +379,7 @@ def replace_computer(
     outbox: OutboxOption = None,
 ) -> None:
     """Let this computer be a station that another one was; by quality, on the new computer."""
-    from ocmm_core.archive import Outbox, sender_of
+    from ocmm_core.archive.outbox import Outbox, sender_of
 
     place = _place(archive, outbox)
     with Outbox(place.outbox) as box, _opened(place) as open_one:
@@ -392,15 +390,27 @@ def replace_computer(
 @archive_app.command(name="new-outbox")
 def new_outbox(*, outbox: OutboxOption = None) -> None:
     """Give the outbox of a copied computer an identity of its own; what waits is kept."""
-    from ocmm_core.archive import Outbox, default_outbox
+    from ocmm_core.archive.outbox import Outbox, default_outbox
 
     with Outbox(outbox or default_outbox()) as box:
         box.renew()
         make_console().print(f"Outbox   {box.identity}", highlight=False)
 
 
+def _print_archive(console: Console, archive: OpenArchive) -> None:
+    console.print(f"Archive  {archive.place}", highlight=False, markup=False)
+    jobs, stations = (
+        int(str(archive.ask(f"SELECT count(*) FROM {view}").rows[0][0]))  # noqa: S608 - two views
+        for view in ("archived_job", "archive_station")
+    )
+    console.print(f"Jobs     {jobs} of {stations} stations", highlight=False)
+    encrypted = getattr(archive, "encrypted", None)
+    if encrypted is not None:
+        console.print(f"TLS      {'yes' if encrypted else 'no'}", highlight=False)
+
+
 def _answer(name: str, archive: str | None, asked: Asked, export: Path | None) -> None:
-    from ocmm_core.archive import QUESTIONS, export_answer
+    from ocmm_core.archive.questions import QUESTIONS, export_answer
     from ocmm_core.cli.archive._shown import print_answer
 
     question = next(one for one in QUESTIONS if one.name == name)
@@ -428,7 +438,7 @@ def _place(archive: str | None, outbox: Path | None) -> ArchivePlace:
 
 @contextlib.contextmanager
 def _opened(place: ArchivePlace, *, read_only: bool = False) -> Iterator[OpenArchive]:
-    from ocmm_core.archive import open_archive
+    from ocmm_core.archive.stores import open_archive
 
     with open_archive(place.address, password=place.password, read_only=read_only) as found:
         yield found

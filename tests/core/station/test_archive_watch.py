@@ -5,7 +5,8 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from ocmm_core.archive import ItemState, Outbox, extract_job
+from ocmm_core.archive.outbox import ItemState, Outbox
+from ocmm_core.archive.records import extract_job
 from ocmm_core.composition import BuiltStation, StationRequest, build_station
 from ocmm_core.documents import resource
 from ocmm_core.station.archiving import ArchiveWatch, archive_place

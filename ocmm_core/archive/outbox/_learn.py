@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from ocmm_core.archive._store import Archive
+from ocmm_core.archive.stores import Archive
 from ocmm_core.storage import HeldJobs, read_held_jobs, write_held_jobs
 
 

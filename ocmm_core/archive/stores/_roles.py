@@ -10,9 +10,9 @@ the server fills in (``SESSION_USER``) and nobody may give.
 
 from __future__ import annotations
 
-from ocmm_core.archive._rows import JobRow, MarkRow, ResultRow
-from ocmm_core.archive._store import SqlArchive
-from ocmm_core.archive._views import VIEW_NAMES
+from ocmm_core.archive.records import JobRow, MarkRow, ResultRow
+from ocmm_core.archive.stores._store import SqlArchive
+from ocmm_core.archive.stores._views import VIEW_NAMES
 
 ROLES = ("ocmm_station", "ocmm_reader", "ocmm_quality")
 

@@ -10,27 +10,33 @@ import contextlib
 import importlib.util
 import re
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import AbstractContextManager
 from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 from ocmm_core import __version__
-from ocmm_core.archive._address import PostgresAddress
-from ocmm_core.archive._faults import (
+from ocmm_core.archive.stores._address import PostgresAddress
+from ocmm_core.archive.stores._faults import (
     foreign,
     newer,
     not_set_up,
     older,
     postgresql_fault,
+    silent_server,
 )
-from ocmm_core.archive._schema import POSTGRESQL, VERSION, statements
-from ocmm_core.archive._store import Cell, SqlArchive, Table
-from ocmm_core.errors import InputError, StorageError
+from ocmm_core.archive.stores._interface import Cell, Table
+from ocmm_core.archive.stores._patience import Patience
+from ocmm_core.archive.stores._schema import POSTGRESQL, VERSION, statements
+from ocmm_core.archive.stores._store import SqlArchive
+from ocmm_core.errors import InputError, OcmmError, StorageError
 
 if TYPE_CHECKING:
     import psycopg
 
 SCHEMA = "ocmm"
 _NAMED = re.compile(r"(?<![:\w]):([a-z_][a-z0-9_]*)")
+_GRACE_S = 5.0
+"""How much longer than the server itself a station waits for an answer."""
 _LOCK = 0x4F434D41
 """Number of the advisory lock under which an archive is set up (it is "OCMA")."""
 
@@ -72,6 +78,7 @@ class PostgresArchive(SqlArchive):
         self.place = address.shown
         self._read_only = read_only
         self._db: psycopg.Connection[tuple[Any, ...]] | None = None
+        self._patience: Patience | None = None
         import psycopg
         from psycopg import conninfo
 
@@ -87,17 +94,23 @@ class PostgresArchive(SqlArchive):
                     f"-c idle_in_transaction_session_timeout={2 * address.limit_ms}"
                 ),
             )
+            # The server ends a statement first, and says why; this is for one that says nothing.
+            self._patience = Patience(self._db.fileno(), address.limit_ms / 1000.0 + _GRACE_S)
             self._db.read_only = read_only or None
             self._check_version(set_up=set_up)
         except psycopg.Error as error:
+            fault = self._fault(error)
             self.close()
-            raise postgresql_fault(self.place, error) from error
+            raise fault from error
         except BaseException:
             self.close()
             raise
 
     def close(self) -> None:
         """Close the connection; may be called twice."""
+        if self._patience is not None:
+            self._patience.close()
+            self._patience = None
         if self._db is not None:
             with contextlib.suppress(Exception):
                 self._db.close()
@@ -164,13 +177,14 @@ class PostgresArchive(SqlArchive):
     def _run(self, sql: str, values: Mapping[str, Cell] | None = None) -> Table:
         text = _NAMED.sub(r"%(\1)s", sql) if values else sql
         # Statements are ours or typed by the person who asks; values never become part of them.
-        cursor = self._open().execute(text.encode(), values or None)
-        columns = tuple(one.name for one in cursor.description or ())
-        return Table(columns, tuple(cursor.fetchall()) if cursor.description else ())
+        with self._waiting():
+            cursor = self._open().execute(text.encode(), values or None)
+            columns = tuple(one.name for one in cursor.description or ())
+            return Table(columns, tuple(cursor.fetchall()) if cursor.description else ())
 
     def _run_many(self, sql: str, values: Sequence[Mapping[str, Cell]]) -> None:
         if values:
-            with self._open().cursor() as cursor:
+            with self._waiting(), self._open().cursor() as cursor:
                 cursor.executemany(_NAMED.sub(r"%(\1)s", sql).encode(), values)
 
     @contextlib.contextmanager
@@ -181,7 +195,7 @@ class PostgresArchive(SqlArchive):
             with self._open().transaction():
                 yield
         except (psycopg.Error, UnicodeError) as error:
-            raise postgresql_fault(self.place, error) from error
+            raise self._fault(error) from error
 
     @contextlib.contextmanager
     def _reading(self) -> Iterator[None]:
@@ -192,7 +206,15 @@ class PostgresArchive(SqlArchive):
                 self._run("SET TRANSACTION READ ONLY")
                 yield
         except (psycopg.Error, UnicodeError) as error:
-            raise postgresql_fault(self.place, error) from error
+            raise self._fault(error) from error
+
+    def _waiting(self) -> AbstractContextManager[object]:
+        return contextlib.nullcontext() if self._patience is None else self._patience
+
+    def _fault(self, error: Exception) -> OcmmError:
+        if self._patience is not None and self._patience.ran_out:
+            return silent_server(self.place)
+        return postgresql_fault(self.place, error)
 
     def _now(self) -> datetime:
         found = self._run("SELECT clock_timestamp()").rows[0][0]

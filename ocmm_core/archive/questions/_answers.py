@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.archive._store import Row
+from ocmm_core.archive.stores import Row
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import InputError, StorageError
 from ocmm_core.inspection.archive import Trend

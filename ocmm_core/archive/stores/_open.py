@@ -6,10 +6,10 @@ from pathlib import Path
 
 import platformdirs
 
-from ocmm_core.archive._address import check_address, is_server, parse_server
-from ocmm_core.archive._postgresql import PostgresArchive
-from ocmm_core.archive._sqlite import SqliteArchive
-from ocmm_core.archive._store import SqlArchive
+from ocmm_core.archive.stores._address import check_address, is_server, parse_server
+from ocmm_core.archive.stores._postgresql import PostgresArchive
+from ocmm_core.archive.stores._sqlite import SqliteArchive
+from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import StorageError
 
 

@@ -9,23 +9,19 @@ from __future__ import annotations
 import getpass
 import random
 import socket
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from datetime import UTC, datetime
 
-from ocmm_core.archive._extract import ExtractedJob, extract_job
-from ocmm_core.archive._faults import Remedy, remedy_of
-from ocmm_core.archive._learn import learn_marks
-from ocmm_core.archive._outbox import Outbox
-from ocmm_core.archive._outbox_rows import Item, ItemState
-from ocmm_core.archive._rows import Delivery, Sender
-from ocmm_core.archive._store import SqlArchive
+from ocmm_core.archive.outbox._learn import learn_marks
+from ocmm_core.archive.outbox._outbox import Outbox
+from ocmm_core.archive.outbox._outbox_rows import Item, ItemState
+from ocmm_core.archive.records import Delivery, Extract, Sender, extract_job
+from ocmm_core.archive.stores import Remedy, SqlArchive, remedy_of
 from ocmm_core.errors import OcmmError
 from ocmm_core.failure import contained
 
 FIRST_PAUSE_S, LONGEST_PAUSE_S = 1.0, 300.0
-
-Extract = Callable[[bytes, str, str, Mapping[int, str] | None], ExtractedJob]
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 
-from ocmm_core.archive._outbox import Outbox
-from ocmm_core.archive._outbox_rows import Contact, Item, ItemState
-from ocmm_core.archive._store import CLOCK_TELL_S
+from ocmm_core.archive.outbox._outbox import Outbox
+from ocmm_core.archive.outbox._outbox_rows import Contact, Item, ItemState
+from ocmm_core.archive.stores import CLOCK_TELL_S
 
 
 @dataclass(frozen=True, slots=True)

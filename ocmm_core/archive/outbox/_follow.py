@@ -16,9 +16,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.archive._courier import BackOff, Courier
-from ocmm_core.archive._open import open_archive
-from ocmm_core.archive._outbox import Outbox
+from ocmm_core.archive.outbox._courier import BackOff, Courier
+from ocmm_core.archive.outbox._notes import sweep
+from ocmm_core.archive.outbox._outbox import Outbox
+from ocmm_core.archive.stores import open_archive
 from ocmm_core.errors import OcmmError
 from ocmm_core.host import HOST
 
@@ -79,6 +80,7 @@ def follow(place: ArchivePlace, stop: threading.Event, rng: random.Random) -> No
         pauses = BackOff(rng)
         with Outbox(place.outbox) as outbox:
             courier = place.courier(outbox)
+            sweep(outbox)
             try:
                 while not stop.is_set():
                     handed = courier.send_waiting(stop.is_set)
@@ -112,7 +114,7 @@ class HandOverProcess:
         password = [] if place.password is None else [str(place.password)]
         self._process = subprocess.Popen(  # noqa: S603 - our own interpreter and module
             [
-                sys.executable, "-m", "ocmm_core.archive", place.address, place.station,
+                sys.executable, "-m", "ocmm_core.archive.outbox", place.address, place.station,
                 str(place.outbox), *password,
             ],
             stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,

@@ -14,29 +14,20 @@ import contextlib
 import hashlib
 import sqlite3
 import uuid
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 import platformdirs
 
-from ocmm_core.archive._extract import snapshot
-from ocmm_core.archive._outbox_rows import (
-    APPLICATION_ID,
-    TABLES,
-    VERSION,
-    Contact,
-    Item,
-    ItemState,
-    machine_identity,
-)
+from ocmm_core.archive.outbox._outbox_file import OutboxFile, utc_now
+from ocmm_core.archive.outbox._outbox_rows import Contact, Item, ItemState, machine_identity
+from ocmm_core.archive.records import snapshot
 from ocmm_core.documents import write_atomic
 from ocmm_core.errors import OcmmError, StorageError
 
 KEPT = timedelta(days=30)
 """How long a copy of what was delivered is kept, for an archive that goes back to a backup."""
-
-_WAIT_S = 5.0
 
 
 def default_outbox() -> Path:
@@ -44,7 +35,7 @@ def default_outbox() -> Path:
     return platformdirs.user_data_path("ocmm") / "outbox"
 
 
-class Outbox:
+class Outbox(OutboxFile):
     """Jobs that wait; for one thread, many processes.
 
     Parameters
@@ -57,55 +48,6 @@ class Outbox:
     StorageError
         It cannot be read or written, is damaged, or of a later version.
     """
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self._files = folder / "files"
-        self._db: sqlite3.Connection | None = None
-        try:
-            self._files.mkdir(parents=True, exist_ok=True)
-            self._db = sqlite3.connect(
-                folder / "outbox.sqlite", timeout=_WAIT_S, isolation_level=None,
-                check_same_thread=False,
-            )  # fmt: skip
-            self._prepare(self._db)
-        except (sqlite3.Error, OSError) as error:
-            self.close()
-            raise self._fault(error) from error
-        except BaseException:
-            self.close()
-            raise
-
-    def _prepare(self, db: sqlite3.Connection) -> None:
-        db.execute("PRAGMA trusted_schema = OFF")
-        db.execute("PRAGMA journal_mode = WAL").fetchall()
-        db.execute("PRAGMA synchronous = FULL")
-        if int(db.execute("PRAGMA application_id").fetchone()[0]) != APPLICATION_ID:
-            with self._transaction() as own:
-                if not own.execute("SELECT count(*) FROM sqlite_master").fetchone()[0]:
-                    for statement in TABLES:
-                        own.execute(statement)
-                    own.execute(
-                        "INSERT INTO box VALUES (1, ?, ?, ?)",
-                        (str(uuid.uuid4()), machine_identity(), _now()),
-                    )
-                    own.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-                    own.execute(f"PRAGMA user_version = {VERSION}")
-        found = int(db.execute("PRAGMA user_version").fetchone()[0])
-        application = int(db.execute("PRAGMA application_id").fetchone()[0])
-        if application != APPLICATION_ID or found != VERSION:
-            raise StorageError(
-                "outbox.version",
-                f"{self.folder}: this is no outbox of this version of the program.",
-                "Send what waits there with the program that made it, or move the folder away.",
-            )
-        self.identity, self.machine = db.execute("SELECT outbox, machine FROM box").fetchone()
-
-    def close(self) -> None:
-        """Let go; may be called twice."""
-        if self._db is not None:
-            self._db.close()
-            self._db = None
 
     def put(self, path: Path) -> Item | None:
         """Put a job in as it stands now; it is durable when this returns.
@@ -139,7 +81,7 @@ class Outbox:
                 # Another process may prune at this moment; the row must have its file.
                 if not self._file(sha256).exists():
                     self._keep(sha256, content)
-                put_utc = _now()
+                put_utc = utc_now()
                 sequence = db.execute(
                     "INSERT INTO item (sha256, name, path, put_utc, state)"
                     " VALUES (?, ?, ?, ?, 'waiting') RETURNING sequence",
@@ -201,7 +143,7 @@ class Outbox:
         with self._writing() as db:
             db.execute(
                 "UPDATE item SET state = ?, said = ?, sent_utc = ? WHERE sequence = ?",
-                (state.value, said, _now() if state is ItemState.SENT else "", item.sequence),
+                (state.value, said, utc_now() if state is ItemState.SENT else "", item.sequence),
             )
 
     def note_contact(self, error: OcmmError | None, clock_off_s: float | None = None) -> None:
@@ -211,13 +153,13 @@ class Outbox:
                 db.execute(
                     "UPDATE contact SET code = '', said = '', since_utc = '', good_utc = ?,"
                     " clock_off_s = coalesce(?, clock_off_s)",
-                    (_now(), clock_off_s),
+                    (utc_now(), clock_off_s),
                 )
             else:
                 db.execute(
                     "UPDATE contact SET code = ?, said = ?, since_utc ="
                     " CASE WHEN since_utc = '' THEN ? ELSE since_utc END",
-                    (error.code, str(error), _now()),
+                    (error.code, str(error), utc_now()),
                 )
 
     def contact(self) -> Contact:
@@ -285,58 +227,3 @@ class Outbox:
             Item(sequence, sha256, name, path, put_utc, ItemState(state), said)
             for sequence, sha256, name, path, put_utc, state, said in rows
         ]
-
-    def _open(self) -> sqlite3.Connection:
-        if self._db is None:
-            raise StorageError(
-                "outbox.closed", f"{self.folder}: the outbox is closed.", "Open it again."
-            )
-        return self._db
-
-    @contextlib.contextmanager
-    def _transaction(self) -> Iterator[sqlite3.Connection]:
-        db = self._open()
-        db.execute("BEGIN IMMEDIATE")
-        try:
-            yield db
-            db.execute("COMMIT")
-        except BaseException:
-            with contextlib.suppress(sqlite3.Error):
-                db.execute("ROLLBACK")
-            raise
-
-    @contextlib.contextmanager
-    def _writing(self) -> Iterator[sqlite3.Connection]:
-        try:
-            with self._transaction() as db:
-                yield db
-        except (sqlite3.Error, OSError) as error:
-            raise self._fault(error) from error
-
-    @contextlib.contextmanager
-    def _reading(self) -> Iterator[sqlite3.Connection]:
-        try:
-            yield self._open()
-        except sqlite3.Error as error:
-            raise self._fault(error) from error
-
-    def _fault(self, error: Exception) -> StorageError:
-        said = getattr(error, "strerror", None) or str(error)
-        return StorageError(
-            "outbox.failed",
-            f"{self.folder}: the outbox of the archive cannot be read or written ({said}).",
-            "Free disk space or check the rights of the folder. The job file itself is safe: put "
-            "it in later with ocmm archive send FILE.",
-        )
-
-    def __enter__(self) -> Outbox:
-        """Return the outbox."""
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        """Let go."""
-        self.close()
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds")

@@ -146,6 +146,11 @@ def postgresql_fault(place: str, error: Exception) -> OcmmError:
     )
 
 
+def silent_server(place: str) -> OcmmError:
+    """Return the error for a server that keeps the connection and says nothing."""
+    return _slow(place, "it took the connection and says nothing")
+
+
 def _full(place: str, said: str = "") -> StorageError:
     return StorageError(
         "archive.full",

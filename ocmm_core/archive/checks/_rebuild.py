@@ -13,10 +13,17 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from ocmm_core.archive._courier import Extract
-from ocmm_core.archive._extract import ExtractedJob, extract_job, snapshot
-from ocmm_core.archive._rows import Delivery, JobRecord, MarkRow, Sender
-from ocmm_core.archive._store import Archive
+from ocmm_core.archive.records import (
+    Delivery,
+    Extract,
+    ExtractedJob,
+    JobRecord,
+    MarkRow,
+    Sender,
+    extract_job,
+    snapshot,
+)
+from ocmm_core.archive.stores import Archive
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import SUFFIX
 

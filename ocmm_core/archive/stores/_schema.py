@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ocmm_core.archive._views import VIEWS
+from ocmm_core.archive.stores._views import GROWING, VIEWS
 
 APPLICATION_ID = 0x4F434D41  # "OCMA"
 NEWER_CODE = "archive.newer"
@@ -28,6 +28,8 @@ class Dialect:
         Defaults: who is connected, and the time by the clock of the store, UTC, ISO 8601 text.
     hash_check
         A condition on table ``file``; empty where the store cannot compute SHA-256.
+    drop_view, create_view
+        How ``archived_use`` comes to have another column; the former may be empty.
     """
 
     id: str
@@ -38,6 +40,8 @@ class Dialect:
     who: str
     now: str
     hash_check: str
+    drop_view: str
+    create_view: str
 
 
 SQLITE = Dialect(
@@ -49,6 +53,8 @@ SQLITE = Dialect(
     who="'local'",
     now="(strftime('%Y-%m-%dT%H:%M:%f+00:00', 'now'))",
     hash_check="",
+    drop_view="DROP VIEW archived_use",
+    create_view="CREATE",
 )
 POSTGRESQL = Dialect(
     id="bigint GENERATED ALWAYS AS IDENTITY PRIMARY KEY",
@@ -59,6 +65,8 @@ POSTGRESQL = Dialect(
     who="SESSION_USER",
     now="to_char(clock_timestamp() AT TIME ZONE 'UTC', 'YYYY-MM-DD\"T\"HH24:MI:SS.MS+00:00')",
     hash_check=", CHECK (sha256 = encode(sha256(content), 'hex'))",
+    drop_view="",
+    create_view="CREATE OR REPLACE",
 )
 
 _FIRST = (
@@ -165,7 +173,15 @@ _FIRST = (
     *VIEWS,
 )
 
-MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST,)
+# PostgreSQL keeps the rights of a view that is replaced, and only adds columns at its end; SQLite
+# has no rights and replaces none.
+_SECOND = (
+    "{drop_view}",
+    *(f"{{create_view}} {view}" for view in GROWING),
+    "CREATE INDEX job_by_arrival ON job (station, received_utc)",
+)
+
+MIGRATIONS: tuple[tuple[str, ...], ...] = (_FIRST, _SECOND)
 """Statements of each step; the version of an archive is how many of them it has."""
 
 VERSION = len(MIGRATIONS)
@@ -174,4 +190,4 @@ VERSION = len(MIGRATIONS)
 def statements(step: int, dialect: Dialect) -> tuple[str, ...]:
     """Return the statements that bring an archive from ``step`` to the next version."""
     words = {name: getattr(dialect, name) for name in Dialect.__slots__}
-    return tuple(text.format(**words) for text in MIGRATIONS[step])
+    return tuple(text for one in MIGRATIONS[step] if (text := one.format(**words)))

@@ -13,9 +13,10 @@ from datetime import UTC, datetime
 from pathlib import Path
 
 from ocmm_core import __version__
-from ocmm_core.archive._faults import foreign, newer, sqlite_fault
-from ocmm_core.archive._schema import APPLICATION_ID, SQLITE, VERSION, statements
-from ocmm_core.archive._store import Cell, SqlArchive, Table
+from ocmm_core.archive.stores._faults import foreign, newer, sqlite_fault
+from ocmm_core.archive.stores._interface import Cell, Table
+from ocmm_core.archive.stores._schema import APPLICATION_ID, SQLITE, VERSION, statements
+from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import StorageError
 
 _WAIT_S = 5.0

@@ -8,18 +8,18 @@ from __future__ import annotations
 
 import hashlib
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from ocmm_core.archive._rows import (
+from ocmm_core.archive.records._checks import utc_text
+from ocmm_core.archive.records._rows import (
     LONGEST_NAME,
     LONGEST_SENTENCE,
     JobRecord,
     JobRow,
     ResultRow,
     UseRow,
-    utc_text,
 )
 from ocmm_core.calibration.records import record_hash
 from ocmm_core.errors import OcmmError
@@ -32,6 +32,7 @@ from ocmm_core.inspection.archive import (
 )
 from ocmm_core.leftovers import scratch_folder
 from ocmm_core.storage import JobFile, JobHead, JobSeal
+from ocmm_core.tolerances.decisions import PartWord
 from ocmm_core.tolerances.kinds import spec_of
 
 
@@ -41,6 +42,10 @@ class ExtractedJob:
 
     record: JobRecord
     content: bytes
+
+
+Extract = Callable[[bytes, str, str, Mapping[int, str] | None], ExtractedJob]
+"""As `extract_job`."""
 
 
 def snapshot(path: Path) -> bytes:
@@ -107,8 +112,9 @@ def _unreadable(head: JobHead, seal: JobSeal, content: bytes, station: str, why:
         state="open", part=_name(head.part), serial=_name(head.serial), order_name="", batch="",
         operator=_name(head.operator), plan="", plan_sha256=head.plan_identity,
         program=_name(head.software_version), created_utc=created, changed_utc=created, rig="",
-        calibration="", probe="", tip="", part_c=None, probe_c=None, verdict="NOT PROVEN",
-        complete=False, simulated=False, points=0, seal=seal.state.word.value,
+        calibration="", probe="", tip="", part_c=None, probe_c=None,
+        verdict=PartWord.NOT_PROVEN.value, complete=False, simulated=False, points=0,
+        seal=seal.state.word.value,
         signer=seal.state.fingerprint, fault=why or "The job cannot be read.",
     )  # fmt: skip
     return JobRecord(job=row, results=(), uses=())
