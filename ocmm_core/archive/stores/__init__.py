@@ -3,8 +3,9 @@
 In: rows and files. Out: the same, once each, and answers to SQL that can change nothing.
 
 Read `_interface` (what the rest knows), `_reader` and `_store` with `_statements` (what both do
-alike), `_sqlite`, `_postgresql` with `_patience`, `_open` and `_address` (where it is, and its password),
-`_schema`, `_views` and `_roles` (its SQL), `_faults` (what goes wrong, as sentences).
+alike), `_sqlite`, `_postgresql` with `_patience` (for a silent server), `_open` and `_address`
+(where it is, and its password), `_schema`, `_views` and `_roles` (its SQL), `_faults`
+(what goes wrong, as sentences).
 It must not know how jobs come, nor what is asked.
 """
 
