@@ -177,7 +177,7 @@ _FIRST = (
 # has no rights and replaces none.
 _SECOND = (
     "{drop_view}",
-    *(f"{{create_view}} {view}" for view in GROWING),
+    *GROWING,
     "CREATE INDEX job_by_arrival ON job (station, received_utc)",
 )
 
