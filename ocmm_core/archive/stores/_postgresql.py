@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import importlib.util
 import re
+import sys
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import AbstractContextManager
 from datetime import datetime
@@ -192,7 +193,7 @@ class PostgresArchive(SqlArchive):
         import psycopg
 
         try:
-            with self._open().transaction():
+            with self._begun():
                 yield
         except (psycopg.Error, UnicodeError) as error:
             raise self._fault(error) from error
@@ -202,11 +203,26 @@ class PostgresArchive(SqlArchive):
         import psycopg
 
         try:
-            with self._open().transaction():
+            with self._begun():
                 self._run("SET TRANSACTION READ ONLY")
                 yield
         except (psycopg.Error, UnicodeError) as error:
             raise self._fault(error) from error
+
+    @contextlib.contextmanager
+    def _begun(self) -> Iterator[None]:
+        """Open a transaction; its beginning and its end are waited for like any statement."""
+        block = self._open().transaction()
+        with self._waiting():
+            block.__enter__()
+        try:
+            yield
+        except BaseException:
+            with self._waiting():
+                block.__exit__(*sys.exc_info())
+            raise
+        with self._waiting():
+            block.__exit__(None, None, None)
 
     def _waiting(self) -> AbstractContextManager[object]:
         return contextlib.nullcontext() if self._patience is None else self._patience
