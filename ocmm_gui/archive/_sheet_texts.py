@@ -18,7 +18,7 @@ KEYS = (
         "store",
         later("Store"),
         later("Store the recall; stations hold back what does not hold"),
-        ("F11",),
+        ("Shift+F8",),
     ),
 )
 TITLES = {

@@ -7,7 +7,6 @@ system acknowledges, whatever hangs there. So a thread of our own closes the con
 from __future__ import annotations
 
 import contextlib
-import os
 import socket
 import threading
 from typing import Self
@@ -28,7 +27,7 @@ class Patience:
         self.ran_out = False
         self._limit_s = limit_s
         # A descriptor of its own: that of the connection may belong to something else by then.
-        self._socket = socket.socket(fileno=os.dup(descriptor))
+        self._socket = socket.socket(fileno=socket.dup(descriptor))
         self._changed = threading.Condition()
         self._waits = self._ended = False
         self._thread = threading.Thread(target=self._watch, name="patience", daemon=True)
