@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -12,6 +12,7 @@ from benchmarks.recall_scenes import TruePart, World, base_points
 from ocmm_core.archive.outbox import ArchivePlace, Outbox, hand_over
 from ocmm_core.archive.stores import open_archive
 from ocmm_core.inspection.archive import Outcome, reopen_job
+from ocmm_core.measuring import MeasuredPoint
 from ocmm_core.recalls import ShopPlaces, decide_archived, recall_archive
 from ocmm_core.tolerances.decisions import Verdict
 from tests.core.archive.conftest import Place
@@ -21,7 +22,9 @@ from tests.core.inspection.test_recall import LARGE, SHIFT, TURN
 class Station:
     """A station with data folder, jobs, outbox and login of its own."""
 
-    def __init__(self, folder: Path, name: str, address: str, base: Path, seed: int) -> None:
+    def __init__(
+        self, folder: Path, name: str, address: str, base: Sequence[MeasuredPoint], seed: int
+    ) -> None:
         self.data, self.jobs = folder / "data", folder / "jobs"
         self.jobs.mkdir(parents=True)
         self.place = ArchivePlace(address, name, folder / "outbox")
