@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import contextlib
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
@@ -37,10 +38,16 @@ class Station:
             outbox.put(path)
         return path
 
-    def hand_over(self, environment: pytest.MonkeyPatch) -> int:
+    @contextlib.contextmanager
+    def at_home(self) -> Iterator[None]:
+        """Be at this station: what it learned is in its own data folder."""
+        with pytest.MonkeyPatch.context() as environment:
+            environment.setenv("XDG_DATA_HOME", str(self.data))
+            yield
+
+    def hand_over(self) -> int:
         """Send what waits and learn what is known, as this station's process does."""
-        environment.setenv("XDG_DATA_HOME", str(self.data))
-        with Outbox(self.place.outbox) as outbox:
+        with self.at_home(), Outbox(self.place.outbox) as outbox:
             courier = self.place.courier(outbox)
             try:
                 handed = courier.send_waiting()
@@ -50,10 +57,10 @@ class Station:
         assert hand_over(self.place.outbox).line == ""
         return handed.sent
 
-    def held_back(self, path: Path, environment: pytest.MonkeyPatch) -> str:
+    def held_back(self, path: Path) -> str:
         """Return why a job is held back by the archive when it is opened here; empty: it is not."""
-        environment.setenv("XDG_DATA_HOME", str(self.data))
-        job = reopen_job(path, calibrations=self.data / "nothing")
+        with self.at_home():
+            job = reopen_job(path, calibrations=self.data / "nothing")
         said = [one for one in job.recalled if one.startswith("Held back by the archive")]
         if said:
             assert {one.verdict for one in job.view.characteristics} == {Verdict.NOT_PROVEN}
@@ -62,7 +69,7 @@ class Station:
 
 @pytest.mark.slow
 def test_a_finding_at_one_station_is_held_back_by_it_and_not_by_the_other(
-    new_database: Callable[[], Place], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    new_database: Callable[[], Place], tmp_path: Path
 ) -> None:
     shop = new_database()
     assert shop.server is not None
@@ -76,8 +83,8 @@ def test_a_finding_at_one_station_is_held_back_by_it_and_not_by_the_other(
     one.world.push(TURN, SHIFT)
     wrong = one.measure("large", LARGE)
     sound = two.measure("sound", TruePart())
-    assert one.hand_over(monkeypatch) == 2
-    assert two.hand_over(monkeypatch) == 1
+    assert one.hand_over() == 2
+    assert two.hand_over() == 1
     # What is found later.
     one.world.verify(passed=False)
     one.world.calibrate()
@@ -91,16 +98,16 @@ def test_a_finding_at_one_station_is_held_back_by_it_and_not_by_the_other(
     with open_archive(quality) as archive:
         decide_archived(archive, record, "Anna", now + timedelta(seconds=1))
     # Nothing is known at a station before its next hand-over, which needs no job.
-    assert one.held_back(wrong, monkeypatch) == ""
-    assert one.hand_over(monkeypatch) == two.hand_over(monkeypatch) == 0
-    assert "Recall: CHANGES." in one.held_back(wrong, monkeypatch)
-    assert "(Anna, " in one.held_back(wrong, monkeypatch)
-    assert one.held_back(before, monkeypatch) == ""
-    assert two.held_back(sound, monkeypatch) == ""
+    assert one.held_back(wrong) == ""
+    assert one.hand_over() == two.hand_over() == 0
+    assert "Recall: CHANGES." in one.held_back(wrong)
+    assert "(Anna, " in one.held_back(wrong)
+    assert one.held_back(before) == ""
+    assert two.held_back(sound) == ""
     # The other station, which opens a copy of that job, holds it back as well.
     copied = two.jobs / "copied.ocmm"
     copied.write_bytes(wrong.read_bytes())
-    assert "Recall: CHANGES." in two.held_back(copied, monkeypatch)
+    assert "Recall: CHANGES." in two.held_back(copied)
     with open_archive(shop.server.address(shop.database, "looker")) as archive:
         rows = archive.ask("SELECT serial, held FROM archived_job ORDER BY serial").rows
         assert rows == (("before", 0), ("large", 1), ("sound", 0))
