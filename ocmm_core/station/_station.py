@@ -32,6 +32,7 @@ from ocmm_core.station._open_job import CurrentJob, Gear, PartLoader, PlanInUse,
 from ocmm_core.station._options import StationOptions
 from ocmm_core.station._reports import Reports
 from ocmm_core.station._touches import TouchTaker
+from ocmm_core.station.coaching import CoachWatch
 from ocmm_core.station.stream import StreamServer
 from ocmm_core.storage import JobFile
 
@@ -98,6 +99,10 @@ class MeasuringStation:
         """What is measured with, and how far it can be trusted."""
         self.maintenance = StationMaintenance(current, watch, bus, gear.rig.name, faults, events)
         """What a maintenance technician does."""
+        self.coach = CoachWatch(
+            gear.rig, gear.body, live, failed=lambda error: faults.note(error, "The coach")
+        )
+        """Which turn of the probe would better its ball, or what to do while it is lost."""
         self.looks = Looks(ring, live, bus, instruments, faults)
         """Live values, acquisition and bus."""
         self._frames = frames = FrameLoop(
@@ -171,6 +176,8 @@ class MeasuringStation:
             return
         self.request_stop()
         self._parts.close()
+        if not self.coach.close(_STOP_S):
+            _log.error("The coach did not end within %s s.", _STOP_S)
         if not self.join(_STOP_S):
             _log.error("The acquisition did not end within %s s.", _STOP_S)
         if self.stream is not None and not self.stream.close():
