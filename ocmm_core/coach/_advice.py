@@ -27,8 +27,8 @@ LEAST_LEDS = 4
 """Identification needs so many that two cameras see."""
 _EFFORT = 0.004
 """A degree more must take so much of U off, as a share: of two alike the smaller turn is said."""
-MARGIN_RAD = float(np.radians(3.0))
-"""The LEDs that are counted on shine so much further: neither hand nor LED is exact."""
+MARGIN_RAD = float(np.radians(6.0))
+"""The LEDs that are counted on shine so much further: a hand is good to some 3 degrees."""
 _LOWEST = float(np.cos(np.radians(100.0)))
 """Nobody holds a probe with its handle farther from upright."""
 

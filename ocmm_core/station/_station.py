@@ -16,6 +16,7 @@ from functools import partial
 
 from ocmm_core.acquisition.bus_process import Acquisition, ChildProcess, RemoteObjects
 from ocmm_core.acquisition.frames import FrameRing
+from ocmm_core.acquisition.recording import FrameHistory
 from ocmm_core.calibration.records import CalibrationInUse, ProbeInUse
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.station._bus_watch import BusWatch
@@ -58,6 +59,8 @@ class MeasuringStation:
         See `StationOptions`.
     recorder
         Gets every raw frame; closed by `close`.
+    history
+        Keeps the last of them in memory, for support.
     """
 
     def __init__(
@@ -70,7 +73,10 @@ class MeasuringStation:
         ring: FrameRing,
         options: StationOptions,
         recorder: FrameSink | None = None,
+        history: FrameHistory | None = None,
     ) -> None:
+        self.history = history
+        """The last raw frames; None where none are kept."""
         self._acquisition, self._ring, self._recorder = acquisition, ring, recorder
         # What is said about results depends on how their poses were computed.
         session = replace(options.session, method=options.tracking.method)
@@ -119,6 +125,7 @@ class MeasuringStation:
             faults=faults,
             halt=halt,
             recorder=recorder,
+            history=history,
         )
         self.job = StationJob(current, self.looks, frames, faults, events)
         """The job that is measured, and what an inspector does with it."""

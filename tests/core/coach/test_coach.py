@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from dataclasses import replace
 
@@ -118,13 +119,13 @@ def error_of(
 def test_who_follows_the_coach_ends_with_a_median_u_of_at_most_0_8(
     rig: Rig, body: ProbeBody
 ) -> None:
-    """300 operators hold the probe anyhow; those who follow turn as long as a hint is there.
+    """200 operators hold the probe anyhow; those who follow turn as long as a hint is there.
 
-    A hand follows with 3 degrees (k = 1) about every axis.
+    A hand follows with 3 degrees (k = 1) about every axis, and turns back where that loses LEDs.
     """
     rng = np.random.default_rng(94)
-    alone, coached = [], []
-    for _ in range(300):
+    alone, coached, lost = [], [], 0
+    for _ in range(200):
         held = held_in(rig, body, rng, 45.0)
         alone.append(u_of(held, rig, body))
         for _ in range(4):
@@ -134,11 +135,16 @@ def test_who_follows_the_coach_ends_with_a_median_u_of_at_most_0_8(
             clumsy = rotation_from_vector(np.radians(rng.normal(0.0, 3.0, 3)))
             rotation = clumsy @ hint.rotation_world(stance_at(rig)) @ held.rotation_world_from_probe
             seen = sight_of(rig, body, rotation[None], held.tip_world).seen[0]
+            if common(seen[None])[0] < LEAST_LEDS:
+                lost += 1
+                break
             held = Held(rotation, held.tip_world, seen)
         coached.append(u_of(held, rig, body))
     assert np.isfinite(coached).all()
     ratio = np.median(coached) / np.median(alone)
-    assert ratio <= 0.8, f"{ratio:.3f}, {np.median(alone)}, {np.median(coached)}"
+    sys.stdout.write(f"median U {np.median(alone):.4f} mm, coached {ratio:.3f} of it, lost {lost}\n")
+    assert ratio <= 0.8
+    assert lost <= 10
 
 
 @pytest.mark.timing

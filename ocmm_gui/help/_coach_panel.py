@@ -1,0 +1,159 @@
+"""The coach beside the readout: the ellipse of the ball, a turn that betters it, or a remedy."""
+
+from __future__ import annotations
+
+from PySide6.QtCore import QRectF, Qt, QTimer
+from PySide6.QtGui import QColor, QPainter, QPaintEvent
+
+from ocmm_core.coach import Hint
+from ocmm_core.measuring import Refusal
+from ocmm_core.station.coaching import NOTHING, CoachView
+from ocmm_gui.help._probe_painter import paint_ellipse, paint_probe, scale_um
+from ocmm_gui.kit import WRAPPED, Painted, fitted, localised, said, text_font, tr, wrapped_pixels
+
+REFUSED_MS = 4000
+"""So long the picture of a refused touch stays."""
+_LINE_PX = 15
+
+
+class CoachPanel(Painted):
+    """Ellipse and U while all is well; the probe with an arrow where a turn would help.
+
+    Parameters
+    ----------
+    far
+        It is looked at from three metres: no words that would be too small, they stand elsewhere.
+    """
+
+    def __init__(self, *, far: bool = False) -> None:
+        super().__init__(tr("Coach"), (150, 150), (110, 90))
+        self._far = far
+        self._view = NOTHING
+        self._refusal: Refusal | None = None
+        self._end = QTimer(self)
+        self._end.setSingleShot(True)
+        self._end.setInterval(REFUSED_MS)
+        self._end.timeout.connect(self.forget_refusal)
+
+    def show_coach(self, view: CoachView) -> None:
+        """Show what the coach says now."""
+        self._view = view
+        self._tell()
+
+    def show_refusal(self, refusal: Refusal) -> None:
+        """Show the probe as it was when a touch was refused, for a while."""
+        self._refusal = refusal
+        self._end.start()
+        self._tell()
+
+    def forget_refusal(self) -> None:
+        """Show what the coach says again."""
+        self._refusal = None
+        self._end.stop()
+        self._tell()
+
+    def shows_probe(self) -> bool:
+        """Return whether the probe is shown, and not the ellipse."""
+        view = self._view
+        trouble = bool(view.remedy) or self._refusal is not None
+        return view.picture is not None and (trouble or view.hint is not None)
+
+    def is_trouble(self) -> bool:
+        """Return whether it shows why there is no number or no point."""
+        return self.shows_probe() and self._view.hint is None
+
+    def words(self) -> str:
+        """Return what it says; a hint, a remedy, or how large U is."""
+        view = self._view
+        if view.remedy:
+            return said(view.remedy)
+        if view.hint is not None:
+            return hint_words(view.hint)
+        if view.ellipsoid is not None:
+            return tr("U {value} µm").format(value=_um(view.ellipsoid.u_mm))
+        return ""
+
+    def _tell(self) -> None:
+        words = self.words()
+        about = [words]
+        if self.shows_probe() and self._view.picture is not None:
+            about += [
+                tr("Camera {name} sees {count} LEDs.").format(name=name, count=count)
+                for name, count in self._view.picture.counts()
+            ]
+            about.append(_where())
+        elif self._view.ellipsoid is not None:
+            axes = " × ".join(_um(float(axis)) for axis in self._view.ellipsoid.half_axes_mm)
+            about.append(tr("Ellipsoid of the ball, k = 2: {axes} µm.").format(axes=axes))
+            about.append(_where())
+        text = " ".join(about)
+        self.setAccessibleDescription(text)
+        self.setToolTip(text)
+        self.update()
+
+    def paintEvent(self, event: QPaintEvent) -> None:
+        """Paint the picture and, near the screen, the words below it."""
+        painter = self._painter()
+        frame = self._paint_panel(painter).adjusted(5, 4, -5, -4)
+        view = self._view
+        if not self._far:
+            frame = self._paint_words(painter, frame)
+        if self.shows_probe() and view.picture is not None:
+            frame = self._paint_counts(painter, frame)
+            paint_probe(painter, view.picture, frame, self._theme)
+            if view.ellipsoid is not None:
+                side = 0.34 * min(frame.width(), frame.height())
+                corner = QRectF(frame.left(), frame.top(), side, side)
+                paint_ellipse(painter, view.ellipsoid, corner, self._theme)
+        elif view.ellipsoid is not None:
+            scale = tr("ring {scale} µm").format(scale=scale_um(view.ellipsoid))
+            frame = self._paint_line(painter, frame, scale, self._theme.muted)
+            paint_ellipse(painter, view.ellipsoid, frame, self._theme)
+
+    def _paint_words(self, painter: QPainter, frame: QRectF) -> QRectF:
+        words = self.words()
+        if not words:
+            return frame
+        frame = self._paint_line(painter, frame, _where(), self._theme.muted)
+        urgent = bool(self._view.remedy) or self._view.hint is not None
+        high = min(0.42 * frame.height(), 3.0 * _LINE_PX + 6.0) if urgent else _LINE_PX + 3.0
+        box = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
+        colour = self._theme.bad if self._view.remedy else self._theme.text
+        painter.setPen(QColor(colour))
+        painter.setFont(text_font(wrapped_pixels(words, box, 17, bold=urgent), bold=urgent))
+        painter.drawText(box, WRAPPED, words)
+        return frame.adjusted(0.0, 0.0, 0.0, -high - 2.0)
+
+    def _paint_counts(self, painter: QPainter, frame: QRectF) -> QRectF:
+        picture = self._view.picture
+        if picture is None:
+            return frame
+        counts = "   ".join(f"{name} {count}" for name, count in picture.counts())
+        high = 0.16 * frame.height() if self._far else float(_LINE_PX)
+        return self._paint_line(painter, frame, counts, self._theme.text, high)
+
+    def _paint_line(
+        self, painter: QPainter, frame: QRectF, text: str, colour: str, high: float = _LINE_PX
+    ) -> QRectF:
+        """Paint a line at the bottom and return what is left above it."""
+        box = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
+        painter.setPen(QColor(colour))
+        painter.setFont(fitted(text_font(10), text, box.width(), box.height(), 64))
+        painter.drawText(box, Qt.AlignmentFlag.AlignCenter, text)
+        return frame.adjusted(0.0, 0.0, 0.0, -high)
+
+
+def hint_words(hint: Hint) -> str:
+    """Return a hint as it is shown: what to do, and what it is good for."""
+    turns = ", ".join(said(turn.words) for turn in hint.turns)
+    return tr("{turns}: U {now} → {then} µm").format(
+        turns=turns, now=_um(hint.now_mm), then=_um(hint.then_mm)
+    )
+
+
+def _where() -> str:
+    return tr("as you face the cameras")
+
+
+def _um(value_mm: float) -> str:
+    return localised(f"{1e3 * value_mm:.0f}")
