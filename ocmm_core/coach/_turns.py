@@ -17,12 +17,12 @@ STEPS_DEG = (10, 15, 20, 30, 45)
 class Way(Enum):
     """Where a turn goes, as the inspector sees it: the LEDs, or the top of the probe."""
 
-    TURN_LEFT = "turn left"
-    TURN_RIGHT = "turn right"
-    LEAN_LEFT = "lean left"
-    LEAN_RIGHT = "lean right"
-    TILT_TOWARDS = "tilt towards"
-    TILT_AWAY = "tilt away"
+    TURN_LEFT = "turn_left"
+    TURN_RIGHT = "turn_right"
+    LEAN_LEFT = "lean_left"
+    LEAN_RIGHT = "lean_right"
+    TILT_TOWARDS = "tilt_towards"
+    TILT_AWAY = "tilt_away"
 
 
 @dataclass(frozen=True, slots=True)

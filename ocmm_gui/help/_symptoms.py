@@ -135,8 +135,7 @@ SYMPTOMS = (
     ),
     Symptom(
         later("A setting has no effect"),
-        later("Settings shows when a change applies: at once, or when the job is opened again. An "
-              "option of the command line wins over it."),
+        later("Settings shows when a change applies: at once, or when the job is opened again."),
         ("settings.",),
     ),
     Symptom(

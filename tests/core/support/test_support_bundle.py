@@ -76,6 +76,12 @@ def site(tmp_path: Path) -> SupportSite:
         ("password", PLANTED["password file"]),
     ):
         (tmp_path / name).write_text(content, encoding="utf-8")
+    # Settings refuse it; whoever writes the file by hand is only told.
+    (tmp_path / "station.toml").write_text(
+        'schema = "ocmm.settings/1"\n[archive]\n'
+        f'address = "postgresql://ocmm:{PLANTED["address"]}@server/shop"\n',
+        encoding="utf-8",
+    )
     store = SettingsStore(
         SettingsFile(tmp_path / "station.toml"), SettingsFile(tmp_path / "user.toml")
     )
@@ -84,7 +90,6 @@ def site(tmp_path: Path) -> SupportSite:
             "stream.token": tmp_path / "token",
             "stream.key": tmp_path / "key.pem",
             "archive.password": tmp_path / "password",
-            "archive.address": f"postgresql://ocmm:{PLANTED['address']}@server/shop",
             "job.operator": PEOPLE[0],
             "job.operators": PEOPLE[:2],
         }
