@@ -41,6 +41,8 @@ def help_when_lost(
     rotation: Float | None,
     tip_rig: Float | None,
     seen: Bool,
+    *,
+    named: bool = True,
 ) -> ProbeHelp:
     """Return what gives the cameras enough LEDs again.
 
@@ -50,8 +52,12 @@ def help_when_lost(
         (3, 3) and (3,), mm: last known pose in the frame of the rig; None where it never was.
     seen
         (C, L): which camera sees which LED now.
+    named
+        Whether the LEDs that are seen can be told apart.
     """
-    remedy, turn = _remedy(rig, body, rotation, tip_rig, seen)
+    remedy, turn = ("Turn the LEDs to the cameras", None)
+    if named:
+        remedy, turn = _remedy(rig, body, rotation, tip_rig, seen)
     return ProbeHelp(remedy, picture_of(rig, body, rotation, seen, turn))
 
 

@@ -169,9 +169,10 @@ class LiveState:
         status = FrameStatus(int(track.status[-1]))
         recent = track.uv[-_SHOWN_FRAMES:, ..., 0]
         seen = np.isfinite(recent).mean(axis=0) >= _SEEN_SHARE
-        lost = status in (FrameStatus.LOST, FrameStatus.UNIDENTIFIED)
+        named = status is not FrameStatus.UNIDENTIFIED
+        lost = status is FrameStatus.LOST or not named
         if latest is None:
-            return ProbeNow(False, lost, seen, None, None, None)
+            return ProbeNow(False, lost, named, seen, None, None, None)
         good, frame = latest
         own = in_rig(good)
         spots = good.uv[frame]
@@ -189,6 +190,7 @@ class LiveState:
         return ProbeNow(
             is_good,
             lost,
+            named,
             np.isfinite(spots[..., 0]) if is_good else seen,
             own.rotation_world_from_probe[frame],
             own.tip_world[frame],

@@ -18,8 +18,8 @@ MASKED = "[secret]"
 _LEAST_SECRET = 4
 """A known secret that is shorter would take half of a text with it; the patterns still find it."""
 _LEAST_NAME = 3
-_WORD = r"(?:pass(?:word|wd|phrase|code)?|pwd|pin|secret|token|api[_-]?key|access[_-]?key|"
-_WORD += r"private[_-]?key|credential|authori[sz]ation|kennwort|passwort)s?"
+_WORD = r"(?:pass(?:word|wd|phrase|code)?|pwd|(?<![a-z])pin(?![a-z])|secret|token|api[_-]?key|"
+_WORD += r"access[_-]?key|private[_-]?key|credential|authori[sz]ation|kennwort|passwort)s?"
 _PATTERNS = (
     # All of a private key, also one whose end was cut off.
     (
@@ -70,9 +70,11 @@ class Cleaner:
 
     def clean(self, text: str) -> str:
         """Return a text without them."""
+        # Whole keys first: a line of one that is known would hide where it begins.
+        text = _PATTERNS[0][0].sub(_PATTERNS[0][1], text)
         for secret in sorted(self._forms(), key=len, reverse=True):
             text = text.replace(secret, MASKED)
-        for pattern, instead in _PATTERNS:
+        for pattern, instead in _PATTERNS[1:]:
             text = pattern.sub(instead, text)
         for name, instead in self._masks():
             text = re.sub(rf"(?<![^\W_]){re.escape(name)}(?![^\W_])", instead, text,
@@ -114,6 +116,5 @@ def secrets_in(texts: Iterable[str], environment: Mapping[str, str]) -> tuple[st
         if _SECRET_VARIABLE.search(name) and value.strip() and "/" not in value[:1]:
             found.setdefault(value)
     # Words of a private key's frame are in every text about keys.
-    return tuple(
-        one for one in found if not one.startswith("-----") and one not in ("PRIVATE", "BEGIN")
-    )
+    frame = {"PRIVATE", "BEGIN", "RSA", "EC"}
+    return tuple(one for one in found if one not in frame and not one.endswith("-----"))

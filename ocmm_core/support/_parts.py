@@ -112,9 +112,10 @@ def _settings(site: SupportSite, loaded: LoadedSettings) -> Iterator[RawItem]:
     lines = ["* differs from the default"]
     for spec in SETTINGS:
         value = text_of(loaded.values[spec.key])
-        if spec.key in SECRET_SETTINGS:
-            value = "set (left out)" if value else ""
         mark = "*" if loaded.differs(spec.key) else " "
+        if spec.key in SECRET_SETTINGS:
+            lines.append(f"{mark} {spec.key} is {'set' if value else 'not set'}")
+            continue
         lines.append(f"{mark} {spec.key} = {value or '-'}  ({loaded.origins[spec.key].value})")
     lines += [f"{note.what} {note.remedy}" for note in loaded.notes]
     yield RawItem("settings.txt", "\n".join(lines).encode())

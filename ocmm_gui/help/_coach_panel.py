@@ -9,7 +9,17 @@ from ocmm_core.coach import Hint
 from ocmm_core.measuring import Refusal
 from ocmm_core.station.coaching import NOTHING, CoachView
 from ocmm_gui.help._probe_painter import paint_ellipse, paint_probe, scale_um
-from ocmm_gui.kit import WRAPPED, Painted, fitted, localised, said, text_font, tr, wrapped_pixels
+from ocmm_gui.kit import (
+    WRAPPED,
+    Painted,
+    fitted,
+    literal,
+    localised,
+    said,
+    text_font,
+    tr,
+    wrapped_pixels,
+)
 
 REFUSED_MS = 4000
 """So long the picture of a refused touch stays."""
@@ -88,7 +98,7 @@ class CoachPanel(Painted):
             about.append(_where())
         text = " ".join(about)
         self.setAccessibleDescription(text)
-        self.setToolTip(text)
+        self.setToolTip(literal(text))
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:

@@ -181,7 +181,8 @@ class FarView(QWidget):
         step, point, rest = next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
         counted = f"{summary.deciding}: {said(summary.words)}." if summary.words else ""
-        parts = (counted, rest, far_off, step_text(job))
+        hint = self.coach.words() if self.coach.shows_probe() else ""
+        parts = (hint, counted, rest, far_off, step_text(job))
         words = " ".join(part for part in parts if part)
         hidden = self._live if job.shows_part and has_failed(self._live) else None
         step = f"{step}{point}".strip()
@@ -266,6 +267,8 @@ class FarView(QWidget):
         self.coach.show_coach(view)
         self._readout.show_remedy(said(view.remedy))
         self._show_pictures()
+        if self._job is not None:
+            self.show_job(self._job)
 
     def show_refusal(self, refusal: Refusal) -> None:
         """Show for a while why a touch gave no point, and what to do."""
@@ -283,7 +286,8 @@ class FarView(QWidget):
         probe = self.coach.shows_probe()
         self.coach.setVisible(probe)
         self._coverage.setHidden(probe)
-        self._ring.setHidden(probe)
+        # With a hint alone the way to the next point is still wanted.
+        self._ring.setHidden(self.coach.is_trouble())
 
     def _show_status(self) -> None:
         if self._live is None:

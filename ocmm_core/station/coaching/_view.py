@@ -25,6 +25,8 @@ class ProbeNow:
         The latest frame has a pose.
     lost
         It has none, because too few LEDs are seen or they cannot be told apart.
+    named
+        They can be told apart.
     seen
         (C, L): which camera sees which LED now.
     rotation, tip_rig
@@ -37,6 +39,7 @@ class ProbeNow:
 
     good: bool
     lost: bool
+    named: bool
     seen: NDArray[np.bool_]
     rotation: Float | None
     tip_rig: Float | None

@@ -89,7 +89,10 @@ class CoachWatch:
             self._steady.feed(None, time_s)
             if not now.lost:
                 return NOTHING
-            found = help_when_lost(self._rig, self._body, now.rotation, now.tip_rig, now.seen)
+            found = help_when_lost(
+                self._rig, self._body, now.rotation, now.tip_rig, now.seen,
+                named=now.named,
+            )  # fmt: skip
             return CoachView(remedy=found.remedy, picture=found.picture)
         held = Held(now.rotation, now.tip_rig, now.seen)
         advice = advise(self._rig, self._body, held, now.sensitivities)

@@ -112,7 +112,7 @@ def site(tmp_path: Path) -> SupportSite:
         logs,
         (records,),
         history(3.0),
-        {"window.log": f"said {PLANTED['window log']}: password={PLANTED['window log']}"},
+        {"window.log": f"connecting, password={PLANTED['window log']}"},
         doctor=lambda: f"doctor of {PEOPLE[0]}",
         environment={"ARCHIVE_PASSWORD": PLANTED["environment"], "USER": "efeldkamp"},
     )
