@@ -20,15 +20,20 @@ _LEAST_SECRET = 4
 _LEAST_NAME = 3
 _WORD = r"(?:pass(?:word|wd|phrase|code)?|pwd|(?<![a-z])pin(?![a-z])|secret|token|api[_-]?key|"
 _WORD += r"access[_-]?key|private[_-]?key|credential|authori[sz]ation|kennwort|passwort)s?"
+# Every repetition is bounded: a log may be one line of a megabyte.
 _PATTERNS = (
     # All of a private key, also one whose end was cut off.
     (
-        re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----.*?(?:-----END [A-Z ]*PRIVATE KEY-----|\Z)",
-                   re.DOTALL),
+        re.compile(
+            r"-----BEGIN [A-Z ]{0,40}PRIVATE KEY-----.*?"
+            r"(?:-----END [A-Z ]{0,40}PRIVATE KEY-----|\Z)",
+            re.DOTALL,
+        ),
         MASKED,
     ),
     # scheme://user:password@host; the password may hold an @ of its own.
-    (re.compile(r"(?P<keep>[a-z][a-z0-9+.-]*://[^\s/:@\"']*:)[^\s\"'/]+(?=@)", re.IGNORECASE),
+    (re.compile(r"(?P<keep>[a-z0-9+.-]{1,20}://[^\s/:@\"']{0,200}:)[^\s\"'/]{1,500}(?=@)",
+                re.IGNORECASE),
      rf"\g<keep>{MASKED}"),
     # Authorization: Bearer ..., and the same without its name.
     (re.compile(r"(?P<keep>\b(?:bearer|basic|digest)\s+)[A-Za-z0-9+/=._~-]{6,}", re.IGNORECASE),
@@ -36,13 +41,14 @@ _PATTERNS = (
     # password = "...", token: ..., --password ...
     (
         re.compile(
-            rf"(?P<keep>[\w.-]*{_WORD}[\w-]*[\"']?\s*(?:=>|[:=])\s*)"
+            rf"(?P<keep>{_WORD}[\w-]{{0,40}}[\"']?\s{{0,9}}(?:=>|[:=])\s{{0,9}})"
             r"(?:\"(?:[^\"\\]|\\.)*\"|'(?:[^'\\]|\\.)*'|[^\s,;\"'}\])]+)",
             re.IGNORECASE,
         ),
         rf"\g<keep>{MASKED}",
     ),
-    (re.compile(rf"(?P<keep>--?[\w-]*{_WORD}[\w-]*\s+)(?!-)[^\s]+", re.IGNORECASE),
+    (re.compile(rf"(?P<keep>-[\w-]{{0,40}}{_WORD}[\w-]{{0,40}}\s{{1,9}})(?!-)[^\s]+",
+                re.IGNORECASE),
      rf"\g<keep>{MASKED}"),
 )  # fmt: skip
 _SECRET_VARIABLE = re.compile(rf"{_WORD}|KEY$", re.IGNORECASE)

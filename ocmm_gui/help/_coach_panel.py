@@ -24,6 +24,8 @@ from ocmm_gui.kit import (
 REFUSED_MS = 4000
 """So long the picture of a refused touch stays."""
 _LINE_PX = 15
+_LOW, _PICTURE_SHARE, _WORDS_SHARE = 1.1, 0.5, 0.4
+"""Lower than so many widths it has its words beside the picture, elsewhere below it."""
 
 
 class CoachPanel(Painted):
@@ -36,7 +38,7 @@ class CoachPanel(Painted):
     """
 
     def __init__(self, *, far: bool = False) -> None:
-        super().__init__(tr("Coach"), (150, 150), (110, 90))
+        super().__init__(tr("Coach"), (160, 150), (130, 112))
         self._far = far
         self._view = NOTHING
         self._refusal: Refusal | None = None
@@ -72,6 +74,11 @@ class CoachPanel(Painted):
         """Return whether it shows why there is no number or no point."""
         return self.shows_probe() and self._view.hint is None
 
+    def hint(self) -> str:
+        """Return the hint as a sentence; empty where none is shown."""
+        hint = self._view.hint
+        return "" if hint is None else f"{hint_words(hint)}."
+
     def words(self) -> str:
         """Return what it says; a hint, a remedy, or how large U is."""
         view = self._view
@@ -102,45 +109,51 @@ class CoachPanel(Painted):
         self.update()
 
     def paintEvent(self, event: QPaintEvent) -> None:
-        """Paint the picture and, near the screen, the words below it."""
+        """Paint the picture and, near the screen, the words beside or below it."""
         painter = self._painter()
-        frame = self._paint_panel(painter).adjusted(5, 4, -5, -4)
+        frame = self._paint_panel(painter).adjusted(6, 4, -6, -4)
         view = self._view
-        if not self._far:
-            frame = self._paint_words(painter, frame)
+        words = "" if self._far else self.words()
+        if words and frame.height() < _LOW * frame.width():
+            left = QRectF(frame)
+            left.setWidth(_PICTURE_SHARE * frame.width())
+            self._paint_words(painter, frame.adjusted(left.width() + 4.0, 0.0, 0.0, 0.0), words)
+            frame = left
+        elif words:
+            high = _WORDS_SHARE * frame.height()
+            below = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
+            self._paint_words(painter, below, words)
+            frame = frame.adjusted(0.0, 0.0, 0.0, -high - 2.0)
         if self.shows_probe() and view.picture is not None:
-            frame = self._paint_counts(painter, frame)
+            high = 0.09 * frame.height() if self._far else float(_LINE_PX) - 2.0
+            if self._far:
+                frame = self._paint_line(painter, frame, _where(), self._theme.muted, high)
+            counts = "  ".join(f"{name} {count}" for name, count in view.picture.counts())
+            frame = self._paint_line(painter, frame, counts, self._theme.text, 1.2 * high)
             paint_probe(painter, view.picture, frame, self._theme)
             if view.ellipsoid is not None:
-                side = 0.34 * min(frame.width(), frame.height())
-                corner = QRectF(frame.left(), frame.top(), side, side)
+                side = 0.32 * min(frame.width(), frame.height())
+                # The ball is below the LEDs; the corner that it leaves free is the other one.
+                right = bool(view.picture.leds[:, 0].mean() >= 0.0)
+                x = frame.right() - side if right else frame.left()
+                corner = QRectF(x, frame.bottom() - side, side, side)
                 paint_ellipse(painter, view.ellipsoid, corner, self._theme)
         elif view.ellipsoid is not None:
             scale = tr("ring {scale} µm").format(scale=scale_um(view.ellipsoid))
             frame = self._paint_line(painter, frame, scale, self._theme.muted)
             paint_ellipse(painter, view.ellipsoid, frame, self._theme)
 
-    def _paint_words(self, painter: QPainter, frame: QRectF) -> QRectF:
-        words = self.words()
-        if not words:
-            return frame
-        frame = self._paint_line(painter, frame, _where(), self._theme.muted)
+    def _paint_words(self, painter: QPainter, frame: QRectF, words: str) -> None:
+        where = QRectF(frame)
+        where.setTop(frame.bottom() - 2.0 * _LINE_PX)
+        painter.setPen(QColor(self._theme.muted))
+        painter.setFont(text_font(wrapped_pixels(_where(), where, 12)))
+        painter.drawText(where, WRAPPED, _where())
+        box = frame.adjusted(0.0, 0.0, 0.0, -where.height())
         urgent = bool(self._view.remedy) or self._view.hint is not None
-        high = min(0.42 * frame.height(), 3.0 * _LINE_PX + 6.0) if urgent else _LINE_PX + 3.0
-        box = QRectF(frame.left(), frame.bottom() - high, frame.width(), high)
-        colour = self._theme.bad if self._view.remedy else self._theme.text
-        painter.setPen(QColor(colour))
+        painter.setPen(QColor(self._theme.bad if self._view.remedy else self._theme.text))
         painter.setFont(text_font(wrapped_pixels(words, box, 17, bold=urgent), bold=urgent))
         painter.drawText(box, WRAPPED, words)
-        return frame.adjusted(0.0, 0.0, 0.0, -high - 2.0)
-
-    def _paint_counts(self, painter: QPainter, frame: QRectF) -> QRectF:
-        picture = self._view.picture
-        if picture is None:
-            return frame
-        counts = "   ".join(f"{name} {count}" for name, count in picture.counts())
-        high = 0.16 * frame.height() if self._far else float(_LINE_PX)
-        return self._paint_line(painter, frame, counts, self._theme.text, high)
 
     def _paint_line(
         self, painter: QPainter, frame: QRectF, text: str, colour: str, high: float = _LINE_PX

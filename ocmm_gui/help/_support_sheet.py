@@ -6,6 +6,7 @@ from collections.abc import Callable
 from datetime import datetime
 from pathlib import Path
 
+from PySide6.QtCore import Qt
 from PySide6.QtWidgets import (
     QCheckBox,
     QHBoxLayout,
@@ -95,6 +96,8 @@ class SupportSheet(Sheet):
         self.files = QListWidget()
         self.files.setAccessibleName(tr("Files of the support bundle"))
         self.files.setFont(text_font(13))
+        self.files.setTextElideMode(Qt.TextElideMode.ElideMiddle)
+        self.files.setHorizontalScrollBarPolicy(Qt.ScrollBarPolicy.ScrollBarAlwaysOff)
         self.files.currentRowChanged.connect(self._show_text)
         side.addWidget(self.files, 1)
         self.text = QPlainTextEdit()

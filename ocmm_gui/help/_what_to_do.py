@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from functools import cache
 
 import msgspec
+from PySide6.QtCore import QTimer
 from PySide6.QtWidgets import QHeaderView
 
 from ocmm_core.documents import resource
@@ -126,10 +127,17 @@ class WhatToDoSheet(Sheet):
         )
         self.table.setWordWrap(True)
         self.table.setFont(text_font(15))
+        self.table.setShowGrid(True)
         head = self.table.horizontalHeader()
         head.setSectionResizeMode(0, QHeaderView.ResizeMode.Stretch)
         head.setSectionResizeMode(1, QHeaderView.ResizeMode.Stretch)
         head.setSectionResizeMode(2, QHeaderView.ResizeMode.ResizeToContents)
+        # A bar at the side takes from the columns, and a row may need another line then.
+        head.sectionResized.connect(
+            lambda _column, _before, _now: QTimer.singleShot(
+                0, self.table, self.table.resizeRowsToContents
+            )
+        )
         self.body.addWidget(self.field)
         self.body.addWidget(self.table, 1)
         self.field.textChanged.connect(self.search)

@@ -57,7 +57,7 @@ _PICTURE_PX = (96, 190)
 """Least and greatest height of the picture of the step."""
 _SIDE_PX = 250
 _PANEL_PX = 410
-_READOUT_SHARE = 62
+_READOUT_SHARE = 56
 """Of the width, in hundredths; the coach has the rest."""
 
 

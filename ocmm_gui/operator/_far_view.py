@@ -181,7 +181,7 @@ class FarView(QWidget):
         step, point, rest = next_step(job, self._live).partition(". ")
         summary = NO_VERDICT if feature is None or job.shows_part else job.verdict_of(feature.name)
         counted = f"{summary.deciding}: {said(summary.words)}." if summary.words else ""
-        hint = self.coach.words() if self.coach.shows_probe() else ""
+        hint = self.coach.hint()
         parts = (hint, counted, rest, far_off, step_text(job))
         words = " ".join(part for part in parts if part)
         hidden = self._live if job.shows_part and has_failed(self._live) else None
