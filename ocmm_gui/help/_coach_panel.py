@@ -24,6 +24,7 @@ from ocmm_gui.kit import (
 REFUSED_MS = 4000
 """So long the picture of a refused touch stays."""
 _LINE_PX = 15
+_HARD_BLANK = "\u00a0"
 _LOW, _PICTURE_SHARE, _WORDS_SHARE = 1.1, 0.5, 0.4
 """Lower than so many widths it has its words beside the picture, elsewhere below it."""
 
@@ -38,7 +39,7 @@ class CoachPanel(Painted):
     """
 
     def __init__(self, *, far: bool = False) -> None:
-        super().__init__(tr("Coach"), (160, 150), (130, 112))
+        super().__init__(tr("Coach"), (160, 150), (130, 90))
         self._far = far
         self._view = NOTHING
         self._refusal: Refusal | None = None
@@ -127,7 +128,10 @@ class CoachPanel(Painted):
         if self.shows_probe() and view.picture is not None:
             high = 0.09 * frame.height() if self._far else float(_LINE_PX) - 2.0
             if self._far:
-                frame = self._paint_line(painter, frame, _where(), self._theme.muted, high)
+                place = QRectF(frame)
+                place.setTop(frame.bottom() - 1.7 * high)
+                self._paint_where(painter, place, 40)
+                frame = frame.adjusted(0.0, 0.0, 0.0, -place.height())
             counts = "  ".join(f"{name} {count}" for name, count in view.picture.counts())
             frame = self._paint_line(painter, frame, counts, self._theme.text, 1.2 * high)
             paint_probe(painter, view.picture, frame, self._theme)
@@ -146,14 +150,21 @@ class CoachPanel(Painted):
     def _paint_words(self, painter: QPainter, frame: QRectF, words: str) -> None:
         where = QRectF(frame)
         where.setTop(frame.bottom() - 2.0 * _LINE_PX)
-        painter.setPen(QColor(self._theme.muted))
-        painter.setFont(text_font(wrapped_pixels(_where(), where, 12)))
-        painter.drawText(where, WRAPPED, _where())
+        self._paint_where(painter, where, 12)
+        if self._view.hint is not None:
+            # The numbers stay together, below what is to be done.
+            turns, _, numbers = words.partition(": ")
+            words = f"{turns}\n{numbers.replace(' ', _HARD_BLANK)}"
         box = frame.adjusted(0.0, 0.0, 0.0, -where.height())
         urgent = bool(self._view.remedy) or self._view.hint is not None
         painter.setPen(QColor(self._theme.bad if self._view.remedy else self._theme.text))
         painter.setFont(text_font(wrapped_pixels(words, box, 17, bold=urgent), bold=urgent))
         painter.drawText(box, WRAPPED, words)
+
+    def _paint_where(self, painter: QPainter, box: QRectF, limit: int) -> None:
+        painter.setPen(QColor(self._theme.muted))
+        painter.setFont(text_font(wrapped_pixels(_where(), box, limit)))
+        painter.drawText(box, WRAPPED, _where())
 
     def _paint_line(
         self, painter: QPainter, frame: QRectF, text: str, colour: str, high: float = _LINE_PX

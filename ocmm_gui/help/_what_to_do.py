@@ -17,6 +17,7 @@ from ocmm_gui.kit import (
     ActionInfo,
     DataTable,
     Sheet,
+    Theme,
     form_field,
     later,
     said,
@@ -26,6 +27,114 @@ from ocmm_gui.kit import (
 
 _KEYS = (ActionInfo("support", later("Support bundle"), later("Pack what support needs"), ("F6",)),)
 _MOST_CODES = 60
+_IMPERATIVES = frozenset(
+    [
+        "Add",
+        "Adjust",
+        "Allow",
+        "Ask",
+        "Assign",
+        "Avoid",
+        "Calibrate",
+        "Change",
+        "Check",
+        "Choose",
+        "Clean",
+        "Clear",
+        "Close",
+        "Complete",
+        "Connect",
+        "Continue",
+        "Convert",
+        "Copy",
+        "Correct",
+        "Cover",
+        "Create",
+        "Define",
+        "Delete",
+        "Do",
+        "Drag",
+        "Enter",
+        "Export",
+        "Fit",
+        "Free",
+        "Get",
+        "Give",
+        "Go",
+        "Hold",
+        "Import",
+        "Increase",
+        "Install",
+        "Join",
+        "Keep",
+        "Leave",
+        "Let",
+        "Load",
+        "Log",
+        "Look",
+        "Lower",
+        "Make",
+        "Measure",
+        "Mount",
+        "Move",
+        "Name",
+        "Open",
+        "Pause",
+        "Place",
+        "Plug",
+        "Point",
+        "Press",
+        "Probe",
+        "Put",
+        "Qualify",
+        "Re-probe",
+        "Read",
+        "Reboot",
+        "Recalculate",
+        "Reconnect",
+        "Record",
+        "Reduce",
+        "Register",
+        "Relocate",
+        "Remove",
+        "Rename",
+        "Repair",
+        "Repeat",
+        "Replace",
+        "Restart",
+        "Restore",
+        "Resume",
+        "Retake",
+        "Run",
+        "Save",
+        "See",
+        "Select",
+        "Send",
+        "Set",
+        "Shorten",
+        "Show",
+        "Sign",
+        "Start",
+        "State",
+        "Stop",
+        "Support",
+        "Sweep",
+        "Switch",
+        "Take",
+        "Touch",
+        "Try",
+        "Turn",
+        "Type",
+        "Undo",
+        "Update",
+        "Use",
+        "Verify",
+        "Wait",
+        "Warm",
+        "Write",
+    ]
+)
+"""First words of remedies: the catalogue does not tell them from what they remedy."""
 _LEAST = 2
 _LARGEST = 16 << 20
 
@@ -74,9 +183,10 @@ def answers(wanted: str) -> tuple[Answer, ...]:
         for code in codes:
             by_code.setdefault(code, []).append(sentence)
     for code, sentences in sorted(by_code.items()):
-        texts = [said(sentence) for sentence in sentences]
-        if _has(f"{code} {' '.join(texts)}", words):
-            found.append(Answer(_blank(texts[0]), _blank(" ".join(texts[1:])), code))
+        if _has(f"{code} {' '.join(map(said, sentences))}", words):
+            what = [said(one) for one in sentences if one.split(" ")[0] not in _IMPERATIVES]
+            steps = [said(one) for one in sentences if one.split(" ")[0] in _IMPERATIVES]
+            found.append(Answer(_blank(" ".join(what)), _blank(" ".join(steps)), code))
         if len(found) >= _MOST_CODES:
             break
     return tuple(found)
@@ -105,6 +215,34 @@ def _blank(sentence: str) -> str:
     return text
 
 
+class _AnswerTable(DataTable):
+    """Sign, remedy and code of what was found."""
+
+    def __init__(self) -> None:
+        super().__init__(
+            tr("Symptoms and remedies"),
+            (
+                (tr("What you see"), tr("symptom, or what the program says")),
+                (tr("What to do"), tr("in this order")),
+                (tr("Code"), tr("of errors and refusals")),
+            ),
+        )
+        self._found: tuple[Answer, ...] = ()
+
+    def show_answers(self, found: tuple[Answer, ...]) -> None:
+        """Show what was found, and nothing else."""
+        self._found = found
+        self.setRowCount(len(found))
+        for row, one in enumerate(found):
+            self.show_words(row, (one.sign, one.steps, one.codes))
+        self.resizeRowsToContents()
+
+    def set_theme(self, theme: Theme) -> None:
+        """Write in the colours of ``theme`` from now on."""
+        self._colours = theme
+        self.show_answers(self._found)
+
+
 class WhatToDoSheet(Sheet):
     """A field and a table; what is typed narrows the table.
 
@@ -117,14 +255,7 @@ class WhatToDoSheet(Sheet):
     def __init__(self, support: Callable[[], None]) -> None:
         super().__init__(tr("What to do if"), _KEYS)
         self.field = form_field(tr("Search"), tr("a symptom, or the code of an error"))
-        self.table = DataTable(
-            tr("Symptoms and remedies"),
-            (
-                (tr("What you see"), tr("symptom, or what the program says")),
-                (tr("What to do"), tr("in this order")),
-                (tr("Code"), tr("of errors and refusals")),
-            ),
-        )
+        self.table = _AnswerTable()
         self.table.setWordWrap(True)
         self.table.setFont(text_font(15))
         self.table.setShowGrid(True)
@@ -152,8 +283,5 @@ class WhatToDoSheet(Sheet):
     def search(self, wanted: str) -> None:
         """Show what fits."""
         found = answers(wanted)
-        self.table.setRowCount(len(found))
-        for row, one in enumerate(found):
-            self.table.show_words(row, (one.sign, one.steps, one.codes))
-        self.table.resizeRowsToContents()
+        self.table.show_answers(found)
         self.say(tr("%n lines", "1 line", len(found)) if found else tr("Nothing found. Type less."))
