@@ -119,13 +119,13 @@ def error_of(
 def test_who_follows_the_coach_ends_with_a_median_u_of_at_most_0_8(
     rig: Rig, body: ProbeBody
 ) -> None:
-    """200 operators hold the probe anyhow; those who follow turn as long as a hint is there.
+    """120 operators hold the probe anyhow; those who follow turn as long as a hint is there.
 
     A hand follows with 3 degrees (k = 1) about every axis, and turns back where that loses LEDs.
     """
     rng = np.random.default_rng(94)
     alone, coached, lost = [], [], 0
-    for _ in range(200):
+    for _ in range(120):
         held = held_in(rig, body, rng, 45.0)
         alone.append(u_of(held, rig, body))
         for _ in range(4):
