@@ -25,7 +25,7 @@ REAL_SHARE = 0.15
 """A turn that takes less than this off U is not worth a movement of the hand."""
 LEAST_LEDS = 4
 """Identification needs so many that two cameras see."""
-_EFFORT = 0.004
+_EFFORT = 0.0015
 """A degree more must take so much of U off, as a share: of two alike the smaller turn is said."""
 MARGIN_RAD = float(np.radians(6.0))
 """The LEDs that are counted on shine so much further: a hand is good to some 3 degrees."""
@@ -87,7 +87,8 @@ class Advice:
     now_mm
         U as the probe is held; NaN where there is none.
     hints
-        The best of every way that keeps enough LEDs, the best first; some may make U worse.
+        The best of every way that keeps enough LEDs, the least U for the effort first; some may
+        make U worse.
     """
 
     now_mm: float
@@ -95,7 +96,7 @@ class Advice:
 
     def best(self, share: float = REAL_SHARE) -> Hint | None:
         """Return the best turn that takes so much off; None where none does."""
-        return self.hints[0] if self.hints and self.hints[0].share >= share else None
+        return next((hint for hint in self.hints if hint.share >= share), None)
 
     def along(self, ways: tuple[Way, ...]) -> Hint | None:
         """Return the best turn that goes there."""
