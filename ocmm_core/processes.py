@@ -114,8 +114,8 @@ def end_with_parent(may: Callable[[], bool] = lambda: True) -> None:
 class Aside:
     """Work that a copy of this process does beside it; it ends with this one.
 
-    A copy has all that this process holds, also what cannot be sent, such as objects of a library
-    in C++. It must not use threads of before: they are not copied.
+    A copy has all that this process holds, also what cannot be sent, such as objects of C++, but
+    no threads. It ends with the thread that made it, too.
 
     Parameters
     ----------
@@ -130,7 +130,12 @@ class Aside:
             return
         ours, theirs = multiprocessing.Pipe(duplex=False)
         parent = os.getpid()
-        self._pid = os.fork()
+        try:
+            self._pid = os.fork()
+        except OSError:
+            ours.close()
+            theirs.close()
+            return
         if not self._pid:
             _work_aside(work, theirs, parent)
         theirs.close()

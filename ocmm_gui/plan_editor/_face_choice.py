@@ -6,7 +6,7 @@ from ocmm_core.alignment import ModelBestFit
 from ocmm_core.inspection.plan import Plan
 from ocmm_core.part_model import ModelFace, PartModel
 from ocmm_gui.kit import tr
-from ocmm_gui.plan_editor._part_choice import Line, PartChoice, Words
+from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, PartChoice
 
 
 class FaceChoice(PartChoice):
@@ -15,7 +15,7 @@ class FaceChoice(PartChoice):
     def __init__(self) -> None:
         self._faces: tuple[ModelFace, ...] = ()
         super().__init__(
-            Words(
+            ChoiceWords(
                 choice=tr("Faces to align by"),
                 list=tr("Faces of the model"),
                 take=tr("Align by these  [Return]"),
@@ -33,7 +33,10 @@ class FaceChoice(PartChoice):
         self._faces = tuple(face for _, face in exact)
         self.show_lines(
             part,
-            [Line(face_words(face), (place,), face.number in before) for place, face in exact],
+            [
+                ChoiceLine(face_words(face), (place,), face.number in before)
+                for place, face in exact
+            ],
         )
 
     def chosen(self) -> tuple[ModelFace, ...]:

@@ -20,7 +20,7 @@ from ocmm_gui.kit import (
     tr,
     unit_word,
 )
-from ocmm_gui.plan_editor._part_choice import Line, PartChoice, Words
+from ocmm_gui.plan_editor._part_choice import ChoiceLine, ChoiceWords, PartChoice
 
 UPS = ("+z", "-z", "+y", "-y", "+x", "-x")
 
@@ -36,7 +36,7 @@ class ModelChoice(PartChoice):
         words = tr("Profile of free forms, {unit}").format(unit=unit_word())
         self.zone = form_field(words, tr("Width of the zone"))
         super().__init__(
-            Words(
+            ChoiceWords(
                 choice=tr("Features of the model"),
                 list=tr("Surfaces of the model"),
                 take=tr("Take over  [Return]"),
@@ -63,7 +63,7 @@ class ModelChoice(PartChoice):
         self.show_lines(
             part,
             [
-                Line(
+                ChoiceLine(
                     _words(offer), tuple(face - 1 for face in offer.faces),
                     not offer.against and offer.free_form is None, offer.against,
                 )

@@ -35,7 +35,7 @@ _LIST_PX = 430
 
 
 @dataclass(frozen=True, slots=True)
-class Line:
+class ChoiceLine:
     """What can be chosen.
 
     Attributes
@@ -57,7 +57,7 @@ class Line:
 
 
 @dataclass(frozen=True, slots=True)
-class Words:
+class ChoiceWords:
     """What a choice is called, for eyes and for screen readers."""
 
     choice: str
@@ -80,11 +80,11 @@ class PartChoice(QFrame):
     declined = Signal()
     """Nothing is taken."""
 
-    def __init__(self, words: Words) -> None:
+    def __init__(self, words: ChoiceWords) -> None:
         super().__init__()
         self.setAccessibleName(words.choice)
         self.theme = THEMES[DEFAULT_THEME]
-        self._lines: tuple[Line, ...] = ()
+        self._lines: tuple[ChoiceLine, ...] = ()
         self._row_of: dict[int, int] = {}
         self.picture = PartPicture()
         self.list = ChoiceList(words.list)
@@ -112,7 +112,7 @@ class PartChoice(QFrame):
         self._lay_out()
         self.hide()
 
-    def show_lines(self, part: PartModel | None, lines: Sequence[Line]) -> None:
+    def show_lines(self, part: PartModel | None, lines: Sequence[ChoiceLine]) -> None:
         """Show a part and what can be chosen of it, the first line with the keyboard."""
         self._lines = tuple(lines)
         self._row_of = {place: row for row, line in enumerate(lines) for place in line.places}

@@ -26,7 +26,7 @@ from ocmm_gui.views import read_picture
 
 
 @dataclass(frozen=True, slots=True)
-class Change:
+class PlanChange:
     """A change of a plan.
 
     Attributes
@@ -41,57 +41,57 @@ class Change:
     chosen: ItemKey
 
 
-def with_feature(plan: Plan, chosen: ItemKey) -> Change:
+def with_feature(plan: Plan, chosen: ItemKey) -> PlanChange:
     """Return a plan with a feature like the chosen one, after it."""
     feature, place = new_feature(plan, chosen), _place_after(plan, chosen, "features")
-    return Change(
+    return PlanChange(
         lambda: add_feature(plan, feature, place), ItemKey("features", feature.name)
     )  # fmt: skip
 
 
-def with_construction(plan: Plan, chosen: ItemKey) -> Change | None:
+def with_construction(plan: Plan, chosen: ItemKey) -> PlanChange | None:
     """Return a plan with a construction of the chosen feature; None without features."""
     item, place = new_construction(plan, chosen), _place_after(plan, chosen, "constructions")
     if item is None:
         return None
-    return Change(
+    return PlanChange(
         lambda: add_construction(plan, item, place), ItemKey("constructions", item.name)
     )  # fmt: skip
 
 
-def with_characteristic(plan: Plan, chosen: ItemKey) -> Change | None:
+def with_characteristic(plan: Plan, chosen: ItemKey) -> PlanChange | None:
     """Return a plan with a characteristic of the chosen feature; None where none is chosen."""
     item = new_characteristic(plan, chosen)
     if item is None:
         return None
-    return Change(lambda: add_characteristic(plan, item), ItemKey("characteristics", item.name))
+    return PlanChange(lambda: add_characteristic(plan, item), ItemKey("characteristics", item.name))
 
 
-def with_item(plan: Plan, chosen: ItemKey, item: Any) -> Change:
+def with_item(plan: Plan, chosen: ItemKey, item: Any) -> PlanChange:
     """Return a plan in which the chosen item is what the form says."""
     if chosen == HEAD:
-        return Change(lambda: with_head(plan, item), chosen)
+        return PlanChange(lambda: with_head(plan, item), chosen)
     if chosen == ALIGNMENT:
-        return Change(lambda: with_alignment(plan, item), chosen)
-    return Change(
+        return PlanChange(lambda: with_alignment(plan, item), chosen)
+    return PlanChange(
         lambda: replace_item(plan, chosen.name, item), ItemKey(chosen.group, item.name)
     )  # fmt: skip
 
 
-def without(plan: Plan, chosen: ItemKey) -> Change | None:
+def without(plan: Plan, chosen: ItemKey) -> PlanChange | None:
     """Return a plan without the chosen item or alignment; None where neither is chosen."""
     if chosen == ALIGNMENT:
-        return Change(lambda: with_alignment(plan, None), chosen)
+        return PlanChange(lambda: with_alignment(plan, None), chosen)
     if chosen.group not in LISTS:
         return None
-    return Change(lambda: remove_item(plan, chosen.name, chosen.group), HEAD)
+    return PlanChange(lambda: remove_item(plan, chosen.name, chosen.group), HEAD)
 
 
-def moved(plan: Plan, chosen: ItemKey, way: int) -> Change | None:
+def moved(plan: Plan, chosen: ItemKey, way: int) -> PlanChange | None:
     """Return a plan with the chosen item further up or down; None where it cannot go there."""
     if chosen.group not in LISTS or (place := place_of(plan, chosen) + way) < 0:
         return None
-    return Change(lambda: move_item(plan, chosen.name, place, chosen.group), chosen)
+    return PlanChange(lambda: move_item(plan, chosen.name, place, chosen.group), chosen)
 
 
 def with_picture_of(plan: Plan, path: Path | None, chosen: ItemKey, picture: Path) -> Plan:

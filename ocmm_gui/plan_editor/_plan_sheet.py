@@ -18,7 +18,7 @@ from ocmm_gui.plan_editor._from_models import FromModels
 from ocmm_gui.plan_editor._importing import InUse, what_is_missing
 from ocmm_gui.plan_editor._item_form import ItemForm
 from ocmm_gui.plan_editor._plan_changes import (
-    Change,
+    PlanChange,
     moved,
     with_characteristic,
     with_construction,
@@ -215,7 +215,7 @@ class PlanSheet(Sheet):
         self._refresh(self.items.chosen())
 
     def open_file(self, path: Path) -> None:
-        """Change the plan of another file from now on."""
+        """PlanChange the plan of another file from now on."""
         self._change_to(lambda: load_plan(path), path)
 
     def measure(self) -> None:
@@ -276,13 +276,13 @@ class PlanSheet(Sheet):
         else:
             self._check()
 
-    def _add(self, made: Change | None, why_not: str = "") -> None:
+    def _add(self, made: PlanChange | None, why_not: str = "") -> None:
         if made is None:
             self.told.emit(why_not)
         elif self._did(made.make, made.chosen):
             self.form().focus_first()
 
-    def _change(self, made: Change | None) -> None:
+    def _change(self, made: PlanChange | None) -> None:
         if made is not None:
             self._did(made.make, made.chosen)
 
