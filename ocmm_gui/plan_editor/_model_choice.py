@@ -95,7 +95,8 @@ class ModelChoice(PartChoice):
         words = tr("{count} of {all} surfaces are chosen.")
         words = words.format(count=count, all=len(self._offers))
         if count and not self.can_be_taken():
-            words = f"{words} {tr('Enter the profile of free forms.')}"
+            missing = tr("Enter the profile of free forms.")
+            words = f"{words} {missing}"
         return words
 
     def about(self, row: int) -> str:

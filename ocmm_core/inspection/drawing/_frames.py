@@ -21,8 +21,11 @@ from ocmm_core.inspection.pmi import Datum, DatumReference, DatumTarget, Toleran
 _OPPOSITE = -1.0 + 1e-9
 _SAME_PLANE_MM = 1e-3
 _LEAST_EACH = 3
-_BY_HAND = "add a feature that is touched at its targets, and the tolerances that name it, by hand"
-_SAFE_WITHOUT = frozenset(("maximum material requirement", "least material requirement"))
+_TARGETS = (
+    "datum targets are not supported; add a feature that is touched at them, and the tolerances "
+    "that name it, by hand"
+)
+_SAFE_WITHOUT = ("maximum material requirement", "least material requirement")
 """What lets the part move within the datum: what conforms without it conforms with it."""
 _MOST = 100
 """Points on each face of a datum of several, and targets of it."""
@@ -54,7 +57,7 @@ class Frames:
             AccountItem(
                 group="datum target", name=one.name, kind=f"{one.word} of datum {one.datum}",
                 entity=one.entity, status="refused",
-                why=one.fault or f"datum targets are not supported; {_BY_HAND}",
+                why=one.fault or _TARGETS,
             )
             for one in self._targets
         ]  # fmt: skip
@@ -155,7 +158,10 @@ class Frames:
         if datum.fault:
             raise RefusedError(datum.fault)
         if datum.targets:
-            raise RefusedError(f"it is made of datum targets, which are not supported; {_BY_HAND}")
+            raise RefusedError(
+                "it is made of datum targets, which are not supported; add a feature that is "
+                "touched at them, and the tolerances that name it, by hand"
+            )
         found = self._context.surfaces.all_of(datum.faces, datum.odd)
         if found.missing:
             raise RefusedError(found.missing[0])

@@ -221,17 +221,19 @@ def _model(
 
 def _no_plan_of(said: StepAnswer, count: int) -> tuple[str, str]:
     """Return what is wrong with so many surfaces that can be probed, and what to do about it."""
-    what = (
-        f"it has {count} surfaces that can be probed (planes, cylinders, cones, spheres, tori), of "
-        f"{len(said.surfaces) + sum(said.others.values())} in all"
-    )
-    remedy = f"Give a model with 1 to {MOST_FEATURES} of them."
+    whole = len(said.surfaces) + sum(said.others.values())
     reasons = Counter(one.against for one in said.surfaces if one.against)
     if not count and reasons:
         (why, often), *_ = reasons.most_common(1)
-        what += f"; most often ({often}), {why}"
-        remedy = "Check the unit of the model, or choose a smaller ball."
-    return what, remedy
+        return (
+            f"none of its {whole} surfaces can be probed; most often ({often} of them), {why}",
+            "Check the unit of the model, or choose a smaller ball.",
+        )
+    return (
+        f"it has {count} surfaces that can be probed (planes, cylinders, cones, spheres, "
+        f"tori), of {whole} in all",
+        f"Give a model with 1 to {MOST_FEATURES} of them.",
+    )
 
 
 def _said_of(surface: StepSurface, names: dict[int, str]) -> str:
