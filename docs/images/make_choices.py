@@ -17,13 +17,13 @@ from PySide6.QtCore import Qt  # the platform must be chosen before
 from PySide6.QtWidgets import QApplication
 
 from ocmm_core.inspection.plan import PartOfPlan, new_plan
-from ocmm_core.inspection.step import offers_of, read_model, usual_request
+from ocmm_core.inspection.step import read_part
 from ocmm_gui.app import make_application
 from ocmm_gui.kit import THEMES, apply_theme
 from ocmm_gui.plan_editor import PlanSheet
-from ocmm_gui.plan_editor._importing import ReadModel
 
 SIZE = (1280, 720)
+PATIENCE_S = 300.0
 CHOSEN = 6
 """So many faces are chosen in the picture."""
 
@@ -31,19 +31,19 @@ CHOSEN = 6
 def main(path: Path, folder: Path) -> None:
     """Make the pictures of a model in ``folder``."""
     app = make_application()
-    model = read_model(path, request=usual_request(), with_part=True)
-    if model.part is None:
-        msg = f"{path}: no part was made"
-        raise SystemExit(msg)
     sheet = PlanSheet(new_plan("FTC-06", "PART"), None, lambda: Path("none.ocmm"))
     sheet.resize(*SIZE)
     sheet.show()
     models = sheet.models
-    models.importing.offered.emit(ReadModel(path, model, offers_of(model), "+z"))
+    sheet.import_file(path)
+    until = time.monotonic() + PATIENCE_S
+    while not models.choice.isVisible() and time.monotonic() < until:
+        app.processEvents()
+        time.sleep(0.01)
     models.choice.list.setCurrentRow(3)
     _grab(app, sheet, folder, "choose_features")
     models.close()
-    models.importing.part_read.emit(PartOfPlan(model.part))
+    models.importing.part_read.emit(PartOfPlan(read_part(path)))
     for row in range(CHOSEN):
         models.faces.list.item(2 * row).setCheckState(Qt.CheckState.Checked)
     models.faces.list.setCurrentRow(2 * CHOSEN)
