@@ -4884,6 +4884,10 @@ Startet: {source}</translation>
         <translation>Zurück ohne Flächen</translation>
     </message>
     <message>
+        <source>The selected face</source>
+        <translation>Die markierte Fläche</translation>
+    </message>
+    <message>
         <source>The model has no face with an exact surface.</source>
         <translation>Das Modell hat keine Fläche mit exakter Form.</translation>
     </message>
