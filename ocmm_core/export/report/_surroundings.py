@@ -32,9 +32,9 @@ class _Kind:
 
 
 _KINDS = (
-    _Kind("room", lambda told: f"Room {told}.", "°C", -20.0, 60.0),
-    _Kind("humidity", lambda told: f"Humidity {told}.", "%", 0.0, 100.0),
-    _Kind("pressure", lambda told: f"Air pressure {told}.", "hPa", 500.0, 1100.0),
+    _Kind("room", lambda reading: f"Room {reading}.", "°C", -20.0, 60.0),
+    _Kind("humidity", lambda reading: f"Humidity {reading}.", "%", 0.0, 100.0),
+    _Kind("pressure", lambda reading: f"Air pressure {reading}.", "hPa", 500.0, 1100.0),
 )
 
 
@@ -65,7 +65,8 @@ def _told(kind: _Kind, text: str) -> str:
         raise _error(kind, text, f"is not between {kind.least:g} and {kind.most:g} {kind.unit}")
     if values != sorted(values) or (spread and float(spread.replace(",", ".")) < 0.0):
         raise _error(kind, text, "has its smaller number last")
-    told = " to ".join(one.replace(",", ".") for one in (first, last) if one)
+    # Without a word: the paper may be in another language.
+    told = " … ".join(one.replace(",", ".") for one in (first, last) if one)
     return f"{told} ± {spread.replace(',', '.')} {kind.unit}" if spread else f"{told} {kind.unit}"
 
 

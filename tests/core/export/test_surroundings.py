@@ -37,10 +37,10 @@ def _with(given: Particulars) -> ReportData:
     [
         ("20.1", "20.1 °C"),
         ("20,1 °C", "20.1 °C"),
-        ("19.8 to 20.4", "19.8 to 20.4 °C"),
-        ("19,8…20,4 °C", "19.8 to 20.4 °C"),
+        ("19.8 to 20.4", "19.8 … 20.4 °C"),
+        ("19,8…20,4 °C", "19.8 … 20.4 °C"),
         ("20.1 ± 0.3", "20.1 ± 0.3 °C"),
-        ("-3 to 4", "-3 to 4 °C"),
+        ("-3 to 4", "-3 … 4 °C"),
     ],
 )
 def test_a_reading_is_printed_with_its_unit(typed: str, told: str) -> None:
