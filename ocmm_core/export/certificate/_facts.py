@@ -74,6 +74,8 @@ def _facts(paper: Certificate) -> Iterator[tuple[str, str, str]]:
     yield "7.8.4.1 e", "Conformity", conformity_words(paper)
     yield "7.8.2.1 m", "Units, volume", f"Lengths in mm. {paper.volume}"
     notes = [*paper.states, *given.deviations, *(note for run in paper.runs for note in run.notes)]
+    # What both runs could not follow is one deviation.
+    notes = list(dict.fromkeys(notes))
     yield "7.8.2.1 n", "Deviations", " ".join(notes) or "None noted in the record, none stated."
     yield "", "Software", f"OCMM {paper.software}"
     yield "7.8.2.1 o", "Signed by", "; ".join(paper.paper.template.signatures)
