@@ -195,7 +195,7 @@ def _round_end(reach: float) -> float:
 
     A tick at 34.5 µm that says 34 makes every point beside it look wrong.
     """
-    wanted = 1.1 * reach
+    wanted = max(1.1 * reach, 1e-6)
     power = 10.0 ** math.floor(math.log10(wanted))
     return float(power * next(step for step in (1.0, 2.0, 4.0, 6.0, 8.0, 10.0)
                               if step * power >= wanted))  # fmt: skip
