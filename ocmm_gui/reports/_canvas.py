@@ -166,6 +166,16 @@ def whole_words(text: str, style: Style, width: float) -> Style:
     return smaller
 
 
+def on_one_line(text: str, style: Style, width: float) -> Style:
+    """Return a style, if need be a smaller one, in which a text stands on one line."""
+    smaller = style
+    while smaller.size > _LEAST * style.size:
+        if _face(smaller.size, smaller.bold)[1].horizontalAdvance(text) <= width:
+            break
+        smaller = replace(smaller, size=0.95 * smaller.size)
+    return smaller
+
+
 def _unbroken(cell: PageField, column: Column) -> PageField:
     # A number that is broken reads as another one, whose last digits are gone.
     if not column.right or not cell.text:

@@ -28,6 +28,7 @@ from ocmm_gui.reports._canvas import (
     Column,
     PageField,
     Style,
+    on_one_line,
     paint_line,
     paint_text,
 )
@@ -385,7 +386,7 @@ def _paint_title(painter: QPainter, box: QRectF, *, data: ReportData) -> None:
             Qt.AlignmentFlag.AlignCenter,
         )
         frame.setTop(frame.top() + 36.0)
-    paint_text(
-        painter, frame, f"{_MARKS[part.verdict]} {speech.word(part.word.value)}",
-        Style(56.0, bold=True, colour=colour), Qt.AlignmentFlag.AlignCenter,
-    )  # fmt: skip
+    words = f"{_MARKS[part.verdict]} {speech.word(part.word.value)}"
+    # In some languages it is longer, and a second line would cover the states.
+    style = on_one_line(words, Style(56.0, bold=True, colour=colour), frame.width() - 30.0)
+    paint_text(painter, frame, words, style, Qt.AlignmentFlag.AlignCenter)
