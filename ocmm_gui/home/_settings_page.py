@@ -180,13 +180,14 @@ class SettingsPage(Sheet):
         for place, spec in enumerate(one for one in SETTINGS if one.section == section):
             if spec.kind is Kind.KEYS:
                 continue
-            row = SettingRow(spec, grid, place, self)
+            row = SettingRow(spec, grid, place, self, below=section == _HEAD)
             row.committed.connect(self._commit)
             row.browse.connect(self._browse)
             row.left.connect(self.left)
             self.rows[spec.key] = row
         grid.setColumnStretch(2, 3)
-        grid.setColumnStretch(5, 4)
+        if section != _HEAD:
+            grid.setColumnStretch(5, 4)
         grid.setRowStretch(99, 1)
         area = QScrollArea()
         area.setWidgetResizable(True)

@@ -102,7 +102,7 @@ class TemplatePreview(QWidget):
             self._settling.start()
 
     def _room(self) -> int:
-        high = int((self.height() - self.words.sizeHint().height()) / _A4)
+        high = int(self.page.height() / _A4)
         return min(max(min(self.width(), high), _LEAST_PX), _MOST_PX)
 
     def _draw(self) -> None:
