@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import zlib
 from pathlib import Path
 
 import pytest
@@ -89,7 +90,7 @@ def test_a_hundred_pages_are_unpacked_where_they_are_looked_at(
     pages.resize(500, 700)
     with qtbot.waitExposed(pages):
         pages.show()
-    blank = side.zlib.compress(bytes([255]) * (4 * 400 * 566))
+    blank = zlib.compress(bytes([255]) * (4 * 400 * 566))
     for index in range(100):
         pages.show_page(PagePicture(index, 100, 400, 566, blank))
     qapp.processEvents()

@@ -180,7 +180,7 @@ def test_humidity_and_pressure_of_the_record_are_on_paper_and_in_the_dcc(
     etree.XMLSchema(etree.parse(reference / "dcc" / "dcc.xsd")).assertValid(root)
     conditions = root.findall(f".//{Q}influenceCondition")
     assert len(conditions) == 3
-    told = ["".join(one.itertext()).split() for one in conditions]
+    told = ["".join(map(str, one.itertext())).split() for one in conditions]
     assert "45.5" in told[1]
     assert "1013.0" in told[2]
     for humidity, pressure in (("damp", ""), ("101", ""), ("", "1.013"), ("nan", ""), ("", "inf")):

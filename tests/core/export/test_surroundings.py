@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+import msgspec
 import pytest
 
 from ocmm_core.errors import InputError
@@ -65,7 +66,7 @@ def test_a_reading_is_printed_with_its_unit(typed: str, told: str) -> None:
 )
 def test_what_is_no_reading_is_refused_with_its_field(field: str, typed: str, fault: str) -> None:
     with pytest.raises(InputError, match=f"'{field}'") as caught:
-        surroundings(Particulars(**{field: typed}))
+        surroundings(msgspec.convert({field: typed}, Particulars))
     assert fault in caught.value.what
     assert caught.value.remedy
     assert len(caught.value.what) < 200
