@@ -33,6 +33,7 @@ from ocmm_gui.home._file_browser import FileBrowser, Wanted
 from ocmm_gui.home._key_list import KeyList
 from ocmm_gui.home._setting_row import HIGH_PX, SettingRow
 from ocmm_gui.home._sounds_page import SoundsPage
+from ocmm_gui.home._template_preview import TemplatePreview
 from ocmm_gui.kit import (
     ActionInfo,
     NarrowButton,
@@ -51,6 +52,8 @@ _APPLY = ActionInfo(
     ("F8",),
 )  # fmt: skip
 _NOTES_SHOWN = 4
+_HEAD = "report"
+"""The section that has a preview of what it makes."""
 
 
 class SettingsPage(Sheet):
@@ -80,13 +83,16 @@ class SettingsPage(Sheet):
         self.notes.setProperty("role", "warn")
         self.rows: dict[str, SettingRow] = {}
         self.ruler = RulerLine()
+        self.preview = TemplatePreview()
         self._pages = QStackedWidget()
         self._sections = QButtonGroup(self)
         names = QVBoxLayout()
         names.setSpacing(8)
         for number, (section, title) in enumerate(SECTIONS.items()):
             names.addWidget(self._section_button(tr(title), number))
-            self._pages.addWidget(self._section(section))
+            self._pages.addWidget(
+                self._with_preview(section) if section == _HEAD else self._section(section)
+            )
         self.keys_list = KeyList()
         self.keys_list.changed.connect(lambda keys: self._commit("window.keys", keys))
         names.addWidget(self._section_button(tr("Keys"), len(SECTIONS)))
@@ -138,6 +144,8 @@ class SettingsPage(Sheet):
         """Show one section by its place."""
         self._pages.setCurrentIndex(number)
         self._sections.button(number).setChecked(True)
+        if number < len(SECTIONS) and list(SECTIONS)[number] == _HEAD:
+            self._follow_head()
 
     def change(self, key: str, value: Value) -> None:
         """Keep one setting, as its field does."""
@@ -148,9 +156,22 @@ class SettingsPage(Sheet):
         return bool(self._waiting)
 
     def close_work(self) -> None:
-        """Stop reading folders, and what still plays."""
+        """Stop reading folders and drawing pages, and what still plays."""
         self.sounds.close_work()
         self.browser.close_work()
+        self.preview.close_work()
+
+    def _follow_head(self) -> None:
+        """Show the page that reports have now: that of the chosen template, with its head."""
+        self.preview.follow(self.loaded.settings)
+
+    def _with_preview(self, section: str) -> QWidget:
+        both = QWidget()
+        row = QHBoxLayout(both)
+        row.setContentsMargins(0, 0, 0, 0)
+        row.addWidget(self._section(section), 5)
+        row.addWidget(self.preview, 3)
+        return both
 
     def _section_button(self, title: str, number: int) -> QPushButton:
         button = NarrowButton(title)
@@ -168,8 +189,7 @@ class SettingsPage(Sheet):
         for place, spec in enumerate(one for one in SETTINGS if one.section == section):
             if spec.kind is Kind.KEYS:
                 continue
-            # Every second line is free, for what belongs below a setting.
-            row = SettingRow(spec, grid, 2 * place, self)
+            row = SettingRow(spec, grid, place, self, below=section == _HEAD)
             if spec.key == "window.ruler_mm":
                 grid.addWidget(self.ruler, 2 * place + 1, 1, 1, 5)
             row.committed.connect(self._commit)
@@ -177,7 +197,8 @@ class SettingsPage(Sheet):
             row.left.connect(self.left)
             self.rows[spec.key] = row
         grid.setColumnStretch(2, 3)
-        grid.setColumnStretch(5, 4)
+        if section != _HEAD:
+            grid.setColumnStretch(5, 4)
         grid.setRowStretch(99, 1)
         area = QScrollArea()
         area.setWidgetResizable(True)
@@ -196,8 +217,9 @@ class SettingsPage(Sheet):
             self.told.emit(said(f"{note.what} {note.remedy}"))
         before = self.loaded.values[key]
         self.loaded = self._store.load()
-        if spec_of(key).section == "report":
+        if spec_of(key).section == _HEAD:
             self.attempt(self._use_head)
+            self._follow_head()
         waits = self._reopens and spec_of(key).applies is Applies.REOPEN
         if waits and self.loaded.values[key] != before:
             self._waiting.add(key)
