@@ -18,8 +18,9 @@ from pathlib import Path
 
 import msgspec
 
-from ocmm_core.archive import Courier, ExtractedJob, JobRecord, Outbox
-from ocmm_core.archive._store import SqlArchive
+from ocmm_core.archive.outbox import Courier, Outbox
+from ocmm_core.archive.records import ExtractedJob, JobRecord
+from ocmm_core.archive.stores._store import SqlArchive
 from tests.core.archive.made_jobs import made_record
 
 

@@ -10,8 +10,9 @@ import msgspec
 import numpy as np
 import pytest
 
-from ocmm_core.archive import Answer, Delivery, check_address, open_archive, parse_server
-from ocmm_core.archive._address import read_password
+from ocmm_core.archive.records import Delivery
+from ocmm_core.archive.stores import Answer, check_address, open_archive, parse_server
+from ocmm_core.archive.stores._address import read_password
 from ocmm_core.errors import InputError, OcmmError, StorageError
 from ocmm_core.settings import spec_of, value_of_text
 from tests.core.archive.conftest import Place, by_hand

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from ocmm_core.archive import (
+from ocmm_core.archive.outbox import (
     BackOff,
     Contact,
     Courier,
@@ -18,9 +18,9 @@ from ocmm_core.archive import (
     ItemState,
     Outbox,
     hand_over,
-    open_archive,
 )
-from ocmm_core.archive._store import SqlArchive
+from ocmm_core.archive.stores import open_archive
+from ocmm_core.archive.stores._store import SqlArchive
 from ocmm_core.errors import OcmmError, StorageError
 from tests.core.archive.conftest import Place
 from tests.core.archive.outbox_campaign import count, finish, quick_extract, run
