@@ -164,8 +164,8 @@ def test_a_key_is_changed_by_pressing_it_and_a_taken_one_is_refused(
     assert "already Take" in keys.told.text()
     assert not page.loaded.settings.window_keys
     keys.list.itemActivated.emit(keys.list.currentItem())
-    QTest.keyClick(keys.capture, Qt.Key.Key_B, Qt.KeyboardModifier.ControlModifier)
-    assert page.loaded.settings.window_keys == {"flip": ("Ctrl+B",)}
+    QTest.keyClick(keys.capture, Qt.Key.Key_U, Qt.KeyboardModifier.ControlModifier)
+    assert page.loaded.settings.window_keys == {"flip": ("Ctrl+U",)}
     keys.select("take")
     keys.take("F16")
     # The foot switch keeps its key beside the new one.
@@ -173,7 +173,7 @@ def test_a_key_is_changed_by_pressing_it_and_a_taken_one_is_refused(
     keys.take("Esc")
     assert page.loaded.settings.window_keys["take"] == ("F16", "F13")
     keys.restore()
-    assert page.loaded.settings.window_keys == {"flip": ("Ctrl+B",)}
+    assert page.loaded.settings.window_keys == {"flip": ("Ctrl+U",)}
 
 
 def test_keys_of_a_document_that_clash_are_passed_over() -> None:
