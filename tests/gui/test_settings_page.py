@@ -178,7 +178,7 @@ def test_a_key_is_changed_by_pressing_it_and_a_taken_one_is_refused(
 
 def test_keys_of_a_document_that_clash_are_passed_over() -> None:
     assert usable_keys({"flip": ("Space",)}) == {}
-    assert usable_keys({"flip": ("Ctrl+B",), "skip": ("Ctrl+B",)}) == {"flip": ("Ctrl+B",)}
+    assert usable_keys({"flip": ("Ctrl+U",), "skip": ("Ctrl+U",)}) == {"flip": ("Ctrl+U",)}
     assert usable_keys({"moon": ("Ctrl+M",), "flip": ("",)}) == {}
 
 
@@ -191,8 +191,8 @@ def test_the_window_uses_settings_without_a_new_start(
     page = window.sheets.settings
     page.change("window.theme", "light")
     assert window.palette().window().color().lightness() > 128
-    page.change("window.keys", {"flip": ("Ctrl+B",)})
-    assert window.actions_by_key["flip"].shortcut().toString() == "Ctrl+B"
+    page.change("window.keys", {"flip": ("Ctrl+U",)})
+    assert window.actions_by_key["flip"].shortcut().toString() == "Ctrl+U"
     page.change("job.operators", ("Anna", "Ben"))
     page.left.emit()
     window.actions_by_key["job"].trigger()
