@@ -1745,8 +1745,16 @@ Startet: {source}</translation>
         <translation>Die Tabelle in eine Datei schreiben, .csv oder .parquet</translation>
     </message>
     <message>
-        <source>Stop asking; what is shown stays</source>
-        <translation>Abfrage abbrechen; was angezeigt wird, bleibt</translation>
+        <source>Stop; what is shown stays</source>
+        <translation>Anhalten; was gezeigt wird, bleibt</translation>
+    </message>
+    <message>
+        <source>Recall archived jobs, or back to the questions</source>
+        <translation>Archivierte Aufträge zurückrufen, oder zurück zu den Fragen</translation>
+    </message>
+    <message>
+        <source>Store the recall; stations hold back what does not hold</source>
+        <translation>Rückruf speichern; Stationen halten zurück, was nicht gilt</translation>
     </message>
     <message>
         <source>What was measured</source>
@@ -1837,12 +1845,28 @@ Startet: {source}</translation>
         <translation>Übergabe an das Archiv</translation>
     </message>
     <message>
+        <source>Checks the archived jobs. Nothing is changed.</source>
+        <translation>Prüft die archivierten Aufträge. Nichts wird geändert.</translation>
+    </message>
+    <message>
         <source>Fill in what it is about, then ask (F8).</source>
         <translation>Angeben, worum es geht, dann abfragen (F8).</translation>
     </message>
     <message>
+        <source>Recall first (F8): there are no pages yet.</source>
+        <translation>Erst zurückrufen (F8): es gibt noch keine Seiten.</translation>
+    </message>
+    <message>
         <source>Ask first (F8): there is no table yet.</source>
         <translation>Erst abfragen (F8): noch gibt es keine Tabelle.</translation>
+    </message>
+    <message>
+        <source>Choose what was found wrong, then recall (F8). Nothing is changed.</source>
+        <translation>Wählen, was falsch war, dann zurückrufen (F8). Nichts wird geändert.</translation>
+    </message>
+    <message>
+        <source>Turn to the recall first (F10).</source>
+        <translation>Erst zum Rückruf wechseln (F10).</translation>
     </message>
     <message>
         <source>Everything measured here is in the archive.</source>
@@ -3797,6 +3821,54 @@ Startet: {source}</translation>
         <translation>Schreiben</translation>
     </message>
     <message>
+        <source>what the histories tell</source>
+        <translation>was die Historien sagen</translation>
+    </message>
+    <message>
+        <source>artefact</source>
+        <translation>Normal</translation>
+    </message>
+    <message>
+        <source>tip</source>
+        <translation>Tastspitze</translation>
+    </message>
+    <message>
+        <source>calibration</source>
+        <translation>Kalibrierung</translation>
+    </message>
+    <message>
+        <source>serial number, name or hash</source>
+        <translation>Seriennummer, Name oder Hash</translation>
+    </message>
+    <message>
+        <source>Wrong since</source>
+        <translation>Falsch seit</translation>
+    </message>
+    <message>
+        <source>day, e.g. 2026-11-26</source>
+        <translation>Tag, z. B. 2026-11-26</translation>
+    </message>
+    <message>
+        <source>Calibrations</source>
+        <translation>Kalibrierungen</translation>
+    </message>
+    <message>
+        <source>folders of the stations; empty: this computer</source>
+        <translation>Ordner der Stationen; leer: dieser Rechner</translation>
+    </message>
+    <message>
+        <source>who decides; to store it</source>
+        <translation>wer entscheidet; zum Speichern</translation>
+    </message>
+    <message>
+        <source>Finding</source>
+        <translation>Befund</translation>
+    </message>
+    <message>
+        <source>What was found to be wrong</source>
+        <translation>Was sich als falsch erwies</translation>
+    </message>
+    <message>
         <source>Result of the recall</source>
         <translation>Ergebnis des Rückrufs</translation>
     </message>
@@ -3807,6 +3879,22 @@ Startet: {source}</translation>
     <message>
         <source>Evidence for the selected verdict</source>
         <translation>Belege zum ausgewählten Urteil</translation>
+    </message>
+    <message>
+        <source>What was wrong, or since when, is missing.</source>
+        <translation>Es fehlt, was falsch war oder seit wann.</translation>
+    </message>
+    <message>
+        <source>Fill in both, then recall (F8).</source>
+        <translation>Beides ausfüllen, dann zurückrufen (F8).</translation>
+    </message>
+    <message>
+        <source>No recall is shown yet.</source>
+        <translation>Es wird noch kein Rückruf gezeigt.</translation>
+    </message>
+    <message>
+        <source>Recall first (F8).</source>
+        <translation>Erst zurückrufen (F8).</translation>
     </message>
     <message>
         <source>Select the folder with the jobs (F7). Job files are not changed.</source>
