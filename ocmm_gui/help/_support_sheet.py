@@ -184,7 +184,7 @@ class SupportSheet(Sheet):
         self.files.clear()
         for item in self._shown:
             size = localised(f"{len(item.content) / 1024:.1f}")
-            self.files.addItem(f"{item.name}  {size} KiB")
+            self.files.addItem(tr("{name}  {size} KiB").format(name=item.name, size=size))
         if self._shown:
             self.files.setCurrentRow(min(max(kept, 0), len(self._shown) - 1))
         else:
