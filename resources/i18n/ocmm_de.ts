@@ -248,8 +248,16 @@
         <translation>Gespeichert: {id}, fällig {due}.</translation>
     </message>
     <message>
+        <source>The register</source>
+        <translation>Das Register</translation>
+    </message>
+    <message>
         <source>Remove {id} from the register?</source>
         <translation>{id} aus dem Verzeichnis entfernen?</translation>
+    </message>
+    <message>
+        <source>Reading the register</source>
+        <translation>Das Register wird gelesen</translation>
     </message>
     <message>
         <source>nothing</source>
@@ -305,6 +313,14 @@
     <message>
         <source>The artefacts</source>
         <translation>Die Normale</translation>
+    </message>
+    <message>
+        <source>Preparing the test</source>
+        <translation>Die Prüfung wird vorbereitet</translation>
+    </message>
+    <message>
+        <source>The test</source>
+        <translation>Die Prüfung</translation>
     </message>
     <message>
         <source>Retest</source>
@@ -424,6 +440,18 @@
     <message>
         <source>For whom; empty for the laboratory itself</source>
         <translation>Für wen; leer für das eigene Labor</translation>
+    </message>
+    <message>
+        <source>Humidity, %</source>
+        <translation>Feuchte, %</translation>
+    </message>
+    <message>
+        <source>Of the air; may be empty</source>
+        <translation>Der Luft; darf leer bleiben</translation>
+    </message>
+    <message>
+        <source>Pressure, hPa</source>
+        <translation>Druck, hPa</translation>
     </message>
     <message>
         <source>as found</source>
@@ -2958,18 +2986,6 @@ Startet: {source}</translation>
         <translation>Packen, was der Support braucht</translation>
     </message>
     <message>
-        <source>What to do if</source>
-        <translation>Was tun, wenn</translation>
-    </message>
-    <message>
-        <source>Search</source>
-        <translation>Suche</translation>
-    </message>
-    <message>
-        <source>a symptom, or the code of an error</source>
-        <translation>ein Symptom oder der Code eines Fehlers</translation>
-    </message>
-    <message>
         <source>Symptoms and remedies</source>
         <translation>Symptome und Abhilfe</translation>
     </message>
@@ -2992,6 +3008,18 @@ Startet: {source}</translation>
     <message>
         <source>of errors and refusals</source>
         <translation>von Fehlern und Ablehnungen</translation>
+    </message>
+    <message>
+        <source>What to do if</source>
+        <translation>Was tun, wenn</translation>
+    </message>
+    <message>
+        <source>Search</source>
+        <translation>Suche</translation>
+    </message>
+    <message>
+        <source>a symptom, or the code of an error</source>
+        <translation>ein Symptom oder der Code eines Fehlers</translation>
     </message>
     <message numerus="yes">
         <source>%n lines</source>
@@ -4888,6 +4916,10 @@ Startet: {source}</translation>
         <translation>Zurück ohne Flächen</translation>
     </message>
     <message>
+        <source>The selected face</source>
+        <translation>Die markierte Fläche</translation>
+    </message>
+    <message>
         <source>The model has no face with an exact surface.</source>
         <translation>Das Modell hat keine Fläche mit exakter Form.</translation>
     </message>
@@ -5834,6 +5866,18 @@ Startet: {source}</translation>
     <message>
         <source>Date and condition</source>
         <translation>Datum und Zustand</translation>
+    </message>
+    <message>
+        <source>Temperature of the room, a number or a range</source>
+        <translation>Temperatur des Raums, Zahl oder Bereich</translation>
+    </message>
+    <message>
+        <source>Of the air, a number or a range</source>
+        <translation>Der Luft, Zahl oder Bereich</translation>
+    </message>
+    <message>
+        <source>Of the air, where it matters</source>
+        <translation>Der Luft, wo es darauf ankommt</translation>
     </message>
     <message>
         <source>Deviations</source>
@@ -8408,6 +8452,26 @@ Startet: {source}</translation>
     <message>
         <source>Press Hand back: the robot goes on. Ctrl+K finds everything else.</source>
         <translation>Zurückgeben drücken: Der Roboter macht weiter. Strg+K findet alles andere.</translation>
+    </message>
+    <message>
+        <source>Drawing the first page</source>
+        <translation>Die erste Seite wird gezeichnet</translation>
+    </message>
+    <message>
+        <source>Preview of the report template</source>
+        <translation>Vorschau der Berichtsvorlage</translation>
+    </message>
+    <message>
+        <source>State of the preview</source>
+        <translation>Zustand der Vorschau</translation>
+    </message>
+    <message>
+        <source>First page of a report</source>
+        <translation>Erste Seite eines Berichts</translation>
+    </message>
+    <message>
+        <source>First page of a report, nothing measured. It follows the settings.</source>
+        <translation>Erste Seite eines Berichts, nichts gemessen. Sie folgt den Einstellungen.</translation>
     </message>
     <message>
         <source>Coach</source>
