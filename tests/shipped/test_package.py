@@ -191,7 +191,8 @@ def test_nothing_that_the_package_leaves_out_is_needed(tmp_path: Path) -> None:
         for name in re.findall(r"^\s+(?:from|import) ([\w.]+)", path.read_text("utf-8"), re.M)
     }
     assert "xlsxwriter" in later
-    left_out = tuple(f"{name}." for name in _left_out())
+    # What stands in the place of the compilers was there for the imports above.
+    left_out = tuple(f"{name}." for name in _left_out() if name not in {"numba", "llvmlite"})
     assert {name for name in later if f"{name}.".startswith(left_out)} == set()
 
 
