@@ -257,7 +257,7 @@ def install(folder: Path, kind: str) -> Kernels:
     def njit(*functions: Callable[..., Any], **_: Any) -> Any:
         return Kernel(kernels, functions[0]) if functions else lambda one: Kernel(kernels, one)
 
-    names = {
+    names: dict[str, dict[str, Any]] = {
         "numba": {"njit": njit},
         "numba.core.event": {"Listener": object, "install_listener": lambda *_: nullcontext()},
         "numba.core.serialize": {

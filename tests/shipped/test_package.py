@@ -191,13 +191,16 @@ def test_nothing_that_the_package_leaves_out_is_needed(tmp_path: Path) -> None:
         for name in re.findall(r"^\s+(?:from|import) ([\w.]+)", path.read_text("utf-8"), re.M)
     }
     assert "xlsxwriter" in later
-    left_out = tuple(f"{name}." for name in _left_out())
+    # What stands in the place of the compilers was there for the imports above.
+    left_out = tuple(f"{name}." for name in _left_out() if name not in {"numba", "llvmlite"})
     assert {name for name in later if f"{name}.".startswith(left_out)} == set()
 
 
 def _left_out() -> list[str]:
     spec = (ROOT / "installer/bundle/ocmm.spec").read_text(encoding="utf-8")
-    never, compilers = re.findall(r"^(?:never|compilers) = (\[.*?\])$", spec, re.M | re.S)
+    never, compilers = re.findall(
+        r"^(?:never|compilers) = (\[.*?\])(?:  # fmt: skip)?$", spec, re.M | re.S
+    )
     names: list[str] = ast.literal_eval(never) + ast.literal_eval(compilers)
     assert {"scipy.signal", "numba", "llvmlite"} <= set(names)
     return names
