@@ -35,7 +35,7 @@ from ocmm_core.cli.measure import (
     recall_command,
     report_command,
 )
-from ocmm_core.cli.station import settings_app, station_app
+from ocmm_core.cli.station import settings_app, station_app, support_app
 from ocmm_core.cli.study import (
     fit_command,
     probe_app,
@@ -79,6 +79,7 @@ app.add_typer(key_app, name="key")
 app.add_typer(certificate_app, name="certificate")
 app.add_typer(station_app, name="station")
 app.add_typer(settings_app, name="settings")
+app.add_typer(support_app, name="support")
 app.add_typer(acceptance_app, name="acceptance")
 app.add_typer(artefact_app, name="artefact")
 app.add_typer(msa_app, name="msa")

@@ -283,7 +283,8 @@ def test_a_text_whose_faces_were_exchanged_gives_nothing(tmp_path: Path) -> None
     from ocmm_core.inspection.step._raw_faces import faces_of, faces_with_surface
 
     document = read_document(str(path), lambda _: None)
-    faces, _ = faces_of(document.shape, lambda _: None)
+    with_surface, _ = faces_with_surface(document.shape)
+    faces, _ = faces_of(with_surface, lambda _: None, document.steps)
     order = _order_of(document.reader.Reader(), faces_with_surface(document.shape)[0])
     assert len(order) == 7
     assert order_fault(faces, order, read_pmi(lines)[1]) == ""
