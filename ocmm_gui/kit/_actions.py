@@ -230,6 +230,14 @@ ACTIONS = (
     ActionInfo(
         "tour", later("Tour"), later("SIMULATED: learn the window in two minutes"), ("Ctrl+G",),
     ),
+    ActionInfo(
+        "what_to_do", later("What to do if"),
+        later("Symptoms, errors and their remedies, to be searched"), ("Shift+F1",), mode=None,
+    ),
+    ActionInfo(
+        "support", later("Support bundle"),
+        later("Pack what support needs, after showing what is inside"), ("Ctrl+B",), mode=None,
+    ),
     ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
     ActionInfo(
         "start", later("Home"),

@@ -74,6 +74,8 @@ def lay_out(found: Comparison, paper: Paper) -> Canvas:
         _characteristic(canvas, trend)
     canvas.skip(30.0)
     canvas.draw(_SIGN, partial(paint_signatures, words=paper.template.signatures))
+    end = f"End of statistics of {found.plan}"
+    canvas.draw(50.0, lambda painter, box: paint_text(painter, box, end, SMALL))
     return canvas
 
 

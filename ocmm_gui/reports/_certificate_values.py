@@ -35,7 +35,10 @@ def table_of_values(canvas: Canvas, paper: Certificate) -> None:
     if not paper.values:
         return
     if not paper.values_before:
-        canvas.heading("Further values", 120.0)
+        # Those of the state before stand in its table.
+        adjusted = len(paper.runs) > 1
+        words = "Further values, after the adjustment" if adjusted else "Further values"
+        canvas.heading(words, 120.0)
         canvas.table(_VALUES, [[PageField(_name(one)), *_stated(one)] for one in paper.values])
         return
     before = {one.name: one for one in paper.values_before}
