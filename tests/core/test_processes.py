@@ -193,8 +193,8 @@ time.sleep(1000.0)
 def test_a_copy_ends_with_the_process_that_was_killed() -> None:
     needs_copies()
     parent = subprocess.Popen([sys.executable, "-c", _PARENT], stdout=subprocess.PIPE, text=True)
+    assert parent.stdout is not None
     try:
-        assert parent.stdout is not None
         copy = int(parent.stdout.readline())
     finally:
         parent.kill()

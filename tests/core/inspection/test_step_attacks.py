@@ -20,7 +20,6 @@ from tests.core.inspection.odd_step_models import (
     HOSTILE_NAMES,
     bored,
     mirrored,
-    moved,
     named,
     open_box,
     scaled,
@@ -28,6 +27,7 @@ from tests.core.inspection.odd_step_models import (
     together,
     two_solids,
 )
+from tests.core.inspection.step_models import _moved as moved
 from tests.core.inspection.step_models import off_mm, written
 from tests.host import needs_package
 
