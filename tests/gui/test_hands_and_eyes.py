@@ -124,10 +124,10 @@ def test_enlarged_pages_are_scrolled_to_where_the_keyboard_is(
     qtbot.waitUntil(window.area.scrolls, timeout=HANG_MS)
     page = window.sheets.job
     for _ in range(30):
-        QTest.keyClick(window.focusWidget() or window, Qt.Key.Key_Tab)
+        QTest.keyClick(window.focusWidget(), Qt.Key.Key_Tab)
         qapp.processEvents()
         widget = window.focusWidget()
-        if widget is not None and page.isAncestorOf(widget):
+        if page.isAncestorOf(widget):
             assert not widget.visibleRegion().isEmpty(), widget.accessibleName()
     # The far view is a picture of the whole window: it is never scrolled.
     window.show_mode(window.mode())

@@ -162,7 +162,9 @@ def walk(
                         break
                     time.sleep(0.01)
                 if window.area.scrolls() and not scrolled:
-                    room = window.area.widget().minimumSizeHint()
+                    content = window.area.widget()
+                    assert content is not None
+                    room = content.minimumSizeHint()
                     left.append(f"the page needs {room.width()} x {room.height()} px")
                 found += [f"{name}, {theme}, {size[1]} px: {fault}" for fault in left]
     return found
