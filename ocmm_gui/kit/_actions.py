@@ -230,7 +230,13 @@ ACTIONS = (
     ActionInfo(
         "tour", later("Tour"), later("SIMULATED: learn the window in two minutes"), ("Ctrl+G",),
     ),
-    ActionInfo("keys", later("Keys"), later("All keyboard shortcuts of the window"), ("F1",)),
+    ActionInfo(
+        "manual", later("Manual"), later("Read about this page, and search the manual"), ("F1",),
+        mode=None,
+    ),
+    ActionInfo(
+        "keys", later("Keys"), later("All keyboard shortcuts of the window"), ("Shift+F1",)
+    ),
     ActionInfo(
         "start", later("Home"),
         later("Leave the job for the Start page; no point is lost"), ("Ctrl+H",), mode=None,

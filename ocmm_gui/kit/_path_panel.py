@@ -109,8 +109,11 @@ class OwnKeysField(HintField):
     """Esc was pressed."""
 
     def event(self, event: QEvent) -> bool:
-        """Keep every key from the shortcuts of the window."""
+        """Keep every key from the shortcuts of the window but F1: no field does anything with it."""
         if event.type() is QEvent.Type.ShortcutOverride:
+            if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_F1:
+                event.ignore()
+                return False
             event.accept()
             return True
         return super().event(event)
