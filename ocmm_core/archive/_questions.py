@@ -19,7 +19,7 @@ from ocmm_core.archive._rows import USES
 from ocmm_core.archive._store import Archive, Cell, Row
 from ocmm_core.errors import InputError, OcmmError
 from ocmm_core.inspection.archive import PartValue, Trend
-from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED
+from ocmm_core.inspection.evaluation import NO_REAL_PART, SIMULATED, SIMULATED_LINE
 from ocmm_core.measuring import COVERAGE_FACTOR
 from ocmm_core.studies import gauge_study
 from ocmm_core.tolerances.decisions import Verdict, capability, control_chart
@@ -471,7 +471,7 @@ def _simulated_note(rows: list[dict[str, Cell]]) -> list[str]:
     if not computed:
         return []
     if len(computed) == len(rows):
-        return [f"{SIMULATED}: {NO_REAL_PART}"]
+        return [SIMULATED_LINE]
     return [f"Simulated jobs, not counted beside real ones: {len(computed)}."]
 
 

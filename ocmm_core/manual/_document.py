@@ -18,11 +18,11 @@ _RULE = re.compile(r"[-:| ]+")
 class Part(Enum):
     """Whom a document is for, in the order in which the manual shows them."""
 
-    INSPECTOR = "For the inspector"
-    METROLOGIST = "Calibration, results, proof"
-    STATION = "Station and shop"
-    DEVELOPER = "For developers"
-    DECISIONS = "Decisions"
+    INSPECTOR = 1
+    METROLOGIST = 2
+    STATION = 3
+    DEVELOPER = 4
+    DECISIONS = 5
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +145,7 @@ def _joined(lines: Iterable[str]) -> str:
         if bare.startswith("!["):
             ended = True
             continue
-        begins = bare.startswith(("- ", "* ")) or bare[:1].isdigit() and ". " in bare[:4]
+        begins = bare.startswith(("- ", "* ")) or (bare[:1].isdigit() and ". " in bare[:4])
         words = plain_words(bare.removeprefix("- ").removeprefix("* "))
         if ended or begins or not told:
             told.append(words)

@@ -142,7 +142,7 @@ class StartWindow(QMainWindow):
         self.browser.left.connect(self.show_start)
         self.browser.chosen.connect(self.take_file)
         self._archive_sheet: ArchiveSheet | None = None
-        self._manual: ManualSheet | None = None
+        self.manual: ManualSheet | None = None
         self._before_manual: QWidget = self.page
         self._stack = QStackedWidget()
         for page in (self.page, self.settings, self.plans, self.browser):
@@ -269,17 +269,17 @@ class StartWindow(QMainWindow):
         # Its documents are read when somebody wants them.
         from ocmm_gui.manual import ManualSheet, place_of
 
-        if self._manual is None:
+        if self.manual is None:
             sheet = ManualSheet()
             sheet.left.connect(self._leave_manual)
             sheet.failed.connect(self._notices.error)
             self._stack.addWidget(sheet)
-            self._manual = sheet
+            self.manual = sheet
             dress(sheet, THEMES[self.loaded.settings.window_theme])
-        if shown is not None and shown is not self._manual:
+        if shown is not None and shown is not self.manual:
             self._before_manual = shown
-        self._stack.setCurrentWidget(self._manual)
-        self._manual.open(place_of(shown))
+        self._stack.setCurrentWidget(self.manual)
+        self.manual.open(place_of(shown))
 
     def _leave_manual(self) -> None:
         self._stack.setCurrentWidget(self._before_manual)
@@ -314,8 +314,8 @@ class StartWindow(QMainWindow):
         theme = THEMES[self.loaded.settings.window_theme]
         if self._archive_sheet is not None:
             self._archive_sheet.set_theme(theme)
-        if self._manual is not None:
-            dress(self._manual, theme)
+        if self.manual is not None:
+            dress(self.manual, theme)
 
 
 def _jobs(folder: Path, recent: tuple[Path, ...]) -> tuple[LastJob, ...]:

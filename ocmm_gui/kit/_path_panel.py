@@ -109,7 +109,7 @@ class OwnKeysField(HintField):
     """Esc was pressed."""
 
     def event(self, event: QEvent) -> bool:
-        """Keep every key from the shortcuts of the window but F1: no field does anything with it."""
+        """Keep every key from the shortcuts of the window, but F1, which no field uses."""
         if event.type() is QEvent.Type.ShortcutOverride:
             if isinstance(event, QKeyEvent) and event.key() == Qt.Key.Key_F1:
                 event.ignore()

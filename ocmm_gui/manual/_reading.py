@@ -103,7 +103,7 @@ class Reading(QTextBrowser):
         top = self.verticalScrollBar().value() + _MARGIN_PX
         found = ""
         layout = self.document().documentLayout()
-        for anchor, block in self._headings():
+        for anchor, block in self.headings():
             if layout.blockBoundingRect(block).top() > top:
                 break
             found = anchor
@@ -245,12 +245,13 @@ class Reading(QTextBrowser):
         """Return how many places are marked."""
         return len(self.extraSelections())
 
-    def _headings(self) -> Iterator[tuple[str, QTextBlock]]:
+    def headings(self) -> Iterator[tuple[str, QTextBlock]]:
+        """Give the anchor of every heading, with its place in the document."""
         blocks = [one for one in _blocks(self.document()) if one.blockFormat().headingLevel()]
         yield from zip(anchors_of(one.text() for one in blocks), blocks, strict=True)
 
     def _heading(self, anchor: str) -> QTextBlock | None:
-        return next((block for name, block in self._headings() if name == anchor), None)
+        return next((block for name, block in self.headings() if name == anchor), None)
 
 
 def _blocks(document: QTextDocument) -> Iterator[QTextBlock]:

@@ -7990,6 +7990,14 @@ Startet: {source}</translation>
         <translation>Fenster</translation>
     </message>
     <message>
+        <source>Unit of reports</source>
+        <translation>Einheit der Berichte</translation>
+    </message>
+    <message>
+        <source>Of reports on paper and workbooks; window: that of the window</source>
+        <translation>Der Berichte auf Papier und Arbeitsmappen; Fenster: die des Fensters</translation>
+    </message>
+    <message>
         <source>Port</source>
         <translation>Port</translation>
     </message>
@@ -8082,12 +8090,12 @@ Startet: {source}</translation>
         <translation>Längeneinheit</translation>
     </message>
     <message>
-        <source>On screen; files are in mm</source>
-        <translation>Am Bildschirm; Dateien sind in mm</translation>
-    </message>
-    <message>
         <source>inch</source>
         <translation>Zoll</translation>
+    </message>
+    <message>
+        <source>On screen; files for programs are in mm</source>
+        <translation>Auf dem Bildschirm; Dateien für Programme sind in mm</translation>
     </message>
     <message>
         <source>Colours of the window</source>

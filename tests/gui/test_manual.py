@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 from PySide6.QtCore import Qt
-from PySide6.QtWidgets import QApplication, QWidget
+from PySide6.QtWidgets import QApplication, QMainWindow, QStackedWidget, QWidget
 from pytestqt.qtbot import QtBot
 
 from ocmm_core.calibration.guided import ProcedureKind
@@ -23,12 +23,11 @@ from tests.gui.window_pages import pages
 
 _GUI = Path(__file__).resolve().parents[2] / "ocmm_gui"
 _BASES = ("Sheet", "WorkSheet", "StatusPage")
-_PAGES_OF_WIZARDS = ("acceptance/_measure_page.py", "acceptance/_verdict_page.py")
 
 
 @pytest.fixture
 def sheet(qtbot: QtBot, qapp: QApplication) -> ManualSheet:
-    """A manual on the screen, 1280 x 720."""
+    """Return a manual on the screen, 1280 x 720."""
     qapp.setStyle("Fusion")
     sheet = ManualSheet()
     qtbot.addWidget(sheet)
@@ -37,6 +36,15 @@ def sheet(qtbot: QtBot, qapp: QApplication) -> ManualSheet:
         sheet.show()
         sheet.activateWindow()
     return sheet
+
+
+def _stack(window: QMainWindow) -> QStackedWidget:
+    """Return what holds the pages of a window."""
+    return next(
+        one
+        for one in window.findChildren(QStackedWidget)
+        if one.parentWidget() is window.centralWidget()
+    )
 
 
 def _reading(sheet: ManualSheet) -> Reading:
@@ -75,7 +83,7 @@ def test_f1_opens_the_section_of_every_page_and_esc_goes_back_to_it(
     open_window: OpenWindow, qapp: QApplication
 ) -> None:
     window = open_window(start=False).window
-    stack = window._stack
+    stack = _stack(window)
     seen = {}
     for name, open_page in pages(window):
         open_page()
@@ -103,12 +111,12 @@ def test_f1_in_the_manual_opens_its_own_page_and_esc_still_leads_back(
 ) -> None:
     window = open_window(start=False).window
     window.sheets.open_results()
-    results = window._stack.currentWidget()
+    results = _stack(window).currentWidget()
     for _ in range(2):
         window.actions_by_key["manual"].trigger()
     assert str(window.sheets.manual.place()) == PLACES["ManualSheet"]
     window.sheets.manual.keys["leave"].trigger()
-    assert window._stack.currentWidget() is results
+    assert _stack(window).currentWidget() is results
 
 
 def test_f1_is_a_key_of_a_field_in_which_somebody_types(
@@ -119,9 +127,9 @@ def test_f1_is_a_key_of_a_field_in_which_somebody_types(
     field = window.focusWidget()
     assert field is not None
     qtbot.keyClick(field, Qt.Key.Key_F1)
-    assert window._stack.currentWidget() is window.sheets.manual
+    assert _stack(window).currentWidget() is window.sheets.manual
     qtbot.keyClick(_reading(window.sheets.manual), Qt.Key.Key_Escape)
-    assert window._stack.currentWidget() is window.sheets.job
+    assert _stack(window).currentWidget() is window.sheets.job
     assert window.focusWidget() is field
 
 
@@ -137,15 +145,15 @@ def test_the_start_window_has_the_manual_on_all_its_pages(
         window.show()
         window.activateWindow()
     for page in (window.page, window.settings, window.plans, window.browser):
-        window._stack.setCurrentWidget(page)
+        _stack(window).setCurrentWidget(page)
         page.setFocus()
         qtbot.keyClick(_focused(window), Qt.Key.Key_F1)
-        manual = window._manual
+        manual = window.manual
         assert manual is not None
-        assert window._stack.currentWidget() is manual, page
+        assert _stack(window).currentWidget() is manual, page
         assert str(manual.place()) == place_of(page)
         qtbot.keyClick(_reading(manual), Qt.Key.Key_Escape)
-        assert window._stack.currentWidget() is page
+        assert _stack(window).currentWidget() is page
     window.close()
 
 
@@ -159,7 +167,7 @@ def test_headings_on_the_screen_are_the_sections_of_the_manual(sheet: ManualShee
     different = []
     for chapter in manual.chapters:
         sheet.open(chapter.name)
-        shown = [anchor for anchor, _block in text._headings()]
+        shown = [anchor for anchor, _block in text.headings()]
         if shown != [section.anchor for section in chapter.sections]:
             different.append(chapter.name)
     assert not different
@@ -187,7 +195,7 @@ def test_links_lead_on_and_back_by_keys_alone(sheet: ManualSheet, qtbot: QtBot) 
 def test_a_link_out_of_the_manual_is_told_and_opens_nothing(sheet: ManualSheet) -> None:
     sheet.open("doctor.md")
     before = sheet.place()
-    sheet._follow("https://example.org/x")
+    _reading(sheet).link_wanted.emit("https://example.org/x")
     assert "https://example.org/x" in sheet.about()
     assert sheet.place() == before
 
@@ -206,7 +214,7 @@ def test_a_search_by_keys_opens_the_hit_with_its_words_marked(
     assert text.hasFocus()
     assert text.marked() >= 2
     # The section is on the screen.
-    anchor, block = next(one for one in text._headings() if one[0] == "yellow-bands")
+    anchor, block = next(one for one in text.headings() if one[0] == "yellow-bands")
     top = text.document().documentLayout().blockBoundingRect(block).top()
     value = text.verticalScrollBar().value()
     assert value <= top <= value + text.viewport().height(), anchor
