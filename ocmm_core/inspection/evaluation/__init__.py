@@ -111,8 +111,8 @@ else:
             "FAR_MM Whereabouts aligned_nominals cue place_of_nominals targets_of whereabouts"
         ),
         _job_messages=(
-            "INCOMPLETE NO_REAL_PART SIMULATED SIMULATED_LINE UNPROVEN_CAMERAS job_states part_line "
-            "state_lines"
+            "INCOMPLETE NO_REAL_PART SIMULATED SIMULATED_LINE UNPROVEN_CAMERAS "
+            "job_states part_line state_lines"
         ),
         _options=(
             "FOR_COMPARISON LIMITS_EVENT SessionOptions limits_text methods_used with_stored_limits"
