@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from tests.gui.conftest import Bench, OpenWindow
 
 PATIENCE_MS = HANG_MS
+_STEPS = 12
+"""So many steps of 5° lean the probe as far as a hand may."""
+_UP, _DOWN, _LEFT, _RIGHT = Qt.Key.Key_Up, Qt.Key.Key_Down, Qt.Key.Key_Left, Qt.Key.Key_Right
+_WAYS = ((_UP, _DOWN), (_DOWN, _UP), (_LEFT, _RIGHT), (_RIGHT, _LEFT))
 
 
 class _Mouse:
@@ -175,17 +179,29 @@ def test_a_probe_that_is_tilted_out_of_sight_says_so(qtbot: QtBot, open_window: 
     bench.bridge.start()
     QTest.mouseMove(mouse.view, mouse.at(np.array([-72.0, 0.0, 20.0])))
     looks = bench.built.station.looks
-    qtbot.waitUntil(lambda: looks.live().status is StatusWord.READY, timeout=PATIENCE_MS)
-    # How far depends on where the view, which may still move, lets the mouse mean: at most 120°.
-    presses = 0
-    while looks.live().status is StatusWord.READY and presses < 24:
-        QTest.keyClick(mouse.view, Qt.Key.Key_Up)
-        qtbot.wait(150)
-        presses += 1
-    qtbot.waitUntil(lambda: looks.live().status is not StatusWord.READY, timeout=PATIENCE_MS)
-    for _ in range(presses):
-        QTest.keyClick(mouse.view, Qt.Key.Key_Down)
-    qtbot.waitUntil(lambda: looks.live().status is StatusWord.READY, timeout=PATIENCE_MS)
+
+    def is_ready() -> bool:
+        return looks.live().status is StatusWord.READY
+
+    def leant(key: Qt.Key) -> bool:
+        """Lean it by 60° that way; return whether it is out of sight before 4 s of the bus."""
+        for _ in range(_STEPS):
+            QTest.keyClick(mouse.view, key)
+        end_s = looks.live().time_s + 4.0
+        qtbot.waitUntil(lambda: not is_ready() or looks.live().time_s > end_s, timeout=PATIENCE_MS)
+        return not is_ready()
+
+    qtbot.waitUntil(is_ready, timeout=PATIENCE_MS)
+    # Which way leads out of sight depends on where the view, which may still move, lets the mouse
+    # mean: over a wall the probe lies down, and leaning it back lifts it.
+    for key, back in _WAYS:
+        if leant(key):
+            break
+        leant(back)
+    assert not is_ready()
+    for _ in range(_STEPS):
+        QTest.keyClick(mouse.view, back)
+    qtbot.waitUntil(is_ready, timeout=PATIENCE_MS)
 
 
 def test_the_tour_sees_what_is_done_and_ends(qtbot: QtBot, open_window: OpenWindow) -> None:

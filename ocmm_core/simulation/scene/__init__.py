@@ -41,15 +41,14 @@ if TYPE_CHECKING:
     )
     from ocmm_core.simulation.scene._rig import (
         CameraFrames,
-        RigScript,
-        TrueTouch,
         VirtualRig,
-        decode_script,
     )
+    from ocmm_core.simulation.scene._script import RigScript, decode_script
     from ocmm_core.simulation.scene._sensor import Sensor, SensorOptions, normal_table
     from ocmm_core.simulation.scene._source import LedHand, SimulatedSource
     from ocmm_core.simulation.scene._spot_pattern import SpotPattern, draw_pattern
     from ocmm_core.simulation.scene._touches import sample
+    from ocmm_core.simulation.scene._truth import TrueTouch
     from ocmm_core.simulation.scene._world import (
         ScriptedBump,
         ScriptedNudge,
@@ -72,12 +71,14 @@ else:
         _operator="Missing Motion",
         _pixel_frames="PixelScript",
         _probe_study="ProbeStudy StudyResult draw_targets run_study",
-        _rig="CameraFrames RigScript TrueTouch VirtualRig decode_script",
+        _rig="CameraFrames VirtualRig",
+        _script="RigScript decode_script",
         _sensor="Sensor SensorOptions normal_table",
         _source="LedHand SimulatedSource",
         _spot_pattern="SpotPattern draw_pattern",
         _surfaces="surfaces",
         _touches="sample",
+        _truth="TrueTouch",
         _world=(
             "ScriptedBump ScriptedNudge ScriptedOcclusion World WorldOptions bumped draw_world "
             "nudged white_noise"

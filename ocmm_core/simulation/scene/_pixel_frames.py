@@ -18,7 +18,8 @@ from ocmm_core.errors import InputError
 from ocmm_core.fieldbus.device import CameraConfig
 from ocmm_core.geometry import Float
 from ocmm_core.simulation.scene import _exposure as exposure
-from ocmm_core.simulation.scene._rig import RigScript, VirtualRig
+from ocmm_core.simulation.scene._rig import VirtualRig
+from ocmm_core.simulation.scene._script import RigScript
 from ocmm_core.simulation.scene._sensor import Sensor, SensorOptions, normal_table
 from ocmm_core.simulation.slave import Frames
 

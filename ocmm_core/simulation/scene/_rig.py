@@ -9,21 +9,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from typing import TypeVar
 
-import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
 from ocmm_core.acquisition.frames import FrameBlock, FrameFlag
-from ocmm_core.calibration.probe_design import leds_behind_body, load_design, shipped_design
-from ocmm_core.camera import CameraModel, Rig, load_rig
+from ocmm_core.camera import Rig
 from ocmm_core.errors import InputError
 from ocmm_core.geometry import Float, Int, RigidTransform
 from ocmm_core.simulation.scene import _kernels as kernels
-from ocmm_core.simulation.scene._artefacts import Part, TrueFeature, load_part
+from ocmm_core.simulation.scene._artefacts import Part
 from ocmm_core.simulation.scene._operator import Missing, Motion, Operator, Touches
+from ocmm_core.simulation.scene._truth import TrueTouch, Truth
 from ocmm_core.simulation.scene._world import (
     WorldOptions,
     bumped,
@@ -37,87 +34,13 @@ from ocmm_core.tracking import (
     ProbeBody,
     ReferenceBody,
     dark_bits,
-    load_probe,
-    load_reference,
 )
-
-S = TypeVar("S", bound=msgspec.Struct)
-"""Kinds of scripts."""
 
 _BLOW_NS = 1_000_000_000
 """A blow is reported for so long."""
 
 CameraFrames = tuple[NDArray[np.uint16], NDArray[np.uint16], Float]
 """Valid slots (n,), flags (n,) and spots (n, 8, 2), px, of one camera, as they go on the wire."""
-
-
-@dataclass(frozen=True, slots=True)
-class TrueTouch:
-    """One touch as it truly happens.
-
-    Attributes
-    ----------
-    feature
-        Name of the feature.
-    contact_s
-        Bus time at which the ball first meets the surface, s.
-    first_frame, last_frame
-        Frames in which the ball rests in contact.
-    surface_world
-        (3,), mm: the point that is touched.
-    normal_world
-        (3,), unit: from the material towards the ball.
-    tip_world
-        (3,), mm: ball centre at rest.
-    """
-
-    feature: str
-    contact_s: float
-    first_frame: int
-    last_frame: int
-    surface_world: Float
-    normal_world: Float
-    tip_world: Float
-
-
-@dataclass(frozen=True, slots=True)
-class Truth:
-    """Everything that is truly there; the measuring side never sees it.
-
-    Attributes
-    ----------
-    cameras
-        As they are.
-    leds_probe, tip_probe
-        (L, 3) and (3,), mm, probe frame.
-    tip_radius
-        mm.
-    slots
-        (C, L): the slot in which each camera follows each LED.
-    T_world_from_part
-        Where the part stands.
-    features_part, features_world
-        The surfaces by name, in both frames.
-    touches
-        In the order of the script; world as it is before any nudge.
-    leds_reference, reference_slots
-        (R, 3), mm, reference frame, and (C, R): of the reference body; empty without one.
-    T_world_from_reference
-        Where it stands, before any nudge; None without one.
-    """
-
-    cameras: tuple[CameraModel, ...]
-    leds_probe: Float
-    tip_probe: Float
-    tip_radius: float
-    slots: Int
-    T_world_from_part: RigidTransform
-    features_part: dict[str, TrueFeature]
-    features_world: dict[str, TrueFeature]
-    touches: tuple[TrueTouch, ...]
-    leds_reference: Float
-    reference_slots: Int
-    T_world_from_reference: RigidTransform | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -431,53 +354,6 @@ class VirtualRig:
         return int(np.ceil(time_s / (self.frame_period_ns * 1e-9) - 1e-6))
 
 
-class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """A virtual rig in words: what a process needs to build the same one.
-
-    Attributes
-    ----------
-    rig, probe, part, reference
-        Paths of the documents; that of the reference body is empty without one.
-    touches
-        Names of features and numbers of touches.
-    seed, options, frame_rate_hz
-        As in `VirtualRig`; a rate of zero is that of the rig document.
-    """
-
-    rig: str
-    probe: str
-    part: str
-    touches: tuple[tuple[str, int], ...]
-    seed: int
-    options: WorldOptions = WorldOptions()
-    frame_rate_hz: int = 0
-    reference: str = ""
-
-    def to_json(self) -> str:
-        """Return the script as text."""
-        return msgspec.json.encode(self).decode("utf-8")
-
-    def build(self) -> VirtualRig:
-        """Load the documents and return the rig."""
-        return VirtualRig(
-            load_rig(Path(self.rig)),
-            load_probe(Path(self.probe)),
-            load_part(Path(self.part)),
-            self.touches,
-            self.seed,
-            self.options,
-            self.frame_rate_hz or None,
-            load_reference(Path(self.reference)) if self.reference else None,
-            _behind_body(load_probe(Path(self.probe))),
-        )
-
-
-def _behind_body(body: ProbeBody) -> tuple[int, ...]:
-    """Return the LEDs that the body of a probe hides, by its shipped design; none without one."""
-    design = shipped_design(body)
-    return () if design is None else leds_behind_body(body, load_design(design, body))
-
-
 def _place_of(part: Part) -> RigidTransform:
     """Return where a reference body stands on a part, world frame."""
     if part.T_part_from_reference is None:
@@ -487,21 +363,3 @@ def _place_of(part: Part) -> RigidTransform:
             "Give its document a section [reference], or measure without a reference body.",
         )
     return part.T_world_from_part.compose(part.T_part_from_reference)
-
-
-def decode_script(text: str | bytes, kind: type[S]) -> S:
-    """Return the script in ``text``.
-
-    Raises
-    ------
-    InputError
-        The text is no such script.
-    """
-    try:
-        return msgspec.json.decode(text, type=kind)
-    except msgspec.DecodeError as error:
-        raise InputError(
-            "simulation.script",
-            f"The script of the virtual rig cannot be read: {error}.",
-            "Start the virtual rig again with the ocmm command.",
-        ) from error

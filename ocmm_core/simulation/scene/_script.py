@@ -1,0 +1,84 @@
+"""A virtual rig in words, and the rig that they say."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TypeVar
+
+import msgspec
+
+from ocmm_core.calibration.probe_design import leds_behind_body, load_design, shipped_design
+from ocmm_core.camera import load_rig
+from ocmm_core.errors import InputError
+from ocmm_core.simulation.scene._artefacts import load_part
+from ocmm_core.simulation.scene._rig import VirtualRig
+from ocmm_core.simulation.scene._world import WorldOptions
+from ocmm_core.tracking import ProbeBody, load_probe, load_reference
+
+S = TypeVar("S", bound=msgspec.Struct)
+"""Kinds of scripts."""
+
+
+class RigScript(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """A virtual rig in words: what a process needs to build the same one.
+
+    Attributes
+    ----------
+    rig, probe, part, reference
+        Paths of the documents; that of the reference body is empty without one.
+    touches
+        Names of features and numbers of touches.
+    seed, options, frame_rate_hz
+        As in `VirtualRig`; a rate of zero is that of the rig document.
+    """
+
+    rig: str
+    probe: str
+    part: str
+    touches: tuple[tuple[str, int], ...]
+    seed: int
+    options: WorldOptions = WorldOptions()
+    frame_rate_hz: int = 0
+    reference: str = ""
+
+    def to_json(self) -> str:
+        """Return the script as text."""
+        return msgspec.json.encode(self).decode("utf-8")
+
+    def build(self) -> VirtualRig:
+        """Load the documents and return the rig."""
+        return VirtualRig(
+            load_rig(Path(self.rig)),
+            load_probe(Path(self.probe)),
+            load_part(Path(self.part)),
+            self.touches,
+            self.seed,
+            self.options,
+            self.frame_rate_hz or None,
+            load_reference(Path(self.reference)) if self.reference else None,
+            _behind_body(load_probe(Path(self.probe))),
+        )
+
+
+def _behind_body(body: ProbeBody) -> tuple[int, ...]:
+    """Return the LEDs that the body of a probe hides, by its shipped design; none without one."""
+    design = shipped_design(body)
+    return () if design is None else leds_behind_body(body, load_design(design, body))
+
+
+def decode_script(text: str | bytes, kind: type[S]) -> S:
+    """Return the script in ``text``.
+
+    Raises
+    ------
+    InputError
+        The text is no such script.
+    """
+    try:
+        return msgspec.json.decode(text, type=kind)
+    except msgspec.DecodeError as error:
+        raise InputError(
+            "simulation.script",
+            f"The script of the virtual rig cannot be read: {error}.",
+            "Start the virtual rig again with the ocmm command.",
+        ) from error
