@@ -36,7 +36,7 @@ from ocmm_gui.reports._paper_end import paint_signatures
 from ocmm_gui.reports._paper_head import paper_letterhead
 from ocmm_gui.reports._pdf_writer import paint_with_foot, written_pdf
 
-_COLUMNS = (
+COLUMNS = (
     Column("Characteristic", 450.0),
     Column("Parts", 240.0, right=True),
     Column("Mean", 210.0, right=True, length=True),
@@ -68,7 +68,7 @@ def lay_out(found: Comparison, paper: Paper) -> Canvas:
         canvas.text(speech.say(SIMULATED_LINE), Style(34.0, bold=True, colour=INK.warn))
     jobs = f"{len(found.jobs)} jobs of plan {found.plan}, {found.jobs[0]} to {found.jobs[-1]}."
     canvas.text(f"{speech.say(jobs)} {speech.say(canvas.lengths.sentence)}")
-    canvas.table(_COLUMNS, [_row(trend, canvas) for trend in found.trends])
+    canvas.table(COLUMNS, [_row(trend, canvas) for trend in found.trends])
     canvas.text(speech.say(_RULES), SMALL)
     _reasons(canvas, found.left_out)
     for trend in found.trends:

@@ -46,7 +46,7 @@ _MARKS = {
     None: "–",
 }
 
-_RESULT_COLUMNS = (
+RESULT_COLUMNS = (
     Column("", 70.0),
     Column("Characteristic", 380.0),
     Column("Datums", 200.0),
@@ -58,14 +58,14 @@ _RESULT_COLUMNS = (
     Column("Verdict", 320.0),
 )
 
-_WHY_COLUMNS = (
+WHY_COLUMNS = (
     Column("Characteristic", 350.0),
     Column("Why", 640.0),
     Column("What to do", 620.0),
     Column("Points", 190.0, right=True),
 )
 
-_FEATURE_COLUMNS = (
+FEATURE_COLUMNS = (
     Column("Feature", 250.0),
     Column("Verdict", 370.0),
     Column("Shape", 160.0),
@@ -75,7 +75,7 @@ _FEATURE_COLUMNS = (
     Column("Actual element", 560.0, length=True),
 )
 
-_BASIS_COLUMNS = (
+BASIS_COLUMNS = (
     Column("Characteristic", 340.0),
     Column("Frame", 360.0),
     Column("Association", 300.0),
@@ -122,7 +122,7 @@ def verdicts(canvas: Canvas, data: ReportData) -> None:
             )
             mark = f" {len(remarks)})"
         rows.append(_result_row(item, mark, _symbol(item, data), canvas))
-    canvas.table(_RESULT_COLUMNS, rows)
+    canvas.table(RESULT_COLUMNS, rows)
     canvas.skip(12.0)
     for remark in remarks:
         canvas.text(remark, SMALL)
@@ -147,7 +147,7 @@ def why_not(canvas: Canvas, data: ReportData) -> None:
                 PageField(", ".join(str(number) for number in item.points) or "–"),
             ]
         )
-    canvas.table(_WHY_COLUMNS, rows)
+    canvas.table(WHY_COLUMNS, rows)
 
 
 def features(canvas: Canvas, data: ReportData) -> None:
@@ -184,7 +184,7 @@ def features(canvas: Canvas, data: ReportData) -> None:
                 ),
             ]
         )
-    canvas.table(_FEATURE_COLUMNS, rows)
+    canvas.table(FEATURE_COLUMNS, rows)
     if data.annulled:
         canvas.skip(10.0)
         numbers = ", ".join(str(number) for number in data.annulled)
@@ -237,7 +237,7 @@ def basis(canvas: Canvas, data: ReportData) -> None:
         )  # fmt: skip
     if rows:
         canvas.heading("Basis of the results", 200.0)
-        canvas.table(_BASIS_COLUMNS, rows)
+        canvas.table(BASIS_COLUMNS, rows)
 
 
 def records(canvas: Canvas, data: ReportData) -> None:
